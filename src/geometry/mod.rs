@@ -1,0 +1,6 @@
+//! Points, triangles, segments and quadrics as coordinates; knows no indices and no meshes.
+
+pub mod quadric;
+pub mod triangle;
+
+pub use quadric::Quadric;

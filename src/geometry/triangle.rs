@@ -1,0 +1,71 @@
+//! Measures of one triangle and the nearest point on it.
+
+use glam::{DVec3, Vec3};
+
+/// Normal of the triangle `a b c`, its length twice the area; zero where the triangle has none.
+///
+/// ```
+/// use neural_mesh::geometry::triangle::area_normal;
+/// let n = area_normal([[0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Into::into));
+/// assert_eq!(n.to_array(), [0.0, 0.0, 2.0]);
+/// ```
+pub fn area_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
+/// [`area_normal`] in double precision.
+pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Barycentric weights of the point of triangle `a b c` that is nearest to `p`, each in 0..=1, their sum 1.
+///
+/// Degenerate triangles are their longest edge or their one point. After Ericson, "Real-Time Collision
+/// Detection", Sec. 5.1.5.
+///
+/// ```
+/// use neural_mesh::geometry::triangle::nearest_weights;
+/// let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Into::into);
+/// assert_eq!(nearest_weights([2.0, -1.0, 5.0].into(), corners), [0.0, 1.0, 0.0]);
+/// ```
+pub fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = d1 / (d1 - d3);
+        return [1.0 - t, t, 0.0];
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = d2 / (d2 - d6);
+        return [1.0 - t, 0.0, t];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - t, t];
+    }
+    let scale = 1.0 / (va + vb + vc);
+    let (v, w) = (vb * scale, vc * scale);
+    [1.0 - v - w, v, w]
+}
+
+/// The point of triangle `a b c` nearest to `p`.
+pub fn nearest_point(p: Vec3, corners: [Vec3; 3]) -> Vec3 {
+    let [u, v, w] = nearest_weights(p, corners);
+    corners[0] * u + corners[1] * v + corners[2] * w
+}

@@ -1,0 +1,16 @@
+//! neural-mesh simplifies triangle meshes: sample vertices, connect them, keep what lies on the surface.
+//!
+//! The method is that of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022), with a
+//! closed assembly of our own beside the paper's. Modules stand in strict layers; `ARCHITECTURE.md` has the
+//! table, and a test holds it.
+
+pub mod autodiff;
+pub mod geometry;
+pub mod io;
+pub mod linalg;
+pub mod mesh;
+pub mod metrics;
+pub mod model;
+pub mod picture;
+pub mod simplify;
+pub mod spatial;

@@ -1,0 +1,1 @@
+//! Matrices, sparse rows and the kernels over them; knows no geometry.

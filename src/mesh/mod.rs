@@ -1,0 +1,7 @@
+//! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
+
+mod raw_mesh;
+mod tri_mesh;
+
+pub use raw_mesh::{Frame, RawMesh};
+pub use tri_mesh::{InvalidMesh, TriMesh};

@@ -1,0 +1,94 @@
+//! The triangle mesh that every algorithm takes: valid because nothing else can be built.
+
+/// Vertices and triangles with indices in range, finite coordinates and three different corners per face.
+///
+/// ```
+/// use neural_mesh::mesh::TriMesh;
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// assert_eq!(mesh.faces().len(), 1);
+/// assert!(TriMesh::new(vec![[0.0; 3]], vec![[0, 0, 1]]).is_err());
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriMesh {
+    positions: Vec<[f32; 3]>,
+    faces: Vec<[u32; 3]>,
+}
+
+/// Why vertices and faces do not make a [`TriMesh`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidMesh {
+    /// More vertices or faces than `u32` indices reach.
+    TooLarge,
+    /// A coordinate of this vertex is infinite or not a number.
+    NotFinite {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A corner of this face names a vertex that does not exist.
+    OutOfRange {
+        /// Index of the face.
+        face: usize,
+    },
+    /// This face uses a vertex twice.
+    RepeatedVertex {
+        /// Index of the face.
+        face: usize,
+    },
+}
+
+impl std::fmt::Display for InvalidMesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
+            Self::NotFinite { vertex } => {
+                write!(f, "vertex {vertex} has a coordinate that is not finite: clean the mesh first")
+            }
+            Self::OutOfRange { face } => {
+                write!(f, "face {face} names a vertex that does not exist: clean the mesh first")
+            }
+            Self::RepeatedVertex { face } => write!(f, "face {face} uses a vertex twice: clean the mesh first"),
+        }
+    }
+}
+
+impl std::error::Error for InvalidMesh {}
+
+impl TriMesh {
+    /// Builds a mesh from positions (n_vertices x 3) and faces (n_faces x 3), checking both.
+    ///
+    /// # Errors
+    /// [`InvalidMesh`] names the first vertex or face that is wrong.
+    pub fn new(positions: Vec<[f32; 3]>, faces: Vec<[u32; 3]>) -> Result<Self, InvalidMesh> {
+        let limit = (u32::MAX / 4) as usize;
+        if positions.len() > limit || faces.len() > limit {
+            return Err(InvalidMesh::TooLarge);
+        }
+        if let Some(vertex) = positions.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+            return Err(InvalidMesh::NotFinite { vertex });
+        }
+        for (face, &[a, b, c]) in faces.iter().enumerate() {
+            if [a, b, c].iter().any(|&v| v as usize >= positions.len()) {
+                return Err(InvalidMesh::OutOfRange { face });
+            }
+            if a == b || b == c || c == a {
+                return Err(InvalidMesh::RepeatedVertex { face });
+            }
+        }
+        Ok(Self { positions, faces })
+    }
+
+    /// Positions, n_vertices x 3.
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// Vertex indices of the faces, n_faces x 3.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// Gives the two arrays back.
+    pub fn into_parts(self) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+        (self.positions, self.faces)
+    }
+}

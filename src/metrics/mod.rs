@@ -1,0 +1,1 @@
+//! How far a simplified mesh is from its original; the judge, which knows no method.

@@ -1,0 +1,1 @@
+//! The network of the paper, one file per named thing; sees points, graphs and matrices only.

@@ -1,0 +1,1 @@
+//! A mesh as a shaded image, drawn without a GPU.

@@ -1,0 +1,146 @@
+//! What a caller asks of the simplifier and what it is told: plain data, no algorithm.
+
+use crate::mesh::{Frame, TriMesh};
+
+/// How large the result should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Share of the vertices that stay, the paper's N_s / N_org; above 0, at most 1.
+    Ratio(f64),
+    /// Number of vertices.
+    Vertices(usize),
+    /// Number of faces.
+    Faces(usize),
+}
+
+/// How sampled vertices become a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Assembly {
+    /// Closed where the input was closed: sweeps, quotient, collapse, flips, fit.
+    #[default]
+    Closed,
+    /// The paper's (Sec. 4): faces with p > 0.5, the best two per edge, vertices at input positions. Needs weights.
+    Paper,
+}
+
+/// Settings of one simplification; `Options::new(target)` has the defaults.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The size asked for.
+    pub target: Target,
+    /// The assembly.
+    pub assembly: Assembly,
+    /// Samples drawn per vertex asked for, 1 to 4; `None` lets the method choose (closed assembly only).
+    pub oversample: Option<f64>,
+    /// Seed of the sampling.
+    pub seed: u64,
+    /// Whether components too small for the target may be dropped instead of kept in their smallest closed form.
+    pub prune: bool,
+    /// How the coordinates will be rounded when written: no two vertices of the result share a rounded position.
+    pub frame: Frame,
+}
+
+impl Options {
+    /// The defaults for a target: closed assembly, seed 0, nothing pruned, coordinates written as `f32`.
+    pub fn new(target: Target) -> Self {
+        Self { target, assembly: Assembly::Closed, oversample: None, seed: 0, prune: false, frame: Frame::default() }
+    }
+}
+
+/// Where the scores that steer the sampling came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScoreSource {
+    /// From the geometry alone.
+    Geometry,
+    /// From the network's Point Sampler.
+    Network,
+}
+
+/// Whether the size asked for was reached, or what stopped it short.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// At most the size asked for, and at most one vertex or face below it (a face where parity forbids).
+    Reached,
+    /// The result is larger than asked; the text says which constraint holds it.
+    Stopped(String),
+}
+
+/// What was done on the way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Whether the target was reached.
+    pub outcome: Outcome,
+    /// Where the scores came from.
+    pub scores: ScoreSource,
+    /// Samples drawn per vertex asked for, as used.
+    pub oversample: f64,
+    /// Vertices left by the one pass, before the collapse.
+    pub vertices_after_pass: usize,
+    /// Components of the input (faces joined over edges).
+    pub components: usize,
+    /// Components that stand in the result in their smallest closed form.
+    pub components_at_minimum: usize,
+    /// Components dropped, with `prune` only.
+    pub components_pruned: usize,
+    /// Vertices that were split because more than one sheet met there, and edges that were cut likewise.
+    pub split_vertices: usize,
+    /// Quotient edges or regions that had to be refined to keep the surface a manifold.
+    pub refined_regions: usize,
+    /// Output vertices moved apart because their written positions would have been the same.
+    pub separated_vertices: usize,
+}
+
+/// The result: a mesh and what was done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simplified {
+    /// The lighter mesh.
+    pub mesh: TriMesh,
+    /// For each output vertex the input vertex whose position it has, where every vertex has one
+    /// (paper assembly, or nothing to do).
+    pub source_vertices: Option<Vec<u32>>,
+    /// What was done.
+    pub report: Report,
+}
+
+/// A stage begins, or moves on; `done` is in 0..=1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// Name of the stage, as in the report.
+    pub stage: &'static str,
+    /// Share of the stage that is done.
+    pub done: f32,
+}
+
+/// Why there is no result.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SimplifyError {
+    /// The mesh has no face.
+    Empty,
+    /// The target is not a size: zero, not a number, a ratio above 1.
+    BadTarget(Target),
+    /// `oversample` outside 1 to 4.
+    BadOversample(f64),
+    /// The paper's assembly was asked for without weights.
+    NeedsWeights,
+    /// The network's probabilities leave no face.
+    NothingKept,
+    /// The progress callback asked to stop.
+    Interrupted,
+}
+
+impl std::fmt::Display for SimplifyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Empty => write!(f, "the mesh has no face: nothing to simplify"),
+            Self::BadTarget(target) => {
+                write!(f, "{target:?} is no size: give a ratio above 0 and at most 1, or a count of at least 1")
+            }
+            Self::BadOversample(x) => write!(f, "oversample {x} is outside 1 to 4"),
+            Self::NeedsWeights => write!(f, "the paper's assembly needs a trained network: give its weights"),
+            Self::NothingKept => write!(f, "the network kept no face: these weights do not fit this mesh"),
+            Self::Interrupted => write!(f, "interrupted"),
+        }
+    }
+}
+
+impl std::error::Error for SimplifyError {}
