@@ -1,0 +1,326 @@
+//! The ordered neighbours of every vertex of a manifold, each border loop closed by an apex.
+//!
+//! Every border loop gets an imaginary vertex, its apex, joined to all of the loop. With it each ring is a
+//! cycle and each edge has two faces, so that what is proved for closed surfaces holds for open ones, too.
+
+use rustc_hash::FxHashMap;
+
+/// Rings longer than this are ordered with a hash map instead of by scanning.
+const LONG_RING: usize = 64;
+
+/// The neighbours of every vertex in cyclic order, as compressed rows.
+///
+/// Consecutive neighbours of a vertex (the last and the first, too) span a face with it. An index of
+/// `n_vertices + loop` is the apex of that border loop; it stands last in the rings of border vertices.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OneRings {
+    offsets: Vec<u32>,
+    neighbors: Vec<u32>,
+    n_apexes: usize,
+    oriented: bool,
+}
+
+/// The vertices whose faces do not form one fan: more than one sheet meets there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotManifold {
+    /// Vertex indices, ascending.
+    pub vertices: Vec<u32>,
+}
+
+impl std::fmt::Display for NotManifold {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "more than one sheet meets at {} vertices: split them first", self.vertices.len())
+    }
+}
+
+impl std::error::Error for NotManifold {}
+
+impl OneRings {
+    /// Orders the neighbours of all vertices of `faces` (n_faces x 3, indices below `n_vertices`).
+    ///
+    /// # Errors
+    /// [`NotManifold`] names every vertex whose faces do not form a single fan.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::OneRings;
+    /// let rings = OneRings::new(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+    /// assert_eq!(rings.ring(0), [1, 2, 3, 4]); // open: the last is the apex of the only border loop
+    /// assert_eq!(rings.n_apexes(), 1);
+    /// ```
+    pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
+        let (starts, mut pairs) = opposite_edges(n_vertices, faces);
+        let mut bad = Vec::new();
+        let mut oriented = true;
+        let mut offsets = Vec::with_capacity(n_vertices + 1);
+        let mut is_open = vec![false; n_vertices];
+        let mut size = 0;
+        offsets.push(0);
+        for v in 0..n_vertices {
+            let fan = &mut pairs[starts[v] as usize..starts[v + 1] as usize];
+            match order_fan(fan, &mut oriented) {
+                Some(true) => size += fan.len(),
+                Some(false) => {
+                    is_open[v] = true;
+                    size += fan.len() + 2;
+                }
+                None => bad.push(v as u32),
+            }
+            offsets.push(size as u32);
+        }
+        if !bad.is_empty() {
+            return Err(NotManifold { vertices: bad });
+        }
+        let mut neighbors = Vec::with_capacity(size);
+        for v in 0..n_vertices {
+            let fan = &pairs[starts[v] as usize..starts[v + 1] as usize];
+            neighbors.extend(fan.iter().map(|pair| pair[0]));
+            if is_open[v] {
+                neighbors.extend([fan[fan.len() - 1][1], u32::MAX]);
+            }
+        }
+        let mut rings = Self { offsets, neighbors, n_apexes: 0, oriented };
+        rings.number_border_loops(&is_open);
+        Ok(rings)
+    }
+
+    /// The neighbours of `vertex` in cyclic order; empty where no face uses it.
+    pub fn ring(&self, vertex: u32) -> &[u32] {
+        &self.neighbors[self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize]
+    }
+
+    /// Number of vertices, apexes not counted.
+    pub fn n_vertices(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Number of border loops, each with an apex of its own.
+    pub fn n_apexes(&self) -> usize {
+        self.n_apexes
+    }
+
+    /// Whether all faces are wound the same way around.
+    pub fn is_oriented(&self) -> bool {
+        self.oriented
+    }
+
+    /// The apex of the border that `vertex` lies on, if it lies on one.
+    pub fn apex(&self, vertex: u32) -> Option<u32> {
+        self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
+    }
+
+    /// The faces that join the border loops to their apexes, one per border edge, wound like their neighbours.
+    pub fn apex_faces(&self) -> Vec<[u32; 3]> {
+        let border = (0..self.n_vertices() as u32).filter_map(|v| self.apex(v).map(|apex| (v, apex)));
+        border.map(|(v, apex)| [self.ring(v)[0], v, apex]).collect()
+    }
+
+    fn number_border_loops(&mut self, is_open: &[bool]) {
+        let n_vertices = self.n_vertices();
+        for start in (0..n_vertices).filter(|&v| is_open[v]) {
+            if self.neighbors[self.offsets[start + 1] as usize - 1] != u32::MAX {
+                continue;
+            }
+            let apex = (n_vertices + self.n_apexes) as u32;
+            self.n_apexes += 1;
+            let mut pending = vec![start as u32];
+            while let Some(v) = pending.pop() {
+                let end = self.offsets[v as usize + 1] as usize;
+                if self.neighbors[end - 1] == u32::MAX {
+                    self.neighbors[end - 1] = apex;
+                    pending.extend([self.ring(v)[0], self.neighbors[end - 2]]);
+                }
+            }
+        }
+    }
+}
+
+/// For each vertex the edges opposite to it, as compressed rows: row starts (n_vertices + 1) and vertex pairs.
+fn opposite_edges(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
+    let mut starts = vec![0u32; n_vertices + 2];
+    for &v in faces.as_flattened() {
+        starts[v as usize + 2] += 1;
+    }
+    for v in 2..starts.len() {
+        starts[v] += starts[v - 1];
+    }
+    let mut pairs = vec![[0; 2]; 3 * faces.len()];
+    for &[a, b, c] in faces {
+        for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+            let slot = &mut starts[v as usize + 1];
+            pairs[*slot as usize] = pair;
+            *slot += 1;
+        }
+    }
+    starts.pop();
+    (starts, pairs)
+}
+
+/// Orders the opposite edges of one vertex so that each begins where the one before ends.
+///
+/// Returns whether the fan is closed, or `None` where the faces do not form one fan. Clears `oriented` where
+/// an edge had to be turned around.
+fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
+    if fan.is_empty() {
+        return Some(true);
+    }
+    let n_ordered = grow_fan(fan, 1, oriented)?;
+    if n_ordered == fan.len() {
+        let closed = fan[0][0] == fan[n_ordered - 1][1];
+        return if closed && fan.len() < 3 { None } else { Some(closed) };
+    }
+    reverse_fan(&mut fan[..n_ordered]);
+    fan[n_ordered..].iter_mut().for_each(|pair| pair.reverse());
+    let complete = grow_fan(fan, n_ordered, oriented)? == fan.len();
+    reverse_fan(fan);
+    complete.then_some(false)
+}
+
+fn reverse_fan(fan: &mut [[u32; 2]]) {
+    fan.reverse();
+    fan.iter_mut().for_each(|pair| pair.reverse());
+}
+
+/// Extends the ordered beginning of `fan` as far as it goes and returns its length; `None` where it branches.
+fn grow_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
+    if fan.len() > LONG_RING {
+        return grow_long_fan(fan, n_ordered, oriented);
+    }
+    for end in n_ordered..fan.len() {
+        let tail = fan[end - 1][1];
+        if tail == fan[0][0] {
+            return None;
+        }
+        let mut next = None;
+        for (i, pair) in fan.iter().enumerate().skip(end) {
+            if pair[0] == tail || pair[1] == tail {
+                if next.is_some() {
+                    return None;
+                }
+                next = Some(i);
+            }
+        }
+        let Some(next) = next else { return Some(end) };
+        fan.swap(end, next);
+        if fan[end][0] != tail {
+            fan[end].reverse();
+            *oriented = false;
+        }
+    }
+    Some(fan.len())
+}
+
+/// [`grow_fan`] in linear time for vertices with very many faces.
+fn grow_long_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
+    let mut places: FxHashMap<u32, [usize; 2]> = FxHashMap::default();
+    for (i, pair) in fan.iter().enumerate().skip(n_ordered) {
+        for v in pair {
+            let slots = places.entry(*v).or_insert([usize::MAX; 2]);
+            let free = slots.iter().position(|&slot| slot == usize::MAX)?;
+            slots[free] = i;
+        }
+    }
+    let rest = fan.to_vec();
+    let mut used = vec![false; fan.len()];
+    for end in n_ordered..fan.len() {
+        let tail = fan[end - 1][1];
+        if tail == fan[0][0] {
+            return None;
+        }
+        let mut open = places.get(&tail).into_iter().flatten().filter(|&&i| i != usize::MAX && !used[i]);
+        let next = open.next().copied();
+        if open.next().is_some() {
+            return None;
+        }
+        let Some(next) = next else {
+            let unused = (n_ordered..rest.len()).filter(|&i| !used[i]);
+            let left: Vec<_> = unused.map(|i| rest[i]).collect();
+            fan[end..].copy_from_slice(&left);
+            return Some(end);
+        };
+        used[next] = true;
+        fan[end] = rest[next];
+        if fan[end][0] != tail {
+            fan[end].reverse();
+            *oriented = false;
+        }
+    }
+    Some(fan.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+
+    #[test]
+    fn closed_rings_are_cycles_of_faces() {
+        let rings = OneRings::new(4, &TETRAHEDRON).unwrap();
+        assert!(rings.is_oriented());
+        assert_eq!(rings.n_apexes(), 0);
+        for v in 0..4 {
+            let ring = rings.ring(v);
+            assert_eq!(ring.len(), 3);
+            for i in 0..3 {
+                let (a, b) = (ring[i], ring[(i + 1) % 3]);
+                assert!(
+                    TETRAHEDRON.iter().any(|f| (0..3).any(|k| [f[k], f[(k + 1) % 3], f[(k + 2) % 3]] == [v, a, b]))
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_border_loop_has_its_apex() {
+        // An annulus of 4 + 4 vertices.
+        let faces: Vec<[u32; 3]> =
+            (0..4).flat_map(|i| [[i, (i + 1) % 4, 4 + i], [(i + 1) % 4, 4 + (i + 1) % 4, 4 + i]]).collect();
+        let rings = OneRings::new(8, &faces).unwrap();
+        assert_eq!(rings.n_apexes(), 2);
+        assert_ne!(rings.apex(0), rings.apex(4));
+        let mut closed = faces;
+        closed.extend(rings.apex_faces());
+        let closed = OneRings::new(10, &closed).unwrap();
+        assert!(closed.is_oriented());
+        assert_eq!(closed.n_apexes(), 0);
+    }
+
+    #[test]
+    fn two_sheets_at_a_vertex_are_not_a_manifold() {
+        let error = OneRings::new(5, &[[0, 1, 2], [0, 3, 4]]).unwrap_err();
+        assert_eq!(error.vertices, [0]);
+        let three_faces_on_an_edge = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        assert_eq!(OneRings::new(5, &three_faces_on_an_edge).unwrap_err().vertices, [0, 1]);
+    }
+
+    #[test]
+    fn a_face_and_its_opposite_are_no_surface() {
+        assert!(OneRings::new(3, &[[0, 1, 2], [0, 2, 1]]).is_err());
+    }
+
+    #[test]
+    fn inconsistent_winding_is_noticed_and_ordered_all_the_same() {
+        let mut faces = TETRAHEDRON;
+        faces[2].reverse();
+        let rings = OneRings::new(4, &faces).unwrap();
+        assert!(!rings.is_oriented());
+        assert_eq!(rings.ring(0).len(), 3);
+    }
+
+    #[test]
+    fn long_fans_are_ordered_like_short_ones() {
+        for open in [false, true] {
+            let n = 4 * LONG_RING as u32;
+            let mut faces: Vec<[u32; 3]> = (0..n - u32::from(open)).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect();
+            faces.swap(3, 100);
+            faces[7].reverse();
+            let rings = OneRings::new(n as usize + 1, &faces).unwrap();
+            let ring = rings.ring(0);
+            assert_eq!(ring.len(), n as usize + usize::from(open));
+            assert!(!rings.is_oriented());
+            let steps =
+                ring[..n as usize].windows(2).filter(|w| w[0].abs_diff(w[1]) == 1 || w[0].abs_diff(w[1]) == n - 1);
+            assert_eq!(steps.count(), n as usize - 1);
+        }
+    }
+}
