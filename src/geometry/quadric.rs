@@ -1,16 +1,121 @@
 //! The quadric error of Garland and Heckbert (1997): weighted squared distance to a set of planes.
 
-use glam::DVec3;
+use std::ops::{Add, AddAssign, Sub, SubAssign};
 
-/// A quadratic form `x -> x'Ax + 2 b'x + c`, the weighted sum of squared distances to planes and points.
+use glam::{DVec3, Vec3};
+
+/// A quadratic form `x -> x'Ax - 2 b'x + c`: the weighted sum of squared distances to planes and points.
 ///
-/// `a` holds the upper triangle of the symmetric 3 x 3 matrix as xx, xy, xz, yy, yz, zz.
+/// ```
+/// use neural_mesh::geometry::Quadric;
+/// let ground = Quadric::around([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
+/// assert_eq!(ground.value([5.0, 5.0, 4.0].into()), 2.0 * 3.0 * 3.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
-    /// Upper triangle of A: xx, xy, xz, yy, yz, zz.
+    /// Upper triangle of the symmetric A: xx, xy, xz, yy, yz, zz.
     pub a: [f64; 6],
     /// The linear part b.
     pub b: DVec3,
     /// The constant part c.
     pub c: f64,
+}
+
+impl Quadric {
+    /// The form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
+    pub fn around(a: [f32; 6], p: Vec3) -> Self {
+        let a = a.map(f64::from);
+        let p = p.as_dvec3();
+        let b = times(&a, p);
+        Self { a, b, c: b.dot(p) }
+    }
+
+    /// The value at `x`, never below zero.
+    pub fn value(&self, x: DVec3) -> f64 {
+        (times(&self.a, x).dot(x) - 2.0 * self.b.dot(x) + self.c).max(0.0)
+    }
+
+    /// Sum of the eigenvalues of A: the total weight of the planes.
+    pub fn trace(&self) -> f64 {
+        self.a[0] + self.a[3] + self.a[5]
+    }
+
+    /// The form with `weight` times the squared distance to `p` added.
+    pub fn pulled_to(mut self, p: DVec3, weight: f64) -> Self {
+        [0, 3, 5].into_iter().for_each(|diagonal| self.a[diagonal] += weight);
+        self.b += p * weight;
+        self.c += p.length_squared() * weight;
+        self
+    }
+
+    /// Where the form is smallest and its value there; `None` where A is singular.
+    pub fn minimum(&self) -> Option<(DVec3, f64)> {
+        let [xx, xy, xz, yy, yz, zz] = self.a;
+        let (c0, c1, c2) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
+        let determinant = xx * c0 + xy * c1 + xz * c2;
+        let scale = self.trace();
+        if determinant <= 1e-11 * scale * scale * scale {
+            return None;
+        }
+        let (c3, c4, c5) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
+        let x = times(&[c0, c1, c2, c3, c4, c5], self.b) / determinant;
+        Some((x, (self.c - self.b.dot(x)).max(0.0)))
+    }
+}
+
+/// Product of the symmetric matrix with upper triangle `a` and `x`.
+fn times(a: &[f64; 6], x: DVec3) -> DVec3 {
+    DVec3::new(
+        a[0] * x.x + a[1] * x.y + a[2] * x.z,
+        a[1] * x.x + a[3] * x.y + a[4] * x.z,
+        a[2] * x.x + a[4] * x.y + a[5] * x.z,
+    )
+}
+
+impl Add for Quadric {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self { a: std::array::from_fn(|i| self.a[i] + other.a[i]), b: self.b + other.b, c: self.c + other.c }
+    }
+}
+
+impl Sub for Quadric {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self { a: std::array::from_fn(|i| self.a[i] - other.a[i]), b: self.b - other.b, c: self.c - other.c }
+    }
+}
+
+impl AddAssign for Quadric {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Quadric {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_planes_meet_at_the_minimum() {
+        let corner = Vec3::new(0.3, -0.2, 0.7);
+        let planes = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.5]];
+        let on_plane = [Vec3::Y, Vec3::Z, Vec3::X].map(|along| corner + 3.0 * along);
+        let sum = planes.into_iter().zip(on_plane).fold(Quadric::default(), |q, (a, p)| q + Quadric::around(a, p));
+        let (x, value) = sum.minimum().unwrap();
+        assert!(x.distance(corner.as_dvec3()) < 1e-6, "{x}");
+        assert!(value < 1e-12);
+        assert!((sum.value(x + DVec3::Y) - 2.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_single_plane_has_no_single_minimum() {
+        assert!(Quadric::around([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], Vec3::ONE).minimum().is_none());
+    }
 }

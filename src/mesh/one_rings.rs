@@ -85,7 +85,17 @@ impl OneRings {
 
     /// The neighbours of `vertex` in cyclic order; empty where no face uses it.
     pub fn ring(&self, vertex: u32) -> &[u32] {
-        &self.neighbors[self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize]
+        &self.neighbors[self.range(vertex)]
+    }
+
+    /// Where the ring of `vertex` stands among the entries of all rings.
+    pub fn range(&self, vertex: u32) -> std::ops::Range<usize> {
+        self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize
+    }
+
+    /// Number of entries of all rings together.
+    pub fn n_entries(&self) -> usize {
+        self.neighbors.len()
     }
 
     /// Number of vertices, apexes not counted.

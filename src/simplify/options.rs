@@ -124,6 +124,8 @@ pub enum SimplifyError {
     NeedsWeights,
     /// The network's probabilities leave no face.
     NothingKept,
+    /// Coordinates of the result are too large for `f32`.
+    Overflow,
     /// The progress callback asked to stop.
     Interrupted,
 }
@@ -138,6 +140,7 @@ impl std::fmt::Display for SimplifyError {
             Self::BadOversample(x) => write!(f, "oversample {x} is outside 1 to 4"),
             Self::NeedsWeights => write!(f, "the paper's assembly needs a trained network: give its weights"),
             Self::NothingKept => write!(f, "the network kept no face: these weights do not fit this mesh"),
+            Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),
             Self::Interrupted => write!(f, "interrupted"),
         }
     }

@@ -1,0 +1,118 @@
+//! The closed assembly, ours: samples, regions, quotient, collapse, flips and fit. Closed in, closed out.
+
+mod collapse;
+mod darts;
+mod edge_lengths;
+mod fit;
+mod placement;
+mod quotient;
+mod regions;
+mod separate;
+mod surface;
+
+use std::ops::ControlFlow;
+
+use crate::mesh::{Frame, TriMesh};
+
+use super::options::{Event, SimplifyError};
+use collapse::Collapse;
+use darts::Assignment;
+use edge_lengths::EdgeLengths;
+use surface::Surface;
+
+pub(super) use collapse::{End, Limit};
+
+/// Sweeps over the borders of the regions; a third moves hardly any vertex.
+const SWEEPS: usize = 3;
+/// Fits to the original surface at the end.
+const FITS: usize = 2;
+/// Above this share of the vertices the samples are all vertices.
+const NEARLY_ALL: f64 = 0.9;
+
+/// What the closed assembly is asked.
+pub(super) struct Request<'a> {
+    /// The size to reach.
+    pub limit: Limit,
+    /// Samples per vertex asked for.
+    pub oversample: f64,
+    /// How much denser than average samples should lie at each vertex of the mesh, if anyone knows.
+    pub density: Option<&'a [f32]>,
+    /// Seed of the darts.
+    pub seed: u64,
+    /// How the result will be written.
+    pub frame: Frame,
+}
+
+/// What the closed assembly gives.
+pub(super) struct Closed {
+    /// The lighter mesh.
+    pub mesh: TriMesh,
+    /// How the collapse ended.
+    pub end: End,
+    /// Vertices after the one pass.
+    pub vertices_after_pass: usize,
+    /// Vertices split where sheets met.
+    pub split_vertices: usize,
+    /// Regions cut to keep the surface a manifold.
+    pub refined_regions: usize,
+    /// Vertices moved apart for the file.
+    pub separated_vertices: usize,
+}
+
+
+/// Simplifies `mesh` to the limit of the request.
+pub(super) fn simplify_closed(
+    mesh: &TriMesh,
+    request: &Request,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Closed, SimplifyError> {
+    let mut enter = |stage| match progress(Event { stage, done: 0.0 }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
+    };
+    enter("surface")?;
+    let surface = Surface::new(mesh);
+    enter("samples")?;
+    let mut assignment = samples(&surface, request);
+    enter("sweeps")?;
+    regions::sweep(&surface, &mut assignment, SWEEPS);
+    enter("quotient")?;
+    let quotient = quotient::quotient(&surface, &mut assignment);
+    enter("placement")?;
+    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    enter("collapse")?;
+    let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
+    let end = collapse.run(request.limit);
+    let mut remains = collapse.finish();
+    enter("fit")?;
+    let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
+    for _ in 0..FITS {
+        fit::fit(
+            &surface,
+            &mut fit::Output { positions: &mut remains.positions, faces: &remains.faces, vertex_of: &vertex_of },
+        );
+    }
+    enter("finish")?;
+    let mut positions: Vec<[f32; 3]> = remains.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
+    let separated_vertices = separate::separate(&mut positions, &request.frame);
+    let mesh = TriMesh::new(positions, remains.faces).map_err(|_| SimplifyError::Overflow)?;
+    Ok(Closed {
+        mesh,
+        end,
+        vertices_after_pass: assignment.n_regions,
+        split_vertices: surface.n_split(),
+        refined_regions: quotient.n_refined,
+        separated_vertices,
+    })
+}
+
+/// Throws the darts, or takes every vertex where nearly all are wanted.
+fn samples(surface: &Surface, request: &Request) -> Assignment {
+    let wanted = request.limit.vertices.min(request.limit.faces / 2 + 2) as f64 * request.oversample;
+    if wanted >= NEARLY_ALL * surface.n_vertices() as f64 {
+        return Assignment::identity(surface.n_vertices());
+    }
+    let density: Option<Vec<f32>> = request.density.map(|d| surface.sources().map(|v| d[v as usize]).collect());
+    let lengths = EdgeLengths::new(surface, density.as_deref());
+    darts::throw_darts(surface, &lengths, (wanted as usize).max(4), request.seed)
+}

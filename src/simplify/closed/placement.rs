@@ -1,0 +1,120 @@
+//! Where the vertex of each region goes: the minimum of its plane quadrics, kept near the region.
+//!
+//! Quadrics alone are singular on flat parts, so they carry a small pull toward the region's vertices; a minimum far
+//! outside the region is pulled harder, and one that would turn a face over gives way to a vertex of the input.
+
+use glam::DVec3;
+
+use crate::geometry::Quadric;
+use crate::geometry::triangle::area_normal_f64;
+
+use super::darts::Assignment;
+use super::regions::vertex_quadric;
+use super::surface::Surface;
+
+/// Weight of the distance to the region's vertices against that to its planes. More would round corners off,
+/// less would lose the places of vertices on flat parts in rounding.
+const PULL: f32 = 1e-6;
+/// The same where the minimum lies far outside the region.
+const FIRM_PULL: f64 = 1e-3;
+/// How far outside is far, in standard deviations of the region's vertices.
+const FAR: f64 = 2.0;
+
+/// A vertex per region.
+pub(super) struct Placement {
+    /// Positions, n_regions x 3.
+    pub positions: Vec<DVec3>,
+    /// The plane quadrics of the regions.
+    pub quadrics: Vec<Quadric>,
+}
+
+/// Area-weighted sums over a region's vertices.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    weight: f64,
+    position: DVec3,
+    squared: f64,
+    normal: DVec3,
+}
+
+impl Moments {
+    fn mean(&self) -> DVec3 {
+        self.position / self.weight
+    }
+
+    fn variance(&self) -> f64 {
+        (self.squared / self.weight - self.mean().length_squared()).max(0.0)
+    }
+}
+
+/// Places a vertex for each region of `assignment`, whose quotient has the given faces.
+pub(super) fn place(surface: &Surface, assignment: &Assignment, faces: &[[u32; 3]]) -> Placement {
+    if assignment.n_regions == surface.n_vertices() {
+        return stay(surface);
+    }
+    let (quadrics, moments) = sums(surface, assignment);
+    let mut positions: Vec<DVec3> = quadrics.iter().zip(&moments).map(|(q, m)| best_position(q, m)).collect();
+    let safe = central_vertices(surface, assignment, &moments);
+    for _ in 0..2 {
+        for r in turned_regions(&positions, &moments, faces) {
+            positions[r as usize] = safe[r as usize];
+        }
+    }
+    Placement { positions, quadrics }
+}
+
+/// Every vertex where it is, for an assignment that is the identity.
+fn stay(surface: &Surface) -> Placement {
+    let positions = surface.positions.iter().map(|p| p.as_dvec3()).collect();
+    Placement { positions, quadrics: (0..surface.n_vertices()).map(|v| vertex_quadric(surface, v, PULL)).collect() }
+}
+
+fn sums(surface: &Surface, assignment: &Assignment) -> (Vec<Quadric>, Vec<Moments>) {
+    let mut quadrics = vec![Quadric::default(); assignment.n_regions];
+    let mut moments = vec![Moments::default(); assignment.n_regions];
+    for (v, &r) in assignment.region.iter().enumerate() {
+        quadrics[r as usize] += vertex_quadric(surface, v, PULL);
+        let weight = surface.weight(v);
+        let p = surface.positions[v].as_dvec3();
+        let m = &mut moments[r as usize];
+        m.weight += weight;
+        m.position += p * weight;
+        m.squared += p.length_squared() * weight;
+        m.normal += surface.normals[v].as_dvec3() * weight;
+    }
+    (quadrics, moments)
+}
+
+fn best_position(quadric: &Quadric, moments: &Moments) -> DVec3 {
+    let mean = moments.mean();
+    let far = FAR * FAR * moments.variance();
+    if let Some((x, _)) = quadric.minimum().filter(|(x, _)| x.distance_squared(mean) <= far) {
+        return x;
+    }
+    let firm = quadric.pulled_to(mean, FIRM_PULL * quadric.trace());
+    firm.minimum().map_or(mean, |(x, _)| mean + (x - mean).clamp_length_max(far.sqrt()))
+}
+
+/// For each region the position of its vertex nearest to the mean.
+fn central_vertices(surface: &Surface, assignment: &Assignment, moments: &[Moments]) -> Vec<DVec3> {
+    let mut nearest = vec![(f64::INFINITY, DVec3::ZERO); moments.len()];
+    for (v, &r) in assignment.region.iter().enumerate() {
+        let p = surface.positions[v].as_dvec3();
+        let distance = p.distance_squared(moments[r as usize].mean());
+        let best = &mut nearest[r as usize];
+        if distance < best.0 {
+            *best = (distance, p);
+        }
+    }
+    nearest.into_iter().map(|(_, p)| p).collect()
+}
+
+/// The regions at the corners of faces that look away from what they stand for.
+fn turned_regions(positions: &[DVec3], moments: &[Moments], faces: &[[u32; 3]]) -> Vec<u32> {
+    let turned = |face: &&[u32; 3]| {
+        let normal = area_normal_f64(face.map(|r| positions[r as usize]));
+        let meant: DVec3 = face.iter().map(|&r| moments[r as usize].normal.normalize_or_zero()).sum();
+        normal.dot(meant) <= 0.0
+    };
+    faces.iter().filter(turned).flatten().copied().collect()
+}

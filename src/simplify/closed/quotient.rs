@@ -1,0 +1,169 @@
+//! The quotient mesh: one vertex per region, one face where three regions meet, proved to be the same surface.
+//!
+//! If every region is a disc and the faces around every region form one fan, the quotient is a manifold with the
+//! input's genus, borders and components: each region is contracted to a point, each strip of faces between two
+//! regions to an edge. Both conditions are checked; a region that breaks one is cut in two, which ends at the
+//! latest with the input itself.
+
+use std::collections::VecDeque;
+
+use crate::mesh::OneRings;
+
+use super::darts::Assignment;
+use super::surface::Surface;
+
+/// The quotient's faces over region indices.
+pub(super) struct Quotient {
+    /// Faces, n x 3, wound as in the input.
+    pub faces: Vec<[u32; 3]>,
+    /// The rings over them.
+    pub rings: OneRings,
+    /// Regions that were cut to keep the surface a manifold.
+    pub n_refined: usize,
+}
+
+/// Builds the quotient, cutting regions of `assignment` where they stand in the way.
+pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotient {
+    if assignment.n_regions == surface.n_vertices() {
+        return Quotient { faces: surface.faces.clone(), rings: surface.rings.clone(), n_refined: 0 };
+    }
+    let apex_faces = surface.rings.apex_faces();
+    let n_before = assignment.n_regions;
+    loop {
+        let (faces, mut broken) = meeting_faces(surface, assignment, &apex_faces);
+        let n_inner = faces.inner.len();
+        let closed = [faces.inner, faces.border].concat();
+        let n_nodes = assignment.n_regions + surface.rings.n_apexes();
+        match OneRings::new(n_nodes, &closed) {
+            Err(error) => error.vertices.iter().for_each(|&r| broken[r as usize] = true),
+            Ok(rings) => (0..assignment.n_regions).for_each(|r| broken[r] |= rings.ring(r as u32).is_empty()),
+        }
+        if !refine(surface, assignment, &mut broken, &closed) {
+            let faces = closed[..n_inner].to_vec();
+            if let Ok(rings) = OneRings::new(assignment.n_regions, &faces) {
+                return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
+            }
+            *assignment = Assignment::identity(surface.n_vertices());
+        }
+    }
+}
+
+/// The faces that join three labels: of the surface, and of the cones over its borders.
+struct Meeting {
+    inner: Vec<[u32; 3]>,
+    border: Vec<[u32; 3]>,
+}
+
+/// Collects the faces whose corners lie in three regions and notes which regions are not discs.
+///
+/// With V vertices, F2 faces with exactly two corners and F3 with all three in it, a region's Euler
+/// characteristic is V - (3 F3 + F2) / 2 + F3; it is 1 for a disc.
+fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32; 3]]) -> (Meeting, Vec<bool>) {
+    let n_inner = surface.n_vertices() as u32;
+    let n_regions = assignment.n_regions as u32;
+    let label = |v: u32| if v < n_inner { assignment.region[v as usize] } else { n_regions + v - n_inner };
+    let mut twice_euler = vec![0i32; assignment.n_regions];
+    assignment.region.iter().for_each(|&r| twice_euler[r as usize] += 2);
+    let mut collect = |faces: &[[u32; 3]]| {
+        let mut meeting = Vec::new();
+        for face in faces {
+            let [a, b, c] = face.map(label);
+            let twice = if a == b || a == c { a } else { b };
+            if a != b && b != c && c != a {
+                meeting.push([a, b, c]);
+            } else if let Some(count) = twice_euler.get_mut(twice as usize) {
+                *count -= 1;
+            }
+        }
+        meeting
+    };
+    let meeting = Meeting { inner: collect(&surface.faces), border: collect(apex_faces) };
+    let mut broken: Vec<bool> = twice_euler.iter().map(|&euler| euler != 2).collect();
+    broken.resize(assignment.n_regions + surface.rings.n_apexes(), false);
+    (meeting, broken)
+}
+
+/// Cuts every broken region in two, or the regions around it where it is a single vertex; false if none is broken.
+fn refine(surface: &Surface, assignment: &mut Assignment, broken: &mut [bool], faces: &[[u32; 3]]) -> bool {
+    if !broken.contains(&true) {
+        return false;
+    }
+    let members = members(assignment);
+    let single = |r: u32| members.get(r as usize).is_none_or(|m| m.len() < 2);
+    let mut cut: Vec<bool> = broken.iter().enumerate().map(|(r, &b)| b && !single(r as u32)).collect();
+    for face in faces {
+        if face.iter().any(|&r| broken[r as usize] && single(r)) {
+            face.iter().for_each(|&r| cut[r as usize] = !single(r));
+        }
+    }
+    let mut progressed = false;
+    for (r, vertices) in members.iter().enumerate() {
+        if cut[r] {
+            cut_region(surface, assignment, vertices);
+            progressed = true;
+        }
+    }
+    progressed
+}
+
+/// The vertices of each region.
+fn members(assignment: &Assignment) -> Vec<Vec<u32>> {
+    let mut members = vec![Vec::new(); assignment.n_regions];
+    for (v, &r) in assignment.region.iter().enumerate() {
+        members[r as usize].push(v as u32);
+    }
+    members
+}
+
+/// Gives the half of a region that is nearer to its far end a label of its own, and so each part that is cut off.
+fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) {
+    let own = assignment.region[vertices[0] as usize];
+    let reached = spread(surface, assignment, &[vertices[0]], own);
+    let fresh = assignment.n_regions as u32;
+    assignment.n_regions += 1;
+    if reached.len() < vertices.len() {
+        let mut inside = reached;
+        inside.sort_unstable();
+        for v in vertices.iter().filter(|v| inside.binary_search(v).is_err()) {
+            assignment.region[*v as usize] = fresh;
+        }
+        return;
+    }
+    let far = reached[reached.len() - 1];
+    let both = spread_two(surface, assignment, [vertices[0], far], own);
+    both.into_iter().for_each(|v| assignment.region[v as usize] = fresh);
+}
+
+/// The vertices of region `own` in the order in which a search from `seeds` meets them.
+fn spread(surface: &Surface, assignment: &Assignment, seeds: &[u32], own: u32) -> Vec<u32> {
+    let mut seen: rustc_hash::FxHashSet<u32> = seeds.iter().copied().collect();
+    let mut order = seeds.to_vec();
+    let mut next = 0;
+    while next < order.len() {
+        for &w in surface.neighbors(order[next]) {
+            if assignment.region[w as usize] == own && seen.insert(w) {
+                order.push(w);
+            }
+        }
+        next += 1;
+    }
+    order
+}
+
+/// The vertices of region `own` that are nearer, in edges, to the second seed than to the first.
+fn spread_two(surface: &Surface, assignment: &Assignment, seeds: [u32; 2], own: u32) -> Vec<u32> {
+    let mut side: rustc_hash::FxHashMap<u32, bool> = seeds.into_iter().zip([false, true]).collect();
+    let mut front: VecDeque<u32> = seeds.into();
+    while let Some(v) = front.pop_front() {
+        let second = side[&v];
+        for &w in surface.neighbors(v) {
+            if assignment.region[w as usize] == own && !side.contains_key(&w) {
+                side.insert(w, second);
+                front.push_back(w);
+            }
+        }
+    }
+    let mut second: Vec<u32> = side.into_iter().filter(|&(_, second)| second).map(|(v, _)| v).collect();
+    second.sort_unstable();
+    second
+}

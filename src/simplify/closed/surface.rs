@@ -1,0 +1,157 @@
+//! The input as the closed assembly works on it: a manifold of unit size with normals and quadrics.
+
+use glam::{DVec3, Vec3};
+
+use crate::geometry::triangle::area_normal;
+use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
+
+/// How much a border counts against the surface: weight of the plane that stands on a border edge.
+const BORDER_WEIGHT: f32 = 10.0;
+
+/// An oriented manifold of unit size with what every later stage asks of its vertices.
+pub(super) struct Surface {
+    /// Normalised positions, n_vertices x 3; vertices split off by the manifold stand last.
+    pub positions: Vec<Vec3>,
+    /// Faces, n_faces x 3.
+    pub faces: Vec<[u32; 3]>,
+    /// Neighbours in order.
+    pub rings: OneRings,
+    /// Unit normals at the vertices, n_vertices x 3; zero where the faces have none.
+    pub normals: Vec<Vec3>,
+    /// Plane quadrics of each vertex about its own position, upper triangles; the trace is about its area.
+    pub quadrics: Vec<[f32; 6]>,
+    /// From normalised to local coordinates.
+    pub scale: Normalisation,
+    /// For the vertices that were split off where sheets met, the vertices they are copies of.
+    copies: Vec<u32>,
+}
+
+/// The map between local and normalised coordinates: a shift and a power of two, so that little is rounded.
+#[derive(Clone, Copy)]
+pub(super) struct Normalisation {
+    centre: DVec3,
+    factor: f64,
+}
+
+impl Normalisation {
+    fn of(positions: &[[f32; 3]]) -> Self {
+        let (low, high) = positions
+            .iter()
+            .map(|&p| DVec3::from(p.map(f64::from)))
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let diagonal = (high - low).length();
+        let exponent = if diagonal > 0.0 { -diagonal.log2().round() } else { 0.0 };
+        Self { centre: ((low + high) * 0.5).as_vec3().as_dvec3(), factor: exponent.exp2() }
+    }
+
+    fn normalise(&self, local: [f32; 3]) -> Vec3 {
+        ((DVec3::from(local.map(f64::from)) - self.centre) * self.factor).as_vec3()
+    }
+
+    /// The local coordinates of a normalised point.
+    pub fn restore(&self, point: DVec3) -> [f32; 3] {
+        (point / self.factor + self.centre).as_vec3().to_array()
+    }
+}
+
+impl Surface {
+    /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
+    pub fn new(mesh: &TriMesh) -> Self {
+        let Manifold { faces, rings, copies, .. } = manifold(mesh.positions().len(), mesh.faces().to_vec());
+        let scale = Normalisation::of(mesh.positions());
+        let sources = mesh.positions().iter().chain(copies.iter().map(|&v| &mesh.positions()[v as usize]));
+        let positions: Vec<Vec3> = sources.map(|&p| scale.normalise(p)).collect();
+        let (normals, mut quadrics) = face_sums(&positions, &faces);
+        add_border_planes(&positions, &rings, &normals, &mut quadrics);
+        support_weightless(&mut quadrics);
+        Self { positions, faces, rings, normals, quadrics, scale, copies }
+    }
+
+    /// Vertices that were split off where sheets met.
+    pub fn n_split(&self) -> usize {
+        self.copies.len()
+    }
+
+    /// For each vertex the vertex of the mesh it stands for.
+    pub fn sources(&self) -> impl Iterator<Item = u32> {
+        let n_own = (self.positions.len() - self.copies.len()) as u32;
+        (0..n_own).chain(self.copies.iter().copied())
+    }
+
+    /// Number of vertices.
+    pub fn n_vertices(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// The weight of a vertex: its area, and what borders add.
+    pub fn weight(&self, vertex: usize) -> f64 {
+        let quadric = self.quadrics[vertex];
+        f64::from(quadric[0] + quadric[3] + quadric[5])
+    }
+
+    /// The neighbours of `vertex` without the apex of a border.
+    pub fn neighbors(&self, vertex: u32) -> &[u32] {
+        let ring = self.rings.ring(vertex);
+        match self.rings.apex(vertex) {
+            Some(_) => &ring[..ring.len() - 1],
+            None => ring,
+        }
+    }
+}
+
+/// Unit vertex normals and plane quadrics, a third of every face to each corner, in one pass over the faces.
+fn face_sums(positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
+    let mut normals = vec![Vec3::ZERO; positions.len()];
+    let mut quadrics = vec![[0.0; 6]; positions.len()];
+    for face in faces {
+        let normal = area_normal(face.map(|v| positions[v as usize]));
+        let double_area = normal.length();
+        if double_area > 0.0 {
+            let plane = outer(normal, 1.0 / (6.0 * double_area));
+            for v in face.map(|v| v as usize) {
+                normals[v] += normal;
+                add(&mut quadrics[v], &plane);
+            }
+        }
+    }
+    normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+    (normals, quadrics)
+}
+
+/// Planes that stand on the border edges, so that a border keeps its curve.
+fn add_border_planes(positions: &[Vec3], rings: &OneRings, normals: &[Vec3], quadrics: &mut [[f32; 6]]) {
+    if rings.n_apexes() == 0 {
+        return;
+    }
+    for v in (0..positions.len() as u32).filter(|&v| rings.apex(v).is_some()) {
+        let w = rings.ring(v)[0];
+        let edge = positions[w as usize] - positions[v as usize];
+        let across = edge.cross(normals[v as usize] + normals[w as usize]).normalize_or_zero();
+        let plane = outer(across, BORDER_WEIGHT * 0.5 * edge.length_squared());
+        add(&mut quadrics[v as usize], &plane);
+        add(&mut quadrics[w as usize], &plane);
+    }
+}
+
+/// Gives vertices without area a small weight in all directions, so that no quadric is empty.
+fn support_weightless(quadrics: &mut [[f32; 6]]) {
+    let total: f64 = quadrics.iter().map(|q| f64::from(q[0] + q[3] + q[5])).sum();
+    let floor = (1e-4 * total / quadrics.len() as f64).max(1e-20) as f32;
+    for q in quadrics.iter_mut().filter(|q| q[0] + q[3] + q[5] < floor) {
+        for diagonal in [0, 3, 5] {
+            q[diagonal] += floor;
+        }
+    }
+}
+
+/// Upper triangle of `weight n n'`.
+fn outer(n: Vec3, weight: f32) -> [f32; 6] {
+    let m = n * weight;
+    [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
+}
+
+fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
+    for (s, o) in sum.iter_mut().zip(other) {
+        *s += o;
+    }
+}
