@@ -1,7 +1,11 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
 mod raw_mesh;
+pub mod surface_samples;
+mod topology;
 mod tri_mesh;
+mod union_find;
 
 pub use raw_mesh::{Frame, RawMesh};
+pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};
