@@ -1,7 +1,7 @@
 //! Every figure of one result against its original.
 
 use neural_mesh::mesh::{TriMesh, topology};
-use neural_mesh::metrics::{Surface, surface_distance};
+use neural_mesh::metrics::{Surface, self_intersecting_faces, surface_distance, turned_faces};
 
 use crate::methods::Done;
 use crate::row::Row;
@@ -31,6 +31,7 @@ pub fn measure(original: &Original, done: &Done) -> Row {
         rms: distance.both.rms * share,
         hausdorff: distance.both.max * share,
         normal_error: distance.both.normal_error,
+        turned_faces: turned_faces(&original.surface, &done.mesh).len(),
         ..topology_row(&done.mesh)
     }
 }
@@ -49,6 +50,7 @@ pub fn topology_row(mesh: &TriMesh) -> Row {
         inconsistent_edges: topology.inconsistent_edges,
         components: topology.components,
         genus: topology.genus,
+        self_intersecting_faces: self_intersecting_faces(mesh).len(),
         ..Row::default()
     }
 }

@@ -34,6 +34,8 @@ pub struct Row {
     pub inconsistent_edges: usize,
     pub components: usize,
     pub genus: Option<usize>,
+    pub self_intersecting_faces: usize,
+    pub turned_faces: usize,
 }
 
 impl Row {

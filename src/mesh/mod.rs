@@ -1,6 +1,7 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
 mod raw_mesh;
+pub mod shapes;
 pub mod surface_samples;
 mod topology;
 mod tri_mesh;

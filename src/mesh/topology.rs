@@ -228,3 +228,96 @@ fn is_orientable(mesh: &TriMesh) -> bool {
     });
     (0..mesh.faces().len() as u32).all(|face| sides.find(2 * face) != sides.find(2 * face + 1))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+    use std::collections::{BTreeMap, BTreeSet};
+
+    fn mesh(n_vertices: usize, faces: &[[u32; 3]]) -> TriMesh {
+        TriMesh::new(vec![[0.0; 3]; n_vertices], faces.to_vec()).unwrap()
+    }
+
+    /// Faces over each edge, with whether they run from the smaller to the larger vertex.
+    fn naive_edges(faces: &[[u32; 3]]) -> BTreeMap<(u32, u32), Vec<(usize, bool)>> {
+        let mut edges: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for (i, &[a, b, c]) in faces.iter().enumerate() {
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                edges.entry((a.min(b), a.max(b))).or_default().push((i, a < b));
+            }
+        }
+        edges
+    }
+
+    /// Number of pieces of a graph over some nodes, by flooding.
+    fn naive_pieces<T: Copy + Ord>(nodes: &BTreeSet<T>, linked: impl Fn(T, T) -> bool) -> usize {
+        let mut left = nodes.clone();
+        let mut pieces = 0;
+        while let Some(first) = left.pop_first() {
+            pieces += 1;
+            let mut front = vec![first];
+            while let Some(x) = front.pop() {
+                let near: Vec<T> = left.iter().copied().filter(|&y| linked(x, y)).collect();
+                near.iter().for_each(|y| assert!(left.remove(y)));
+                front.extend(near);
+            }
+        }
+        pieces
+    }
+
+    fn naive_fans(faces: &[[u32; 3]], vertex: u32) -> usize {
+        let around = (0..faces.len()).filter(|&f| faces[f].contains(&vertex)).collect();
+        naive_pieces(&around, |f, g| faces[f].iter().any(|v| *v != vertex && faces[g].contains(v)))
+    }
+
+    #[test]
+    fn agrees_with_naive_counts_on_random_soups() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        for round in 0..60 {
+            let n = 5 + round % 9;
+            let mut vertex = || rng.next_u32() % n;
+            let faces: Vec<[u32; 3]> = (0..2 + round).map(|_| [vertex(), vertex(), vertex()]).collect();
+            let faces: Vec<_> = faces.into_iter().filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+            let found = topology(&mesh(n as usize, &faces));
+            let edges = naive_edges(&faces);
+            let with = |n_faces: std::ops::Range<usize>| edges.values().filter(|e| n_faces.contains(&e.len())).count();
+            let same_way = |e: &&Vec<(usize, bool)>| e.len() == 2 && e[0].1 == e[1].1;
+            assert_eq!(found.edges, edges.len());
+            assert_eq!(found.boundary_edges, with(1..2));
+            assert_eq!(found.non_manifold_edges, with(3..usize::MAX));
+            assert_eq!(found.inconsistent_edges, edges.values().filter(same_way).count());
+            let fans: Vec<usize> = (0..n).map(|v| naive_fans(&faces, v)).collect();
+            assert_eq!(found.non_manifold_vertices, fans.iter().filter(|&&f| f > 1).count());
+            assert_eq!(found.unreferenced_vertices, fans.iter().filter(|&&f| f == 0).count());
+            let share_edge = |f: usize, g: usize| faces[f].iter().filter(|v| faces[g].contains(v)).count() > 1;
+            assert_eq!(found.components, naive_pieces(&(0..faces.len()).collect(), share_edge));
+        }
+    }
+
+    #[test]
+    fn a_face_turned_over_is_inconsistent_and_still_orientable() {
+        let sphere = shapes::icosphere(1);
+        let mut faces = sphere.faces().to_vec();
+        faces[7].swap(0, 1);
+        let topology = topology(&TriMesh::new(sphere.positions().to_vec(), faces).unwrap());
+        assert_eq!((topology.inconsistent_edges, topology.orientable, topology.genus), (3, true, Some(0)));
+        assert!(!topology.is_closed_manifold());
+    }
+
+    #[test]
+    fn holes_that_meet_in_a_vertex_are_two_loops() {
+        // A ring of six faces around vertex 0 without two opposite ones: the border passes 0 twice.
+        let fan = mesh(7, &[[0, 1, 2], [0, 2, 3], [0, 4, 5], [0, 5, 6]]);
+        let topology = topology(&fan);
+        assert_eq!((topology.non_manifold_vertices, topology.boundary_loops, topology.components), (1, 2, 2));
+        assert_eq!(topology.genus, Some(0));
+    }
+
+    #[test]
+    fn nothing_has_no_topology() {
+        assert_eq!(topology(&TriMesh::default()), Topology { orientable: true, genus: Some(0), ..Topology::default() });
+    }
+}

@@ -107,3 +107,71 @@ fn sums(from: &Surface, to: &Surface, start: usize) -> Sums {
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+
+    fn surface(mesh: &TriMesh) -> Surface {
+        Surface::new(mesh, 4000, 0)
+    }
+
+    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+        let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
+        TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
+    }
+
+    #[test]
+    fn spheres_in_each_other_are_as_far_apart_as_their_radii() {
+        let sphere = shapes::icosphere(4);
+        let distance = surface_distance(&surface(&sphere), &surface(&scaled(&sphere, 1.1))).unwrap();
+        for side in [distance.forward, distance.backward, distance.both] {
+            assert!((side.mean - 0.1).abs() < 2e-3 && (side.rms - 0.1).abs() < 2e-3 && (side.max - 0.1).abs() < 4e-3);
+            assert!((0.0..2e-3).contains(&side.normal_error));
+        }
+        assert!((distance.diagonal - 12f64.sqrt()).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_surface_is_at_no_distance_from_itself() {
+        let bolt = shapes::bolt(32);
+        let distance = surface_distance(&surface(&bolt), &Surface::new(&bolt, 4000, 5)).unwrap();
+        assert!(distance.both.max < 1e-12 && distance.both.normal_error < 1e-9, "{distance:?}");
+    }
+
+    #[test]
+    fn a_missing_part_counts_from_the_side_that_has_it() {
+        let whole = shapes::many_boxes(2);
+        let half = TriMesh::new(whole.positions().to_vec(), whole.faces()[..12].to_vec()).unwrap();
+        let distance = surface_distance(&surface(&whole), &surface(&half)).unwrap();
+        assert!(distance.forward.max > 0.1 && distance.backward.max < 1e-12);
+        assert_eq!(distance.both.max, distance.forward.max);
+    }
+
+    #[test]
+    fn a_surface_turned_over_has_the_largest_normal_error() {
+        let cube = shapes::cuboid([1.0; 3], 2);
+        let over = cube.faces().iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let over = TriMesh::new(cube.positions().to_vec(), over).unwrap();
+        let distance = surface_distance(&surface(&cube), &surface(&over)).unwrap();
+        assert!((distance.both.normal_error - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit() {
+        let (original, simplified) = (surface(&shapes::bolt(32)), surface(&shapes::bolt(9)));
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| surface_distance(&original, &simplified).unwrap())
+        };
+        assert_eq!(on(1), on(3));
+    }
+
+    #[test]
+    fn nothing_has_no_distance() {
+        let nothing = surface(&TriMesh::default());
+        let sphere = surface(&shapes::icosphere(0));
+        assert!(surface_distance(&nothing, &sphere).is_none() && surface_distance(&sphere, &nothing).is_none());
+    }
+}

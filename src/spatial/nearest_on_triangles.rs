@@ -48,10 +48,23 @@ impl NearestOnTriangles {
 
     /// The nearest point of all triangles; `None` where there are none.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
-        let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: f64::INFINITY };
-        let mut best = Best { hit: none, limit: f32::INFINITY };
+        self.nearest_within(p, f64::INFINITY, |_| true)
+    }
+
+    /// The nearest point of the triangles that `accept` lets pass, at a distance below `reach`.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::NearestOnTriangles;
+    /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+    /// let surface = NearestOnTriangles::new(&[at(0.0), at(1.0)]);
+    /// let hit = surface.nearest_within([0.2, 0.2, 0.1].into(), 2.0, |triangle| triangle != 0).unwrap();
+    /// assert_eq!(hit.triangle, 1);
+    /// ```
+    pub fn nearest_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
+        let mut best = Best { hit: none, limit: limit(reach * reach, p) };
         if !self.tree.nodes.is_empty() {
-            self.descend(0, p, &mut best);
+            self.descend(0, p, &accept, &mut best);
         }
         (best.hit.triangle != u32::MAX).then_some(best.hit)
     }
@@ -61,7 +74,7 @@ impl NearestOnTriangles {
         self.tree.visit_overlaps(bounds, &mut visit);
     }
 
-    fn descend(&self, node: u32, p: DVec3, best: &mut Best) {
+    fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let node = &self.tree.nodes[node as usize];
         let distances = box_distances(node, p.as_vec3().to_array());
         for child in by_distance(&distances) {
@@ -69,23 +82,25 @@ impl NearestOnTriangles {
                 continue;
             }
             match node.len[child] {
-                0 => self.descend(node.first[child], p, best),
-                len => self.test_leaf(node.first[child] as usize, usize::from(len), p, best),
+                0 => self.descend(node.first[child], p, accept, best),
+                len => {
+                    let first = node.first[child] as usize;
+                    let accepted = (first..first + usize::from(len)).filter(|&i| accept(self.tree.triangle_idx[i]));
+                    accepted.for_each(|i| self.test_triangle(i, p, best));
+                }
             }
         }
     }
 
-    fn test_leaf(&self, first: usize, len: usize, p: DVec3, best: &mut Best) {
-        for i in first..first + len {
-            let corners = self.tree.corners[i].map(|c| DVec3::from_array(c.map(f64::from)));
-            let weights = nearest_weights_f64(p, corners);
-            let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-            let distance2 = p.distance_squared(point);
-            let triangle = self.tree.triangle_idx[i];
-            if (distance2, triangle) < (best.hit.distance2, best.hit.triangle) {
-                best.hit = Hit { triangle, weights, point, distance2 };
-                best.limit = limit(distance2, p);
-            }
+    fn test_triangle(&self, i: usize, p: DVec3, best: &mut Best) {
+        let corners = self.tree.corners[i].map(|c| DVec3::from_array(c.map(f64::from)));
+        let weights = nearest_weights_f64(p, corners);
+        let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+        let distance2 = p.distance_squared(point);
+        let triangle = self.tree.triangle_idx[i];
+        if (distance2, triangle) < (best.hit.distance2, best.hit.triangle) {
+            best.hit = Hit { triangle, weights, point, distance2 };
+            best.limit = limit(distance2, p);
         }
     }
 }

@@ -1,14 +1,16 @@
 //! A tree of bounding boxes over triangles, four children wide: the ground of nearest-point and overlap queries.
 //!
-//! Split by the surface area heuristic over 16 bins per axis; the same tree on any number of threads.
+//! Split by the surface area heuristic over 16 bins of the longest axis; the same tree on any number of threads.
+
+use rayon::prelude::*;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
-/// Bins per axis when a split is chosen.
+/// Bins when a split is chosen.
 const BINS: usize = 16;
 /// Below this depth ranges are halved, so that no input makes the tree deep.
 const DEPTH: usize = 40;
-/// Ranges longer than this are split on several threads.
+/// Ranges longer than this grow on several threads.
 const PARALLEL: usize = 8192;
 
 /// An axis-parallel box.
@@ -60,6 +62,25 @@ pub(super) struct Node {
     pub(super) len: [u8; 4],
 }
 
+impl Node {
+    fn set(&mut self, child: usize, bounds: &Bounds, first: u32, len: u8) {
+        for axis in 0..3 {
+            self.low[axis][child] = bounds.low[axis];
+            self.high[axis][child] = bounds.high[axis];
+        }
+        self.first[child] = first;
+        self.len[child] = len;
+    }
+
+    /// The same node where its child nodes stand `shift` places further on.
+    fn shifted(mut self, shift: u32) -> Self {
+        for (first, &len) in self.first.iter_mut().zip(&self.len) {
+            *first += if len == 0 { shift } else { 0 };
+        }
+        self
+    }
+}
+
 /// Marks a child that does not exist.
 pub(super) const NO_CHILD: u8 = u8::MAX;
 
@@ -92,11 +113,7 @@ impl TriangleTree {
     pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
         let item = |(i, corners): (usize, &[[f32; 3]; 3])| Item { bounds: Bounds::of(corners), triangle: i as u32 };
         let mut items: Vec<Item> = triangles.iter().enumerate().map(item).collect();
-        let mut nodes = Vec::new();
-        if !items.is_empty() {
-            nodes.reserve(items.len() / 6 + 1);
-            grow(&mut nodes, &mut items, 0, 0);
-        }
+        let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
         let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
         let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
         Self { nodes, corners, triangle_idx }
@@ -132,44 +149,63 @@ impl TriangleTree {
     }
 }
 
-/// Appends the node over `items` and everything below it; `first` is the index of the first item in the whole.
+/// The nodes over `items`, the first of them the root; `first` is the index of the first item in the whole.
+fn grow_in_parallel(items: &mut [Item], first: usize, depth: usize) -> Vec<Node> {
+    let mut nodes = Vec::new();
+    if items.len() <= PARALLEL {
+        grow(&mut nodes, items, first, depth);
+        return nodes;
+    }
+    nodes.push(NO_CHILDREN);
+    let parts = with_starts(quarters(items, depth), first);
+    let grow_part = |(start, part): (usize, &mut [Item])| (bounds_of(part), grow_in_parallel(part, start, depth + 2));
+    let grown: Vec<(Bounds, Vec<Node>)> = parts.into_par_iter().map(grow_part).collect();
+    for (child, (bounds, below)) in grown.into_iter().enumerate() {
+        let shift = nodes.len() as u32;
+        nodes[0].set(child, &bounds, shift, 0);
+        nodes.extend(below.into_iter().map(|node| node.shifted(shift)));
+    }
+    nodes
+}
+
+/// Appends the node over `items` and everything below it.
 fn grow(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, depth: usize) {
     let own = nodes.len();
     nodes.push(NO_CHILDREN);
-    let mut start = first;
-    for (child, part) in quarters(items, depth).into_iter().enumerate() {
-        let bounds = part.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(&item.bounds));
-        let below = nodes.len();
-        let node = &mut nodes[own];
-        for axis in 0..3 {
-            node.low[axis][child] = bounds.low[axis];
-            node.high[axis][child] = bounds.high[axis];
-        }
+    for (child, (start, part)) in with_starts(quarters(items, depth), first).into_iter().enumerate() {
+        let bounds = bounds_of(part);
         if part.len() <= LEAF {
-            node.len[child] = part.len() as u8;
-            node.first[child] = start as u32;
+            nodes[own].set(child, &bounds, start as u32, part.len() as u8);
         } else {
-            node.len[child] = 0;
-            node.first[child] = below as u32;
+            let below = nodes.len() as u32;
+            nodes[own].set(child, &bounds, below, 0);
             grow(nodes, part, start, depth + 2);
         }
-        start += part.len();
     }
 }
 
-/// Splits the items in two and both halves again, where they do not fit a leaf.
-fn quarters(items: &mut [Item], depth: usize) -> Vec<&mut [Item]> {
-    let halves = |items: &'_ mut [Item], depth| -> usize { if items.len() <= LEAF { 0 } else { split(items, depth) } };
-    let middle = halves(items, depth);
-    let (a, b) = items.split_at_mut(middle);
-    let (in_a, in_b) = if a.len() + b.len() > PARALLEL {
-        rayon::join(|| halves(a, depth + 1), || halves(b, depth + 1))
-    } else {
-        (halves(a, depth + 1), halves(b, depth + 1))
+/// The parts that are not empty, each with the index of its first item.
+fn with_starts(parts: [&mut [Item]; 4], first: usize) -> Vec<(usize, &mut [Item])> {
+    let mut end = first;
+    let mut with_start = |part: &'_ mut [Item]| {
+        end += part.len();
+        end - part.len()
     };
-    let (a0, a1) = a.split_at_mut(in_a);
-    let (b0, b1) = b.split_at_mut(in_b);
-    [a0, a1, b0, b1].into_iter().filter(|part| !part.is_empty()).collect()
+    parts.into_iter().map(|part| (with_start(part), part)).filter(|(_, part)| !part.is_empty()).collect()
+}
+
+fn bounds_of(items: &[Item]) -> Bounds {
+    items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
+}
+
+/// Splits the items in two and both halves again, where they do not fit a leaf.
+fn quarters(items: &mut [Item], depth: usize) -> [&mut [Item]; 4] {
+    let middle = |items: &mut [Item], depth| if items.len() <= LEAF { 0 } else { split(items, depth) };
+    let half = middle(items, depth);
+    let (a, b) = items.split_at_mut(half);
+    let (in_a, in_b) = (middle(a, depth + 1), middle(b, depth + 1));
+    let ((a0, a1), (b0, b1)) = (a.split_at_mut(in_a), b.split_at_mut(in_b));
+    [a0, a1, b0, b1]
 }
 
 #[derive(Clone, Copy)]
@@ -206,28 +242,22 @@ fn bin_of(item: &Item, axis: usize, low: f32, scale: f32) -> usize {
     (((item.middle(axis) - low) * scale) as usize).min(BINS - 1)
 }
 
-/// Axis and bin where the sum of area times count of both sides is least; none where all middles coincide.
+/// The longest axis and its bin where the sum of area times count of both sides is least; none where all
+/// middles coincide.
 fn cheapest_cut(items: &[Item], low: [f32; 3], high: [f32; 3]) -> Option<(usize, usize)> {
-    let mut best = None;
-    let mut best_cost = f32::INFINITY;
-    for axis in 0..3 {
-        let scale = BINS as f32 / (high[axis] - low[axis]);
-        if !scale.is_finite() {
-            continue;
-        }
-        let mut bins = [Bin { bounds: Bounds::EMPTY, len: 0 }; BINS];
-        for item in items {
-            let bin = &mut bins[bin_of(item, axis, low[axis], scale)];
-            bin.bounds = bin.bounds.union(&item.bounds);
-            bin.len += 1;
-        }
-        for (cut, cost) in costs(&bins).into_iter().enumerate().skip(1) {
-            if cost < best_cost {
-                (best_cost, best) = (cost, Some((axis, cut)));
-            }
-        }
+    let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
+    let scale = BINS as f32 / (high[axis] - low[axis]);
+    if !scale.is_finite() {
+        return None;
     }
-    best
+    let mut bins = [Bin { bounds: Bounds::EMPTY, len: 0 }; BINS];
+    for item in items {
+        let bin = &mut bins[bin_of(item, axis, low[axis], scale)];
+        bin.bounds = bin.bounds.union(&item.bounds);
+        bin.len += 1;
+    }
+    let cuts = costs(&bins).into_iter().enumerate().skip(1);
+    cuts.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(cut, _)| (axis, cut))
 }
 
 /// For each bin the cost of cutting before it.
