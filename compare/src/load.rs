@@ -48,3 +48,10 @@ fn weld(points: &[[f64; 3]], faces: impl Iterator<Item = [u32; 3]>) -> Result<Tr
     let welded = welded.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
     TriMesh::new(positions, welded)
 }
+
+/// The mesh's name in the tables: its file name without extension, after its folder's where that has a name of its own.
+pub fn name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    if folder.contains('_') { format!("{stem} ({folder})") } else { stem }
+}

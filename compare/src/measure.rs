@@ -27,6 +27,7 @@ pub fn measure(original: &Original, done: &Done) -> Row {
     Row {
         outcome: done.outcome.clone(),
         vertices_after_pass: done.vertices_after_pass,
+        oversample: done.oversample,
         mean: distance.both.mean * share,
         rms: distance.both.rms * share,
         hausdorff: distance.both.max * share,

@@ -1,8 +1,5 @@
-//! One line of the table: a mesh, what was asked, by which method, and every figure of the outcome.
+//! One line of the main table: a mesh, what was asked, by which method, and every figure of the outcome.
 
-use std::path::Path;
-
-use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 
 /// Distances are shares of the diagonal of the input's bounding box.
@@ -16,9 +13,12 @@ pub struct Row {
     pub method: String,
     pub vertices: usize,
     pub faces: usize,
-    /// `reached`, or what stopped the method.
+    /// `reached`, what stopped the method, or `failed:` and why there is no result.
     pub outcome: String,
+    /// Vertices left by our one pass, before the collapse.
     pub vertices_after_pass: Option<usize>,
+    /// Samples we drew per vertex asked for.
+    pub oversample: Option<f64>,
     /// Median over the repeats, one thread.
     pub seconds: f64,
     pub mean: f64,
@@ -39,28 +39,13 @@ pub struct Row {
 }
 
 impl Row {
-    /// Whether both rows stand for the same mesh, ratio, seed and method.
-    pub fn same_case(&self, mesh: &str, ratio: f64, seed: u64, method: &str) -> bool {
+    /// Whether the row stands for this mesh, ratio, seed and method.
+    pub fn is_case(&self, mesh: &str, ratio: f64, seed: u64, method: &str) -> bool {
         self.mesh == mesh && self.ratio == ratio && self.seed == seed && self.method == method
     }
-}
 
-/// All rows of a table; none where the file does not exist.
-pub fn read(path: &Path) -> Result<Vec<Row>> {
-    if !path.exists() {
-        return Ok(Vec::new());
+    /// Whether there is no result.
+    pub fn failed(&self) -> bool {
+        self.outcome.starts_with("failed")
     }
-    let mut reader = csv::Reader::from_path(path)?;
-    reader.deserialize().map(|row| row.with_context(|| format!("a row of {}", path.display()))).collect()
-}
-
-/// Writes the table, whole or not at all.
-pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
-    let temporary = path.with_extension("partial");
-    let mut writer = csv::Writer::from_path(&temporary)?;
-    for row in rows {
-        writer.serialize(row)?;
-    }
-    writer.flush()?;
-    Ok(std::fs::rename(&temporary, path)?)
 }

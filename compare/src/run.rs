@@ -1,24 +1,18 @@
-//! The loop over meshes, ratios and seeds.
+//! The loop over meshes, ratios and seeds that fills the main table.
 
-use std::path::{Path, PathBuf};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 
-use anyhow::Result;
-use clap::{Parser, ValueEnum};
+use anyhow::{Context, Result};
+use clap::ValueEnum;
 
-use crate::load::load;
+use crate::load::{load, name};
 use crate::measure::{Original, measure, topology_row};
-use crate::methods::{self, Done};
-use crate::row::{self, Row};
+use crate::methods::{self, Done, Method};
+use crate::row::Row;
+use crate::table;
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Method {
-    #[cfg(feature = "ours")]
-    Ours,
-    Meshoptimizer,
-}
-
-/// Simplify meshes with neural-mesh and meshoptimizer and measure both.
-#[derive(Parser)]
+#[derive(clap::Args)]
 pub struct Args {
     /// Mesh files.
     #[arg(long, num_args = 1.., required = true)]
@@ -44,7 +38,7 @@ pub struct Args {
     /// Surface samples per side.
     #[arg(long, default_value_t = 100_000)]
     samples: usize,
-    /// Methods to run.
+    /// Methods to run; all of them without it.
     #[arg(long, value_enum, value_delimiter = ',')]
     method: Vec<Method>,
     /// Keep the rows that the table already has.
@@ -53,19 +47,23 @@ pub struct Args {
 }
 
 impl Args {
-    fn runs(&self, method: Method) -> bool {
-        self.method.is_empty() || self.method.contains(&method)
-    }
-
     /// The methods to run, ours first: the other one gets its number of faces.
     fn methods(&self) -> Vec<Method> {
-        Method::value_variants().iter().copied().filter(|&method| self.runs(method)).collect()
+        let wanted = |method: &Method| self.method.is_empty() || self.method.contains(method);
+        Method::value_variants().iter().copied().filter(wanted).collect()
+    }
+
+    /// Ratios and seeds of a mesh that the table does not have in full.
+    fn missing(&self, mesh: &str, rows: &[Row]) -> Vec<(f64, u64)> {
+        let has = |ratio, seed, m: &Method| rows.iter().any(|row| row.is_case(mesh, ratio, seed, m.name()));
+        let all = self.ratios.iter().flat_map(|&ratio| self.seeds.iter().map(move |&seed| (ratio, seed)));
+        all.filter(|&(ratio, seed)| !self.methods().iter().all(|m| has(ratio, seed, m))).collect()
     }
 }
 
 /// One mesh at one size with one seed.
 struct Case<'a> {
-    name: &'a str,
+    mesh: &'a str,
     original: &'a Original,
     ratio: f64,
     seed: u64,
@@ -74,28 +72,29 @@ struct Case<'a> {
 /// Runs every case and writes the table after each of them.
 pub fn run(args: &Args) -> Result<()> {
     let timed = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
-    let mut rows = if args.resume { row::read(&args.out)? } else { Vec::new() };
+    let mut rows = if args.resume { table::read(&args.out)? } else { Vec::new() };
     for path in &args.mesh {
-        let name = name(path);
-        let missing = |ratio, seed, rows: &[Row]| {
-            args.methods().iter().any(|&m| !rows.iter().any(|row| row.same_case(&name, ratio, seed, label(m))))
-        };
-        let cases = args.ratios.iter().flat_map(|&ratio| args.seeds.iter().map(move |&seed| (ratio, seed)));
-        let cases: Vec<_> = cases.filter(|&(ratio, seed)| missing(ratio, seed, &rows)).collect();
-        if cases.is_empty() {
+        let mesh = name(path);
+        let missing = args.missing(&mesh, &rows);
+        if missing.is_empty() {
             continue;
         }
         let original = Original::new(load(path)?, args.samples);
-        rows.retain(|row| !row.same_case(&name, 1.0, 0, "input"));
-        rows.push(Row { mesh: name.clone(), ratio: 1.0, method: "input".into(), ..topology_row(&original.mesh) });
-        for (ratio, seed) in cases {
-            let case = Case { name: &name, original: &original, ratio, seed };
-            rows.retain(|row| !args.methods().iter().any(|&m| row.same_case(&name, ratio, seed, label(m))));
-            rows.extend(run_case(args, &timed, &case)?);
-            row::write(&args.out, &rows)?;
+        let input = Row { mesh: mesh.clone(), ratio: 1.0, method: "input".into(), ..topology_row(&original.mesh) };
+        replace(&mut rows, vec![input]);
+        for (ratio, seed) in missing {
+            let case = Case { mesh: &mesh, original: &original, ratio, seed };
+            replace(&mut rows, run_case(args, &timed, &case)?);
+            table::write(&args.out, &rows)?;
         }
     }
     Ok(())
+}
+
+/// Puts rows in the place of those that stand for the same cases.
+fn replace(rows: &mut Vec<Row>, new: Vec<Row>) {
+    rows.retain(|old| !new.iter().any(|row| old.is_case(&row.mesh, row.ratio, row.seed, &row.method)));
+    rows.extend(new);
 }
 
 /// Lets the methods take turns, then measures what each made.
@@ -105,52 +104,46 @@ fn run_case(args: &Args, timed: &rayon::ThreadPool, case: &Case) -> Result<Vec<R
     for _ in 0..args.repeat.max(1) {
         let mut n_faces = (case.original.mesh.faces().len() as f64 * case.ratio).round() as usize;
         for (&method, turns) in methods.iter().zip(&mut turns) {
-            let done = timed.install(|| simplify(args, case, method, n_faces))?;
-            n_faces = done.mesh.faces().len();
+            let done = timed.install(|| simplify(args.oversample, case, method, n_faces));
+            n_faces = if done.mesh.faces().is_empty() { n_faces } else { done.mesh.faces().len() };
             turns.push(done);
         }
     }
-    let rows = methods.iter().zip(turns).map(|(&method, turns)| {
-        let mut seconds: Vec<f64> = turns.iter().map(|done| done.seconds).collect();
-        seconds.sort_by(f64::total_cmp);
-        let row = Row {
-            mesh: case.name.to_owned(),
-            ratio: case.ratio,
-            seed: case.seed,
-            method: label(method).to_owned(),
-            seconds: seconds[seconds.len() / 2],
-            ..measure(case.original, &turns[0])
-        };
-        tell(&row);
-        row
-    });
-    Ok(rows.collect())
+    methods.iter().zip(turns).map(|(&method, turns)| to_row(case, method, &turns)).collect()
 }
 
-fn simplify(args: &Args, case: &Case, method: Method, n_faces: usize) -> Result<Done> {
-    match method {
+fn to_row(case: &Case, method: Method, turns: &[Done]) -> Result<Row> {
+    let mut seconds: Vec<f64> = turns.iter().map(|done| done.seconds).collect();
+    seconds.sort_by(f64::total_cmp);
+    let row = Row {
+        mesh: case.mesh.to_owned(),
+        ratio: case.ratio,
+        seed: case.seed,
+        method: method.name().to_owned(),
+        seconds: seconds[seconds.len() / 2],
+        ..measure(case.original, turns.first().context("no turn was taken")?)
+    };
+    tell(&row);
+    Ok(row)
+}
+
+/// One turn; a method that panics or refuses has failed, and the comparison goes on.
+fn simplify(_oversample: Option<f64>, case: &Case, method: Method, n_faces: usize) -> Done {
+    let turn = || match method {
         #[cfg(feature = "ours")]
-        Method::Ours => methods::ours(&case.original.mesh, case.ratio, args.oversample, case.seed),
+        Method::Ours => methods::ours(&case.original.mesh, case.ratio, _oversample, case.seed),
         Method::Meshoptimizer => methods::meshoptimizer(&case.original.mesh, n_faces),
+    };
+    match catch_unwind(AssertUnwindSafe(turn)) {
+        Ok(Ok(done)) => done,
+        Ok(Err(error)) => Done::failed(&error.to_string()),
+        Err(_) => Done::failed("panicked"),
     }
-}
-
-fn label(method: Method) -> &'static str {
-    match method {
-        #[cfg(feature = "ours")]
-        Method::Ours => "ours",
-        Method::Meshoptimizer => "meshoptimizer",
-    }
-}
-
-/// The mesh's name in the tables: its file name without extension, with the folder for the textured ones.
-fn name(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn tell(row: &Row) {
     eprintln!(
-        "{:18} {:.2} seed {} {:13} {:7} faces {:8.1} ms  mean {:8.2}e-4  hausdorff {:8.2}e-4  normals {:.4}",
+        "{:18} {:.2} seed {} {:13} {:7} faces {:8.1} ms  mean {:8.2}e-4  hausdorff {:8.2}e-4  normals {:.4}  {}",
         row.mesh,
         row.ratio,
         row.seed,
@@ -159,6 +152,7 @@ fn tell(row: &Row) {
         row.seconds * 1e3,
         row.mean * 1e4,
         row.hausdorff * 1e4,
-        row.normal_error
+        row.normal_error,
+        row.outcome
     );
 }
