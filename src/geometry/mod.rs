@@ -1,5 +1,7 @@
 //! Points, triangles, segments and quadrics as coordinates; knows no indices and no meshes.
 
+pub mod crossing;
+pub mod nearest_on_triangle;
 pub mod quadric;
 pub mod triangle;
 

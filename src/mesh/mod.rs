@@ -3,9 +3,14 @@
 mod manifold;
 mod one_rings;
 mod raw_mesh;
+pub mod shapes;
+pub mod surface_samples;
+mod topology;
 mod tri_mesh;
+mod union_find;
 
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
 pub use raw_mesh::{Frame, RawMesh};
+pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};

@@ -1,1 +1,11 @@
 //! How far a simplified mesh is from its original; the judge, which knows no method.
+
+mod self_intersections;
+mod surface;
+mod surface_distance;
+mod turned_faces;
+
+pub use self_intersections::self_intersecting_faces;
+pub use surface::Surface;
+pub use surface_distance::{OneSided, SurfaceDistance, surface_distance};
+pub use turned_faces::turned_faces;

@@ -1,1 +1,7 @@
 //! Nearest points: k-nn over points, nearest point on triangles; knows no meshes.
+
+mod nearest_on_triangles;
+mod triangle_tree;
+
+pub use nearest_on_triangles::{Hit, NearestOnTriangles};
+pub use triangle_tree::Bounds;

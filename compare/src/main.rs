@@ -1,0 +1,49 @@
+//! Measures neural-mesh against meshoptimizer on mesh files, and writes what came out as Markdown.
+//!
+//! `run` makes the table of figures, one CSV row per mesh, ratio, seed and method; `memory`, `same-bits` and
+//! `broken-files` make small tables of their own; `summary` turns all of them into a page. Simplification is
+//! timed on one thread, the methods taking turns in one process; metrics use all threads.
+
+mod broken_files;
+mod load;
+mod measure;
+mod memory;
+mod methods;
+mod row;
+mod run;
+mod same_bits;
+mod summary;
+mod table;
+
+use clap::{Parser, Subcommand};
+
+/// Measure neural-mesh against meshoptimizer.
+#[derive(Parser)]
+struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simplify meshes with both methods and measure every result.
+    Run(run::Args),
+    /// Measure the peak memory of the program on one mesh.
+    Memory(memory::Args),
+    /// Check that results do not depend on threads and are the same on a second run.
+    SameBits(same_bits::Args),
+    /// Give the program every file of a folder of broken ones.
+    BrokenFiles(broken_files::Args),
+    /// Write the tables as Markdown.
+    Summary(summary::Args),
+}
+
+fn main() -> anyhow::Result<()> {
+    match Args::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Memory(args) => memory::memory(&args),
+        Command::SameBits(args) => same_bits::same_bits(&args),
+        Command::BrokenFiles(args) => broken_files::broken_files(&args),
+        Command::Summary(args) => summary::summary(&args),
+    }
+}

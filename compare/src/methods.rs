@@ -1,0 +1,96 @@
+//! The methods compared: each takes a welded mesh and a size and gives a mesh back.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::ValueEnum;
+use neural_mesh::mesh::TriMesh;
+
+/// Who simplifies.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    #[cfg(feature = "ours")]
+    Ours,
+    Meshoptimizer,
+}
+
+impl Method {
+    /// The name in the tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(feature = "ours")]
+            Self::Ours => "ours",
+            Self::Meshoptimizer => "meshoptimizer",
+        }
+    }
+}
+
+/// What a method did.
+#[derive(Clone)]
+pub struct Done {
+    pub mesh: TriMesh,
+    pub outcome: String,
+    pub vertices_after_pass: Option<usize>,
+    pub oversample: Option<f64>,
+    pub seconds: f64,
+}
+
+impl Done {
+    /// No result, and why.
+    pub fn failed(why: &str) -> Self {
+        let outcome = format!("failed: {why}");
+        Self { mesh: TriMesh::default(), outcome, vertices_after_pass: None, oversample: None, seconds: 0.0 }
+    }
+}
+
+/// neural-mesh with its defaults, down to a share of the vertices.
+#[cfg(feature = "ours")]
+pub fn ours(mesh: &TriMesh, ratio: f64, oversample: Option<f64>, seed: u64) -> Result<Done> {
+    use neural_mesh::simplify::{Options, Outcome, Target, simplify};
+    let options = Options { oversample, seed, ..Options::new(Target::Ratio(ratio)) };
+    let start = Instant::now();
+    let simplified = simplify(mesh, None, &options, &mut |_| std::ops::ControlFlow::Continue(()))?;
+    let seconds = start.elapsed().as_secs_f64();
+    let outcome = match simplified.report.outcome {
+        Outcome::Reached => "reached".to_owned(),
+        Outcome::Stopped(why) => why,
+    };
+    Ok(Done {
+        mesh: simplified.mesh,
+        outcome,
+        vertices_after_pass: Some(simplified.report.vertices_after_pass),
+        oversample: Some(simplified.report.oversample),
+        seconds,
+    })
+}
+
+/// meshoptimizer's `simplify` without options or error limit, down to a number of faces.
+pub fn meshoptimizer(mesh: &TriMesh, n_faces: usize) -> Result<Done> {
+    let positions: &[f32] = mesh.positions().as_flattened();
+    let bytes: Vec<u8> = positions.iter().flat_map(|x| x.to_ne_bytes()).collect();
+    let vertices = meshopt::VertexDataAdapter::new(&bytes, 12, 0)?;
+    let start = Instant::now();
+    let no_options = meshopt::SimplifyOptions::None;
+    let indices = mesh.faces().as_flattened();
+    let faces = meshopt::simplify(indices, &vertices, 3 * n_faces, 1e10, no_options, None);
+    let seconds = start.elapsed().as_secs_f64();
+    let mesh = compact(mesh, faces.as_chunks().0)?;
+    let outcome = if mesh.faces().len() <= n_faces { "reached" } else { "stopped" };
+    Ok(Done { mesh, outcome: outcome.to_owned(), vertices_after_pass: None, oversample: None, seconds })
+}
+
+/// The faces with the vertices they use.
+fn compact(mesh: &TriMesh, faces: &[[u32; 3]]) -> Result<TriMesh> {
+    let mut new_idx = vec![u32::MAX; mesh.positions().len()];
+    let mut positions = Vec::new();
+    let mut renumber = |v: u32| {
+        let new = &mut new_idx[v as usize];
+        if *new == u32::MAX {
+            *new = positions.len() as u32;
+            positions.push(mesh.positions()[v as usize]);
+        }
+        *new
+    };
+    let faces = faces.iter().map(|face| face.map(&mut renumber)).collect();
+    Ok(TriMesh::new(positions, faces)?)
+}

@@ -1,0 +1,23 @@
+//! Markdown tables.
+
+/// A table with a head and rows of cells.
+pub fn table(head: &[String], rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let rule = format!("|{}\n", "---|".repeat(head.len()));
+    [line(head), rule].into_iter().chain(rows.iter().map(|row| line(row))).collect()
+}
+
+/// Words as cells.
+pub fn cells(words: &[&str]) -> Vec<String> {
+    words.iter().map(|word| (*word).to_owned()).collect()
+}
+
+/// A number with two digits after the point, or a dash.
+pub fn number(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), |value| if value >= 100.0 { format!("{value:.0}") } else { format!("{value:.2}") })
+}
+
+/// A list, or a word for none.
+pub fn list(items: &[String]) -> String {
+    if items.is_empty() { "none.\n".to_owned() } else { items.iter().map(|item| format!("- {item}\n")).collect() }
+}

@@ -1,0 +1,127 @@
+//! Whether two triangles pass through each other, decided exactly.
+
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+/// Whether two triangles share more than their borders: one passes through the other, or they overlap in a plane.
+///
+/// Touching is not crossing: not at common vertices and edges, not where a corner or an edge of one just reaches
+/// the other. So the answer is right for neighbours in a mesh as they are. A triangle without area crosses
+/// nothing. Decided without rounding, over the
+/// signs of determinants (Shewchuk 1997).
+///
+/// ```
+/// use neural_mesh::geometry::crossing::triangles_cross;
+/// let flat = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+/// let upright = |z: f32| [[0.5, 0.5, z], [0.6, 0.5, z + 1.0], [0.7, 0.5, z + 1.0]];
+/// assert!(triangles_cross(flat, upright(-0.5)));
+/// assert!(!triangles_cross(flat, upright(0.0)));
+/// ```
+pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
+    let sides_of_b = a.map(|p| side(b, p));
+    if all_on_one_side(sides_of_b) {
+        return sides_of_b == [0; 3] && overlap_in_plane(a, b);
+    }
+    let sides_of_a = b.map(|p| side(a, p));
+    if all_on_one_side(sides_of_a) {
+        return false;
+    }
+    an_edge_passes(a, sides_of_b, b) || an_edge_passes(b, sides_of_a, a)
+}
+
+fn all_on_one_side(sides: [i8; 3]) -> bool {
+    sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
+}
+
+/// Whether an edge of `a`, its ends on different sides of the plane of `b`, meets `b` elsewhere than at a corner.
+fn an_edge_passes(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
+    [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
+        sides[i] * sides[j] < 0 && {
+            let around = [(0, 1), (1, 2), (2, 0)].map(|(k, l)| side([a[i], b[k], b[l]], a[j]));
+            all_on_one_side(around) && around.iter().filter(|&&s| s == 0).count() < 2
+        }
+    })
+}
+
+/// Whether two triangles in one plane have inner points in common: no edge of either keeps them apart.
+fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
+    let Some(dropped) = (0..3).find(|&axis| turn(a, axis) != 0 && turn(b, axis) != 0) else { return false };
+    let keeps_apart = |a: [[f32; 3]; 3], b: [[f32; 3]; 3]| {
+        let inward = turn(a, dropped);
+        [(0, 1), (1, 2), (2, 0)]
+            .into_iter()
+            .any(|(i, j)| b.iter().all(|&p| turn([a[i], a[j], p], dropped) * inward <= 0))
+    };
+    !keeps_apart(a, b) && !keeps_apart(b, a)
+}
+
+/// On which side of the plane of a triangle a point lies; 0 on it.
+fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
+    let coord = |[x, y, z]: [f32; 3]| Coord3D { x, y, z };
+    let [a, b, c] = triangle.map(coord);
+    sign(orient3d(a, b, c, coord(p)))
+}
+
+/// Which way three points turn when seen along an axis; 0 where they are in line.
+fn turn(points: [[f32; 3]; 3], axis: usize) -> i8 {
+    let [a, b, c] = points.map(|p| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
+    sign(orient2d(a, b, c))
+}
+
+fn sign(x: f64) -> i8 {
+    i8::from(x > 0.0) - i8::from(x < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FLAT: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+
+    /// Both ways around and in every order of corners, the answer is the same.
+    fn cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
+        let orders = |[x, y, z]: [[f32; 3]; 3]| [[x, y, z], [y, z, x], [z, x, y], [x, z, y], [z, y, x], [y, x, z]];
+        let mut answers = Vec::new();
+        for (a, b) in orders(a).into_iter().flat_map(|a| orders(b).map(|b| (a, b))) {
+            answers.extend([triangles_cross(a, b), triangles_cross(b, a)]);
+        }
+        assert!(answers.iter().all(|&answer| answer == answers[0]), "{answers:?}");
+        answers[0]
+    }
+
+    #[test]
+    fn passing_through_is_crossing() {
+        assert!(cross(FLAT, [[0.5, 0.5, -1.0], [0.6, 0.5, 1.0], [0.5, 0.6, 1.0]]));
+        assert!(cross(FLAT, [[0.5, 0.5, -1.0], [0.5, 0.5, 1.0], [9.0, 9.0, 1.0]]));
+        assert!(!cross(FLAT, [[1.5, 1.5, -1.0], [1.6, 1.5, 1.0], [1.5, 1.6, 1.0]]));
+    }
+
+    #[test]
+    fn neighbours_that_only_share_corners_do_not_cross() {
+        let [a, b, c] = FLAT;
+        assert!(!cross(FLAT, [a, b, [0.0, 0.0, 1.0]]));
+        assert!(!cross(FLAT, [b, c, [3.0, 3.0, 0.0]]));
+        assert!(!cross(FLAT, [a, [-1.0, 0.0, 1.0], [0.0, -1.0, 1.0]]));
+    }
+
+    #[test]
+    fn neighbours_that_share_a_corner_and_pass_through_cross() {
+        assert!(cross(FLAT, [FLAT[0], [1.0, 0.5, -1.0], [0.5, 1.0, 1.0]]));
+    }
+
+    #[test]
+    fn overlap_in_a_plane_is_crossing_and_contact_is_not() {
+        let [a, b, c] = FLAT;
+        assert!(cross(FLAT, FLAT));
+        assert!(cross(FLAT, [a, b, [0.1, 1.0, 0.0]]));
+        assert!(cross(FLAT, [[0.2, 0.2, 0.0], [0.3, 0.2, 0.0], [0.2, 0.3, 0.0]]));
+        assert!(!cross(FLAT, [c, b, [1.5, 1.5, 0.0]]));
+        assert!(!cross(FLAT, [[0.5, 0.0, 0.0], [1.5, 0.0, 0.0], [1.0, -1.0, 0.0]]));
+        assert!(!cross(FLAT, [[0.5, 0.5, 0.0], [1.0, 0.5, 1.0], [0.5, 1.0, 1.0]]));
+    }
+
+    #[test]
+    fn triangles_without_area_cross_nothing() {
+        assert!(!cross(FLAT, [[0.5, 0.5, -1.0], [0.5, 0.5, 0.5], [0.5, 0.5, 1.0]]));
+        assert!(!cross(FLAT, [[0.5, 0.5, 0.0]; 3]));
+    }
+}

@@ -1,0 +1,57 @@
+//! A mesh made ready to be measured: its samples, its normals, and the tree that finds nearest points on it.
+
+use glam::DVec3;
+
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::mesh::surface_samples::surface_samples;
+use crate::spatial::NearestOnTriangles;
+
+/// A surface with what every measurement needs of it.
+pub struct Surface {
+    /// Points spread over the surface by area, n_samples.
+    pub samples: Vec<DVec3>,
+    /// Face of each sample, n_samples.
+    pub sample_faces: Vec<u32>,
+    /// Unit normal of each face, n_faces; zero where the face has no area.
+    pub normals: Vec<DVec3>,
+    /// Finds the nearest point; triangle indices are face indices.
+    pub nearest: NearestOnTriangles,
+    /// Length of the diagonal of the bounding box, in the mesh's unit.
+    pub diagonal: f64,
+}
+
+impl Surface {
+    /// Draws the samples and builds the tree.
+    pub fn new(mesh: &TriMesh, n_samples: usize, seed: u64) -> Self {
+        let samples = surface_samples(mesh, n_samples, seed);
+        Self {
+            samples: samples.iter().map(|sample| sample.point(mesh)).collect(),
+            sample_faces: samples.iter().map(|sample| sample.face).collect(),
+            normals: face_normals(mesh),
+            nearest: NearestOnTriangles::new(&triangles(mesh)),
+            diagonal: diagonal(mesh),
+        }
+    }
+}
+
+/// Corners of all faces, n_faces x 3 x 3.
+pub(super) fn triangles(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
+    mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect()
+}
+
+fn face_normals(mesh: &TriMesh) -> Vec<DVec3> {
+    let normal = |corners: [[f32; 3]; 3]| {
+        area_normal_f64(corners.map(|corner| DVec3::from_array(corner.map(f64::from)))).normalize_or_zero()
+    };
+    triangles(mesh).into_iter().map(normal).collect()
+}
+
+/// Diagonal of the box around the vertices that faces use; 0 where there are none.
+fn diagonal(mesh: &TriMesh) -> f64 {
+    let corners =
+        || mesh.faces().iter().flatten().map(|&v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)));
+    let low = corners().reduce(DVec3::min).unwrap_or_default();
+    let high = corners().reduce(DVec3::max).unwrap_or_default();
+    low.distance(high)
+}

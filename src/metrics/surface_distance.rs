@@ -1,0 +1,177 @@
+//! How far two surfaces are apart, in position and in direction, measured from samples of both.
+//!
+//! The two-sided point-to-surface distance stands beside the paper's CD (Sec. 4), which at 50 thousand samples
+//! measures its own noise; the mean of `1 - n.n'` is the paper's NE, signed.
+
+use rayon::prelude::*;
+
+use super::Surface;
+
+/// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
+const CHUNK: usize = 512;
+
+/// Distances from the samples of one surface to another, in the mesh's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OneSided {
+    /// Mean distance.
+    pub mean: f64,
+    /// Root of the mean squared distance.
+    pub rms: f64,
+    /// Largest distance.
+    pub max: f64,
+    /// Mean of `1 - n.n'`, n the normal at the sample and n' that of the nearest face; 0 to 2.
+    pub normal_error: f64,
+}
+
+/// Distances in both directions, and both together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceDistance {
+    /// From the original to the simplified mesh.
+    pub forward: OneSided,
+    /// From the simplified mesh to the original.
+    pub backward: OneSided,
+    /// The mean of both for `mean` and `normal_error`, the root mean square for `rms`, the larger `max` (Hausdorff).
+    pub both: OneSided,
+    /// Diagonal of the original's bounding box: what the distances are usually divided by.
+    pub diagonal: f64,
+}
+
+/// Measures the two-sided distance; `None` where one of the two has no faces or no samples.
+///
+/// Samples of faces without area, and samples whose nearest face has none, count for the distance only.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, metrics::{Surface, surface_distance}};
+/// let at = |z: f32| TriMesh::new(vec![[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], vec![[0, 1, 2]]).unwrap();
+/// let [low, high] = [0.0, 0.5].map(|z| Surface::new(&at(z), 100, 0));
+/// let distance = surface_distance(&low, &high).unwrap();
+/// assert_eq!((distance.both.mean, distance.both.max, distance.both.normal_error), (0.5, 0.5, 0.0));
+/// ```
+pub fn surface_distance(original: &Surface, simplified: &Surface) -> Option<SurfaceDistance> {
+    let forward = one_sided(original, simplified)?;
+    let backward = one_sided(simplified, original)?;
+    let both = OneSided {
+        mean: 0.5 * (forward.mean + backward.mean),
+        rms: (0.5 * (forward.rms.powi(2) + backward.rms.powi(2))).sqrt(),
+        max: forward.max.max(backward.max),
+        normal_error: 0.5 * (forward.normal_error + backward.normal_error),
+    };
+    Some(SurfaceDistance { forward, backward, both, diagonal: original.diagonal })
+}
+
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    distance: f64,
+    distance2: f64,
+    max: f64,
+    normal_error: f64,
+    with_normal: usize,
+}
+
+fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
+    if from.samples.is_empty() || to.normals.is_empty() {
+        return None;
+    }
+    let starts: Vec<usize> = (0..from.samples.len()).step_by(CHUNK).collect();
+    let parts: Vec<Sums> = starts.par_iter().map(|&start| sums(from, to, start)).collect();
+    let all = parts.into_iter().fold(Sums::default(), |a, b| Sums {
+        distance: a.distance + b.distance,
+        distance2: a.distance2 + b.distance2,
+        max: a.max.max(b.max),
+        normal_error: a.normal_error + b.normal_error,
+        with_normal: a.with_normal + b.with_normal,
+    });
+    let n = from.samples.len() as f64;
+    Some(OneSided {
+        mean: all.distance / n,
+        rms: (all.distance2 / n).sqrt(),
+        max: all.max,
+        normal_error: all.normal_error / all.with_normal.max(1) as f64,
+    })
+}
+
+/// Sums over the samples of one task.
+fn sums(from: &Surface, to: &Surface, start: usize) -> Sums {
+    let mut sums = Sums::default();
+    for i in start..from.samples.len().min(start + CHUNK) {
+        let Some(hit) = to.nearest.nearest(from.samples[i]) else { continue };
+        sums.distance += hit.distance2.sqrt();
+        sums.distance2 += hit.distance2;
+        sums.max = sums.max.max(hit.distance2.sqrt());
+        let normal = from.normals[from.sample_faces[i] as usize];
+        let other = to.normals[hit.triangle as usize];
+        if normal.length_squared() > 0.0 && other.length_squared() > 0.0 {
+            sums.normal_error += 1.0 - normal.dot(other);
+            sums.with_normal += 1;
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+
+    fn surface(mesh: &TriMesh) -> Surface {
+        Surface::new(mesh, 4000, 0)
+    }
+
+    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+        let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
+        TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
+    }
+
+    #[test]
+    fn spheres_in_each_other_are_as_far_apart_as_their_radii() {
+        let sphere = shapes::icosphere(4);
+        let distance = surface_distance(&surface(&sphere), &surface(&scaled(&sphere, 1.1))).unwrap();
+        for side in [distance.forward, distance.backward, distance.both] {
+            assert!((side.mean - 0.1).abs() < 2e-3 && (side.rms - 0.1).abs() < 2e-3 && (side.max - 0.1).abs() < 4e-3);
+            assert!((0.0..2e-3).contains(&side.normal_error));
+        }
+        assert!((distance.diagonal - 12f64.sqrt()).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_surface_is_at_no_distance_from_itself() {
+        let bolt = shapes::bolt(32);
+        let distance = surface_distance(&surface(&bolt), &Surface::new(&bolt, 4000, 5)).unwrap();
+        assert!(distance.both.max < 1e-12 && distance.both.normal_error < 1e-9, "{distance:?}");
+    }
+
+    #[test]
+    fn a_missing_part_counts_from_the_side_that_has_it() {
+        let whole = shapes::many_boxes(2);
+        let half = TriMesh::new(whole.positions().to_vec(), whole.faces()[..12].to_vec()).unwrap();
+        let distance = surface_distance(&surface(&whole), &surface(&half)).unwrap();
+        assert!(distance.forward.max > 0.1 && distance.backward.max < 1e-12);
+        assert_eq!(distance.both.max, distance.forward.max);
+    }
+
+    #[test]
+    fn a_surface_turned_over_has_the_largest_normal_error() {
+        let cube = shapes::cuboid([1.0; 3], 2);
+        let over = cube.faces().iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let over = TriMesh::new(cube.positions().to_vec(), over).unwrap();
+        let distance = surface_distance(&surface(&cube), &surface(&over)).unwrap();
+        assert!((distance.both.normal_error - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit() {
+        let (original, simplified) = (surface(&shapes::bolt(32)), surface(&shapes::bolt(9)));
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| surface_distance(&original, &simplified).unwrap())
+        };
+        assert_eq!(on(1), on(3));
+    }
+
+    #[test]
+    fn nothing_has_no_distance() {
+        let nothing = surface(&TriMesh::default());
+        let sphere = surface(&shapes::icosphere(0));
+        assert!(surface_distance(&nothing, &sphere).is_none() && surface_distance(&sphere, &nothing).is_none());
+    }
+}

@@ -1,0 +1,100 @@
+//! Faces that look the wrong way: folds, seen against the original surface.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Surface;
+use super::surface::triangles;
+use crate::mesh::TriMesh;
+
+/// Points of a face that are looked at: its centroid and one toward each corner.
+const PLACES: [[f64; 3]; 4] = [
+    [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
+    [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
+    [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
+    [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
+];
+
+/// How much farther than the nearest face one that looks the same way may be, as a share of the longest edge.
+const SLACK: f64 = 0.25;
+
+/// The faces of the simplified mesh that are turned against the original surface, in order.
+///
+/// A face is turned where, at its centroid and at three further inner points, no face of the original that looks
+/// its way (normals less than a right angle apart) is about as near as the nearest one: at most a quarter of the
+/// face's longest edge farther. The slack keeps thin parts, whose other side may be nearer, from being reported;
+/// folds on parts thinner than that stay unseen. Faces without area are not judged.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, metrics::{Surface, turned_faces}};
+/// let sphere = shapes::icosphere(3);
+/// assert!(turned_faces(&Surface::new(&sphere, 1, 0), &shapes::icosphere(1)).is_empty());
+/// ```
+pub fn turned_faces(original: &Surface, simplified: &TriMesh) -> Vec<u32> {
+    let triangles = triangles(simplified);
+    let turned = |&face: &u32| {
+        let corners = triangles[face as usize].map(|corner| DVec3::from_array(corner.map(f64::from)));
+        is_turned(original, corners)
+    };
+    (0..triangles.len() as u32).into_par_iter().filter(turned).collect()
+}
+
+fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> bool {
+    let normal = (b - a).cross(c - a);
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    normal.length_squared() > 0.0
+        && PLACES.iter().all(|[u, v, w]| looks_wrong(original, a * *u + b * *v + c * *w, normal, SLACK * longest))
+}
+
+/// Whether no face that looks like `normal` is nearly as near to `p` as the nearest one.
+fn looks_wrong(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> bool {
+    let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
+    let Some(nearest) = original.nearest.nearest(p) else { return false };
+    let reach = nearest.distance2.sqrt() + slack;
+    !agrees(nearest.triangle) && original.nearest.nearest_within(p, reach, agrees).is_none()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    fn turned(original: &TriMesh, simplified: &TriMesh) -> Vec<u32> {
+        turned_faces(&Surface::new(original, 1, 0), simplified)
+    }
+
+    fn with_faces_over(mesh: &TriMesh, which: &[usize]) -> TriMesh {
+        let turn = |(i, &[a, b, c]): (usize, &[u32; 3])| if which.contains(&i) { [a, c, b] } else { [a, b, c] };
+        TriMesh::new(mesh.positions().to_vec(), mesh.faces().iter().enumerate().map(turn).collect()).unwrap()
+    }
+
+    #[test]
+    fn faces_turned_over_are_found_and_no_others() {
+        let sphere = shapes::icosphere(2);
+        assert_eq!(turned(&sphere, &with_faces_over(&sphere, &[3, 17, 200])), [3, 17, 200]);
+        assert_eq!(turned(&shapes::icosphere(4), &shapes::icosphere(1)), []);
+        assert_eq!(turned(&shapes::bolt(48), &shapes::bolt(48)), []);
+    }
+
+    #[test]
+    fn a_fold_in_a_flat_part_is_found() {
+        let grid = shapes::grid(8, 8);
+        let mut positions = grid.positions().to_vec();
+        // A vertex drawn over its neighbour turns the faces between them.
+        let inner = positions.iter().position(|p| p[0] == 0.5 && p[1] == 0.5).unwrap();
+        positions[inner][0] = 0.7;
+        let folded = turned(&grid, &TriMesh::new(positions, grid.faces().to_vec()).unwrap());
+        assert!(!folded.is_empty() && folded.len() <= 3, "{folded:?}");
+    }
+
+    #[test]
+    fn the_other_side_of_a_thin_sheet_is_no_alarm() {
+        let sheet = shapes::thin_sheet(60, 1e-3);
+        let mut lifted = shapes::thin_sheet(12, 1e-3).positions().to_vec();
+        for (i, p) in lifted.iter_mut().enumerate() {
+            p[2] += if i % 2 == 0 { 2e-3 } else { -2e-3 };
+        }
+        let coarse = TriMesh::new(lifted, shapes::thin_sheet(12, 1e-3).faces().to_vec()).unwrap();
+        assert_eq!(turned(&sheet, &coarse), []);
+    }
+}

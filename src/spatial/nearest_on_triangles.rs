@@ -1,0 +1,220 @@
+//! The nearest point on a set of triangles, exact up to double rounding, over a tree of bounding boxes.
+
+use glam::DVec3;
+
+use super::triangle_tree::{Bounds, NO_CHILD, Node, TriangleTree};
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+
+/// Triangles made ready for nearest-point queries.
+///
+/// The answer does not depend on threads or on the order of queries: among triangles at exactly the same
+/// distance the first one wins.
+///
+/// ```
+/// use neural_mesh::spatial::NearestOnTriangles;
+/// let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let surface = NearestOnTriangles::new(&[triangle]);
+/// let hit = surface.nearest([0.25, 0.25, 2.0].into()).unwrap();
+/// assert_eq!((hit.triangle, hit.distance2), (0, 4.0));
+/// ```
+pub struct NearestOnTriangles {
+    tree: TriangleTree,
+}
+
+/// Where the nearest point lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Index of the triangle.
+    pub triangle: u32,
+    /// Barycentric weights of the point in it.
+    pub weights: [f64; 3],
+    /// The point.
+    pub point: DVec3,
+    /// Squared distance to the point.
+    pub distance2: f64,
+}
+
+/// The best hit so far and the squared distance beyond which boxes need no visit.
+struct Best {
+    hit: Hit,
+    limit: f32,
+}
+
+impl NearestOnTriangles {
+    /// Builds the tree over triangles given by their corners, n_triangles x 3 x 3, finite.
+    pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
+        Self { tree: TriangleTree::new(triangles) }
+    }
+
+    /// The nearest point of all triangles; `None` where there are none.
+    pub fn nearest(&self, p: DVec3) -> Option<Hit> {
+        self.nearest_within(p, f64::INFINITY, |_| true)
+    }
+
+    /// The nearest point of the triangles that `accept` lets pass, at a distance below `reach`.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::NearestOnTriangles;
+    /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+    /// let surface = NearestOnTriangles::new(&[at(0.0), at(1.0)]);
+    /// let hit = surface.nearest_within([0.2, 0.2, 0.1].into(), 2.0, |triangle| triangle != 0).unwrap();
+    /// assert_eq!(hit.triangle, 1);
+    /// ```
+    pub fn nearest_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
+        let mut best = Best { hit: none, limit: limit(reach * reach, p) };
+        if !self.tree.nodes.is_empty() {
+            self.descend(0, p, &accept, &mut best);
+        }
+        (best.hit.triangle != u32::MAX).then_some(best.hit)
+    }
+
+    /// Calls `visit` with the index of every triangle whose bounding box meets `bounds`.
+    pub fn visit_overlaps(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
+        self.tree.visit_overlaps(bounds, &mut visit);
+    }
+
+    fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+        let node = &self.tree.nodes[node as usize];
+        let distances = box_distances(node, p.as_vec3().to_array());
+        for child in by_distance(&distances) {
+            if node.len[child] == NO_CHILD || distances[child] > best.limit {
+                continue;
+            }
+            match node.len[child] {
+                0 => self.descend(node.first[child], p, accept, best),
+                len => {
+                    let first = node.first[child] as usize;
+                    let accepted = (first..first + usize::from(len)).filter(|&i| accept(self.tree.triangle_idx[i]));
+                    accepted.for_each(|i| self.test_triangle(i, p, best));
+                }
+            }
+        }
+    }
+
+    fn test_triangle(&self, i: usize, p: DVec3, best: &mut Best) {
+        let corners = self.tree.corners[i].map(|c| DVec3::from_array(c.map(f64::from)));
+        let weights = nearest_weights_f64(p, corners);
+        let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+        let distance2 = p.distance_squared(point);
+        let triangle = self.tree.triangle_idx[i];
+        if (distance2, triangle) < (best.hit.distance2, best.hit.triangle) {
+            best.hit = Hit { triangle, weights, point, distance2 };
+            best.limit = limit(distance2, p);
+        }
+    }
+}
+
+/// The squared distance that an `f32` box distance has to exceed before the box may be left out.
+fn limit(distance2: f64, p: DVec3) -> f32 {
+    let rounding = p.abs().max_element() * 2e-7;
+    let reach = distance2.sqrt() + rounding;
+    (reach * reach * (1.0 + 1e-6)) as f32
+}
+
+/// Squared distances from `p` to the four boxes of a node.
+fn box_distances(node: &Node, p: [f32; 3]) -> [f32; 4] {
+    let mut distances = [0.0; 4];
+    for (axis, p) in p.into_iter().enumerate() {
+        for (child, distance) in distances.iter_mut().enumerate() {
+            let outside = (node.low[axis][child] - p).max(p - node.high[axis][child]).max(0.0);
+            *distance += outside * outside;
+        }
+    }
+    distances
+}
+
+/// The children from the nearest to the farthest.
+fn by_distance(distances: &[f32; 4]) -> [usize; 4] {
+    let mut order = [0, 1, 2, 3];
+    let mut sort = |i: usize, j: usize| {
+        if distances[order[j]] < distances[order[i]] {
+            order.swap(i, j);
+        }
+    };
+    sort(0, 1);
+    sort(2, 3);
+    sort(0, 2);
+    sort(1, 3);
+    sort(1, 2);
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+    fn naive(triangles: &[[[f32; 3]; 3]], p: DVec3) -> (f64, u32) {
+        let distance2 = |corners: &[[f32; 3]; 3]| {
+            let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+            let [u, v, w] = nearest_weights_f64(p, corners);
+            p.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
+        };
+        let all = triangles.iter().zip(0..).map(|(corners, i)| (distance2(corners), i));
+        all.min_by(|a, b| a.partial_cmp(b).unwrap()).unwrap()
+    }
+
+    fn random_triangles(n: usize, size: f32, offset: f32) -> Vec<[[f32; 3]; 3]> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(n as u64);
+        let mut unit = || rng.next_u32() as f32 / u32::MAX as f32;
+        let mut triangle = || {
+            let at = [unit() + offset, unit(), unit()];
+            [(); 3].map(|()| at.map(|x| x + size * unit()))
+        };
+        (0..n).map(|_| triangle()).collect()
+    }
+
+    fn check(triangles: &[[[f32; 3]; 3]], offset: f64) {
+        let surface = NearestOnTriangles::new(triangles);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut unit = || 3.0 * f64::from(rng.next_u32()) / f64::from(u32::MAX) - 1.0;
+        for _ in 0..60 {
+            let p = DVec3::new(unit() + offset, unit(), unit());
+            let hit = surface.nearest(p).unwrap();
+            assert_eq!((hit.distance2, hit.triangle), naive(triangles, p));
+        }
+    }
+
+    #[test]
+    fn agrees_with_brute_force() {
+        for n in [1, 2, 5, 17, 300] {
+            check(&random_triangles(n, 0.1, 0.0), 0.0);
+        }
+        check(&random_triangles(300, 1e-3, 0.0), 0.0);
+        check(&random_triangles(300, 2.0, 0.0), 0.0);
+        check(&random_triangles(300, 0.1, 5e4), 5e4);
+    }
+
+    #[test]
+    fn ties_go_to_the_first_triangle() {
+        let triangles = [[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 50];
+        let hit = NearestOnTriangles::new(&triangles).nearest([0.2, 0.2, 1.0].into()).unwrap();
+        assert_eq!(hit.triangle, 0);
+    }
+
+    #[test]
+    fn no_triangles_have_no_nearest_point() {
+        assert!(NearestOnTriangles::new(&[]).nearest(DVec3::ZERO).is_none());
+    }
+
+    #[test]
+    fn one_point_many_times_and_scales_that_shrink_do_not_make_the_tree_deep() {
+        check(&vec![[[0.5; 3]; 3]; 1000], 0.0);
+        let shrinking: Vec<_> = (0..120).map(|i| [[0.5f32.powi(i); 3]; 3]).collect();
+        check(&shrinking, 0.0);
+    }
+
+    #[test]
+    fn overlaps_are_those_of_the_boxes() {
+        let triangles = random_triangles(200, 0.2, 0.0);
+        let surface = NearestOnTriangles::new(&triangles);
+        let query = Bounds { low: [0.3; 3], high: [0.6; 3] };
+        let mut found = Vec::new();
+        surface.visit_overlaps(&query, |i| found.push(i as usize));
+        found.sort_unstable();
+        let naive: Vec<usize> = (0..200).filter(|&i| Bounds::of(&triangles[i]).overlaps(&query)).collect();
+        assert_eq!(found, naive);
+    }
+}

@@ -1,0 +1,292 @@
+//! A tree of bounding boxes over triangles, four children wide: the ground of nearest-point and overlap queries.
+//!
+//! Split by the surface area heuristic over 16 bins of the longest axis; the same tree on any number of threads.
+
+use rayon::prelude::*;
+
+/// Most triangles in a leaf.
+const LEAF: usize = 4;
+/// Bins when a split is chosen.
+const BINS: usize = 16;
+/// Below this depth ranges are halved, so that no input makes the tree deep.
+const DEPTH: usize = 40;
+/// Ranges longer than this grow on several threads.
+const PARALLEL: usize = 8192;
+
+/// An axis-parallel box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub low: [f32; 3],
+    /// Largest coordinates.
+    pub high: [f32; 3],
+}
+
+impl Bounds {
+    /// The box that holds nothing.
+    pub const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+
+    /// The box of some points.
+    pub fn of(points: &[[f32; 3]]) -> Self {
+        points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(&Self { low: p, high: p }))
+    }
+
+    /// The smallest box around two.
+    pub fn union(&self, other: &Self) -> Self {
+        Self {
+            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
+            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
+        }
+    }
+
+    /// Whether two boxes share a point.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    /// Half the surface of the box; 0 for the empty one.
+    fn half_area(&self) -> f32 {
+        let [x, y, z]: [f32; 3] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));
+        x * y + y * z + z * x
+    }
+}
+
+/// Up to four children with their boxes, coordinate by coordinate so that all four are tested at once.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub(super) low: [[f32; 4]; 3],
+    pub(super) high: [[f32; 4]; 3],
+    /// Index of the child node, or of the first triangle of a leaf.
+    pub(super) first: [u32; 4],
+    /// Triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
+    pub(super) len: [u8; 4],
+}
+
+impl Node {
+    fn set(&mut self, child: usize, bounds: &Bounds, first: u32, len: u8) {
+        for axis in 0..3 {
+            self.low[axis][child] = bounds.low[axis];
+            self.high[axis][child] = bounds.high[axis];
+        }
+        self.first[child] = first;
+        self.len[child] = len;
+    }
+
+    /// The same node where its child nodes stand `shift` places further on.
+    fn shifted(mut self, shift: u32) -> Self {
+        for (first, &len) in self.first.iter_mut().zip(&self.len) {
+            *first += if len == 0 { shift } else { 0 };
+        }
+        self
+    }
+}
+
+/// Marks a child that does not exist.
+pub(super) const NO_CHILD: u8 = u8::MAX;
+
+const NO_CHILDREN: Node =
+    Node { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
+
+/// The tree, with the corners of the triangles in the order of its leaves.
+pub(super) struct TriangleTree {
+    /// The root is node 0; none where there are no triangles.
+    pub(super) nodes: Vec<Node>,
+    pub(super) corners: Vec<[[f32; 3]; 3]>,
+    /// Which triangle of the caller each one is.
+    pub(super) triangle_idx: Vec<u32>,
+}
+
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: Bounds,
+    triangle: u32,
+}
+
+impl Item {
+    /// Twice the middle of the box.
+    fn middle(&self, axis: usize) -> f32 {
+        self.bounds.low[axis] + self.bounds.high[axis]
+    }
+}
+
+impl TriangleTree {
+    pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
+        let item = |(i, corners): (usize, &[[f32; 3]; 3])| Item { bounds: Bounds::of(corners), triangle: i as u32 };
+        let mut items: Vec<Item> = triangles.iter().enumerate().map(item).collect();
+        let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
+        let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
+        let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
+        Self { nodes, corners, triangle_idx }
+    }
+
+    /// Calls `visit` for every triangle whose box meets `bounds`, by the caller's index.
+    pub(super) fn visit_overlaps(&self, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
+        if !self.nodes.is_empty() {
+            self.visit_node(0, bounds, visit);
+        }
+    }
+
+    fn visit_node(&self, node: u32, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
+        let node = &self.nodes[node as usize];
+        for child in 0..4 {
+            let child_bounds =
+                Bounds { low: node.low.map(|values| values[child]), high: node.high.map(|values| values[child]) };
+            if !child_bounds.overlaps(bounds) {
+                continue;
+            }
+            match node.len[child] {
+                NO_CHILD => {}
+                0 => self.visit_node(node.first[child], bounds, visit),
+                len => {
+                    for i in node.first[child] as usize..node.first[child] as usize + usize::from(len) {
+                        if Bounds::of(&self.corners[i]).overlaps(bounds) {
+                            visit(self.triangle_idx[i]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The nodes over `items`, the first of them the root; `first` is the index of the first item in the whole.
+fn grow_in_parallel(items: &mut [Item], first: usize, depth: usize) -> Vec<Node> {
+    let mut nodes = Vec::new();
+    if items.len() <= PARALLEL {
+        grow(&mut nodes, items, first, depth);
+        return nodes;
+    }
+    nodes.push(NO_CHILDREN);
+    let parts = with_starts(quarters(items, depth), first);
+    let grow_part = |(start, part): (usize, &mut [Item])| (bounds_of(part), grow_in_parallel(part, start, depth + 2));
+    let grown: Vec<(Bounds, Vec<Node>)> = parts.into_par_iter().map(grow_part).collect();
+    for (child, (bounds, below)) in grown.into_iter().enumerate() {
+        let shift = nodes.len() as u32;
+        nodes[0].set(child, &bounds, shift, 0);
+        nodes.extend(below.into_iter().map(|node| node.shifted(shift)));
+    }
+    nodes
+}
+
+/// Appends the node over `items` and everything below it.
+fn grow(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, depth: usize) {
+    let own = nodes.len();
+    nodes.push(NO_CHILDREN);
+    for (child, (start, part)) in with_starts(quarters(items, depth), first).into_iter().enumerate() {
+        let bounds = bounds_of(part);
+        if part.len() <= LEAF {
+            nodes[own].set(child, &bounds, start as u32, part.len() as u8);
+        } else {
+            let below = nodes.len() as u32;
+            nodes[own].set(child, &bounds, below, 0);
+            grow(nodes, part, start, depth + 2);
+        }
+    }
+}
+
+/// The parts that are not empty, each with the index of its first item.
+fn with_starts(parts: [&mut [Item]; 4], first: usize) -> Vec<(usize, &mut [Item])> {
+    let mut end = first;
+    let mut with_start = |part: &'_ mut [Item]| {
+        end += part.len();
+        end - part.len()
+    };
+    parts.into_iter().map(|part| (with_start(part), part)).filter(|(_, part)| !part.is_empty()).collect()
+}
+
+fn bounds_of(items: &[Item]) -> Bounds {
+    items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
+}
+
+/// Splits the items in two and both halves again, where they do not fit a leaf.
+fn quarters(items: &mut [Item], depth: usize) -> [&mut [Item]; 4] {
+    let middle = |items: &mut [Item], depth| if items.len() <= LEAF { 0 } else { split(items, depth) };
+    let half = middle(items, depth);
+    let (a, b) = items.split_at_mut(half);
+    let (in_a, in_b) = (middle(a, depth + 1), middle(b, depth + 1));
+    let ((a0, a1), (b0, b1)) = (a.split_at_mut(in_a), b.split_at_mut(in_b));
+    [a0, a1, b0, b1]
+}
+
+#[derive(Clone, Copy)]
+struct Bin {
+    bounds: Bounds,
+    len: usize,
+}
+
+/// Orders the items so that the two sides of the cheapest plane stand apart; returns the length of the first.
+fn split(items: &mut [Item], depth: usize) -> usize {
+    let (low, high) = middles(items);
+    let Some((axis, cut)) = (depth < DEPTH).then(|| cheapest_cut(items, low, high)).flatten() else {
+        return items.len() / 2;
+    };
+    let scale = BINS as f32 / (high[axis] - low[axis]);
+    let middle = partition(items, |item| bin_of(item, axis, low[axis], scale) < cut);
+    if middle == 0 || middle == items.len() { items.len() / 2 } else { middle }
+}
+
+/// Smallest and largest (doubled) box middles.
+fn middles(items: &[Item]) -> ([f32; 3], [f32; 3]) {
+    let mut low = [f32::INFINITY; 3];
+    let mut high = [f32::NEG_INFINITY; 3];
+    for item in items {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(item.middle(axis));
+            high[axis] = high[axis].max(item.middle(axis));
+        }
+    }
+    (low, high)
+}
+
+fn bin_of(item: &Item, axis: usize, low: f32, scale: f32) -> usize {
+    (((item.middle(axis) - low) * scale) as usize).min(BINS - 1)
+}
+
+/// The longest axis and its bin where the sum of area times count of both sides is least; none where all
+/// middles coincide.
+fn cheapest_cut(items: &[Item], low: [f32; 3], high: [f32; 3]) -> Option<(usize, usize)> {
+    let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
+    let scale = BINS as f32 / (high[axis] - low[axis]);
+    if !scale.is_finite() {
+        return None;
+    }
+    let mut bins = [Bin { bounds: Bounds::EMPTY, len: 0 }; BINS];
+    for item in items {
+        let bin = &mut bins[bin_of(item, axis, low[axis], scale)];
+        bin.bounds = bin.bounds.union(&item.bounds);
+        bin.len += 1;
+    }
+    let cuts = costs(&bins).into_iter().enumerate().skip(1);
+    cuts.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(cut, _)| (axis, cut))
+}
+
+/// For each bin the cost of cutting before it.
+fn costs(bins: &[Bin; BINS]) -> [f32; BINS] {
+    let mut costs = [0.0; BINS];
+    let add = |side: &mut Bin, bin: &Bin| {
+        side.bounds = side.bounds.union(&bin.bounds);
+        side.len += bin.len;
+        side.bounds.half_area() * side.len as f32
+    };
+    let mut left = Bin { bounds: Bounds::EMPTY, len: 0 };
+    for cut in 1..BINS {
+        costs[cut] += add(&mut left, &bins[cut - 1]);
+    }
+    let mut right = Bin { bounds: Bounds::EMPTY, len: 0 };
+    for cut in (1..BINS).rev() {
+        costs[cut] += add(&mut right, &bins[cut]);
+    }
+    costs
+}
+
+/// Moves the items with the property to the front; returns how many there are.
+fn partition(items: &mut [Item], belongs: impl Fn(&Item) -> bool) -> usize {
+    let mut front = 0;
+    for i in 0..items.len() {
+        if belongs(&items[i]) {
+            items.swap(front, i);
+            front += 1;
+        }
+    }
+    front
+}
