@@ -1,5 +1,6 @@
 //! Points, triangles, segments and quadrics as coordinates; knows no indices and no meshes.
 
+pub mod polygon;
 pub mod quadric;
 pub mod triangle;
 

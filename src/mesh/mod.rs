@@ -1,11 +1,15 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
+pub mod cleanup;
+mod first_equal;
 mod manifold;
 mod one_rings;
+mod polygon;
 mod raw_mesh;
 mod tri_mesh;
 
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
+pub use polygon::Fans;
 pub use raw_mesh::{Frame, RawMesh};
 pub use tri_mesh::{InvalidMesh, TriMesh};

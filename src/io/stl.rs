@@ -1,0 +1,146 @@
+//! STL, binary and text: three positions per face, no vertices; normals, colours and names are passed over.
+
+use super::format::is_binary_stl;
+use super::text::Text;
+use super::write::push_position;
+use super::{ReadError, WriteError};
+use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+
+const REMEDY: &str = "export the mesh again";
+
+/// Reads an STL of either kind; a binary one may start with "solid" too.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    if is_binary_stl(bytes) {
+        return Ok(read_binary(bytes));
+    }
+    let text = Text::new(bytes);
+    let opening = text.rest().trim_ascii_start().get(..5).unwrap_or_default();
+    if opening.eq_ignore_ascii_case(b"solid") {
+        return read_text(text);
+    }
+    Err(refusal(bytes))
+}
+
+/// Why bytes that are neither kind are refused.
+fn refusal(bytes: &[u8]) -> ReadError {
+    let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
+        return ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY);
+    };
+    let room = (bytes.len() - 84) / 50;
+    ReadError::byte(80, format!("the header announces {count} faces, the file has room for {room}"), REMEDY)
+}
+
+/// The faces of a binary file whose length was checked.
+fn read_binary(bytes: &[u8]) -> RawMesh {
+    let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
+    let mut mesh = RawMesh::default();
+    mesh.positions.reserve_exact(3 * records.len());
+    for record in records {
+        let (floats, _) = record[12..48].as_chunks::<4>();
+        let mut values = floats.iter().map(|&float| f64::from(f32::from_le_bytes(float)));
+        mesh.positions.extend((0..3).map(|_| std::array::from_fn::<f64, 3, _>(|_| values.next().unwrap_or_default())));
+    }
+    mesh.faces = (0..mesh.positions.len() as u32 / 3).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+    mesh
+}
+
+/// The facets of all solids of a text file.
+fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
+    let (mut mesh, mut fans, mut corners) = (RawMesh::default(), Fans::default(), Vec::new());
+    let mut open = false;
+    loop {
+        text.skip_space();
+        let word = text.word();
+        match word.len() {
+            0 if open => return Err(text.error("the text ends inside a facet", REMEDY)),
+            0 => break,
+            _ if word.eq_ignore_ascii_case(b"vertex") => {
+                corners.push(mesh.positions.len() as u32);
+                mesh.positions.push(read_position(&mut text)?);
+            }
+            _ if word.eq_ignore_ascii_case(b"facet") => open = true,
+            _ if word.eq_ignore_ascii_case(b"endfacet") => {
+                mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
+                corners.clear();
+                open = false;
+            }
+            _ if word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"endsolid") => text.skip_line(),
+            _ => {}
+        }
+    }
+    fans.settle(&mesh.positions, &mut mesh.faces);
+    mesh.double = text.double;
+    Ok(mesh)
+}
+
+fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
+    let mut position = [0.0; 3];
+    for x in &mut position {
+        text.skip_space();
+        *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
+    }
+    Ok(position)
+}
+
+/// Writes a binary STL. The format holds single precision: coordinates far from the origin are rounded to it.
+///
+/// # Errors
+/// Coordinates beyond the range of `f32`.
+pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, WriteError> {
+    let positions = single_positions(mesh, frame)?;
+    let mut out = Vec::with_capacity(84 + 50 * mesh.faces().len());
+    out.extend([b' '; 80]);
+    out.extend((mesh.faces().len() as u32).to_le_bytes());
+    for face in mesh.faces() {
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        let mut record = [0; 50];
+        let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
+        for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
+            bytes.copy_from_slice(&float.to_le_bytes());
+        }
+        out.extend(record);
+    }
+    Ok(out)
+}
+
+/// Writes an STL text, in single precision as [`write_binary`] does.
+///
+/// # Errors
+/// Coordinates beyond the range of `f32`.
+pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, WriteError> {
+    let positions = single_positions(mesh, frame)?;
+    let unshifted = Frame::default();
+    let mut out = Vec::with_capacity(260 * mesh.faces().len() + 64);
+    out.extend(b"solid mesh\n");
+    for face in mesh.faces() {
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        out.extend(b"facet normal ");
+        push_position(&mut out, &unshifted, normal(corners));
+        out.extend(b"\nouter loop\n");
+        for corner in corners {
+            out.extend(b"vertex ");
+            push_position(&mut out, &unshifted, corner);
+            out.push(b'\n');
+        }
+        out.extend(b"endloop\nendfacet\n");
+    }
+    out.extend(b"endsolid mesh\n");
+    Ok(out)
+}
+
+/// File coordinates as the format holds them, n_vertices x 3.
+fn single_positions(mesh: &TriMesh, frame: &Frame) -> Result<Vec<[f32; 3]>, WriteError> {
+    let positions: Vec<_> = mesh.positions().iter().map(|&local| frame.to_file(local).map(|x| x as f32)).collect();
+    if positions.iter().flatten().all(|x| x.is_finite()) {
+        return Ok(positions);
+    }
+    Err(WriteError {
+        what: "coordinates beyond the range of single precision, which is all STL holds: write PLY".into(),
+    })
+}
+
+/// Unit normal of a face, zero where it has none.
+fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
+    (b - a).cross(c - a).normalize_or_zero().to_array().map(|x| x as f32)
+}
