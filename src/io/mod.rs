@@ -34,6 +34,9 @@ use crate::mesh::{Frame, RawMesh, TriMesh};
 /// ```
 pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> {
     let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown(bytes))?;
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
+    }
     let mesh = match format {
         Format::Obj => obj::read(bytes),
         Format::Ply | Format::PlyAscii => ply::read(bytes),

@@ -19,7 +19,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
                 text.advance(1);
                 mesh.positions.push(read_position(&mut text)?);
             }
-            [b'f', b' ' | b'\t' | b'\\', ..] => {
+            [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f'] => {
                 text.advance(1);
                 read_corners(&mut text, mesh.positions.len(), &mut corners)?;
                 mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));

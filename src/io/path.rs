@@ -18,7 +18,15 @@ use crate::mesh::RawMesh;
 pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
     let bytes =
         std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
-    read(&bytes, format.or_else(|| Format::from_path(path)))
+    let named = format.or_else(|| Format::from_path(path));
+    let mesh = read(&bytes, named);
+    match Format::from_content(&bytes) {
+        // A file with the wrong extension is read as what it is.
+        Some(shown) if format.is_none() && named != Some(shown) && is_useless(&mesh) => {
+            read(&bytes, Some(shown)).or(mesh)
+        }
+        _ => mesh,
+    }
 }
 
 /// Writes `bytes` to `path` through a temporary file beside it, so that the file appears whole or not at all.
@@ -59,4 +67,9 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)
+}
+
+/// Whether reading failed or found nothing.
+fn is_useless(mesh: &Result<RawMesh, ReadError>) -> bool {
+    mesh.as_ref().map_or(true, |mesh| mesh.faces.is_empty())
 }

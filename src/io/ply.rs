@@ -36,13 +36,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 
 /// Reads every value of `element` in file order and hands over those of scalar properties, with the property's index.
 fn walk(source: &mut Source, element: &Element, take: impl FnMut(usize, f64)) -> Result<(), ReadError> {
-    walk_lists(source, element, usize::MAX, |_| (), take)
+    walk_lists(source, element, 0, usize::MAX, |_| (), take)
 }
 
-/// Reads every value of `element`, hands over each list of property `wanted` and each scalar value.
+/// Reads every value of `element` from item `start` on, hands over each list of property `wanted` and each scalar value.
 fn walk_lists(
     source: &mut Source,
     element: &Element,
+    start: usize,
     wanted: usize,
     mut take_list: impl FnMut(&[u32]),
     mut take: impl FnMut(usize, f64),
@@ -50,7 +51,7 @@ fn walk_lists(
     // An element without properties takes no bytes, however many of it there are.
     let n_items = if element.properties.is_empty() { 0 } else { element.count };
     let mut list = Vec::new();
-    for item in 0..n_items {
+    for item in start..n_items {
         for (i, property) in element.properties.iter().enumerate() {
             let place = |source: &Source| source.cut(element, item);
             let Some(length) = property.length else {
@@ -137,9 +138,15 @@ fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: 
         return if element.count == 0 { Ok(()) } else { Err(element.lacks("list of vertex_indices")) };
     };
     let taken = read_leading_triangles(source, element, &mut mesh.faces);
-    let rest = Element { count: element.count - taken, ..element.clone() };
     let RawMesh { faces, dropped_faces, .. } = mesh;
-    walk_lists(source, &rest, wanted, |corners| *dropped_faces += usize::from(!fans.push(corners, faces)), |_, _| ())
+    walk_lists(
+        source,
+        element,
+        taken,
+        wanted,
+        |corners| *dropped_faces += usize::from(!fans.push(corners, faces)),
+        |_, _| (),
+    )
 }
 
 /// The usual layout, `uchar` and `int` and nothing else, up to the first face that is no triangle; gives their number.
@@ -176,7 +183,7 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
             }
         }
     };
-    walk_lists(source, element, wanted, take, |_, _| ())
+    walk_lists(source, element, 0, wanted, take, |_, _| ())
 }
 
 fn write_header(mesh: &TriMesh, frame: &Frame, encoding: &str) -> String {

@@ -8,40 +8,35 @@ use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
 
 const REMEDY: &str = "export the mesh again";
 
-/// Reads an STL of either kind; a binary one may start with "solid" too.
+/// Reads an STL of either kind; a binary one may start with "solid" too, and have bytes behind its faces.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    if is_binary_stl(bytes) {
-        return Ok(read_binary(bytes));
-    }
     let text = Text::new(bytes);
     let opening = text.rest().trim_ascii_start().get(..5).unwrap_or_default();
-    if opening.eq_ignore_ascii_case(b"solid") {
-        return read_text(text);
-    }
-    Err(refusal(bytes))
+    // No text holds a zero byte, and hardly a binary file has none in its header and its count.
+    let is_text = opening.eq_ignore_ascii_case(b"solid") && !bytes.iter().take(84).any(|&byte| byte == 0);
+    if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
 }
 
-/// Why bytes that are neither kind are refused.
-fn refusal(bytes: &[u8]) -> ReadError {
+/// The faces of a binary file.
+fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
-        return ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY);
+        return Err(ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY));
     };
-    let room = (bytes.len() - 84) / 50;
-    ReadError::byte(80, format!("the header announces {count} faces, the file has room for {room}"), REMEDY)
-}
-
-/// The faces of a binary file whose length was checked.
-fn read_binary(bytes: &[u8]) -> RawMesh {
-    let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
+    let records = bytes[84..].chunks_exact(50).take(count as usize);
+    if records.len() < count as usize {
+        let room = records.len();
+        let what = format!("the header announces {count} faces, the file has room for {room}");
+        return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
+    }
     let mut mesh = RawMesh::default();
     mesh.positions.reserve_exact(3 * records.len());
     for record in records {
         let (floats, _) = record[12..48].as_chunks::<4>();
-        let mut values = floats.iter().map(|&float| f64::from(f32::from_le_bytes(float)));
-        mesh.positions.extend((0..3).map(|_| std::array::from_fn::<f64, 3, _>(|_| values.next().unwrap_or_default())));
+        let (corners, _) = floats.as_chunks::<3>();
+        mesh.positions.extend(corners.iter().map(|corner| corner.map(|float| f64::from(f32::from_le_bytes(float)))));
     }
-    mesh.faces = (0..mesh.positions.len() as u32 / 3).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
-    mesh
+    mesh.faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
+    Ok(mesh)
 }
 
 /// The facets of all solids of a text file.

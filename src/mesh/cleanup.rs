@@ -203,11 +203,12 @@ fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     }
     // Halves first: the extent of coordinates near the largest double would overflow.
     let half = (0..3).map(|axis| high[axis] / 2.0 - low[axis] / 2.0).fold(0.0, f64::max);
-    let grid = if half > 0.0 { half.log2().ceil().exp2() * 2.0 } else { f64::MIN_POSITIVE };
+    let grid = half.log2().ceil().exp2() * 2.0;
     std::array::from_fn(|axis| {
         let centre = low[axis] / 2.0 + high[axis] / 2.0;
-        let origin = (centre / grid).round() * grid;
-        if origin.is_finite() { origin } else { 0.0 }
+        let origin = if half > 0.0 { (centre / grid).round() * grid } else { centre };
+        // Adding zero turns -0 into 0.
+        if origin.is_finite() { origin + 0.0 } else { 0.0 }
     })
 }
 
