@@ -5,6 +5,11 @@
 
 mod error;
 mod format;
+#[cfg(feature = "gltf")]
+mod gltf;
+#[cfg(not(feature = "gltf"))]
+#[path = "no_gltf.rs"]
+mod gltf;
 mod number;
 mod obj;
 mod off;
@@ -33,6 +38,18 @@ use crate::mesh::{Frame, RawMesh, TriMesh};
 /// assert!(error.to_string().starts_with("obj: line 1: a vertex needs three numbers"));
 /// ```
 pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> {
+    read_with(bytes, format, &|uri| {
+        let what = format!("the buffer {uri:?} is a file of its own");
+        Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
+    })
+}
+
+/// [`read`], where `fetch` gives the bytes of a file that the asset names.
+fn read_with(
+    bytes: &[u8],
+    format: Option<Format>,
+    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+) -> Result<RawMesh, ReadError> {
     let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown(bytes))?;
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
@@ -42,7 +59,7 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
         Format::Ply | Format::PlyAscii => ply::read(bytes),
         Format::Stl | Format::StlAscii => stl::read(bytes),
         Format::Off => off::read(bytes),
-        Format::Gltf => Err(ReadError::file("glTF cannot be read", "convert it")),
+        Format::Gltf => gltf::read(bytes, fetch),
     };
     mesh.map_err(|error| ReadError { format: Some(format), ..error })
 }

@@ -1,9 +1,9 @@
 //! Mesh files by path: read whole, written whole or not at all.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Component, Path};
 
-use super::{Format, ReadError, WriteError, read};
+use super::{Format, ReadError, WriteError, read_with};
 use crate::mesh::RawMesh;
 
 /// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
@@ -19,11 +19,12 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
     let bytes =
         std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
     let named = format.or_else(|| Format::from_path(path));
-    let mesh = read(&bytes, named);
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let mesh = read_with(&bytes, named, &fetch);
     match Format::from_content(&bytes) {
         // A file with the wrong extension is read as what it is.
         Some(shown) if format.is_none() && named != Some(shown) && is_useless(&mesh) => {
-            read(&bytes, Some(shown)).or(mesh)
+            read_with(&bytes, Some(shown), &fetch).or(mesh)
         }
         _ => mesh,
     }
@@ -72,4 +73,42 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
 /// Whether reading failed or found nothing.
 fn is_useless(mesh: &Result<RawMesh, ReadError>) -> bool {
     mesh.as_ref().map_or(true, |mesh| mesh.faces.is_empty())
+}
+
+/// The bytes of the file `uri` in `folder` or below it, nowhere else.
+fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
+    let refusal = |what: &str| {
+        ReadError::file(format!("the buffer {uri:?} {what}"), "put the file beside the asset or export it as GLB")
+    };
+    let name = percent_decoded(uri).ok_or_else(|| refusal("is no file name"))?;
+    if name.contains(['\\', ':']) || !Path::new(&name).components().all(|part| matches!(part, Component::Normal(_))) {
+        return Err(refusal("does not lie in the folder of the asset"));
+    }
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let missing = |error: std::io::Error| refusal(&format!("cannot be read ({error})"));
+    // Links are followed first, so that they cannot lead out either.
+    let inside = folder.canonicalize().map_err(missing)?;
+    let file = folder.join(name).canonicalize().map_err(missing)?;
+    if !file.starts_with(inside) || !file.is_file() {
+        return Err(refusal("does not lie in the folder of the asset"));
+    }
+    std::fs::read(file).map_err(missing)
+}
+
+/// `%20` and the like resolved; `None` where that gives no text.
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        let digits = tail.get(..2).filter(|_| *first == b'%').and_then(|digits| std::str::from_utf8(digits).ok());
+        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            None => bytes.push(*first),
+        }
+    }
+    String::from_utf8(bytes).ok().filter(|name| !name.contains('\0'))
 }
