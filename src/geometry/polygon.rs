@@ -142,3 +142,89 @@ impl Ears {
         ear
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::triangle::area_normal_f64;
+    use proptest::prelude::*;
+
+    /// Normals (twice the area long) of the triangles.
+    fn normals(corners: &[[f64; 3]]) -> Vec<DVec3> {
+        let normal = |triangle: [u32; 3]| area_normal_f64(triangle.map(|corner| corners[corner as usize].into()));
+        triangulate(corners).into_iter().map(normal).collect()
+    }
+
+    /// All triangles face the same way and together have the area of the polygon.
+    fn covers(corners: &[[f64; 3]]) -> bool {
+        let normals = normals(corners);
+        let total: DVec3 = normals.iter().sum();
+        let area: f64 = normals.iter().map(|normal| normal.length()).sum();
+        normals.len() == corners.len() - 2 && (area - total.length()).abs() <= 1e-9 * area
+    }
+
+    fn spun(points: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 3]> {
+        let spin = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0);
+        points.into_iter().map(|[x, y]| (spin * DVec3::new(x, y, 3.0)).to_array()).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn star_shaped_polygons_are_covered(radii in prop::collection::vec(0.1f64..5.0, 4..60), clockwise in any::<bool>()) {
+            let turn = if clockwise { -1.0 } else { 1.0 } * std::f64::consts::TAU / radii.len() as f64;
+            let corner = |(i, r): (usize, &f64)| [r * (turn * i as f64).cos(), r * (turn * i as f64).sin()];
+            let corners = spun(radii.iter().enumerate().map(corner));
+            prop_assert!(covers(&corners));
+        }
+
+        #[test]
+        fn any_corners_give_triangles(corners in prop::collection::vec(prop::array::uniform3(-2i8..2), 0..20)) {
+            let corners: Vec<_> = corners.into_iter().map(|p| p.map(f64::from)).collect();
+            let triangles = triangulate(&corners);
+            prop_assert_eq!(triangles.len(), corners.len().saturating_sub(2));
+            prop_assert!(triangles.into_iter().flatten().all(|corner| (corner as usize) < corners.len()));
+        }
+    }
+
+    #[test]
+    fn concave_quads_split_at_their_reflex_corner() {
+        for turn in 0..4 {
+            let mut dart = [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]];
+            dart.rotate_left(turn);
+            assert!(covers(&spun(dart)), "{turn}");
+        }
+    }
+
+    #[test]
+    fn collinear_corners_stay() {
+        let corners = spun([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]]);
+        assert!(covers(&corners));
+        let mut used: Vec<u32> = triangulate(&corners).into_iter().flatten().collect();
+        used.sort_unstable();
+        used.dedup();
+        assert_eq!(used.len(), corners.len());
+    }
+
+    #[test]
+    fn a_comb_of_many_teeth_is_covered() {
+        let tooth = |i: usize| [[i as f64, 0.0], [i as f64 + 0.5, 10.0]];
+        let corners = spun((0..1000).flat_map(tooth).chain([[1000.0, -1.0], [-1.0, -1.0]]).rev());
+        assert!(covers(&corners));
+    }
+
+    #[test]
+    fn huge_and_tiny_polygons_are_covered() {
+        for scale in [1e-200, 1e200] {
+            let dent = spun([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]]);
+            let scaled: Vec<_> = dent.iter().map(|p| p.map(|x| x * scale)).collect();
+            assert_eq!(triangulate(&scaled), triangulate(&dent));
+        }
+    }
+
+    #[test]
+    fn time_is_bounded_where_no_ear_is_found() {
+        // A zigzag that crosses itself everywhere.
+        let corners = spun((0..30_000u64).map(|i| [(i * 7919 % 1000) as f64, (i * 104_729 % 997) as f64]));
+        assert_eq!(triangulate(&corners).len(), corners.len() - 2);
+    }
+}

@@ -109,3 +109,39 @@ fn from_line(line: &[u8]) -> Option<Format> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Format;
+
+    #[test]
+    fn content_shows_the_format() {
+        let cases: [(&[u8], Option<Format>); 14] = [
+            (b"ply\nformat ascii 1.0\n", Some(Format::Ply)),
+            (b"\xef\xbb\xbfply\r\n", Some(Format::Ply)),
+            (b"solid name\nfacet", Some(Format::Stl)),
+            (b"SOLID\n", Some(Format::Stl)),
+            (b"# words\n\nCOFF\n", Some(Format::Off)),
+            (b"OFF8 6 12\n", Some(Format::Off)),
+            (b"OFFICE\n", None),
+            (b"glTF\x02\0\0\0", Some(Format::Gltf)),
+            (b"  {\"asset\": {}}", Some(Format::Gltf)),
+            (b"# words\r\rmtllib a.mtl\rv 0 0 0", Some(Format::Obj)),
+            (b"f 1 2 3", Some(Format::Obj)),
+            (b"", None),
+            (b"\xff\xd8\xff\xe0 JFIF", None),
+            (&[0; 84], Some(Format::Stl)),
+        ];
+        for (bytes, format) in cases {
+            assert_eq!(Format::from_content(bytes), format, "{}", bytes.escape_ascii());
+        }
+    }
+
+    #[test]
+    fn names_lead_back() {
+        for name in Format::NAMES {
+            let format = Format::from_name(name).unwrap();
+            assert_eq!(Format::from_name(format.name()), Some(format));
+        }
+    }
+}

@@ -78,3 +78,70 @@ pub(super) fn write(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    fn faces(text: &str) -> Vec<[u32; 3]> {
+        read(format!("{SQUARE}{text}").as_bytes()).unwrap().faces
+    }
+
+    #[test]
+    fn corners_of_every_spelling() {
+        for face in [
+            "f 1 2 3",
+            "f 1/1 2/2/2 3//3",
+            "f 1// 2/ 3/7/",
+            "f -4 -3 -2",
+            "f\t1  2 \t3\r",
+            "f 1 2 3 # words",
+            "f +1 2 3",
+        ] {
+            assert_eq!(faces(face), [[0, 1, 2]], "{face}");
+            assert_eq!(faces(&format!("{face}\n")), [[0, 1, 2]], "{face}");
+        }
+    }
+
+    #[test]
+    fn continued_lines() {
+        assert_eq!(faces("f 1 \\\n 2 \\\r\n3\n"), [[0, 1, 2]]);
+        assert_eq!(read(b"v 1 \\\n2 3\nv\\\n 4 5 6").unwrap().positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    }
+
+    #[test]
+    fn indices_that_lead_nowhere_are_left_to_cleanup() {
+        for face in ["f 0 1 2", "f 9 1 2", "f -5 1 2", "f 99999999999999999999 1 2", "f -99999999999999999999 1 2"] {
+            assert!(faces(face)[0][0] as usize >= 4, "{face}");
+        }
+    }
+
+    #[test]
+    fn faces_before_their_vertices() {
+        let text = "f 1 2 3 4\nv 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\n";
+        assert_eq!(read(text.as_bytes()).unwrap().faces.len(), 2);
+    }
+
+    #[test]
+    fn what_is_no_geometry_is_passed_over() {
+        let text = b"\xef\xbb\xbf# caf\xe9 \xff\r\nmtllib a b\ng f 1 2 3\nvn 0 0 1\nvt 0 0\nvp 1\nl 1 2\np 1\nusemtl v\nfoo\n\nv 1 2 3 0.5 nan 0\n";
+        assert_eq!(read(text).unwrap(), RawMesh { positions: vec![[1.0, 2.0, 3.0]], ..RawMesh::default() });
+    }
+
+    #[test]
+    fn faces_of_two_corners_are_counted() {
+        let mesh = read(format!("{SQUARE}f 1 2\nf\nf 1 2 3\nf").as_bytes()).unwrap();
+        assert_eq!((mesh.faces.len(), mesh.dropped_faces), (1, 3));
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, line) in [("v 0 0\n", 1), ("v 0 0 0\nv 1 x 0", 2), ("\n\nv 1 2 3.1+e2\n", 3), ("# a\r\nf 1 a 2", 2)]
+        {
+            let error = read(text.as_bytes()).unwrap_err();
+            assert_eq!(error.place, crate::io::Place::Line(line), "{error}");
+        }
+    }
+}

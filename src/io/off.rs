@@ -108,3 +108,56 @@ pub(super) fn write(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
     push_faces(&mut out, mesh.faces());
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FACE: [[u32; 3]; 1] = [[0, 1, 2]];
+
+    #[test]
+    fn headers_of_every_spelling() {
+        for start in [
+            "OFF\n3 1 0\n",
+            "OFF 3 1 0\n",
+            "OFF3 1 0\n",
+            "3 1 0\n",
+            "\u{feff}  # a\r\n OFF # b\r\n# c\r\n3 1\r\n",
+            "STOFF\n3 1 3\n",
+        ] {
+            let mesh = read(format!("{start}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap();
+            assert_eq!((mesh.positions.len(), &mesh.faces[..]), (3, &FACE[..]), "{start}");
+        }
+    }
+
+    #[test]
+    fn colours_and_normals_are_passed_over() {
+        let text =
+            "NCOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0.5 0.5 0.5 1\n0 1 0 0 0 1 1 1 1 1\n3 0 1 2 255 0 0\n";
+        assert_eq!(read(text.as_bytes()).unwrap().faces, FACE);
+    }
+
+    #[test]
+    fn values_broken_over_lines() {
+        assert_eq!(read(b"OFF\n3\n1\n0\n0 0\n0\n1 0 0 0 1 0\n\n0 1 0\n3 0\n1 2\n").unwrap().faces, FACE);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said() {
+        let cases = [
+            ("OFF\n999999999999 1 0\n0 0 0\n", "vertex 1 of 999999999999 needs three numbers"),
+            ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n999999999 0 1 2", "face 0 of 1 needs"),
+            ("OFF BINARY\n", "this is a binary OFF file"),
+            ("4OFF\n", "four or more dimensions"),
+            ("nOFF 3\n", "four or more dimensions"),
+            ("COFFEE\n", "the numbers of vertices and faces are missing"),
+            ("OFF\n-3 1 0\n", "the numbers of vertices and faces are missing"),
+            ("mesh\n", "does not start with OFF"),
+            ("", "does not start with OFF"),
+        ];
+        for (text, expected) in cases {
+            let error = read(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text:?}: {error}");
+        }
+    }
+}

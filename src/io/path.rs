@@ -112,3 +112,67 @@ fn percent_decoded(uri: &str) -> Option<String> {
     }
     String::from_utf8(bytes).ok().filter(|name| !name.contains('\0'))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_extension_does_not_mislead() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.stl");
+        std::fs::write(&path, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").unwrap();
+        assert_eq!(read_path(&path, None).unwrap().faces.len(), 1);
+        assert!(read_path(&path, Some(Format::Stl)).is_err());
+    }
+
+    #[test]
+    fn nothing_is_left_behind_where_writing_fails() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("taken");
+        std::fs::create_dir(&path).unwrap();
+        assert!(write_path(&path, b"words", true).is_err());
+        assert!(write_path(&path.join("no/such/folder"), b"words", true).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn files_are_replaced_only_by_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.obj");
+        write_path(&path, b"one", false).unwrap();
+        assert!(write_path(&path, b"two", false).unwrap_err().to_string().contains("exists already"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"one");
+        write_path(&path, b"two", true).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+    }
+
+    #[test]
+    fn buffers_are_fetched_from_the_folder_of_the_asset_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("inner");
+        std::fs::create_dir(&inner).unwrap();
+        std::fs::write(folder.path().join("secret"), b"no").unwrap();
+        std::fs::write(inner.join("a b.bin"), b"yes").unwrap();
+        assert_eq!(fetch(&inner, "a%20b.bin").unwrap(), b"yes");
+        let absolute = folder.path().join("secret");
+        for uri in [
+            "../secret",
+            "%2e%2e/secret",
+            "..\\secret",
+            absolute.to_str().unwrap(),
+            "file:///secret",
+            "http://host/a",
+            "",
+            "x.bin",
+            ".",
+        ] {
+            assert!(fetch(&inner, uri).is_err(), "{uri}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(folder.path().join("secret"), inner.join("link")).unwrap();
+            assert!(fetch(&inner, "link").is_err());
+        }
+    }
+}

@@ -228,3 +228,79 @@ pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
     push_faces(&mut out, mesh.faces());
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(bytes: &[u8]) -> String {
+        read(bytes).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn any_layout_of_a_text() {
+        let text = "ply\rformat ascii 1.0\rcomment element vertex 9\robj_info x\relement material 1\rproperty list uchar char name\r\
+            property float shine\relement vertex 3\rproperty float64 z\rproperty list int float uv\rproperty uchar red\r\
+            property short x\rproperty float y\relement nothing 4000000000\relement face 2\rproperty uchar flag\r\
+            property list uint8 ushort vertex_index\rproperty list uchar float texcoord\rend_header\r\
+            3 65 66 67 0.5\r1 0 255 0 0\r2 2 0.5 0.5 255 1 0\r3 1 7 255\r0 1\r7 3 0 1 2 1 0.5 1 2 2 0 0\r";
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!(mesh.positions, [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 3.0]]);
+        assert_eq!((mesh.faces, mesh.dropped_faces, mesh.double), (vec![[0, 1, 2]], 1, true));
+    }
+
+    #[test]
+    fn triangle_strips() {
+        let text = "ply\nformat ascii 1.0\nelement tristrips 1\nproperty list int int vertex_indices\nelement vertex 5\nproperty float x\n\
+            property float y\nproperty float z\nend_header\n9 0 1 2 3 -1 2 3 4 4\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
+        assert_eq!(read(text.as_bytes()).unwrap().faces, [[0, 1, 2], [2, 1, 3], [2, 3, 4]]);
+    }
+
+    #[test]
+    fn line_ends_before_binary_values() {
+        for end in ["\n", "\r\n", "\r"] {
+            let lines = [
+                "ply",
+                "format binary_little_endian 1.0",
+                "element vertex 1",
+                "property uchar x",
+                "property uchar y",
+                "property uchar z",
+                "end_header",
+            ];
+            let mut bytes = (lines.join(end) + end).into_bytes();
+            bytes.extend(b"\n\r\n");
+            assert_eq!(read(&bytes).unwrap().positions, [[10.0, 13.0, 10.0]], "{end:?}");
+        }
+    }
+
+    #[test]
+    fn counts_are_only_claims() {
+        for encoding in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            let head = format!("ply\nformat {encoding} 1.0\n");
+            let vertex = "element vertex 18446744073709551615\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3 4 5 6 7";
+            assert!(error(format!("{head}{vertex}").as_bytes()).contains("of 18446744073709551615"));
+            let face = "element face 4294967295\nproperty list uint int vertex_indices\nend_header\n\u{7f}\u{7f}\u{7f}\u{7f} 1 2 3";
+            assert!(error(format!("{head}{face}").as_bytes()).contains("no value for face 0"));
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_said() {
+        let head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n";
+        for (text, expected) in [
+            ("ply\nformat ascii 1.0\nelement vertex 1\n", "the header has no end"),
+            ("plywood\n", "does not start with ply"),
+            ("ply\nend_header\n", "does not name its encoding"),
+            ("ply\nformat binary 1.0\n", "unknown encoding"),
+            ("ply\nproperty float x\n", "before the first element"),
+            ("ply\nelement vertex many\n", "needs a name and a count"),
+            ("ply\nwhatever\n", "unknown word"),
+            (&format!("{head}property list float x\n"), "needs a kind and a name"),
+            (&format!("{head}end_header\n1\n"), "has no property y"),
+            ("ply\nformat ascii 1.0\nelement face 1\nproperty int a\nend_header\n1\n", "has no list of vertex_indices"),
+        ] {
+            assert!(error(text.as_bytes()).contains(expected), "{text}: {}", error(text.as_bytes()));
+        }
+    }
+}

@@ -139,3 +139,65 @@ fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
     (b - a).cross(c - a).normalize_or_zero().to_array().map(|x| x as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle() -> TriMesh {
+        TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], vec![[0, 1, 2]]).unwrap()
+    }
+
+    #[test]
+    fn solids_in_any_case_are_one_mesh() {
+        let facet =
+            "FACET Normal 0 0 1\n outer LOOP\n Vertex 0 0 0\n VERTEX 1e0 0 0\n vertex 0 1. 0\n endloop\nEndFacet\n";
+        let text = format!("\u{feff} SOLID vertex facet\n{facet}endsolid vertex\r\nsolid\n{facet}{facet}endsolid");
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.faces.len()), (9, 3));
+        assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn facets_of_more_and_fewer_corners() {
+        let text = "solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\nfacet\nvertex 0 0 0\nendfacet\n";
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!((mesh.faces.len(), mesh.dropped_faces), (2, 1));
+    }
+
+    #[test]
+    fn binary_files_may_say_solid_and_have_bytes_behind() {
+        let mut bytes = write_binary(&triangle(), &Frame::default()).unwrap();
+        bytes[..5].copy_from_slice(b"solid");
+        let mesh = read(&bytes).unwrap();
+        bytes.extend(b"\0\0words");
+        assert_eq!(read(&bytes).unwrap(), mesh);
+        assert_eq!(mesh.positions[2], [0.0, 1.0, 0.5]);
+    }
+
+    #[test]
+    fn cut_files_are_refused() {
+        let mut bytes = write_binary(&triangle(), &Frame::default()).unwrap();
+        bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+        let error = read(&bytes).unwrap_err().to_string();
+        assert!(error.contains("announces 4294967295 faces, the file has room for 1"), "{error}");
+        let text = write_text(&triangle(), &Frame::default()).unwrap();
+        assert!(read(&text[..text.len() - 30]).unwrap_err().to_string().contains("ends inside a facet"));
+        for length in [0, 3, 83] {
+            assert!(read(&vec![0; length]).is_err());
+        }
+    }
+
+    #[test]
+    fn normals_are_those_of_the_faces() {
+        let text = String::from_utf8(write_text(&triangle(), &Frame::default()).unwrap()).unwrap();
+        assert!(text.contains("facet normal 0 -0.4472136 0.8944272"), "{text}");
+    }
+
+    #[test]
+    fn coordinates_beyond_single_precision_are_refused() {
+        let frame = Frame { origin: [1e300, 0.0, 0.0], double: true };
+        assert!(write_binary(&triangle(), &frame).is_err());
+        assert!(write_text(&triangle(), &frame).is_err());
+    }
+}

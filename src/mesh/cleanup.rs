@@ -268,3 +268,141 @@ fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]]) -> (Vec<[f
     }
     (source.iter().map(|&old| local[old as usize]).collect(), source)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const NAN: f64 = f64::NAN;
+
+    fn cleaned(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Cleaned, CleanError> {
+        let raw = RawMesh { positions: positions.to_vec(), faces: faces.to_vec(), ..RawMesh::default() };
+        clean(raw, &CleanOptions::default())
+    }
+
+    /// The policy face by face, by search: the positions of the corners of the faces that stay.
+    fn naive(positions: &[[f64; 3]], faces: &[[u32; 3]], weld: bool) -> (Vec<[[f32; 3]; 3]>, CleanCounts) {
+        let mut counts = CleanCounts::default();
+        let (mut kept, mut used) = (Vec::<[u32; 3]>::new(), std::collections::BTreeSet::new());
+        for face in faces {
+            if face.iter().any(|&v| v as usize >= positions.len()) {
+                counts.out_of_range_faces += 1;
+                continue;
+            }
+            if face.iter().any(|&v| positions[v as usize].iter().any(|x| !x.is_finite())) {
+                counts.non_finite_faces += 1;
+                continue;
+            }
+            let repeats = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
+            let first = |v: u32| positions.iter().position(|p| *p == positions[v as usize]).unwrap() as u32;
+            let welded = if weld { face.map(first) } else { *face };
+            if !repeats(*face) {
+                used.extend(*face);
+            }
+            if repeats(welded) {
+                counts.degenerate_faces += 1;
+            } else if kept.iter().any(|other| sorted(*other) == sorted(welded)) {
+                counts.duplicate_faces += 1;
+            } else {
+                kept.push(welded);
+            }
+        }
+        let distinct = |vertices: Vec<u32>| vertices.into_iter().collect::<std::collections::BTreeSet<_>>().len();
+        let first = |&v: &u32| positions.iter().position(|p| *p == positions[v as usize]).unwrap() as u32;
+        counts.welded_vertices = if weld { used.len() - distinct(used.iter().map(first).collect()) } else { 0 };
+        let n_kept = distinct(kept.iter().flatten().copied().collect());
+        counts.unreferenced_vertices = positions.len() - counts.welded_vertices - n_kept;
+        (kept.iter().map(|face| face.map(|v| positions[v as usize].map(|x| x as f32))).collect(), counts)
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_the_naive_policy(
+            positions in prop::collection::vec(prop::array::uniform3(prop::sample::select(vec![0.0, -0.0, 1.0, 2.5, NAN])), 1..30),
+            faces in prop::collection::vec(prop::array::uniform3(0u32..32), 1..60),
+            weld in any::<bool>(),
+        ) {
+            let (corners, counts) = naive(&positions, &faces, weld);
+            let raw = RawMesh { positions: positions.clone(), faces, ..RawMesh::default() };
+            match clean(raw, &CleanOptions { weld }) {
+                Ok(cleaned) => {
+                    let mesh = &cleaned.mesh;
+                    let found: Vec<_> = mesh.faces().iter().map(|f| f.map(|v| mesh.positions()[v as usize])).collect();
+                    prop_assert_eq!(found, corners);
+                    prop_assert_eq!(cleaned.counts, counts);
+                    for (position, &source) in mesh.positions().iter().zip(&cleaned.source) {
+                        prop_assert_eq!(*position, positions[source as usize].map(|x| x as f32));
+                    }
+                }
+                Err(error) => {
+                    prop_assert!(corners.is_empty());
+                    let expected = matches!(error, CleanError::NoFaces { counts: found, .. } if found == counts);
+                    prop_assert!(expected, "{:?} {:?}", error, counts);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn negative_zero_is_zero() {
+        let cleaned =
+            cleaned(&[[0.0; 3], [1.0, 0.0, -0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 3], [0, 2, 3]]).unwrap();
+        assert_eq!((cleaned.mesh.faces(), cleaned.counts.duplicate_faces), (&[[0, 1, 2]][..], 1));
+        assert!(cleaned.mesh.positions().iter().flatten().all(|x| x.is_sign_positive()));
+    }
+
+    #[test]
+    fn faces_without_area_stay() {
+        let cleaned = cleaned(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], &[[0, 1, 2]]).unwrap();
+        assert_eq!(cleaned.counts, CleanCounts::default());
+    }
+
+    #[test]
+    fn coordinates_far_from_the_origin_keep_their_precision() {
+        let step = 0.001;
+        let positions: Vec<_> =
+            (0..30).map(|i| [5e6 + step * f64::from(i), -4.2e6 + step * f64::from(i * i), 300.0]).collect();
+        let faces = (0..28).map(|i| [i, i + 1, i + 2]).collect();
+        let raw = RawMesh { positions: positions.clone(), faces, double: true, dropped_faces: 0 };
+        let Cleaned { mesh, frame, .. } = clean(raw, &CleanOptions::default()).unwrap();
+        for (local, exact) in mesh.positions().iter().zip(&positions) {
+            let written = frame.to_file(*local);
+            assert!((0..3).all(|axis| (written[axis] - exact[axis]).abs() < 1e-6), "{written:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn doubles_near_the_origin_are_not_moved() {
+        let positions = vec![[0.1f32; 3].map(f64::from), [1.0, -0.2, 0.0], [0.0, 1.0, 0.0]];
+        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, dropped_faces: 0 };
+        assert_eq!(clean(raw, &CleanOptions::default()).unwrap().frame.origin, [0.0; 3]);
+    }
+
+    #[test]
+    fn what_exceeds_single_precision_is_refused_in_one_line() {
+        for double in [false, true] {
+            let positions = vec![[0.0; 3], [1e300, 0.0, 0.0], [0.0, 1.0, 0.0], [-1e300, 0.0, 0.0]];
+            let raw = RawMesh { positions, faces: vec![[0, 1, 2], [1, 2, 3]], double, dropped_faces: 0 };
+            let error = clean(raw, &CleanOptions::default()).unwrap_err();
+            assert!(matches!(error, CleanError::TooFar { .. }), "{error}");
+            assert!(!error.to_string().contains('\n'));
+        }
+        // Far out, but small: fits once moved.
+        let positions = vec![[1e300, 0.0, 0.0], [1e300, 1.0, 0.0], [1e300, 0.0, 1.0]];
+        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, dropped_faces: 0 };
+        assert!(clean(raw, &CleanOptions::default()).is_ok());
+    }
+
+    #[test]
+    fn nothing_left_says_why() {
+        let error = cleaned(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
+        let text = error.to_string();
+        assert!(text.starts_with("none of the 2 faces is usable"), "{text}");
+        assert!(
+            text.contains("1 faces with non-finite corners") && text.contains("1 faces with corners out of range"),
+            "{text}"
+        );
+        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces, 1 vertices"));
+    }
+}
