@@ -2,6 +2,7 @@
 
 pub mod crossing;
 pub mod nearest_on_triangle;
+pub mod polygon;
 pub mod quadric;
 pub mod triangle;
 

@@ -1,7 +1,10 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
+pub mod cleanup;
+mod first_equal;
 mod manifold;
 mod one_rings;
+mod polygon;
 mod raw_mesh;
 pub mod shapes;
 pub mod surface_samples;
@@ -11,6 +14,7 @@ mod union_find;
 
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
+pub use polygon::Fans;
 pub use raw_mesh::{Frame, RawMesh};
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};

@@ -59,7 +59,6 @@ pub(super) struct Closed {
     pub separated_vertices: usize,
 }
 
-
 /// Simplifies `mesh` to the limit of the request.
 pub(super) fn simplify_closed(
     mesh: &TriMesh,

@@ -1,0 +1,230 @@
+//! Cuts one polygon in space into triangles by ear clipping on its plane; not a general polygon library (no holes).
+//!
+//! Every corner stays a corner of some triangle, collinear ones too: dropping them would open cracks along the
+//! neighbouring faces.
+
+use glam::{DVec2, DVec3};
+
+/// Ear tests granted per corner; a polygon that needs more is finished without looking for crossings.
+const TESTS_PER_CORNER: usize = 512;
+
+/// Triangles (n_corners - 2) that cover the simple polygon `corners` (n_corners x 3), as indices into `corners`.
+///
+/// Concave polygons are covered exactly, their winding is kept. Where the polygon has no area or crosses itself the
+/// result is some set of triangles over the same corners. The time is bounded by a multiple of n_corners.
+///
+/// ```
+/// use neural_mesh::geometry::polygon::triangulate;
+/// let dart = [[2.0, -1.0, 0.0], [0.5, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 0.0]];
+/// assert_eq!(triangulate(&dart), [[1, 2, 3], [1, 3, 0]]);
+/// ```
+pub fn triangulate(corners: &[[f64; 3]]) -> Vec<[u32; 3]> {
+    match corners.len() {
+        0..=2 => Vec::new(),
+        3 => vec![[0, 1, 2]],
+        4 => split_quad(corners).to_vec(),
+        _ => Ears::new(project(corners)).clip(),
+    }
+}
+
+/// The diagonal from corner 0 unless it turns a triangle over and the other diagonal does not.
+fn split_quad(corners: &[[f64; 3]]) -> [[u32; 3]; 2] {
+    let [a, b, c, d] = std::array::from_fn(|i| DVec3::from(corners[i]));
+    let agree = |p: DVec3, q: DVec3, r: DVec3, s: DVec3| (q - p).cross(r - p).dot((r - p).cross(s - p)) >= 0.0;
+    if !agree(a, b, c, d) && agree(b, c, d, a) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] }
+}
+
+/// The corners on the plane of the largest projected area, seen from the side on which the polygon runs
+/// counter-clockwise, n_corners x 2.
+fn project(corners: &[[f64; 3]]) -> Vec<DVec2> {
+    let first = DVec3::from(corners[0]);
+    let spokes = || corners.iter().map(|&p| DVec3::from(p) - first);
+    // Scaling first keeps products of huge or tiny coordinates within range.
+    let extent = spokes().fold(0.0f64, |extent, p| extent.max(p.abs().max_element()));
+    let scale = if extent > 0.0 && extent.is_finite() { 1.0 / extent } else { 1.0 };
+    let normal: DVec3 = spokes().zip(spokes().skip(1)).map(|(p, q)| (p * scale).cross(q * scale)).sum();
+    let size = normal.abs();
+    spokes()
+        .map(|p| p * scale)
+        .map(|p| match size {
+            s if s.z >= s.x && s.z >= s.y => DVec2::new(p.x, p.y * normal.z.signum()),
+            s if s.y >= s.x => DVec2::new(p.z, p.x * normal.y.signum()),
+            _ => DVec2::new(p.y, p.z * normal.x.signum()),
+        })
+        .collect()
+}
+
+/// The state of ear clipping: a ring of corners that shrinks by one with each triangle.
+struct Ears {
+    points: Vec<DVec2>,
+    next: Vec<u32>,
+    previous: Vec<u32>,
+    /// Corners that were reflex at the start, by ascending x; only they can lie inside an ear.
+    reflex: Vec<u32>,
+    /// Whether the corner is still in the ring.
+    alive: Vec<bool>,
+}
+
+impl Ears {
+    fn new(points: Vec<DVec2>) -> Self {
+        let n = points.len() as u32;
+        let next: Vec<u32> = (1..n).chain([0]).collect();
+        let previous: Vec<u32> = [n - 1].into_iter().chain(0..n - 1).collect();
+        let alive = vec![true; points.len()];
+        let mut ears = Self { points, next, previous, reflex: Vec::new(), alive };
+        ears.reflex = (0..n).filter(|&corner| ears.turn(corner) <= 0.0).collect();
+        ears.reflex.sort_by(|&a, &b| ears.points[a as usize].x.total_cmp(&ears.points[b as usize].x));
+        ears
+    }
+
+    /// Twice the signed area of the ear at `corner`.
+    fn turn(&self, corner: u32) -> f64 {
+        let [a, b, c] = self.ear(corner).map(|i| self.points[i as usize]);
+        (b - a).perp_dot(c - a)
+    }
+
+    fn ear(&self, corner: u32) -> [u32; 3] {
+        [self.previous[corner as usize], corner, self.next[corner as usize]]
+    }
+
+    fn clip(mut self) -> Vec<[u32; 3]> {
+        let n = self.points.len();
+        let mut triangles = Vec::with_capacity(n - 2);
+        let mut tests_left = TESTS_PER_CORNER * n;
+        let (mut corner, mut refused) = (0u32, 0);
+        for remaining in (3..=n).rev() {
+            while refused < remaining && !self.is_ear(corner, &mut tests_left) {
+                corner = self.next[corner as usize];
+                refused += 1;
+            }
+            triangles.push(self.cut(corner));
+            // Going on one corner further spreads the cuts and keeps triangles from fanning out of one corner.
+            corner = self.next[self.next[corner as usize] as usize];
+            refused = 0;
+        }
+        triangles
+    }
+
+    /// Whether `corner` turns left and no other corner lies in its triangle; anything goes once no tests are left.
+    fn is_ear(&self, corner: u32, tests_left: &mut usize) -> bool {
+        if *tests_left == 0 {
+            return true;
+        }
+        *tests_left -= 1;
+        let ear = self.ear(corner);
+        let [a, b, c] = ear.map(|i| self.points[i as usize]);
+        if (b - a).perp_dot(c - a) <= 0.0 {
+            return false;
+        }
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let start = self.reflex.partition_point(|&i| self.points[i as usize].x < low.x);
+        for &other in &self.reflex[start..] {
+            let p = self.points[other as usize];
+            if p.x > high.x {
+                break;
+            }
+            *tests_left = tests_left.saturating_sub(1);
+            let inside =
+                (b - a).perp_dot(p - a) >= 0.0 && (c - b).perp_dot(p - b) >= 0.0 && (a - c).perp_dot(p - c) >= 0.0;
+            if inside && self.alive[other as usize] && !ear.contains(&other) && ![a, b, c].contains(&p) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Takes `corner` out of the ring and gives its ear.
+    fn cut(&mut self, corner: u32) -> [u32; 3] {
+        let ear @ [before, _, after] = self.ear(corner);
+        self.next[before as usize] = after;
+        self.previous[after as usize] = before;
+        self.alive[corner as usize] = false;
+        ear
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::triangle::area_normal_f64;
+    use proptest::prelude::*;
+
+    /// Normals (twice the area long) of the triangles.
+    fn normals(corners: &[[f64; 3]]) -> Vec<DVec3> {
+        let normal = |triangle: [u32; 3]| area_normal_f64(triangle.map(|corner| corners[corner as usize].into()));
+        triangulate(corners).into_iter().map(normal).collect()
+    }
+
+    /// All triangles face the same way and together have the area of the polygon.
+    fn covers(corners: &[[f64; 3]]) -> bool {
+        let normals = normals(corners);
+        let total: DVec3 = normals.iter().sum();
+        let area: f64 = normals.iter().map(|normal| normal.length()).sum();
+        normals.len() == corners.len() - 2 && (area - total.length()).abs() <= 1e-9 * area
+    }
+
+    fn spun(points: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 3]> {
+        let spin = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0);
+        points.into_iter().map(|[x, y]| (spin * DVec3::new(x, y, 3.0)).to_array()).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn star_shaped_polygons_are_covered(radii in prop::collection::vec(0.1f64..5.0, 4..60), clockwise in any::<bool>()) {
+            let turn = if clockwise { -1.0 } else { 1.0 } * std::f64::consts::TAU / radii.len() as f64;
+            let corner = |(i, r): (usize, &f64)| [r * (turn * i as f64).cos(), r * (turn * i as f64).sin()];
+            let corners = spun(radii.iter().enumerate().map(corner));
+            prop_assert!(covers(&corners));
+        }
+
+        #[test]
+        fn any_corners_give_triangles(corners in prop::collection::vec(prop::array::uniform3(-2i8..2), 0..20)) {
+            let corners: Vec<_> = corners.into_iter().map(|p| p.map(f64::from)).collect();
+            let triangles = triangulate(&corners);
+            prop_assert_eq!(triangles.len(), corners.len().saturating_sub(2));
+            prop_assert!(triangles.into_iter().flatten().all(|corner| (corner as usize) < corners.len()));
+        }
+    }
+
+    #[test]
+    fn concave_quads_split_at_their_reflex_corner() {
+        for turn in 0..4 {
+            let mut dart = [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]];
+            dart.rotate_left(turn);
+            assert!(covers(&spun(dart)), "{turn}");
+        }
+    }
+
+    #[test]
+    fn collinear_corners_stay() {
+        let corners = spun([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]]);
+        assert!(covers(&corners));
+        let mut used: Vec<u32> = triangulate(&corners).into_iter().flatten().collect();
+        used.sort_unstable();
+        used.dedup();
+        assert_eq!(used.len(), corners.len());
+    }
+
+    #[test]
+    fn a_comb_of_many_teeth_is_covered() {
+        let tooth = |i: usize| [[i as f64, 0.0], [i as f64 + 0.5, 10.0]];
+        let corners = spun((0..1000).flat_map(tooth).chain([[1000.0, -1.0], [-1.0, -1.0]]).rev());
+        assert!(covers(&corners));
+    }
+
+    #[test]
+    fn huge_and_tiny_polygons_are_covered() {
+        for scale in [1e-200, 1e200] {
+            let dent = spun([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]]);
+            let scaled: Vec<_> = dent.iter().map(|p| p.map(|x| x * scale)).collect();
+            assert_eq!(triangulate(&scaled), triangulate(&dent));
+        }
+    }
+
+    #[test]
+    fn time_is_bounded_where_no_ear_is_found() {
+        // A zigzag that crosses itself everywhere.
+        let corners = spun((0..30_000u64).map(|i| [(i * 7919 % 1000) as f64, (i * 104_729 % 997) as f64]));
+        assert_eq!(triangulate(&corners).len(), corners.len() - 2);
+    }
+}

@@ -1,0 +1,147 @@
+//! The file formats: by name, by the extension of a file name, by content.
+
+use std::path::Path;
+
+/// A mesh file format. For reading, `PlyAscii` is `Ply` and `StlAscii` is `Stl`: the content says which it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// Stanford PLY; written in binary.
+    Ply,
+    /// Stanford PLY as text.
+    PlyAscii,
+    /// STL; written in binary.
+    Stl,
+    /// STL as text.
+    StlAscii,
+    /// Geomview OFF.
+    Off,
+    /// glTF 2.0, as JSON or as GLB; read only.
+    Gltf,
+}
+
+impl Format {
+    /// The names that [`from_name`](Self::from_name) knows.
+    pub const NAMES: [&str; 8] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb"];
+
+    /// The format called `name`, in any case; `None` for an unknown name.
+    ///
+    /// ```
+    /// use neural_mesh::io::Format;
+    /// assert_eq!(Format::from_name("PLY"), Some(Format::Ply));
+    /// assert_eq!(Format::from_name("doc"), None);
+    /// ```
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name.to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "ply-ascii" => Some(Self::PlyAscii),
+            "stl" => Some(Self::Stl),
+            "stl-ascii" => Some(Self::StlAscii),
+            "off" => Some(Self::Off),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+
+    /// The format that the extension of `path` names, if any.
+    ///
+    /// ```
+    /// use neural_mesh::io::Format;
+    /// assert_eq!(Format::from_path("a/b.STL".as_ref()), Some(Format::Stl));
+    /// ```
+    pub fn from_path(path: &Path) -> Option<Self> {
+        Self::from_name(path.extension()?.to_str()?)
+    }
+
+    /// The format that `bytes` look like, if any: by magic words, else by the first lines.
+    ///
+    /// ```
+    /// use neural_mesh::io::Format;
+    /// assert_eq!(Format::from_content(b"# a mesh\nv 0 0 0\n"), Some(Format::Obj));
+    /// assert_eq!(Format::from_content(b"hello"), None);
+    /// ```
+    pub fn from_content(bytes: &[u8]) -> Option<Self> {
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        match word {
+            _ if bytes.starts_with(b"glTF") || text.starts_with(b"{") => Some(Self::Gltf),
+            b"ply" => Some(Self::Ply),
+            _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
+            _ => text.split(|&byte| byte == b'\n' || byte == b'\r').take(10_000).find_map(from_line),
+        }
+    }
+
+    /// The name, as [`from_name`](Self::from_name) takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+            Self::PlyAscii => "ply-ascii",
+            Self::Stl => "stl",
+            Self::StlAscii => "stl-ascii",
+            Self::Off => "off",
+            Self::Gltf => "gltf",
+        }
+    }
+}
+
+/// Whether the length is what the count of a binary STL asks for.
+pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
+    let count = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
+    count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count))
+}
+
+/// OFF or OBJ, where a line opens with one of their words; comments say nothing.
+fn from_line(line: &[u8]) -> Option<Format> {
+    let line = line.trim_ascii_start();
+    let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+    let off = [&b"OFF"[..], b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF"];
+    match word {
+        b"v" | b"f" | b"vn" | b"vt" | b"o" | b"g" | b"s" | b"l" | b"p" | b"mtllib" | b"usemtl" => Some(Format::Obj),
+        _ if off
+            .iter()
+            .any(|header| word.strip_prefix(*header).is_some_and(|rest| rest.iter().all(u8::is_ascii_digit))) =>
+        {
+            Some(Format::Off)
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Format;
+
+    #[test]
+    fn content_shows_the_format() {
+        let cases: [(&[u8], Option<Format>); 14] = [
+            (b"ply\nformat ascii 1.0\n", Some(Format::Ply)),
+            (b"\xef\xbb\xbfply\r\n", Some(Format::Ply)),
+            (b"solid name\nfacet", Some(Format::Stl)),
+            (b"SOLID\n", Some(Format::Stl)),
+            (b"# words\n\nCOFF\n", Some(Format::Off)),
+            (b"OFF8 6 12\n", Some(Format::Off)),
+            (b"OFFICE\n", None),
+            (b"glTF\x02\0\0\0", Some(Format::Gltf)),
+            (b"  {\"asset\": {}}", Some(Format::Gltf)),
+            (b"# words\r\rmtllib a.mtl\rv 0 0 0", Some(Format::Obj)),
+            (b"f 1 2 3", Some(Format::Obj)),
+            (b"", None),
+            (b"\xff\xd8\xff\xe0 JFIF", None),
+            (&[0; 84], Some(Format::Stl)),
+        ];
+        for (bytes, format) in cases {
+            assert_eq!(Format::from_content(bytes), format, "{}", bytes.escape_ascii());
+        }
+    }
+
+    #[test]
+    fn names_lead_back() {
+        for name in Format::NAMES {
+            let format = Format::from_name(name).unwrap();
+            assert_eq!(Format::from_name(format.name()), Some(format));
+        }
+    }
+}

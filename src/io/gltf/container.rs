@@ -1,0 +1,75 @@
+//! The document of a glTF asset and the bytes of its buffers, from JSON or from GLB.
+
+use std::borrow::Cow;
+
+use base64::Engine;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+
+use super::REMEDY;
+use super::schema::{Buffer, Root};
+use crate::io::ReadError;
+
+/// An asset whose bytes are all at hand.
+pub(super) struct Container<'a> {
+    pub root: Root,
+    pub buffers: Vec<Cow<'a, [u8]>>,
+}
+
+impl<'a> Container<'a> {
+    /// Opens an asset; `fetch` gives the bytes of buffers that are files of their own.
+    pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
+        let (json, embedded) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
+        let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+        let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+        let root: Root = serde_json::from_slice(&json[..end]).map_err(|error| {
+            let before: usize =
+                json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
+            ReadError::line(json, before, format!("not the JSON of glTF ({error})"), REMEDY)
+        })?;
+        let load = |buffer: &Buffer| match (&buffer.uri, embedded) {
+            (Some(uri), _) => load_uri(uri, fetch).map(Cow::Owned),
+            (None, Some(embedded)) => Ok(Cow::Borrowed(embedded)),
+            (None, None) => Err(ReadError::file("a buffer without bytes", REMEDY)),
+        };
+        let buffers = root.buffers.iter().map(load).collect::<Result<_, _>>()?;
+        Ok(Self { root, buffers })
+    }
+}
+
+/// The JSON and the binary chunk of a GLB.
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
+    let version = word(bytes, 4);
+    if version != Some(2) {
+        let what = format!("version {} of glTF", version.unwrap_or(0));
+        return Err(ReadError::byte(4, what, "export the asset as glTF 2.0"));
+    }
+    let (mut json, mut binary) = (None, None);
+    let mut at = 12;
+    while let (Some(length), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) {
+        let chunk = bytes.get(at + 8..).and_then(|rest| rest.get(..length as usize));
+        let chunk = chunk.ok_or_else(|| {
+            ReadError::byte(at, "a chunk is longer than the file", "the file is cut, export the asset again")
+        })?;
+        match kind {
+            b"JSON" if json.is_none() => json = Some(chunk),
+            b"BIN\0" if binary.is_none() => binary = Some(chunk),
+            _ => {}
+        }
+        at += 8 + length as usize;
+    }
+    Ok((json.ok_or_else(|| ReadError::byte(12, "no JSON in the container", REMEDY))?, binary))
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
+}
+
+/// The bytes of a `data:` URI in base64, or of a file.
+fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
+    let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
+    let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    let engine = GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);
+    let text = data.split_once(";base64,").map(|(_, text)| text.trim_ascii());
+    let bytes = text.and_then(|text| engine.decode(text).ok());
+    bytes.ok_or_else(|| ReadError::file("a buffer whose data URI is not base64", REMEDY))
+}

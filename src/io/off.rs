@@ -1,0 +1,163 @@
+//! Geomview OFF as text, with or without colours, normals and texture coordinates, which are passed over.
+
+use super::ReadError;
+use super::text::Text;
+use super::write::{push_faces, push_position};
+use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+
+const REMEDY: &str = "export the mesh again";
+
+/// Reads an OFF text: comments, counts on the first line and irregular blanks are fine.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut text = Text::new(bytes);
+    read_keyword(&mut text)?;
+    let [n_vertices, n_faces, _] = read_counts(&mut text)?;
+    // Counts are claims: room is made only for what the bytes can hold.
+    let possible = text.rest().len() / 6 + 1;
+    let mut mesh = RawMesh::default();
+    mesh.positions.reserve(n_vertices.min(possible));
+    mesh.faces.reserve(n_faces.min(possible));
+    for vertex in 0..n_vertices {
+        mesh.positions.push(read_position(&mut text, vertex, n_vertices)?);
+    }
+    read_faces(&mut text, n_faces, &mut mesh)?;
+    mesh.double = text.double;
+    Ok(mesh)
+}
+
+/// The optional first word: OFF behind letters that say what a vertex line holds besides its position.
+fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
+    text.skip_space();
+    let word: Vec<u8> = text.rest().iter().copied().take_while(u8::is_ascii_alphanumeric).take(8).collect();
+    if word.iter().all(u8::is_ascii_digit) && !word.is_empty() {
+        return Ok(());
+    }
+    let Some(start) = word.windows(3).position(|letters| letters == b"OFF") else {
+        return Err(text.error("the file does not start with OFF", "name the right format"));
+    };
+    if !word[..start].iter().all(|letter| b"STCN".contains(letter)) {
+        return Err(text.error("the vertices have four or more dimensions", "export the mesh with three"));
+    }
+    text.advance(start + 3);
+    text.skip_blanks();
+    if text.rest().starts_with(b"BINARY") {
+        return Err(text.error("this is a binary OFF file", "save it as text"));
+    }
+    Ok(())
+}
+
+/// Numbers of vertices, faces and edges; the last one is often left out.
+fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
+    let mut counts = [0; 3];
+    for (i, count) in counts.iter_mut().enumerate() {
+        if i == 2 && text.is_line_done() {
+            break;
+        }
+        text.skip_space();
+        let value = text.integer().and_then(|value| usize::try_from(value).ok());
+        *count = value.ok_or_else(|| text.error("the numbers of vertices and faces are missing", REMEDY))?;
+    }
+    text.skip_line();
+    Ok(counts)
+}
+
+/// Three numbers, over line ends where need be; the rest of the line is passed over.
+fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f64; 3], ReadError> {
+    let mut position = [0.0; 3];
+    for x in &mut position {
+        text.skip_space();
+        *x = text
+            .number()
+            .ok_or_else(|| text.error(format!("vertex {vertex} of {n_vertices} needs three numbers"), REMEDY))?;
+    }
+    text.skip_line();
+    Ok(position)
+}
+
+fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<(), ReadError> {
+    let (mut fans, mut corners) = (Fans::default(), Vec::new());
+    for face in 0..n_faces {
+        text.skip_space();
+        let n_corners = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
+        corners.clear();
+        for _ in 0..n_corners {
+            text.skip_space();
+            let vertex = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
+            corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
+        }
+        text.skip_line();
+        mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
+    }
+    fans.settle(&mesh.positions, &mut mesh.faces);
+    Ok(())
+}
+
+fn missing(text: &Text, face: usize, n_faces: usize) -> ReadError {
+    text.error(format!("face {face} of {n_faces} needs a count and vertex numbers"), REMEDY)
+}
+
+/// Writes an OFF text with the shortest digits that read back as the same numbers.
+pub(super) fn write(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
+    let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
+    let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);
+    out.extend(format!("OFF\n{n_vertices} {n_faces} 0\n").as_bytes());
+    for &position in mesh.positions() {
+        push_position(&mut out, frame, position);
+        out.push(b'\n');
+    }
+    push_faces(&mut out, mesh.faces());
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FACE: [[u32; 3]; 1] = [[0, 1, 2]];
+
+    #[test]
+    fn headers_of_every_spelling() {
+        for start in [
+            "OFF\n3 1 0\n",
+            "OFF 3 1 0\n",
+            "OFF3 1 0\n",
+            "3 1 0\n",
+            "\u{feff}  # a\r\n OFF # b\r\n# c\r\n3 1\r\n",
+            "STOFF\n3 1 3\n",
+        ] {
+            let mesh = read(format!("{start}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap();
+            assert_eq!((mesh.positions.len(), &mesh.faces[..]), (3, &FACE[..]), "{start}");
+        }
+    }
+
+    #[test]
+    fn colours_and_normals_are_passed_over() {
+        let text =
+            "NCOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0.5 0.5 0.5 1\n0 1 0 0 0 1 1 1 1 1\n3 0 1 2 255 0 0\n";
+        assert_eq!(read(text.as_bytes()).unwrap().faces, FACE);
+    }
+
+    #[test]
+    fn values_broken_over_lines() {
+        assert_eq!(read(b"OFF\n3\n1\n0\n0 0\n0\n1 0 0 0 1 0\n\n0 1 0\n3 0\n1 2\n").unwrap().faces, FACE);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said() {
+        let cases = [
+            ("OFF\n999999999999 1 0\n0 0 0\n", "vertex 1 of 999999999999 needs three numbers"),
+            ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n999999999 0 1 2", "face 0 of 1 needs"),
+            ("OFF BINARY\n", "this is a binary OFF file"),
+            ("4OFF\n", "four or more dimensions"),
+            ("nOFF 3\n", "four or more dimensions"),
+            ("COFFEE\n", "the numbers of vertices and faces are missing"),
+            ("OFF\n-3 1 0\n", "the numbers of vertices and faces are missing"),
+            ("mesh\n", "does not start with OFF"),
+            ("", "does not start with OFF"),
+        ];
+        for (text, expected) in cases {
+            let error = read(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text:?}: {error}");
+        }
+    }
+}

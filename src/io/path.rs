@@ -1,0 +1,178 @@
+//! Mesh files by path: read whole, written whole or not at all.
+
+use std::io::Write;
+use std::path::{Component, Path};
+
+use super::{Format, ReadError, WriteError, read_with};
+use crate::mesh::RawMesh;
+
+/// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
+///
+/// # Errors
+/// [`ReadError`], without the path: the caller knows it.
+///
+/// ```
+/// let error = neural_mesh::io::read_path("no/such/mesh.obj".as_ref(), None).unwrap_err();
+/// assert!(error.to_string().starts_with("cannot be read"));
+/// ```
+pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
+    let bytes =
+        std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
+    let named = format.or_else(|| Format::from_path(path));
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let mesh = read_with(&bytes, named, &fetch);
+    match Format::from_content(&bytes) {
+        // A file with the wrong extension is read as what it is.
+        Some(shown) if format.is_none() && named != Some(shown) && is_useless(&mesh) => {
+            read_with(&bytes, Some(shown), &fetch).or(mesh)
+        }
+        _ => mesh,
+    }
+}
+
+/// Writes `bytes` to `path` through a temporary file beside it, so that the file appears whole or not at all.
+///
+/// An existing file is replaced only with `force`.
+///
+/// # Errors
+/// [`WriteError`], without the path: the caller knows it.
+///
+/// ```
+/// let folder = tempfile::tempdir().unwrap();
+/// let path = folder.path().join("mesh.obj");
+/// neural_mesh::io::write_path(&path, b"v 0 0 0\n", false).unwrap();
+/// assert!(neural_mesh::io::write_path(&path, b"", false).is_err());
+/// ```
+pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
+    let problem =
+        |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = new_file_in(folder).map_err(problem)?;
+    file.write_all(bytes).map_err(problem)?;
+    let placed = if force { file.persist(path) } else { file.persist_noclobber(path) };
+    match placed {
+        Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
+            Err(WriteError { what: "exists already: choose another name or force it".into() })
+        }
+        placed => placed.map(drop).map_err(|error| problem(error.error)),
+    }
+}
+
+/// A temporary file with the permissions of any new file (the crate's own default is the owner's alone).
+fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".neural-mesh-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Whether reading failed or found nothing.
+fn is_useless(mesh: &Result<RawMesh, ReadError>) -> bool {
+    mesh.as_ref().map_or(true, |mesh| mesh.faces.is_empty())
+}
+
+/// The bytes of the file `uri` in `folder` or below it, nowhere else.
+fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
+    let refusal = |what: &str| {
+        ReadError::file(format!("the buffer {uri:?} {what}"), "put the file beside the asset or export it as GLB")
+    };
+    let name = percent_decoded(uri).ok_or_else(|| refusal("is no file name"))?;
+    if name.contains(['\\', ':']) || !Path::new(&name).components().all(|part| matches!(part, Component::Normal(_))) {
+        return Err(refusal("does not lie in the folder of the asset"));
+    }
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let missing = |error: std::io::Error| refusal(&format!("cannot be read ({error})"));
+    // Links are followed first, so that they cannot lead out either.
+    let inside = folder.canonicalize().map_err(missing)?;
+    let file = folder.join(name).canonicalize().map_err(missing)?;
+    if !file.starts_with(inside) || !file.is_file() {
+        return Err(refusal("does not lie in the folder of the asset"));
+    }
+    std::fs::read(file).map_err(missing)
+}
+
+/// `%20` and the like resolved; `None` where that gives no text.
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        let digits = tail.get(..2).filter(|_| *first == b'%').and_then(|digits| std::str::from_utf8(digits).ok());
+        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            None => bytes.push(*first),
+        }
+    }
+    String::from_utf8(bytes).ok().filter(|name| !name.contains('\0'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_extension_does_not_mislead() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.stl");
+        std::fs::write(&path, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").unwrap();
+        assert_eq!(read_path(&path, None).unwrap().faces.len(), 1);
+        assert!(read_path(&path, Some(Format::Stl)).is_err());
+    }
+
+    #[test]
+    fn nothing_is_left_behind_where_writing_fails() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("taken");
+        std::fs::create_dir(&path).unwrap();
+        assert!(write_path(&path, b"words", true).is_err());
+        assert!(write_path(&path.join("no/such/folder"), b"words", true).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn files_are_replaced_only_by_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.obj");
+        write_path(&path, b"one", false).unwrap();
+        assert!(write_path(&path, b"two", false).unwrap_err().to_string().contains("exists already"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"one");
+        write_path(&path, b"two", true).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+    }
+
+    #[test]
+    fn buffers_are_fetched_from_the_folder_of_the_asset_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("inner");
+        std::fs::create_dir(&inner).unwrap();
+        std::fs::write(folder.path().join("secret"), b"no").unwrap();
+        std::fs::write(inner.join("a b.bin"), b"yes").unwrap();
+        assert_eq!(fetch(&inner, "a%20b.bin").unwrap(), b"yes");
+        let absolute = folder.path().join("secret");
+        for uri in [
+            "../secret",
+            "%2e%2e/secret",
+            "..\\secret",
+            absolute.to_str().unwrap(),
+            "file:///secret",
+            "http://host/a",
+            "",
+            "x.bin",
+            ".",
+        ] {
+            assert!(fetch(&inner, uri).is_err(), "{uri}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(folder.path().join("secret"), inner.join("link")).unwrap();
+            assert!(fetch(&inner, "link").is_err());
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! Stanford PLY, text and binary in both byte orders: positions, faces and triangle strips of any layout.
+//!
+//! Other properties and elements are passed over. Nothing is allocated because a header claims it.
+
+mod header;
+mod source;
+
+use header::{Element, Encoding, Header, Scalar};
+use source::Source;
+
+use super::ReadError;
+use super::text::Text;
+use super::write::{push_faces, push_position};
+use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+
+/// Reads a PLY file.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let header = Header::parse(bytes)?;
+    let mut source = match header.encoding {
+        Encoding::Text => Source::Text(Text::new(bytes).starting_at(header.body)),
+        Encoding::LittleEndian => Source::Binary { bytes, at: header.body, big: false },
+        Encoding::BigEndian => Source::Binary { bytes, at: header.body, big: true },
+    };
+    let (mut mesh, mut fans) = (RawMesh::default(), Fans::default());
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => read_vertices(&mut source, element, &mut mesh)?,
+            "face" => read_faces(&mut source, element, &mut mesh, &mut fans)?,
+            "tristrips" => read_strips(&mut source, element, &mut mesh)?,
+            _ => walk(&mut source, element, |_, _| ())?,
+        }
+    }
+    fans.settle(&mesh.positions, &mut mesh.faces);
+    Ok(mesh)
+}
+
+/// Reads every value of `element` in file order and hands over those of scalar properties, with the property's index.
+fn walk(source: &mut Source, element: &Element, take: impl FnMut(usize, f64)) -> Result<(), ReadError> {
+    walk_lists(source, element, 0, usize::MAX, |_| (), take)
+}
+
+/// Reads every value of `element` from item `start` on, hands over each list of property `wanted` and each scalar value.
+fn walk_lists(
+    source: &mut Source,
+    element: &Element,
+    start: usize,
+    wanted: usize,
+    mut take_list: impl FnMut(&[u32]),
+    mut take: impl FnMut(usize, f64),
+) -> Result<(), ReadError> {
+    // An element without properties takes no bytes, however many of it there are.
+    let n_items = if element.properties.is_empty() { 0 } else { element.count };
+    let mut list = Vec::new();
+    for item in start..n_items {
+        for (i, property) in element.properties.iter().enumerate() {
+            let place = |source: &Source| source.cut(element, item);
+            let Some(length) = property.length else {
+                take(i, source.scalar(property.scalar).ok_or_else(|| place(source))?);
+                continue;
+            };
+            let length = source.scalar(length).ok_or_else(|| place(source))?;
+            list.clear();
+            for _ in 0..length.max(0.0) as u64 {
+                let value = source.scalar(property.scalar).ok_or_else(|| place(source))?;
+                if i == wanted {
+                    list.push(index(value));
+                }
+            }
+            if i == wanted {
+                take_list(&list);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A value as a vertex index; one that no vertex has where it is negative.
+fn index(value: f64) -> u32 {
+    if value >= 0.0 { value as u32 } else { u32::MAX }
+}
+
+fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
+    let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
+    let wide = |&axis: &usize| matches!(element.properties[axis].scalar, Scalar::F64 | Scalar::I32 | Scalar::U32);
+    mesh.double |= axes.iter().any(wide);
+    if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
+        let Some(records) = records(&bytes[*at..], element.count, stride) else {
+            return Err(source.cut(element, source.left() / stride));
+        };
+        let scalars = axes.map(|axis| (offsets[axis], element.properties[axis].scalar));
+        decode_positions(records, stride, scalars, *big, &mut mesh.positions);
+        *at += records.len();
+        return Ok(());
+    }
+    let mut position = [0.0; 3];
+    let last = axes.into_iter().max();
+    walk(source, element, |property, value| {
+        if let Some(axis) = axes.iter().position(|&axis| axis == property) {
+            position[axis] = value;
+        }
+        if last == Some(property) {
+            mesh.positions.push(position);
+        }
+    })
+}
+
+/// The bytes of `count` records at the start of `bytes`, `None` where there are fewer.
+fn records(bytes: &[u8], count: usize, stride: usize) -> Option<&[u8]> {
+    bytes.get(..count.checked_mul(stride)?)
+}
+
+/// Appends the three scalars (offset in the record, kind) of every record.
+fn decode_positions(
+    records: &[u8],
+    stride: usize,
+    scalars: [(usize, Scalar); 3],
+    big: bool,
+    positions: &mut Vec<[f64; 3]>,
+) {
+    positions.reserve_exact(records.len() / stride);
+    let [x, y, z] = scalars;
+    if !big && [x, y, z] == [(x.0, Scalar::F32), (x.0 + 4, Scalar::F32), (x.0 + 8, Scalar::F32)] {
+        positions.extend(records.chunks_exact(stride).map(|record| {
+            let (floats, _) = record[x.0..x.0 + 12].as_chunks::<4>();
+            std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
+        }));
+    } else {
+        let decode =
+            |record: &[u8], (offset, scalar): (usize, Scalar)| scalar.decode(&record[offset..], big).unwrap_or(0.0);
+        positions.extend(records.chunks_exact(stride).map(|record| scalars.map(|scalar| decode(record, scalar))));
+    }
+}
+
+fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: &mut Fans) -> Result<(), ReadError> {
+    let wanted = element.list(&["vertex_indices", "vertex_index"]);
+    let Some(wanted) = wanted else {
+        // Points with an empty face element need no list.
+        return if element.count == 0 { Ok(()) } else { Err(element.lacks("list of vertex_indices")) };
+    };
+    let taken = read_leading_triangles(source, element, &mut mesh.faces);
+    let RawMesh { faces, dropped_faces, .. } = mesh;
+    walk_lists(
+        source,
+        element,
+        taken,
+        wanted,
+        |corners| *dropped_faces += usize::from(!fans.push(corners, faces)),
+        |_, _| (),
+    )
+}
+
+/// The usual layout, `uchar` and `int` and nothing else, up to the first face that is no triangle; gives their number.
+fn read_leading_triangles(source: &mut Source, element: &Element, faces: &mut Vec<[u32; 3]>) -> usize {
+    let (Source::Binary { bytes, at, big }, [property]) = (source, element.properties.as_slice()) else { return 0 };
+    let usual = matches!(property.length, Some(Scalar::U8 | Scalar::I8));
+    if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
+        return 0;
+    }
+    let records = bytes[*at..].chunks_exact(13).take(element.count);
+    let order = if *big { u32::from_be_bytes } else { u32::from_le_bytes };
+    let before = faces.len();
+    faces.reserve_exact(records.len());
+    faces.extend(records.take_while(|record| record[0] == 3).map(|record| {
+        let (corners, _) = record[1..].as_chunks::<4>();
+        std::array::from_fn::<u32, 3, _>(|corner| order(corners[corner]))
+    }));
+    *at += 13 * (faces.len() - before);
+    faces.len() - before
+}
+
+/// Triangle strips: each index after the first two makes a face with the two before it; -1 starts a new strip.
+fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
+    let wanted =
+        element.list(&["vertex_indices", "vertex_index"]).ok_or_else(|| element.lacks("list of vertex_indices"))?;
+    let take = |indices: &[u32]| {
+        for strip in indices.split(|&index| index == u32::MAX) {
+            for (i, corners) in strip.windows(3).enumerate() {
+                let [a, b, c] = [corners[0], corners[1], corners[2]];
+                // A repeated vertex is how strips turn; it stands for no face.
+                if a != b && b != c && c != a {
+                    mesh.faces.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                }
+            }
+        }
+    };
+    walk_lists(source, element, 0, wanted, take, |_, _| ())
+}
+
+fn write_header(mesh: &TriMesh, frame: &Frame, encoding: &str) -> String {
+    let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
+    let scalar = if frame.double { "double" } else { "float" };
+    format!(
+        "ply\nformat {encoding} 1.0\nelement vertex {n_vertices}\nproperty {scalar} x\nproperty {scalar} y\n\
+         property {scalar} z\nelement face {n_faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+}
+
+/// Writes a little-endian PLY, in doubles where the frame says so.
+pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
+    let mut out = write_header(mesh, frame, "binary_little_endian").into_bytes();
+    out.reserve_exact(24 * mesh.positions().len() + 13 * mesh.faces().len());
+    for &position in mesh.positions() {
+        for x in frame.to_file(position) {
+            if frame.double {
+                out.extend(x.to_le_bytes());
+            } else {
+                out.extend((x as f32).to_le_bytes());
+            }
+        }
+    }
+    for face in mesh.faces() {
+        let mut record = [3; 13];
+        for (bytes, vertex) in record[1..].chunks_exact_mut(4).zip(face) {
+            bytes.copy_from_slice(&vertex.to_le_bytes());
+        }
+        out.extend(record);
+    }
+    out
+}
+
+/// Writes a PLY text with the shortest digits that read back as the same numbers.
+pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
+    let mut out = write_header(mesh, frame, "ascii").into_bytes();
+    for &position in mesh.positions() {
+        push_position(&mut out, frame, position);
+        out.push(b'\n');
+    }
+    push_faces(&mut out, mesh.faces());
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(bytes: &[u8]) -> String {
+        read(bytes).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn any_layout_of_a_text() {
+        let text = "ply\rformat ascii 1.0\rcomment element vertex 9\robj_info x\relement material 1\rproperty list uchar char name\r\
+            property float shine\relement vertex 3\rproperty float64 z\rproperty list int float uv\rproperty uchar red\r\
+            property short x\rproperty float y\relement nothing 4000000000\relement face 2\rproperty uchar flag\r\
+            property list uint8 ushort vertex_index\rproperty list uchar float texcoord\rend_header\r\
+            3 65 66 67 0.5\r1 0 255 0 0\r2 2 0.5 0.5 255 1 0\r3 1 7 255\r0 1\r7 3 0 1 2 1 0.5 1 2 2 0 0\r";
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!(mesh.positions, [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 3.0]]);
+        assert_eq!((mesh.faces, mesh.dropped_faces, mesh.double), (vec![[0, 1, 2]], 1, true));
+    }
+
+    #[test]
+    fn triangle_strips() {
+        let text = "ply\nformat ascii 1.0\nelement tristrips 1\nproperty list int int vertex_indices\nelement vertex 5\nproperty float x\n\
+            property float y\nproperty float z\nend_header\n9 0 1 2 3 -1 2 3 4 4\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
+        assert_eq!(read(text.as_bytes()).unwrap().faces, [[0, 1, 2], [2, 1, 3], [2, 3, 4]]);
+    }
+
+    #[test]
+    fn line_ends_before_binary_values() {
+        for end in ["\n", "\r\n", "\r"] {
+            let lines = [
+                "ply",
+                "format binary_little_endian 1.0",
+                "element vertex 1",
+                "property uchar x",
+                "property uchar y",
+                "property uchar z",
+                "end_header",
+            ];
+            let mut bytes = (lines.join(end) + end).into_bytes();
+            bytes.extend(b"\n\r\n");
+            assert_eq!(read(&bytes).unwrap().positions, [[10.0, 13.0, 10.0]], "{end:?}");
+        }
+    }
+
+    #[test]
+    fn counts_are_only_claims() {
+        for encoding in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            let head = format!("ply\nformat {encoding} 1.0\n");
+            let vertex = "element vertex 18446744073709551615\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3 4 5 6 7";
+            assert!(error(format!("{head}{vertex}").as_bytes()).contains("of 18446744073709551615"));
+            let face = "element face 4294967295\nproperty list uint int vertex_indices\nend_header\n\u{7f}\u{7f}\u{7f}\u{7f} 1 2 3";
+            assert!(error(format!("{head}{face}").as_bytes()).contains("no value for face 0"));
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_said() {
+        let head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n";
+        for (text, expected) in [
+            ("ply\nformat ascii 1.0\nelement vertex 1\n", "the header has no end"),
+            ("plywood\n", "does not start with ply"),
+            ("ply\nend_header\n", "does not name its encoding"),
+            ("ply\nformat binary 1.0\n", "unknown encoding"),
+            ("ply\nproperty float x\n", "before the first element"),
+            ("ply\nelement vertex many\n", "needs a name and a count"),
+            ("ply\nwhatever\n", "unknown word"),
+            (&format!("{head}property list float x\n"), "needs a kind and a name"),
+            (&format!("{head}end_header\n1\n"), "has no property y"),
+            ("ply\nformat ascii 1.0\nelement face 1\nproperty int a\nend_header\n1\n", "has no list of vertex_indices"),
+        ] {
+            assert!(error(text.as_bytes()).contains(expected), "{text}: {}", error(text.as_bytes()));
+        }
+    }
+}

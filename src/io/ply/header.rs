@@ -1,0 +1,206 @@
+//! The header of a PLY file: the encoding, and elements with their properties.
+
+use crate::io::ReadError;
+
+const REMEDY: &str = "export the mesh again";
+
+/// How the values behind the header are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// The kind of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+/// A property of an element: one value, or a list whose length comes first.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Property {
+    pub name: String,
+    pub scalar: Scalar,
+    /// The kind of the length where this is a list.
+    pub length: Option<Scalar>,
+}
+
+/// A table of the file, `count` rows with these properties.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Element {
+    pub name: String,
+    /// As claimed; the bytes may hold fewer.
+    pub count: usize,
+    pub properties: Vec<Property>,
+}
+
+/// All that the header says.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Header {
+    pub encoding: Encoding,
+    pub elements: Vec<Element>,
+    /// Where the values start, in bytes from the start of the file.
+    pub body: usize,
+}
+
+impl Scalar {
+    fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "char" | "int8" => Some(Self::I8),
+            "uchar" | "uint8" => Some(Self::U8),
+            "short" | "int16" => Some(Self::I16),
+            "ushort" | "uint16" => Some(Self::U16),
+            "int" | "int32" => Some(Self::I32),
+            "uint" | "uint32" => Some(Self::U32),
+            "float" | "float32" => Some(Self::F32),
+            "double" | "float64" => Some(Self::F64),
+            _ => None,
+        }
+    }
+
+    /// Bytes of a value.
+    pub fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// The value at the start of `bytes`, `None` where they are too few.
+    pub fn decode(self, bytes: &[u8], big: bool) -> Option<f64> {
+        let mut raw = [0; 8];
+        let size = self.size();
+        let value = raw.get_mut(..size)?;
+        value.copy_from_slice(bytes.get(..size)?);
+        if big {
+            value.reverse();
+        }
+        let bits = u64::from_le_bytes(raw);
+        Some(match self {
+            Self::I8 => f64::from(bits as i8),
+            Self::U8 => f64::from(bits as u8),
+            Self::I16 => f64::from(bits as i16),
+            Self::U16 => f64::from(bits as u16),
+            Self::I32 => f64::from(bits as i32),
+            Self::U32 => f64::from(bits as u32),
+            Self::F32 => f64::from(f32::from_bits(bits as u32)),
+            Self::F64 => f64::from_bits(bits),
+        })
+    }
+}
+
+impl Element {
+    /// The index of the scalar property `name`.
+    pub fn scalar(&self, name: &str) -> Result<usize, ReadError> {
+        let found = self.properties.iter().position(|property| property.length.is_none() && property.name == name);
+        found.ok_or_else(|| self.lacks(&format!("property {name}")))
+    }
+
+    /// The index of the list property with one of these names.
+    pub fn list(&self, names: &[&str]) -> Option<usize> {
+        let named = |property: &Property| property.length.is_some() && names.contains(&property.name.as_str());
+        self.properties.iter().position(named)
+    }
+
+    /// The error for something that this element should have.
+    pub fn lacks(&self, what: &str) -> ReadError {
+        ReadError::file(format!("the element {} has no {what}", self.name), REMEDY)
+    }
+
+    /// Offset of each property in a binary row and the length of the row in bytes; `None` where there are lists.
+    pub fn layout(&self) -> Option<(Vec<usize>, usize)> {
+        let mut stride = 0;
+        let mut offsets = Vec::with_capacity(self.properties.len());
+        for property in &self.properties {
+            if property.length.is_some() {
+                return None;
+            }
+            offsets.push(stride);
+            stride += property.scalar.size();
+        }
+        Some((offsets, stride))
+    }
+}
+
+impl Header {
+    /// Parses the header at the start of `bytes`.
+    pub fn parse(bytes: &[u8]) -> Result<Self, ReadError> {
+        let mut at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        let first = line_end(bytes, at, true);
+        if bytes[at..first.0].trim_ascii() != b"ply" {
+            return Err(ReadError::line(bytes, at, "the file does not start with ply", "name the right format"));
+        }
+        // With bare carriage returns a line feed behind the header already belongs to the values.
+        let pairs = bytes.get(first.0..first.1) != Some(b"\r");
+        let (mut encoding, mut elements) = (None, Vec::new());
+        at = first.1;
+        while at < bytes.len() {
+            let (end, next) = line_end(bytes, at, pairs);
+            let line = String::from_utf8_lossy(&bytes[at..end]);
+            let mut words = line.split_ascii_whitespace();
+            let problem = |what: &str| ReadError::line(bytes, at, what, REMEDY);
+            match words.next() {
+                Some("format") => {
+                    encoding = Some(parse_encoding(words.next()).ok_or_else(|| problem("unknown encoding"))?)
+                }
+                Some("element") => {
+                    elements.push(parse_element(words).ok_or_else(|| problem("an element needs a name and a count"))?);
+                }
+                Some("property") => {
+                    let property =
+                        parse_property(words).ok_or_else(|| problem("a property needs a kind and a name"))?;
+                    let element: &mut Element =
+                        elements.last_mut().ok_or_else(|| problem("a property before the first element"))?;
+                    element.properties.push(property);
+                }
+                Some("end_header") => {
+                    let encoding = encoding.ok_or_else(|| problem("the header does not name its encoding"))?;
+                    return Ok(Self { encoding, elements, body: next });
+                }
+                Some("comment" | "obj_info") | None => {}
+                Some(_) => return Err(problem("unknown word in the header")),
+            }
+            at = next;
+        }
+        Err(ReadError::byte(bytes.len(), "the header has no end", "the file is cut, export the mesh again"))
+    }
+}
+
+/// Where the line from `at` ends and where the next one starts; `pairs`: a carriage return takes a line feed with it.
+fn line_end(bytes: &[u8], at: usize, pairs: bool) -> (usize, usize) {
+    let end = memchr::memchr2(b'\n', b'\r', &bytes[at..]).map_or(bytes.len(), |n| at + n);
+    let pair = pairs && bytes[end..].starts_with(b"\r\n");
+    (end, (end + if pair { 2 } else { 1 }).min(bytes.len()))
+}
+
+fn parse_encoding(name: Option<&str>) -> Option<Encoding> {
+    match name? {
+        "ascii" => Some(Encoding::Text),
+        "binary_little_endian" => Some(Encoding::LittleEndian),
+        "binary_big_endian" => Some(Encoding::BigEndian),
+        _ => None,
+    }
+}
+
+fn parse_element<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Element> {
+    let name = words.next()?.to_owned();
+    Some(Element { name, count: words.next()?.parse().ok()?, properties: Vec::new() })
+}
+
+fn parse_property<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Property> {
+    let kind = words.next()?;
+    let length = if kind == "list" { Some(Scalar::from_name(words.next()?)?) } else { None };
+    let scalar = Scalar::from_name(if length.is_some() { words.next()? } else { kind })?;
+    Some(Property { name: words.next()?.to_owned(), scalar, length })
+}

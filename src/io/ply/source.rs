@@ -1,0 +1,49 @@
+//! The values of a PLY body one by one, from text or from bytes.
+
+use super::header::{Element, Scalar};
+use crate::io::ReadError;
+use crate::io::text::Text;
+
+const REMEDY: &str = "the file is cut or its header wrong, export the mesh again";
+
+/// Where values come from.
+pub(super) enum Source<'a> {
+    /// Words of a text.
+    Text(Text<'a>),
+    /// Bytes from `at` on, most significant first where `big`.
+    Binary { bytes: &'a [u8], at: usize, big: bool },
+}
+
+impl Source<'_> {
+    /// The next value; `None` at the end or where the text is no number.
+    pub fn scalar(&mut self, scalar: Scalar) -> Option<f64> {
+        match self {
+            Self::Text(text) => {
+                text.skip_space();
+                text.number()
+            }
+            Self::Binary { bytes, at, big } => {
+                let value = scalar.decode(bytes.get(*at..)?, *big)?;
+                *at += scalar.size();
+                Some(value)
+            }
+        }
+    }
+
+    /// Bytes that are left.
+    pub fn left(&self) -> usize {
+        match self {
+            Self::Text(text) => text.rest().len(),
+            Self::Binary { bytes, at, .. } => bytes.len() - at,
+        }
+    }
+
+    /// The error for a value that is missing in item `item` of `element`.
+    pub fn cut(&self, element: &Element, item: usize) -> ReadError {
+        let what = format!("no value for {} {item} of {}", element.name, element.count);
+        match self {
+            Self::Text(text) => text.error(what, REMEDY),
+            Self::Binary { bytes, .. } => ReadError::byte(bytes.len(), what, REMEDY),
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! STL, binary and text: three positions per face, no vertices; normals, colours and names are passed over.
+
+use super::format::is_binary_stl;
+use super::text::Text;
+use super::write::push_position;
+use super::{ReadError, WriteError};
+use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+
+const REMEDY: &str = "export the mesh again";
+
+/// Reads an STL of either kind; a binary one may start with "solid" too, and have bytes behind its faces.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let text = Text::new(bytes);
+    let opening = text.rest().trim_ascii_start().get(..5).unwrap_or_default();
+    // No text holds a zero byte, and hardly a binary file has none in its header and its count.
+    let is_text = opening.eq_ignore_ascii_case(b"solid") && !bytes.iter().take(84).any(|&byte| byte == 0);
+    if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
+}
+
+/// The faces of a binary file.
+fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
+        return Err(ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY));
+    };
+    let records = bytes[84..].chunks_exact(50).take(count as usize);
+    if records.len() < count as usize {
+        let room = records.len();
+        let what = format!("the header announces {count} faces, the file has room for {room}");
+        return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
+    }
+    let mut mesh = RawMesh::default();
+    mesh.positions.reserve_exact(3 * records.len());
+    for record in records {
+        let (floats, _) = record[12..48].as_chunks::<4>();
+        let (corners, _) = floats.as_chunks::<3>();
+        mesh.positions.extend(corners.iter().map(|corner| corner.map(|float| f64::from(f32::from_le_bytes(float)))));
+    }
+    mesh.faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
+    Ok(mesh)
+}
+
+/// The facets of all solids of a text file.
+fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
+    let (mut mesh, mut fans, mut corners) = (RawMesh::default(), Fans::default(), Vec::new());
+    let mut open = false;
+    loop {
+        text.skip_space();
+        let word = text.word();
+        match word.len() {
+            0 if open => return Err(text.error("the text ends inside a facet", REMEDY)),
+            0 => break,
+            _ if word.eq_ignore_ascii_case(b"vertex") => {
+                corners.push(mesh.positions.len() as u32);
+                mesh.positions.push(read_position(&mut text)?);
+            }
+            _ if word.eq_ignore_ascii_case(b"facet") => open = true,
+            _ if word.eq_ignore_ascii_case(b"endfacet") => {
+                mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
+                corners.clear();
+                open = false;
+            }
+            _ if word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"endsolid") => text.skip_line(),
+            _ => {}
+        }
+    }
+    fans.settle(&mesh.positions, &mut mesh.faces);
+    mesh.double = text.double;
+    Ok(mesh)
+}
+
+fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
+    let mut position = [0.0; 3];
+    for x in &mut position {
+        text.skip_space();
+        *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
+    }
+    Ok(position)
+}
+
+/// Writes a binary STL. The format holds single precision: coordinates far from the origin are rounded to it.
+///
+/// # Errors
+/// Coordinates beyond the range of `f32`.
+pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, WriteError> {
+    let positions = single_positions(mesh, frame)?;
+    let mut out = Vec::with_capacity(84 + 50 * mesh.faces().len());
+    out.extend([b' '; 80]);
+    out.extend((mesh.faces().len() as u32).to_le_bytes());
+    for face in mesh.faces() {
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        let mut record = [0; 50];
+        let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
+        for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
+            bytes.copy_from_slice(&float.to_le_bytes());
+        }
+        out.extend(record);
+    }
+    Ok(out)
+}
+
+/// Writes an STL text, in single precision as [`write_binary`] does.
+///
+/// # Errors
+/// Coordinates beyond the range of `f32`.
+pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, WriteError> {
+    let positions = single_positions(mesh, frame)?;
+    let unshifted = Frame::default();
+    let mut out = Vec::with_capacity(260 * mesh.faces().len() + 64);
+    out.extend(b"solid mesh\n");
+    for face in mesh.faces() {
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        out.extend(b"facet normal ");
+        push_position(&mut out, &unshifted, normal(corners));
+        out.extend(b"\nouter loop\n");
+        for corner in corners {
+            out.extend(b"vertex ");
+            push_position(&mut out, &unshifted, corner);
+            out.push(b'\n');
+        }
+        out.extend(b"endloop\nendfacet\n");
+    }
+    out.extend(b"endsolid mesh\n");
+    Ok(out)
+}
+
+/// File coordinates as the format holds them, n_vertices x 3.
+fn single_positions(mesh: &TriMesh, frame: &Frame) -> Result<Vec<[f32; 3]>, WriteError> {
+    let positions: Vec<_> = mesh.positions().iter().map(|&local| frame.to_file(local).map(|x| x as f32)).collect();
+    if positions.iter().flatten().all(|x| x.is_finite()) {
+        return Ok(positions);
+    }
+    Err(WriteError {
+        what: "coordinates beyond the range of single precision, which is all STL holds: write PLY".into(),
+    })
+}
+
+/// Unit normal of a face, zero where it has none.
+fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
+    (b - a).cross(c - a).normalize_or_zero().to_array().map(|x| x as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle() -> TriMesh {
+        TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], vec![[0, 1, 2]]).unwrap()
+    }
+
+    #[test]
+    fn solids_in_any_case_are_one_mesh() {
+        let facet =
+            "FACET Normal 0 0 1\n outer LOOP\n Vertex 0 0 0\n VERTEX 1e0 0 0\n vertex 0 1. 0\n endloop\nEndFacet\n";
+        let text = format!("\u{feff} SOLID vertex facet\n{facet}endsolid vertex\r\nsolid\n{facet}{facet}endsolid");
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.faces.len()), (9, 3));
+        assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn facets_of_more_and_fewer_corners() {
+        let text = "solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\nfacet\nvertex 0 0 0\nendfacet\n";
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!((mesh.faces.len(), mesh.dropped_faces), (2, 1));
+    }
+
+    #[test]
+    fn binary_files_may_say_solid_and_have_bytes_behind() {
+        let mut bytes = write_binary(&triangle(), &Frame::default()).unwrap();
+        bytes[..5].copy_from_slice(b"solid");
+        let mesh = read(&bytes).unwrap();
+        bytes.extend(b"\0\0words");
+        assert_eq!(read(&bytes).unwrap(), mesh);
+        assert_eq!(mesh.positions[2], [0.0, 1.0, 0.5]);
+    }
+
+    #[test]
+    fn cut_files_are_refused() {
+        let mut bytes = write_binary(&triangle(), &Frame::default()).unwrap();
+        bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+        let error = read(&bytes).unwrap_err().to_string();
+        assert!(error.contains("announces 4294967295 faces, the file has room for 1"), "{error}");
+        let text = write_text(&triangle(), &Frame::default()).unwrap();
+        assert!(read(&text[..text.len() - 30]).unwrap_err().to_string().contains("ends inside a facet"));
+        for length in [0, 3, 83] {
+            assert!(read(&vec![0; length]).is_err());
+        }
+    }
+
+    #[test]
+    fn normals_are_those_of_the_faces() {
+        let text = String::from_utf8(write_text(&triangle(), &Frame::default()).unwrap()).unwrap();
+        assert!(text.contains("facet normal 0 -0.4472136 0.8944272"), "{text}");
+    }
+
+    #[test]
+    fn coordinates_beyond_single_precision_are_refused() {
+        let frame = Frame { origin: [1e300, 0.0, 0.0], double: true };
+        assert!(write_binary(&triangle(), &frame).is_err());
+        assert!(write_text(&triangle(), &frame).is_err());
+    }
+}

@@ -1,0 +1,408 @@
+//! From a mesh as read to a valid one: the one place where it is decided what stays of a flawed mesh.
+//!
+//! The policy, in this order, everything counted:
+//! 1. A face that names a vertex that does not exist goes.
+//! 2. A face with a corner that is not finite goes.
+//! 3. Vertices at exactly equal positions (-0 equals 0) become one, unless the options say no. Positions are compared
+//!    as the mesh holds them, in single precision, after a mesh of doubles was moved near its local origin.
+//! 4. A face that names a vertex twice, before or after that, goes.
+//! 5. Of faces with the same three vertices, in any order and direction, the first stays.
+//! 6. A vertex that no face uses goes.
+//!
+//! Faces of zero area with three different vertices stay: they hold the surface together. So does everything else:
+//! inconsistent winding, non-manifold edges and vertices are for the algorithms to handle.
+
+use super::first_equal::first_equal;
+use super::{Frame, InvalidMesh, RawMesh, TriMesh};
+
+/// What cleaning may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CleanOptions {
+    /// Whether vertices at exactly equal positions become one.
+    pub weld: bool,
+}
+
+impl Default for CleanOptions {
+    fn default() -> Self {
+        Self { weld: true }
+    }
+}
+
+/// What cleaning did, as numbers of faces and vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CleanCounts {
+    /// Vertices that became one with another.
+    pub welded_vertices: usize,
+    /// Vertices that no remaining face uses.
+    pub unreferenced_vertices: usize,
+    /// Faces that named a vertex twice, before or after welding.
+    pub degenerate_faces: usize,
+    /// Faces with the same three vertices as an earlier one.
+    pub duplicate_faces: usize,
+    /// Faces with a corner that is infinite or not a number.
+    pub non_finite_faces: usize,
+    /// Faces with a corner that does not exist.
+    pub out_of_range_faces: usize,
+    /// Faces of the file with fewer than three corners.
+    pub dropped_faces: usize,
+}
+
+/// A valid mesh and how it came about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cleaned {
+    /// At least one face; every vertex used by a face.
+    pub mesh: TriMesh,
+    /// How the coordinates lie in the file.
+    pub frame: Frame,
+    /// What was cleaned.
+    pub counts: CleanCounts,
+    /// The vertex of the raw mesh that each vertex is, n_vertices.
+    pub source: Vec<u32>,
+}
+
+/// Why nothing valid is left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CleanError {
+    /// There is no face, or none survived.
+    NoFaces {
+        /// Vertices as read.
+        n_vertices: usize,
+        /// Triangles as read.
+        n_faces: usize,
+        /// What happened to the faces.
+        counts: CleanCounts,
+    },
+    /// More vertices or faces than `u32` indices reach.
+    TooLarge,
+    /// The mesh extends beyond what `f32` holds.
+    TooFar {
+        /// A vertex that lies too far out.
+        vertex: usize,
+    },
+}
+
+impl std::fmt::Display for CleanError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoFaces { n_vertices, n_faces: 0, counts: CleanCounts { dropped_faces: 0, .. } } => {
+                write!(f, "no faces, {n_vertices} vertices: a mesh needs triangles or polygons")
+            }
+            Self::NoFaces { n_vertices, n_faces, counts } => {
+                let n_faces = n_faces + counts.dropped_faces;
+                write!(f, "none of the {n_faces} faces is usable ({counts}), {n_vertices} vertices: mend the mesh")
+            }
+            Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
+            Self::TooFar { vertex } => {
+                write!(f, "vertex {vertex} lies beyond the range of single precision (3.4e38): scale the mesh")
+            }
+        }
+    }
+}
+
+impl std::error::Error for CleanError {}
+
+impl std::fmt::Display for CleanCounts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let named = [
+            (self.welded_vertices, "welded vertices"),
+            (self.unreferenced_vertices, "unreferenced vertices"),
+            (self.degenerate_faces, "degenerate faces"),
+            (self.duplicate_faces, "duplicate faces"),
+            (self.non_finite_faces, "faces with non-finite corners"),
+            (self.out_of_range_faces, "faces with corners out of range"),
+            (self.dropped_faces, "faces with fewer than three corners"),
+        ];
+        let parts: Vec<_> = named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{n} {name}")).collect();
+        f.write_str(if parts.is_empty() { "nothing" } else { "" })?;
+        f.write_str(&parts.join(", "))
+    }
+}
+
+/// Cleans a mesh as the policy of this file says. A mesh in single precision keeps its coordinates, one in double
+/// precision is moved to a local origin, which the frame holds.
+///
+/// # Errors
+/// [`CleanError`] where no face is left or the mesh does not fit into single precision.
+///
+/// ```
+/// use neural_mesh::mesh::{RawMesh, cleanup};
+/// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.0, 0.0, 0.0]];
+/// let raw = RawMesh { positions, faces: vec![[3, 1, 2], [0, 1, 2], [0, 1, 3]], ..Default::default() };
+/// let cleaned = cleanup::clean(raw, &cleanup::CleanOptions::default()).unwrap();
+/// assert_eq!(cleaned.mesh.faces(), [[0, 1, 2]]);
+/// assert_eq!(cleaned.counts.to_string(), "1 welded vertices, 1 degenerate faces, 1 duplicate faces");
+/// ```
+pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError> {
+    let RawMesh { positions, mut faces, double, dropped_faces } = raw;
+    let (n_raw_vertices, n_raw_faces) = (positions.len(), faces.len());
+    if n_raw_vertices.max(n_raw_faces) > (u32::MAX / 4) as usize {
+        return Err(CleanError::TooLarge);
+    }
+    let mut counts = CleanCounts { dropped_faces, ..CleanCounts::default() };
+    drop_broken_faces(&positions, &mut faces, &mut counts);
+    let used = used_vertices(&faces, n_raw_vertices);
+    let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
+    let local = to_local(positions, &used, &frame)?;
+    if options.weld {
+        counts.welded_vertices = weld(&local, &used, &mut faces);
+    }
+    drop_degenerate_faces(&mut faces, &mut counts);
+    drop_duplicate_faces(&mut faces, &mut counts);
+    let (local, source) = drop_unused_vertices(local, &mut faces);
+    counts.unreferenced_vertices = n_raw_vertices - counts.welded_vertices - local.len();
+    if faces.is_empty() {
+        return Err(CleanError::NoFaces { n_vertices: n_raw_vertices, n_faces: n_raw_faces, counts });
+    }
+    let mesh = TriMesh::new(local, faces).map_err(|error| match error {
+        InvalidMesh::NotFinite { vertex } => CleanError::TooFar { vertex: source[vertex] as usize },
+        _ => CleanError::TooLarge,
+    })?;
+    Ok(Cleaned { mesh, frame, counts, source })
+}
+
+/// Steps 1 and 2, and the first half of 4.
+fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
+    let n_vertices = positions.len();
+    let all_finite = positions.iter().flatten().all(|x| x.is_finite());
+    faces.retain(|face| {
+        let outside = face.iter().any(|&v| v as usize >= n_vertices);
+        let infinite =
+            !outside && !all_finite && face.iter().any(|&v| positions[v as usize].iter().any(|x| !x.is_finite()));
+        counts.out_of_range_faces += usize::from(outside);
+        counts.non_finite_faces += usize::from(infinite);
+        !outside && !infinite
+    });
+    drop_degenerate_faces(faces, counts);
+}
+
+/// Step 4.
+fn drop_degenerate_faces(faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
+    let before = faces.len();
+    faces.retain(|&[a, b, c]| a != b && b != c && c != a);
+    counts.degenerate_faces += before - faces.len();
+}
+
+/// Whether a face uses each vertex, n_vertices.
+fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
+    let mut used = vec![false; n_vertices];
+    for &vertex in faces.iter().flatten() {
+        used[vertex as usize] = true;
+    }
+    used
+}
+
+/// The point near the centre of the used vertices whose coordinates are multiples of a power of two not below their
+/// extent: zero for meshes near the origin, and short enough for `origin + local` to be exact as far as possible.
+fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(position[axis]);
+            high[axis] = high[axis].max(position[axis]);
+        }
+    }
+    // Halves first: the extent of coordinates near the largest double would overflow.
+    let half = (0..3).map(|axis| high[axis] / 2.0 - low[axis] / 2.0).fold(0.0, f64::max);
+    let grid = half.log2().ceil().exp2() * 2.0;
+    std::array::from_fn(|axis| {
+        let centre = low[axis] / 2.0 + high[axis] / 2.0;
+        let origin = if half > 0.0 { (centre / grid).round() * grid } else { centre };
+        // Adding zero turns -0 into 0.
+        if origin.is_finite() { origin + 0.0 } else { 0.0 }
+    })
+}
+
+/// Coordinates from the local origin in single precision, n_vertices x 3, without negative zeros.
+fn to_local(positions: Vec<[f64; 3]>, used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
+    let shift = |p: &[f64; 3]| std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0);
+    let local: Vec<[f32; 3]> = positions.iter().map(shift).collect();
+    let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
+    match local.iter().zip(used).position(outside) {
+        Some(vertex) => Err(CleanError::TooFar { vertex }),
+        None => Ok(local),
+    }
+}
+
+/// Step 3: lets faces name the first of the vertices at a position; gives the number of vertices thus freed.
+fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]]) -> usize {
+    let (first, repeated) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
+    if !repeated {
+        return 0;
+    }
+    for vertex in faces.iter_mut().flatten() {
+        *vertex = first[*vertex as usize];
+    }
+    let count = |marks: &[bool]| marks.iter().filter(|mark| **mark).count();
+    count(used) - count(&used_vertices(faces, local.len()))
+}
+
+/// Step 5.
+fn drop_duplicate_faces(faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
+    let (first, repeated) = first_equal(faces.len(), |face| sorted(faces[face]));
+    if repeated {
+        let before = faces.len();
+        let mut face = 0..;
+        faces.retain(|_| face.next().is_some_and(|face| first[face] as usize == face));
+        counts.duplicate_faces += before - faces.len();
+    }
+}
+
+fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
+    let (low, high) = (a.min(b), a.max(b));
+    [low.min(c), low.max(high.min(c)), high.max(c)]
+}
+
+/// Step 6: gives the positions that stay and where they stood before.
+fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]]) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let used = used_vertices(faces, local.len());
+    let source: Vec<u32> = (0..local.len() as u32).filter(|&vertex| used[vertex as usize]).collect();
+    if source.len() == local.len() {
+        return (local, source);
+    }
+    let mut place = vec![0; local.len()];
+    for (new, &old) in source.iter().enumerate() {
+        place[old as usize] = new as u32;
+    }
+    for vertex in faces.iter_mut().flatten() {
+        *vertex = place[*vertex as usize];
+    }
+    (source.iter().map(|&old| local[old as usize]).collect(), source)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const NAN: f64 = f64::NAN;
+
+    fn cleaned(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Cleaned, CleanError> {
+        let raw = RawMesh { positions: positions.to_vec(), faces: faces.to_vec(), ..RawMesh::default() };
+        clean(raw, &CleanOptions::default())
+    }
+
+    /// The policy face by face, by search: the positions of the corners of the faces that stay.
+    fn naive(positions: &[[f64; 3]], faces: &[[u32; 3]], weld: bool) -> (Vec<[[f32; 3]; 3]>, CleanCounts) {
+        let mut counts = CleanCounts::default();
+        let (mut kept, mut used) = (Vec::<[u32; 3]>::new(), std::collections::BTreeSet::new());
+        for face in faces {
+            if face.iter().any(|&v| v as usize >= positions.len()) {
+                counts.out_of_range_faces += 1;
+                continue;
+            }
+            if face.iter().any(|&v| positions[v as usize].iter().any(|x| !x.is_finite())) {
+                counts.non_finite_faces += 1;
+                continue;
+            }
+            let repeats = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
+            let first = |v: u32| positions.iter().position(|p| *p == positions[v as usize]).unwrap() as u32;
+            let welded = if weld { face.map(first) } else { *face };
+            if !repeats(*face) {
+                used.extend(*face);
+            }
+            if repeats(welded) {
+                counts.degenerate_faces += 1;
+            } else if kept.iter().any(|other| sorted(*other) == sorted(welded)) {
+                counts.duplicate_faces += 1;
+            } else {
+                kept.push(welded);
+            }
+        }
+        let distinct = |vertices: Vec<u32>| vertices.into_iter().collect::<std::collections::BTreeSet<_>>().len();
+        let first = |&v: &u32| positions.iter().position(|p| *p == positions[v as usize]).unwrap() as u32;
+        counts.welded_vertices = if weld { used.len() - distinct(used.iter().map(first).collect()) } else { 0 };
+        let n_kept = distinct(kept.iter().flatten().copied().collect());
+        counts.unreferenced_vertices = positions.len() - counts.welded_vertices - n_kept;
+        (kept.iter().map(|face| face.map(|v| positions[v as usize].map(|x| x as f32))).collect(), counts)
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_the_naive_policy(
+            positions in prop::collection::vec(prop::array::uniform3(prop::sample::select(vec![0.0, -0.0, 1.0, 2.5, NAN])), 1..30),
+            faces in prop::collection::vec(prop::array::uniform3(0u32..32), 1..60),
+            weld in any::<bool>(),
+        ) {
+            let (corners, counts) = naive(&positions, &faces, weld);
+            let raw = RawMesh { positions: positions.clone(), faces, ..RawMesh::default() };
+            match clean(raw, &CleanOptions { weld }) {
+                Ok(cleaned) => {
+                    let mesh = &cleaned.mesh;
+                    let found: Vec<_> = mesh.faces().iter().map(|f| f.map(|v| mesh.positions()[v as usize])).collect();
+                    prop_assert_eq!(found, corners);
+                    prop_assert_eq!(cleaned.counts, counts);
+                    for (position, &source) in mesh.positions().iter().zip(&cleaned.source) {
+                        prop_assert_eq!(*position, positions[source as usize].map(|x| x as f32));
+                    }
+                }
+                Err(error) => {
+                    prop_assert!(corners.is_empty());
+                    let expected = matches!(error, CleanError::NoFaces { counts: found, .. } if found == counts);
+                    prop_assert!(expected, "{:?} {:?}", error, counts);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn negative_zero_is_zero() {
+        let cleaned =
+            cleaned(&[[0.0; 3], [1.0, 0.0, -0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 3], [0, 2, 3]]).unwrap();
+        assert_eq!((cleaned.mesh.faces(), cleaned.counts.duplicate_faces), (&[[0, 1, 2]][..], 1));
+        assert!(cleaned.mesh.positions().iter().flatten().all(|x| x.is_sign_positive()));
+    }
+
+    #[test]
+    fn faces_without_area_stay() {
+        let cleaned = cleaned(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], &[[0, 1, 2]]).unwrap();
+        assert_eq!(cleaned.counts, CleanCounts::default());
+    }
+
+    #[test]
+    fn coordinates_far_from_the_origin_keep_their_precision() {
+        let step = 0.001;
+        let positions: Vec<_> =
+            (0..30).map(|i| [5e6 + step * f64::from(i), -4.2e6 + step * f64::from(i * i), 300.0]).collect();
+        let faces = (0..28).map(|i| [i, i + 1, i + 2]).collect();
+        let raw = RawMesh { positions: positions.clone(), faces, double: true, dropped_faces: 0 };
+        let Cleaned { mesh, frame, .. } = clean(raw, &CleanOptions::default()).unwrap();
+        for (local, exact) in mesh.positions().iter().zip(&positions) {
+            let written = frame.to_file(*local);
+            assert!((0..3).all(|axis| (written[axis] - exact[axis]).abs() < 1e-6), "{written:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn doubles_near_the_origin_are_not_moved() {
+        let positions = vec![[0.1f32; 3].map(f64::from), [1.0, -0.2, 0.0], [0.0, 1.0, 0.0]];
+        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, dropped_faces: 0 };
+        assert_eq!(clean(raw, &CleanOptions::default()).unwrap().frame.origin, [0.0; 3]);
+    }
+
+    #[test]
+    fn what_exceeds_single_precision_is_refused_in_one_line() {
+        for double in [false, true] {
+            let positions = vec![[0.0; 3], [1e300, 0.0, 0.0], [0.0, 1.0, 0.0], [-1e300, 0.0, 0.0]];
+            let raw = RawMesh { positions, faces: vec![[0, 1, 2], [1, 2, 3]], double, dropped_faces: 0 };
+            let error = clean(raw, &CleanOptions::default()).unwrap_err();
+            assert!(matches!(error, CleanError::TooFar { .. }), "{error}");
+            assert!(!error.to_string().contains('\n'));
+        }
+        // Far out, but small: fits once moved.
+        let positions = vec![[1e300, 0.0, 0.0], [1e300, 1.0, 0.0], [1e300, 0.0, 1.0]];
+        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, dropped_faces: 0 };
+        assert!(clean(raw, &CleanOptions::default()).is_ok());
+    }
+
+    #[test]
+    fn nothing_left_says_why() {
+        let error = cleaned(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
+        let text = error.to_string();
+        assert!(text.starts_with("none of the 2 faces is usable"), "{text}");
+        assert!(
+            text.contains("1 faces with non-finite corners") && text.contains("1 faces with corners out of range"),
+            "{text}"
+        );
+        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces, 1 vertices"));
+    }
+}
