@@ -2,9 +2,8 @@
 //!
 //! Borders are closed by apexes that never move, so the link condition of closed surfaces (Dey et al. 1999)
 //! is all that keeps the topology: the ends of an edge share exactly the two vertices opposite to it.
-
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+//! Merging only adds to the quadrics of an edge's ends, so costs only grow: an edge is priced again when its
+//! turn comes, not when a neighbour changes.
 
 use glam::{DVec3, Vec3};
 
@@ -12,39 +11,65 @@ use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::OneRings;
 
+use super::bucket_queue::BucketQueue;
+
 /// A face may not turn by more than this: least cosine between its normals before and after.
 const LEAST_COSINE: f32 = 0.2;
+/// An edge that may not go now is tried again at so many times its price.
+const PATIENCE: f32 = 1.5;
+/// A merged vertex lies at most this many edge lengths from the middle of its edge.
+const REACH: f64 = 2.0;
 const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.
 pub(super) struct Collapse {
-    positions: Vec<DVec3>,
-    /// Faces, those with an apex last; a dead face begins with `NONE`.
-    faces: Vec<[u32; 3]>,
-    /// Unit normals of the faces without an apex.
-    normals: Vec<Vec3>,
-    quadrics: Vec<Quadric>,
+    /// Vertices, the apexes of the borders last.
+    nodes: Vec<Node>,
+    /// Faces, those with an apex last; a dead one begins with `NONE`.
+    faces: Vec<Face>,
     /// The vertex each vertex was merged into, itself while it lives.
     merged: Vec<u32>,
-    versions: Vec<u32>,
-    first_corner: Vec<u32>,
-    last_corner: Vec<u32>,
-    next_corner: Vec<u32>,
-    is_border: Vec<bool>,
     n_inner: usize,
+    n_inner_faces: usize,
     n_vertices: usize,
     n_faces: usize,
-    queue: BinaryHeap<Reverse<Entry>>,
+    queue: BucketQueue<Edge>,
     /// Faces around the edge at hand with the normals they would get.
     turned: Vec<(u32, Vec3)>,
-    ring: Vec<u32>,
-    marks: Vec<u32>,
-    mark: u32,
+    around: Vec<u32>,
     turn_forbidden: bool,
 }
 
-/// An edge in the queue: cost (the bits of a positive `f32` are ordered as it is), its ends, their versions' sum.
-type Entry = (u32, u32, u32, u32);
+/// A vertex: where it is, what it stands for, and the list of its corners (4 x face + place).
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Node {
+    quadric: Quadric,
+    position: DVec3,
+    first_corner: u32,
+    last_corner: u32,
+    degree: u32,
+    /// Grows with every merge; tells an edge that its price is old.
+    version: u32,
+    is_border: bool,
+}
+
+/// A face with, for each corner, the next corner at the same vertex.
+#[derive(Clone, Copy)]
+struct Face {
+    vertices: [u32; 3],
+    next_corner: [u32; 3],
+    /// Unit normal; zero where there is none.
+    normal: Vec3,
+}
+
+/// An edge in the queue: its ends as they were when it was priced, the sum of their versions, and its price.
+#[derive(Clone, Copy)]
+struct Edge {
+    ends: [u32; 2],
+    stamp: u32,
+    cost: f32,
+}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,40 +111,49 @@ fn unit_normal(corners: [DVec3; 3]) -> Vec3 {
 
 impl Collapse {
     /// Starts from positions and quadrics of the vertices, the faces over them and their rings.
-    pub fn new(positions: Vec<DVec3>, quadrics: Vec<Quadric>, mut faces: Vec<[u32; 3]>, rings: &OneRings) -> Self {
-        let n_inner = positions.len();
-        let n_nodes = n_inner + rings.n_apexes();
-        let n_faces = faces.len();
+    pub fn new(positions: Vec<DVec3>, quadrics: Vec<Quadric>, inner: Vec<[u32; 3]>, rings: &OneRings) -> Self {
         let apex_faces = rings.apex_faces();
-        faces.extend_from_slice(&apex_faces);
-        let normal = |f: &[u32; 3]| unit_normal(f.map(|v| positions[v as usize]));
-        let normals = faces[..n_faces].iter().map(normal).collect();
-        let mut is_border = vec![false; n_nodes];
-        apex_faces.as_flattened().iter().for_each(|&v| is_border[v as usize] = true);
+        let (n_inner, n_inner_faces) = (positions.len(), inner.len());
+        let node = |(position, quadric)| Node {
+            quadric,
+            position,
+            first_corner: NONE,
+            last_corner: NONE,
+            degree: 0,
+            version: 0,
+            is_border: false,
+        };
+        let apexes = std::iter::repeat_n((DVec3::ZERO, Quadric::default()), rings.n_apexes());
+        let mut nodes: Vec<Node> = positions.into_iter().zip(quadrics).chain(apexes).map(node).collect();
+        let inner = inner.into_iter().map(|vertices| {
+            let normal = unit_normal(vertices.map(|v| nodes[v as usize].position));
+            Face { vertices, next_corner: [NONE; 3], normal }
+        });
+        let mut faces: Vec<Face> = Vec::with_capacity(n_inner_faces + apex_faces.len());
+        faces.extend(inner);
+        for vertices in apex_faces {
+            faces.push(Face { vertices, next_corner: [NONE; 3], normal: Vec3::ZERO });
+            vertices.iter().for_each(|&v| nodes[v as usize].is_border = true);
+        }
         let mut collapse = Self {
-            positions,
-            normals,
-            quadrics,
-            merged: (0..n_nodes as u32).collect(),
-            versions: vec![0; n_nodes],
-            first_corner: vec![NONE; n_nodes],
-            last_corner: vec![NONE; n_nodes],
-            next_corner: vec![NONE; 3 * faces.len()],
+            merged: (0..nodes.len() as u32).collect(),
+            nodes,
             faces,
-            is_border,
             n_inner,
+            n_inner_faces,
             n_vertices: n_inner,
-            n_faces,
-            queue: BinaryHeap::new(),
+            n_faces: n_inner_faces,
+            queue: BucketQueue::new([].into_iter()),
             turned: Vec::new(),
-            ring: Vec::new(),
-            marks: vec![0; n_nodes],
-            mark: 0,
+            around: Vec::new(),
             turn_forbidden: false,
         };
-        for corner in 0..3 * collapse.faces.len() as u32 {
-            let v = collapse.faces[corner as usize / 3][corner as usize % 3];
-            collapse.append_corners(v, corner, corner);
+        for f in 0..collapse.faces.len() {
+            for (place, v) in collapse.faces[f].vertices.into_iter().enumerate() {
+                let corner = (4 * f + place) as u32;
+                collapse.append_corners(v, corner, corner);
+                collapse.nodes[v as usize].degree += 1;
+            }
         }
         collapse
     }
@@ -138,26 +172,16 @@ impl Collapse {
         End::Reached
     }
 
-    fn empty_queue(&mut self, limit: Limit) {
-        while !self.reached(limit) {
-            let Some(Reverse((_, u, v, stamp))) = self.queue.pop() else { return };
-            let alive = self.merged[u as usize] == u && self.merged[v as usize] == v;
-            if alive && self.versions[u as usize] + self.versions[v as usize] == stamp {
-                self.try_collapse(u, v);
-            }
-        }
-    }
-
     /// What is left, renumbered.
     pub fn finish(self) -> Remains {
         let mut number = vec![NONE; self.n_inner];
         let mut positions = Vec::with_capacity(self.n_vertices);
         for v in (0..self.n_inner).filter(|&v| self.merged[v] == v as u32) {
             number[v] = positions.len() as u32;
-            positions.push(self.positions[v].as_vec3());
+            positions.push(self.nodes[v].position.as_vec3());
         }
-        let inner = |f: &&[u32; 3]| f[0] != NONE && f.iter().all(|&v| (v as usize) < self.n_inner);
-        let faces = self.faces.iter().filter(inner).map(|f| f.map(|v| number[v as usize])).collect();
+        let inner = self.faces[..self.n_inner_faces].iter().filter(|f| f.vertices[0] != NONE);
+        let faces = inner.map(|f| f.vertices.map(|v| number[v as usize])).collect();
         let last = |mut v: u32| {
             while self.merged[v as usize] != v {
                 v = self.merged[v as usize];
@@ -173,29 +197,57 @@ impl Collapse {
     }
 
     fn fill_queue(&mut self) {
-        let mut entries = Vec::with_capacity(self.faces.len() * 3 / 2);
-        for face in &self.faces {
-            for (u, v) in [(face[0], face[1]), (face[1], face[2]), (face[2], face[0])] {
-                if face[0] != NONE && u < v && (v as usize) < self.n_inner {
-                    entries.push(Reverse(self.entry(u, v)));
+        let mut edges = Vec::with_capacity(self.n_faces * 3 / 2);
+        for face in self.faces.iter().filter(|f| f.vertices[0] != NONE) {
+            let [a, b, c] = face.vertices;
+            for (u, v) in [(a, b), (b, c), (c, a)] {
+                if u < v && (v as usize) < self.n_inner {
+                    edges.push(self.price(u, v));
                 }
             }
         }
-        self.queue = BinaryHeap::from(entries);
+        self.queue = BucketQueue::new(edges.iter().map(|edge| (edge.cost, *edge)));
     }
 
-    fn entry(&self, u: u32, v: u32) -> Entry {
-        let (_, cost) = self.placement(u, v);
-        ((cost as f32).to_bits(), u, v, self.versions[u as usize] + self.versions[v as usize])
+    fn empty_queue(&mut self, limit: Limit) {
+        while !self.reached(limit) {
+            let Some(edge) = self.queue.pop() else { return };
+            let [u, v] = edge.ends.map(|end| self.current(end));
+            if u == v {
+                continue;
+            }
+            if edge.stamp != self.nodes[u as usize].version + self.nodes[v as usize].version {
+                let edge = self.price(u, v);
+                self.queue.push(edge.cost, edge);
+            } else if !self.try_collapse(u, v) && edge.cost < f32::MAX / PATIENCE {
+                let cost = edge.cost.max(f32::MIN_POSITIVE) * PATIENCE;
+                self.queue.push(cost, Edge { cost, ..edge });
+            }
+        }
+    }
+
+    /// The vertex that stands for `v` now.
+    fn current(&mut self, mut v: u32) -> u32 {
+        while self.merged[v as usize] != v {
+            self.merged[v as usize] = self.merged[self.merged[v as usize] as usize];
+            v = self.merged[v as usize];
+        }
+        v
+    }
+
+    fn price(&self, u: u32, v: u32) -> Edge {
+        let stamp = self.nodes[u as usize].version + self.nodes[v as usize].version;
+        Edge { ends: [u, v], stamp, cost: self.placement(u, v).1 as f32 }
     }
 
     /// Where the merged vertex goes and what that costs.
     fn placement(&self, u: u32, v: u32) -> (DVec3, f64) {
-        let sum = self.quadrics[u as usize] + self.quadrics[v as usize];
-        let (p, q) = (self.positions[u as usize], self.positions[v as usize]);
+        let (u, v) = (&self.nodes[u as usize], &self.nodes[v as usize]);
+        let sum = u.quadric + v.quadric;
+        let (p, q) = (u.position, v.position);
         let middle = (p + q) * 0.5;
         match sum.minimum() {
-            Some((x, cost)) if x.distance_squared(middle) <= 4.0 * p.distance_squared(q) => (x, cost),
+            Some((x, cost)) if x.distance_squared(middle) <= REACH * REACH * p.distance_squared(q) => (x, cost),
             _ => {
                 let candidates = [p, q, middle].map(|x| (x, sum.value(x)));
                 candidates.into_iter().min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((middle, f64::INFINITY))
@@ -203,165 +255,129 @@ impl Collapse {
         }
     }
 
-    fn try_collapse(&mut self, u: u32, v: u32) {
-        let Some(shared) = self.link_allows(u, v) else { return };
+    /// Merges `v` into `u` if topology and the faces around allow it.
+    fn try_collapse(&mut self, u: u32, v: u32) -> bool {
+        let Some(opposite) = self.link_allows(u, v) else { return false };
         let (x, _) = self.placement(u, v);
         self.turned.clear();
         if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
             self.turn_forbidden = true;
-            return;
+            return false;
         }
-        self.merge(u, v, x, shared);
+        self.merge(u, v, x, opposite);
+        true
     }
 
     /// The two vertices opposite to edge `u v`, if merging its ends keeps the surface what it is.
     fn link_allows(&mut self, u: u32, v: u32) -> Option<[u32; 2]> {
-        self.mark += 2;
-        let mark = self.mark;
+        let mut around = std::mem::take(&mut self.around);
+        around.clear();
+        self.for_faces(u, |_, face| around.extend(face.vertices.iter().filter(|&&w| w != u)));
         let mut opposite = [NONE; 2];
-        let (mut n_opposite, mut degree_u, mut degree_v) = (0, 0, 0);
-        let mut corner = self.first_corner[u as usize];
-        while corner != NONE {
-            let face = self.faces[corner as usize / 3];
-            if face[0] != NONE {
-                degree_u += 1;
-                face.iter().for_each(|&w| self.marks[w as usize] = mark);
-                if face.contains(&v) {
-                    if n_opposite < 2 {
-                        opposite[n_opposite] = face[0] ^ face[1] ^ face[2] ^ u ^ v;
-                    }
-                    n_opposite += 1;
-                }
+        let (mut n_opposite, mut n_shared_twice) = (0, 0);
+        self.for_faces(v, |_, face| {
+            if face.vertices.contains(&u) {
+                let [a, b, c] = face.vertices;
+                opposite[n_opposite.min(1)] = a ^ b ^ c ^ u ^ v;
+                n_opposite += 1;
             }
-            corner = self.next_corner[corner as usize];
-        }
-        let mut n_shared = 0;
-        let mut corner = self.first_corner[v as usize];
-        while corner != NONE {
-            let face = self.faces[corner as usize / 3];
-            if face[0] != NONE {
-                degree_v += 1;
-                for w in face {
-                    if w != u && w != v && self.marks[w as usize] == mark {
-                        self.marks[w as usize] = mark + 1;
-                        n_shared += 1;
-                    }
-                }
-            }
-            corner = self.next_corner[corner as usize];
-        }
+            n_shared_twice += face.vertices.iter().filter(|&&w| w != v && w != u && around.contains(&w)).count();
+        });
+        self.around = around;
         let on_border = opposite.iter().any(|&w| w as usize >= self.n_inner);
-        let bridges = self.is_border[u as usize] && self.is_border[v as usize] && !on_border;
+        let node = |w: u32| self.nodes.get(w as usize);
+        let degree = |w: u32| node(w).map_or(0, |n| n.degree);
+        let bridges = [u, v].iter().all(|&w| node(w).is_some_and(|n| n.is_border)) && !on_border;
         let ok = n_opposite == 2
-            && n_shared == 2
+            && n_shared_twice == 4
             && !bridges
-            && (degree_u > 3 || degree_v > 3)
-            && opposite.iter().all(|&w| self.degree_above_three(w));
+            && (degree(u) > 3 || degree(v) > 3)
+            && opposite.iter().all(|&w| degree(w) > 3);
         ok.then_some(opposite)
     }
 
-    fn degree_above_three(&self, v: u32) -> bool {
-        let mut degree = 0;
-        let mut corner = self.first_corner[v as usize];
-        while corner != NONE && degree < 4 {
-            degree += u32::from(self.faces[corner as usize / 3][0] != NONE);
-            corner = self.next_corner[corner as usize];
+    /// Visits the living faces of `v` with the place of `v` in each, coded as a corner.
+    fn for_faces(&self, v: u32, mut visit: impl FnMut(u32, &Face)) {
+        let mut corner = self.nodes[v as usize].first_corner;
+        while corner != NONE {
+            let face = &self.faces[corner as usize / 4];
+            if face.vertices[0] != NONE {
+                visit(corner, face);
+            }
+            corner = face.next_corner[corner as usize % 4];
         }
-        degree > 3
     }
 
     /// Whether a face around `u` (without `v`) would turn when `u` moves to `x`; notes the normals they would get.
     fn turns_over(&mut self, u: u32, v: u32, x: DVec3) -> bool {
-        let mut corner = self.first_corner[u as usize];
-        while corner != NONE {
-            let (f, place) = (corner as usize / 3, corner as usize % 3);
-            let face = self.faces[f];
-            if f < self.normals.len() && face[0] != NONE && !face.contains(&v) {
-                let next = self.positions[face[(place + 1) % 3] as usize];
-                let last = self.positions[face[(place + 2) % 3] as usize];
+        let mut turned = std::mem::take(&mut self.turned);
+        let mut over = false;
+        self.for_faces(u, |corner, face| {
+            let (f, place) = (corner / 4, corner as usize % 4);
+            if !over && (f as usize) < self.n_inner_faces && !face.vertices.contains(&v) {
+                let next = self.nodes[face.vertices[(place + 1) % 3] as usize].position;
+                let last = self.nodes[face.vertices[(place + 2) % 3] as usize].position;
                 let normal = unit_normal([x, next, last]);
-                let before = self.normals[f];
-                if before != Vec3::ZERO && before.dot(normal) <= LEAST_COSINE {
-                    return true;
-                }
-                self.turned.push((f as u32, normal));
+                over = face.normal != Vec3::ZERO && face.normal.dot(normal) <= LEAST_COSINE;
+                turned.push((f, normal));
             }
-            corner = self.next_corner[corner as usize];
-        }
-        false
+        });
+        self.turned = turned;
+        over
     }
 
-    fn merge(&mut self, u: u32, v: u32, x: DVec3, shared: [u32; 2]) {
+    fn merge(&mut self, u: u32, v: u32, x: DVec3, opposite: [u32; 2]) {
         self.n_vertices -= 1;
-        self.n_faces -= shared.iter().filter(|&&w| (w as usize) < self.n_inner).count();
+        self.n_faces -= opposite.iter().filter(|&&w| (w as usize) < self.n_inner).count();
         self.merged[v as usize] = u;
-        self.positions[u as usize] = x;
-        self.turned.iter().for_each(|&(f, normal)| self.normals[f as usize] = normal);
-        let moved = self.quadrics[v as usize];
-        self.quadrics[u as usize] += moved;
-        self.is_border[u as usize] |= self.is_border[v as usize];
+        self.turned.iter().for_each(|&(f, normal)| self.faces[f as usize].normal = normal);
         self.rename_corners(u, v);
-        self.append_corners(u, self.first_corner[v as usize], self.last_corner[v as usize]);
-        self.versions[u as usize] += 1;
+        let gone = self.nodes[v as usize];
+        let node = &mut self.nodes[u as usize];
+        node.position = x;
+        node.quadric += gone.quadric;
+        node.is_border |= gone.is_border;
+        node.degree += gone.degree - 4;
+        // Above both, so that no edge of either end passes for priced already.
+        node.version += gone.version + 1;
+        self.append_corners(u, gone.first_corner, gone.last_corner);
         self.drop_dead_corners(u);
-        self.queue_edges(u);
+        opposite.iter().for_each(|&w| self.nodes[w as usize].degree -= 1);
     }
 
     /// In the faces of `v` writes `u` for `v`; the faces of the edge die.
     fn rename_corners(&mut self, u: u32, v: u32) {
-        let mut corner = self.first_corner[v as usize];
+        let mut corner = self.nodes[v as usize].first_corner;
         while corner != NONE {
-            let face = &mut self.faces[corner as usize / 3];
-            if face[0] != NONE {
-                if face.contains(&u) {
-                    face[0] = NONE;
-                } else {
-                    face[corner as usize % 3] = u;
-                }
+            let face = &mut self.faces[corner as usize / 4];
+            if face.vertices.contains(&u) {
+                face.vertices[0] = NONE;
+            } else if face.vertices[0] != NONE {
+                face.vertices[corner as usize % 4] = u;
             }
-            corner = self.next_corner[corner as usize];
+            corner = face.next_corner[corner as usize % 4];
         }
     }
 
     fn append_corners(&mut self, v: u32, first: u32, last: u32) {
-        match self.last_corner[v as usize] {
-            NONE => self.first_corner[v as usize] = first,
-            tail => self.next_corner[tail as usize] = first,
+        let node = &mut self.nodes[v as usize];
+        match node.last_corner {
+            NONE => node.first_corner = first,
+            tail => self.faces[tail as usize / 4].next_corner[tail as usize % 4] = first,
         }
-        self.last_corner[v as usize] = last;
+        node.last_corner = last;
     }
 
     fn drop_dead_corners(&mut self, v: u32) {
-        let mut corner = self.first_corner[v as usize];
-        (self.first_corner[v as usize], self.last_corner[v as usize]) = (NONE, NONE);
+        let mut corner = self.nodes[v as usize].first_corner;
+        (self.nodes[v as usize].first_corner, self.nodes[v as usize].last_corner) = (NONE, NONE);
         while corner != NONE {
-            let next = self.next_corner[corner as usize];
-            if self.faces[corner as usize / 3][0] != NONE {
-                self.next_corner[corner as usize] = NONE;
+            let face = &mut self.faces[corner as usize / 4];
+            let next = std::mem::replace(&mut face.next_corner[corner as usize % 4], NONE);
+            if face.vertices[0] != NONE {
                 self.append_corners(v, corner, corner);
             }
             corner = next;
         }
-    }
-
-    fn queue_edges(&mut self, u: u32) {
-        let mut ring = std::mem::take(&mut self.ring);
-        ring.clear();
-        self.mark += 2;
-        let mut corner = self.first_corner[u as usize];
-        while corner != NONE {
-            for w in self.faces[corner as usize / 3] {
-                if w != u && (w as usize) < self.n_inner && self.marks[w as usize] != self.mark {
-                    self.marks[w as usize] = self.mark;
-                    ring.push(w);
-                }
-            }
-            corner = self.next_corner[corner as usize];
-        }
-        for &w in &ring {
-            let entry = self.entry(u.min(w), u.max(w));
-            self.queue.push(Reverse(entry));
-        }
-        self.ring = ring;
     }
 }

@@ -6,7 +6,7 @@
 //! its own 3 x 3 system, all by the length that is best for them together. A step that turns a face or does not pay
 //! is not taken.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle::{area_normal, nearest_weights};
@@ -15,10 +15,15 @@ use super::surface::Surface;
 
 /// Input faces looked at per output vertex, at most.
 const POINTS_PER_VERTEX: usize = 14;
+/// Faces that are matched one after the other, each from where the last one ended.
+const CHUNK: usize = 1024;
 /// Weight of staying in place against the points.
-const STAY: f64 = 0.01;
+const STAY: f32 = 0.01;
 /// Least cosine between a face's normal before and after a step.
 const LEAST_COSINE: f32 = 0.7;
+
+/// Cosine between normals above which a guess where a point belongs is believed.
+const AGREES: f32 = 0.8;
 
 /// The output mesh as the fit moves it.
 pub(super) struct Output<'a> {
@@ -30,28 +35,31 @@ pub(super) struct Output<'a> {
     pub vertex_of: &'a [u32],
 }
 
-/// A point of the original and the nearest point of the output.
+/// A point of the original over the output face nearest to it.
 struct Match {
     face: u32,
+    /// Barycentric weights of the nearest point, scaled with the square root of the point's area.
     weights: [f32; 3],
-    area: f32,
-    point: Vec3,
-    /// From the output point to the original one.
-    gap: Vec3,
+    /// Height over the face, scaled likewise.
+    height: f32,
 }
 
-/// Moves the output vertices toward the original surface once.
-pub(super) fn fit(surface: &Surface, output: &mut Output) {
+/// Moves the output vertices toward the original surface `n_steps` times.
+pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize) {
     let around = FacesAround::new(output.positions.len(), output.faces);
-    let normals = normals(output);
     let stride = (surface.faces.len() / (POINTS_PER_VERTEX * output.positions.len()).max(1)).max(1);
-    let chosen = surface.faces.par_chunks(stride).map(|chunk| chunk[0]);
-    let matches: Vec<Match> =
-        chosen.filter_map(|face| nearest_output(surface, output, &around, &normals, face)).collect();
-    let steps = solve(output, &normals, &matches);
-    let before = output.positions.to_vec();
-    take_steps(output, &around, &steps);
-    undo_what_does_not_pay(output, &matches, &before);
+    let mut guesses = vec![u32::MAX; surface.faces.len().div_ceil(stride)];
+    for _ in 0..n_steps {
+        let normals = normals(output);
+        let chunks = surface.faces.par_chunks(stride * CHUNK).zip(guesses.par_chunks_mut(CHUNK));
+        let walk = |(faces, guesses): (&[[u32; 3]], &mut [u32])| {
+            let chosen = faces.iter().step_by(stride).copied();
+            match_faces(surface, &Target { output, normals: &normals, around: &around }, chosen, guesses)
+        };
+        let matches: Vec<Vec<Match>> = chunks.map(walk).collect();
+        let steps = solve(output, &normals, &matches);
+        take_steps(output, &around, &steps);
+    }
 }
 
 /// Unit normals of the output faces.
@@ -60,36 +68,42 @@ fn normals(output: &Output) -> Vec<Vec3> {
     output.faces.par_iter().map(normal).collect()
 }
 
-/// The output point nearest to the centroid of an input face, found by walking downhill from its first corner's vertex.
-fn nearest_output(
+/// Matches input faces in order; `guesses` (one per face) say where to start and remember where each walk ended.
+fn match_faces(
     surface: &Surface,
-    output: &Output,
-    around: &FacesAround,
-    normals: &[Vec3],
-    face: [u32; 3],
-) -> Option<Match> {
-    let corners = face.map(|v| surface.positions[v as usize]);
-    let normal = area_normal(corners);
-    let target = Target { output, normals, point: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
-    let mut best: Option<Reach> = None;
-    for &f in around.faces(output.vertex_of[face[0] as usize]) {
-        let limit = best.as_ref().map_or(f32::INFINITY, |b| b.distance);
-        best = target.reach(f, limit).or(best);
+    target: &Target,
+    faces: impl Iterator<Item = [u32; 3]>,
+    guesses: &mut [u32],
+) -> Vec<Match> {
+    let mut matches = Vec::with_capacity(guesses.len());
+    let mut last = u32::MAX;
+    for (face, guess) in faces.zip(guesses) {
+        let corners = face.map(|v| surface.positions[v as usize]);
+        let normal = area_normal(corners);
+        let point = Point { at: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
+        let vertex = target.output.vertex_of[face[0] as usize];
+        let start = if *guess != u32::MAX { *guess } else { last };
+        if let Some(reach) = target.nearest(&point, start, vertex) {
+            let scale = (0.5 * normal.length()).sqrt();
+            let height = scale * target.normals[reach.face as usize].dot(reach.gap);
+            matches.push(Match { face: reach.face, weights: reach.weights.map(|w| w * scale), height });
+            (last, *guess) = (reach.face, reach.face);
+        }
     }
-    let mut best = best?;
-    while let Some(closer) = target.step(around, &best) {
-        best = closer;
-    }
-    let Reach { face, weights, gap, .. } = best;
-    Some(Match { face, weights, area: 0.5 * normal.length(), point: target.point, gap })
+    matches
 }
 
-/// A point that looks for its place on the output.
+/// A point of the original and which way the surface looks there.
+struct Point {
+    at: Vec3,
+    normal: Vec3,
+}
+
+/// The surface on which points look for their place.
 struct Target<'a> {
     output: &'a Output<'a>,
     normals: &'a [Vec3],
-    point: Vec3,
-    normal: Vec3,
+    around: &'a FacesAround,
 }
 
 /// The nearest point of one face.
@@ -101,103 +115,129 @@ struct Reach {
 }
 
 impl Target<'_> {
+    /// The nearest point to which a walk leads that starts at face `start` if it touches `vertex`, else around it.
+    fn nearest(&self, point: &Point, start: u32, vertex: u32) -> Option<Reach> {
+        let near = self.output.faces.get(start as usize).is_some_and(|f| f.contains(&vertex));
+        let guessed = if near { self.reach(point, start, f32::INFINITY) } else { None };
+        let guessed = guessed.map(|start| self.walk(point, start)).filter(|reach| self.agrees(point, reach));
+        guessed.or_else(|| {
+            let mut best: Option<Reach> = None;
+            for &f in self.around.faces(vertex) {
+                let limit = best.as_ref().map_or(f32::INFINITY, |b| b.distance);
+                best = self.reach(point, f, limit).or(best);
+            }
+            best.map(|start| self.walk(point, start))
+        })
+    }
+
+    fn walk(&self, point: &Point, start: Reach) -> Reach {
+        let mut best = start;
+        while let Some(closer) = self.step(point, &best) {
+            best = closer;
+        }
+        best
+    }
+
+    /// Whether the face reached looks the same way well enough for a walk not to have strayed over a crease.
+    fn agrees(&self, point: &Point, reach: &Reach) -> bool {
+        self.normals[reach.face as usize].dot(point.normal) >= AGREES * point.normal.length()
+    }
+
     /// The nearest point of `face` if it looks the same way and is nearer than `limit` (squared).
-    fn reach(&self, face: u32, limit: f32) -> Option<Reach> {
-        if self.normals[face as usize].dot(self.normal) <= 0.0 {
+    fn reach(&self, point: &Point, face: u32, limit: f32) -> Option<Reach> {
+        if self.normals[face as usize].dot(point.normal) <= 0.0 {
             return None;
         }
         let triangle = self.output.faces[face as usize].map(|v| self.output.positions[v as usize]);
-        let weights = nearest_weights(self.point, triangle);
-        let gap = self.point - (triangle[0] * weights[0] + triangle[1] * weights[1] + triangle[2] * weights[2]);
+        let weights = nearest_weights(point.at, triangle);
+        let gap = point.at - (triangle[0] * weights[0] + triangle[1] * weights[1] + triangle[2] * weights[2]);
         let distance = gap.length_squared();
         (distance < limit).then_some(Reach { face, weights, gap, distance })
     }
 
     /// A face beyond the edge or vertex on which `from` lies that is nearer; `None` inside a face.
-    fn step(&self, around: &FacesAround, from: &Reach) -> Option<Reach> {
-        let face = self.output.faces[from.face as usize];
+    fn step(&self, point: &Point, from: &Reach) -> Option<Reach> {
         let on: [bool; 3] = from.weights.map(|w| w > 0.0);
-        let pivot = on.iter().position(|&on| on)?;
         let n_on = on.iter().filter(|&&on| on).count();
         if n_on == 3 {
             return None;
         }
-        let touches = |f: u32| {
-            let other = self.output.faces[f as usize];
-            n_on == 1 || (0..3).all(|i| !on[i] || other.contains(&face[i]))
-        };
-        let beyond = around.faces(face[pivot]).iter().copied().filter(|&f| f != from.face && touches(f));
+        let face = self.output.faces[from.face as usize];
+        let pivot = on.iter().position(|&on| on)?;
         let mut best: Option<Reach> = None;
-        for f in beyond {
-            let limit = best.as_ref().map_or(from.distance * (1.0 - 1e-6), |b| b.distance);
-            best = self.reach(f, limit).or(best);
+        for &f in self.around.faces(face[pivot]) {
+            let other = self.output.faces[f as usize];
+            let beyond = f != from.face && (n_on == 1 || (0..3).all(|i| !on[i] || other.contains(&face[i])));
+            if beyond {
+                let limit = best.as_ref().map_or(from.distance * (1.0 - 1e-6), |b| b.distance);
+                best = self.reach(point, f, limit).or(best);
+            }
         }
         best
     }
 }
 
-/// One step toward the solution of `(J'WJ + S) x = J'W h`: J holds barycentric weights times normals, W areas,
-/// h heights of the points over their faces, S the weight of staying; preconditioned with lumped blocks of J'WJ.
-fn solve(output: &Output, normals: &[Vec3], matches: &[Match]) -> Vec<DVec3> {
-    let n = output.positions.len();
-    let row = |m: &Match| (output.faces[m.face as usize], normals[m.face as usize].as_dvec3(), f64::from(m.area));
-    let mut blocks = vec![[0.0f64; 6]; n];
-    let mut residual = vec![DVec3::ZERO; n];
-    for m in matches {
-        let (face, normal, area) = row(m);
-        let height = normal.dot(m.gap.as_dvec3());
-        for (v, weight) in face.into_iter().zip(m.weights) {
-            let w = area * f64::from(weight);
-            let scaled = normal * w;
-            let block = &mut blocks[v as usize];
-            block[0] += scaled.x * normal.x;
-            block[1] += scaled.x * normal.y;
-            block[2] += scaled.x * normal.z;
-            block[3] += scaled.y * normal.y;
-            block[4] += scaled.y * normal.z;
-            block[5] += scaled.z * normal.z;
-            residual[v as usize] += scaled * height;
+/// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
+/// staying; preconditioned with lumped blocks of J'J. A vertex whose own points would not gain stays.
+fn solve(output: &Output, normals: &[Vec3], matches: &[Vec<Match>]) -> Vec<Vec3> {
+    let directions = directions(output, normals, matches);
+    // Along its direction, a vertex's points change their sum of squares by -2 t slope + t^2 curvature.
+    let mut slope = vec![0.0f32; directions.len()];
+    let mut curvature = vec![0.0f32; directions.len()];
+    for m in matches.iter().flatten() {
+        let face = output.faces[m.face as usize];
+        let normal = normals[m.face as usize];
+        let rise: f32 = (0..3).map(|i| m.weights[i] * normal.dot(directions[face[i] as usize])).sum();
+        let total: f32 = m.weights.iter().sum();
+        for i in 0..3 {
+            let share = if total > 0.0 { m.weights[i] / total } else { 0.0 };
+            slope[face[i] as usize] += share * m.height * rise;
+            curvature[face[i] as usize] += share * rise * rise;
         }
     }
-    let stay: Vec<f64> = blocks.iter().map(|b| STAY * (b[0] + b[3] + b[5]) + 1e-30).collect();
-    let inverse: Vec<[f64; 6]> = blocks.iter().zip(&stay).map(|(b, s)| inverse(b, *s)).collect();
-    let direction: Vec<DVec3> = residual.iter().zip(&inverse).map(|(r, m)| times(m, *r)).collect();
-    let slope: f64 = residual.iter().zip(&direction).map(|(r, d)| r.dot(*d)).sum();
-    let mut curvature: f64 = direction.iter().zip(&stay).map(|(d, s)| d.length_squared() * s).sum();
-    for m in matches {
-        let (face, normal, area) = row(m);
-        let rise: f64 =
-            face.iter().zip(m.weights).map(|(&v, w)| f64::from(w) * normal.dot(direction[v as usize])).sum();
-        curvature += area * rise * rise;
-    }
-    let length = if curvature > 0.0 { slope / curvature } else { 0.0 };
-    direction.into_iter().map(|d| d * length).collect()
+    let sum = |values: &[f32]| values.iter().map(|&x| f64::from(x)).sum::<f64>();
+    let length = (sum(&slope) / sum(&curvature).max(f64::MIN_POSITIVE)) as f32;
+    let pays = |v: usize| 2.0 * slope[v] > length * curvature[v];
+    (0..directions.len()).map(|v| if pays(v) { directions[v] * length } else { Vec3::ZERO }).collect()
 }
 
-/// Inverse of the symmetric block plus `stay` times the identity.
-fn inverse(block: &[f64; 6], stay: f64) -> [f64; 6] {
-    let [xx, xy, xz, yy, yz, zz] = *block;
+/// Each vertex's solution of its own lumped 3 x 3 system.
+fn directions(output: &Output, normals: &[Vec3], matches: &[Vec<Match>]) -> Vec<Vec3> {
+    let mut systems = vec![[0.0f32; 9]; output.positions.len()];
+    for m in matches.iter().flatten() {
+        let n = normals[m.face as usize];
+        let total: f32 = m.weights.iter().sum();
+        for (v, weight) in output.faces[m.face as usize].into_iter().zip(m.weights) {
+            let (w, h) = (weight * total, weight * m.height);
+            let row = [w * n.x * n.x, w * n.x * n.y, w * n.x * n.z, w * n.y * n.y, w * n.y * n.z, w * n.z * n.z];
+            let system = &mut systems[v as usize];
+            system[..6].iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
+            system[6..].iter_mut().zip((n * h).to_array()).for_each(|(sum, x)| *sum += x);
+        }
+    }
+    systems.iter().map(solve_block).collect()
+}
+
+/// Solution of `(A + STAY tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
+fn solve_block(system: &[f32; 9]) -> Vec3 {
+    let [xx, xy, xz, yy, yz, zz, ..] = *system;
+    let stay = STAY * (xx + yy + zz);
     let (xx, yy, zz) = (xx + stay, yy + stay, zz + stay);
-    let (c0, c1, c2) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
-    let d = 1.0 / (xx * c0 + xy * c1 + xz * c2);
-    if !d.is_finite() {
-        return [0.0; 6];
-    }
-    [c0, c1, c2, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy].map(|c| c * d)
-}
-
-fn times(a: &[f64; 6], x: DVec3) -> DVec3 {
-    DVec3::new(
-        a[0] * x.x + a[1] * x.y + a[2] * x.z,
-        a[1] * x.x + a[3] * x.y + a[4] * x.z,
-        a[2] * x.x + a[4] * x.y + a[5] * x.z,
-    )
+    let b = Vec3::new(system[6], system[7], system[8]);
+    let rows = [
+        Vec3::new(yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy),
+        Vec3::new(xz * yz - xy * zz, xx * zz - xz * xz, xy * xz - xx * yz),
+        Vec3::new(xy * yz - xz * yy, xy * xz - xx * yz, xx * yy - xy * xy),
+    ];
+    let determinant = xx * rows[0].x + xy * rows[0].y + xz * rows[0].z;
+    let x = Vec3::new(rows[0].dot(b), rows[1].dot(b), rows[2].dot(b)) / determinant;
+    if x.is_finite() { x } else { Vec3::ZERO }
 }
 
 /// Moves each vertex where no face around it turns.
-fn take_steps(output: &mut Output, around: &FacesAround, steps: &[DVec3]) {
+fn take_steps(output: &mut Output, around: &FacesAround, steps: &[Vec3]) {
     for (v, step) in steps.iter().enumerate() {
-        let target = (output.positions[v].as_dvec3() + *step).as_vec3();
+        let target = output.positions[v] + *step;
         if !turns_a_face(output, around, v as u32, target) {
             output.positions[v] = target;
         }
@@ -214,35 +254,15 @@ fn turns_a_face(output: &Output, around: &FacesAround, v: u32, target: Vec3) -> 
     })
 }
 
-/// Puts vertices back whose own points lie farther away than before.
-fn undo_what_does_not_pay(output: &mut Output, matches: &[Match], before: &[Vec3]) {
-    let mut gain = vec![0.0f64; output.positions.len()];
-    for m in matches {
-        let face = output.faces[m.face as usize];
-        let corners = face.map(|v| output.positions[v as usize]);
-        let weights = nearest_weights(m.point, corners);
-        let there = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        let closer = m.gap.length_squared() - there.distance_squared(m.point);
-        for (v, weight) in face.into_iter().zip(m.weights) {
-            gain[v as usize] += f64::from(m.area * weight * closer);
-        }
-    }
-    for (v, gain) in gain.into_iter().enumerate() {
-        if gain < 0.0 {
-            output.positions[v] = before[v];
-        }
-    }
-}
-
 /// The faces around each vertex as compressed rows.
-pub(super) struct FacesAround {
+struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<u32>,
 }
 
 impl FacesAround {
     /// Sorts `faces` under their `n_vertices` corners.
-    pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Self {
+    fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Self {
         let mut starts = vec![0u32; n_vertices + 2];
         faces.as_flattened().iter().for_each(|&v| starts[v as usize + 2] += 1);
         (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
@@ -257,7 +277,7 @@ impl FacesAround {
     }
 
     /// The faces that use `vertex`.
-    pub fn faces(&self, vertex: u32) -> &[u32] {
+    fn faces(&self, vertex: u32) -> &[u32] {
         &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
     }
 }

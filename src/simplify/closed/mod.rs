@@ -1,5 +1,6 @@
 //! The closed assembly, ours: samples, regions, quotient, collapse, flips and fit. Closed in, closed out.
 
+mod bucket_queue;
 mod collapse;
 mod darts;
 mod edge_lengths;
@@ -85,12 +86,7 @@ pub(super) fn simplify_closed(
     let mut remains = collapse.finish();
     enter("fit")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
-    for _ in 0..FITS {
-        fit::fit(
-            &surface,
-            &mut fit::Output { positions: &mut remains.positions, faces: &remains.faces, vertex_of: &vertex_of },
-        );
-    }
+    fit::fit(&surface, &mut fit::Output { positions: &mut remains.positions, faces: &remains.faces, vertex_of: &vertex_of }, FITS);
     enter("finish")?;
     let mut positions: Vec<[f32; 3]> = remains.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let separated_vertices = separate::separate(&mut positions, &request.frame);
