@@ -25,8 +25,8 @@ pub(super) use collapse::{End, Limit};
 
 /// Sweeps over the borders of the regions; a third moves hardly any vertex.
 const SWEEPS: usize = 3;
-/// Fits to the original surface at the end.
-const FITS: usize = 2;
+/// Input vertices per output vertex from which on a second fit to the original pays.
+const COARSE: usize = 15;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 
@@ -86,7 +86,12 @@ pub(super) fn simplify_closed(
     let mut remains = collapse.finish();
     enter("fit")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
-    fit::fit(&surface, &mut fit::Output { positions: &mut remains.positions, faces: &remains.faces, vertex_of: &vertex_of }, FITS);
+    let n_fits = if COARSE * remains.positions.len() > surface.n_vertices() { 1 } else { 2 };
+    fit::fit(
+        &surface,
+        &mut fit::Output { positions: &mut remains.positions, faces: &remains.faces, vertex_of: &vertex_of },
+        n_fits,
+    );
     enter("finish")?;
     let mut positions: Vec<[f32; 3]> = remains.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let separated_vertices = separate::separate(&mut positions, &request.frame);
