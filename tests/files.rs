@@ -174,3 +174,21 @@ fn every_triangle_of_a_stl_soup_finds_its_neighbours() {
     let back = read_back(&io::write(&mesh, &Frame::default(), Format::Stl).unwrap(), None);
     assert_eq!((back.mesh.positions().len(), back.counts.welded_vertices), (4, 8));
 }
+
+#[test]
+fn the_same_tetrahedron_in_every_format() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes/tiny");
+    let read = |name: &str| clean(io::read_path(&folder.join(name), None).unwrap(), &CleanOptions::default()).unwrap();
+    let expected = corners(&read("tetrahedron.ply").mesh);
+    assert_eq!(expected.len(), 4);
+    for name in
+        ["tetrahedron.obj", "tetrahedron_ascii.ply", "tetrahedron.stl", "tetrahedron_ascii.stl", "tetrahedron.off"]
+    {
+        assert_eq!(corners(&read(name).mesh), expected, "{name}");
+    }
+    for name in ["tetrahedron.gltf", "tetrahedron_apart.gltf", "tetrahedron.glb"] {
+        assert_eq!(corners(&read(name).mesh), expected, "{name}");
+    }
+    let far = read("tetrahedron_far.ply");
+    assert_eq!(far.frame.to_file(far.mesh.positions()[1]), [5_000_001.0, -4_194_304.0, 1_024.0]);
+}

@@ -13,6 +13,7 @@
 //! inconsistent winding, non-manifold edges and vertices are for the algorithms to handle.
 
 use super::first_equal::first_equal;
+use super::repeated_faces::repeated_faces;
 use super::{Frame, InvalidMesh, RawMesh, TriMesh};
 
 /// What cleaning may do.
@@ -147,7 +148,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
         counts.welded_vertices = weld(&local, &used, &mut faces);
     }
     drop_degenerate_faces(&mut faces, &mut counts);
-    drop_duplicate_faces(&mut faces, &mut counts);
+    drop_duplicate_faces(&mut faces, local.len(), &mut counts);
     let (local, source) = drop_unused_vertices(local, &mut faces);
     counts.unreferenced_vertices = n_raw_vertices - counts.welded_vertices - local.len();
     if faces.is_empty() {
@@ -237,19 +238,14 @@ fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]]) -> usize {
 }
 
 /// Step 5.
-fn drop_duplicate_faces(faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
-    let (first, repeated) = first_equal(faces.len(), |face| sorted(faces[face]));
-    if repeated {
-        let before = faces.len();
-        let mut face = 0..;
-        faces.retain(|_| face.next().is_some_and(|face| first[face] as usize == face));
-        counts.duplicate_faces += before - faces.len();
+fn drop_duplicate_faces(faces: &mut Vec<[u32; 3]>, n_vertices: usize, counts: &mut CleanCounts) {
+    let repeated = repeated_faces(faces, n_vertices);
+    counts.duplicate_faces += repeated.len();
+    if !repeated.is_empty() {
+        let mut repeated = repeated.into_iter().peekable();
+        let mut faces_before = 0..;
+        faces.retain(|_| faces_before.next() != repeated.peek().copied() || repeated.next().is_none());
     }
-}
-
-fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
-    let (low, high) = (a.min(b), a.max(b));
-    [low.min(c), low.max(high.min(c)), high.max(c)]
 }
 
 /// Step 6: gives the positions that stay and where they stood before.
@@ -294,6 +290,10 @@ mod tests {
                 counts.non_finite_faces += 1;
                 continue;
             }
+            let sorted = |mut face: [u32; 3]| {
+                face.sort_unstable();
+                face
+            };
             let repeats = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
             let first = |v: u32| positions.iter().position(|p| *p == positions[v as usize]).unwrap() as u32;
             let welded = if weld { face.map(first) } else { *face };
