@@ -33,7 +33,9 @@ pub fn check(bytes: &[u8], format: Format) {
         let back = io::read(&bytes, None).unwrap();
         for (corners, face) in back.positions.chunks(3).zip(mesh.faces()) {
             let expected = face.map(|vertex| frame.to_file(mesh.positions()[vertex as usize]));
-            let same = |(found, expected): (&[f64; 3], [f64; 3])| (0..3).all(|axis| found[axis] as f32 == expected[axis] as f32);
+            let same = |(found, expected): (&[f64; 3], [f64; 3])| {
+                (0..3).all(|axis| found[axis] as f32 == expected[axis] as f32)
+            };
             assert!(corners.iter().zip(expected).all(same));
         }
     }

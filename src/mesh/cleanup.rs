@@ -86,11 +86,11 @@ impl std::fmt::Display for CleanError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoFaces { n_vertices, n_faces: 0, counts: CleanCounts { dropped_faces: 0, .. } } => {
-                write!(f, "no faces, {n_vertices} vertices: a mesh needs triangles or polygons")
+                write!(f, "no faces (vertices: {n_vertices}): a mesh needs triangles or polygons")
             }
             Self::NoFaces { n_vertices, n_faces, counts } => {
                 let n_faces = n_faces + counts.dropped_faces;
-                write!(f, "none of the {n_faces} faces is usable ({counts}), {n_vertices} vertices: mend the mesh")
+                write!(f, "no usable face (faces: {n_faces}, vertices: {n_vertices}, {counts}): mend the mesh")
             }
             Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
             Self::TooFar { vertex } => {
@@ -113,7 +113,7 @@ impl std::fmt::Display for CleanCounts {
             (self.out_of_range_faces, "faces with corners out of range"),
             (self.dropped_faces, "faces with fewer than three corners"),
         ];
-        let parts: Vec<_> = named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{n} {name}")).collect();
+        let parts: Vec<_> = named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {n}")).collect();
         f.write_str(if parts.is_empty() { "nothing" } else { "" })?;
         f.write_str(&parts.join(", "))
     }
@@ -131,7 +131,7 @@ impl std::fmt::Display for CleanCounts {
 /// let raw = RawMesh { positions, faces: vec![[3, 1, 2], [0, 1, 2], [0, 1, 3]], ..Default::default() };
 /// let cleaned = cleanup::clean(raw, &cleanup::CleanOptions::default()).unwrap();
 /// assert_eq!(cleaned.mesh.faces(), [[0, 1, 2]]);
-/// assert_eq!(cleaned.counts.to_string(), "1 welded vertices, 1 degenerate faces, 1 duplicate faces");
+/// assert_eq!(cleaned.counts.to_string(), "welded vertices: 1, degenerate faces: 1, duplicate faces: 1");
 /// ```
 pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError> {
     let RawMesh { positions, mut faces, double, dropped_faces } = raw;
@@ -398,11 +398,8 @@ mod tests {
     fn nothing_left_says_why() {
         let error = cleaned(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
         let text = error.to_string();
-        assert!(text.starts_with("none of the 2 faces is usable"), "{text}");
-        assert!(
-            text.contains("1 faces with non-finite corners") && text.contains("1 faces with corners out of range"),
-            "{text}"
-        );
-        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces, 1 vertices"));
+        assert!(text.starts_with("no usable face (faces: 2, vertices: 3"), "{text}");
+        assert!(text.contains("faces with non-finite corners: 1, faces with corners out of range: 1"), "{text}");
+        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces (vertices: 1)"));
     }
 }
