@@ -2,6 +2,7 @@
 
 #![no_main]
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -67,6 +68,8 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     let (before, after) = (topology(mesh), topology(&result.mesh));
     let Simplified { mesh: lighter, report, .. } = result;
     assert!(!lighter.faces().is_empty());
+    let places: BTreeSet<_> = lighter.positions().iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
+    assert_eq!(places.len(), lighter.positions().len(), "positions shared {before:?} {after:?} {report:?}");
     if before.closed && before.non_manifold_edges == 0 && before.orientable {
         assert!(after.is_closed_manifold(), "{before:?} {after:?} {report:?}");
     }
