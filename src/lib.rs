@@ -6,6 +6,7 @@
 
 pub mod autodiff;
 pub mod geometry;
+#[cfg(feature = "io")]
 pub mod io;
 pub mod linalg;
 pub mod mesh;

@@ -147,7 +147,7 @@ fn ply(mesh: &TriMesh, encoding: &str, order: &[&str], wide: bool, length: &str,
 
 #[test]
 fn surveyed_coordinates_keep_their_millimetres() {
-    let side = 200;
+    let side = 60;
     let point =
         |i: u32| [5_123_456.789 + f64::from(i % side) * 0.137, 481_234.567 + f64::from(i / side) * 0.211, 312.001];
     let positions: Vec<_> = (0..side * side).map(point).collect();
@@ -173,4 +173,22 @@ fn every_triangle_of_a_stl_soup_finds_its_neighbours() {
     let mesh = TriMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
     let back = read_back(&io::write(&mesh, &Frame::default(), Format::Stl).unwrap(), None);
     assert_eq!((back.mesh.positions().len(), back.counts.welded_vertices), (4, 8));
+}
+
+#[test]
+fn the_same_tetrahedron_in_every_format() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes/tiny");
+    let read = |name: &str| clean(io::read_path(&folder.join(name), None).unwrap(), &CleanOptions::default()).unwrap();
+    let expected = corners(&read("tetrahedron.ply").mesh);
+    assert_eq!(expected.len(), 4);
+    for name in
+        ["tetrahedron.obj", "tetrahedron_ascii.ply", "tetrahedron.stl", "tetrahedron_ascii.stl", "tetrahedron.off"]
+    {
+        assert_eq!(corners(&read(name).mesh), expected, "{name}");
+    }
+    for name in ["tetrahedron.gltf", "tetrahedron_apart.gltf", "tetrahedron.glb"] {
+        assert_eq!(corners(&read(name).mesh), expected, "{name}");
+    }
+    let far = read("tetrahedron_far.ply");
+    assert_eq!(far.frame.to_file(far.mesh.positions()[1]), [5_000_001.0, -4_194_304.0, 1_024.0]);
 }

@@ -32,7 +32,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 
 /// Writes `bytes` to `path` through a temporary file beside it, so that the file appears whole or not at all.
 ///
-/// An existing file is replaced only with `force`.
+/// An existing file is replaced only with `force`. A device or a pipe is written to directly.
 ///
 /// # Errors
 /// [`WriteError`], without the path: the caller knows it.
@@ -46,6 +46,9 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
     let problem =
         |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
+    if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return std::fs::write(path, bytes).map_err(problem);
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = new_file_in(folder).map_err(problem)?;
     file.write_all(bytes).map_err(problem)?;
@@ -145,6 +148,14 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), b"one");
         write_path(&path, b"two", true).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_written_to_not_replaced() {
+        use std::os::unix::fs::FileTypeExt;
+        write_path("/dev/null".as_ref(), b"words", true).unwrap();
+        assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
     }
 
     #[test]

@@ -27,46 +27,48 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
             "vertex" => read_vertices(&mut source, element, &mut mesh)?,
             "face" => read_faces(&mut source, element, &mut mesh, &mut fans)?,
             "tristrips" => read_strips(&mut source, element, &mut mesh)?,
-            _ => walk(&mut source, element, |_, _| ())?,
+            _ => walk(&mut source, &Rows { element, start: 0, list: None }, |_| (), |_, _| ())?,
         }
     }
     fans.settle(&mesh.positions, &mut mesh.faces);
     Ok(mesh)
 }
 
-/// Reads every value of `element` in file order and hands over those of scalar properties, with the property's index.
-fn walk(source: &mut Source, element: &Element, take: impl FnMut(usize, f64)) -> Result<(), ReadError> {
-    walk_lists(source, element, 0, usize::MAX, |_| (), take)
+/// Rows of an element, from `start` on, and the index of the list property that is asked for.
+struct Rows<'a> {
+    element: &'a Element,
+    start: usize,
+    list: Option<usize>,
 }
 
-/// Reads every value of `element` from item `start` on, hands over each list of property `wanted` and each scalar value.
-fn walk_lists(
+/// Reads every value of the rows in file order: hands over each list asked for, and each value that is no list's with
+/// the index of its property.
+fn walk(
     source: &mut Source,
-    element: &Element,
-    start: usize,
-    wanted: usize,
+    rows: &Rows,
     mut take_list: impl FnMut(&[u32]),
     mut take: impl FnMut(usize, f64),
 ) -> Result<(), ReadError> {
+    let Rows { element, start, list: wanted } = *rows;
     // An element without properties takes no bytes, however many of it there are.
-    let n_items = if element.properties.is_empty() { 0 } else { element.count };
+    let n_rows = if element.properties.is_empty() { 0 } else { element.count };
     let mut list = Vec::new();
-    for item in start..n_items {
+    for row in start..n_rows {
+        let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut(element, row));
         for (i, property) in element.properties.iter().enumerate() {
-            let place = |source: &Source| source.cut(element, item);
             let Some(length) = property.length else {
-                take(i, source.scalar(property.scalar).ok_or_else(|| place(source))?);
+                take(i, next(property.scalar)?);
                 continue;
             };
-            let length = source.scalar(length).ok_or_else(|| place(source))?;
+            let n_values = next(length)?.max(0.0) as u64;
             list.clear();
-            for _ in 0..length.max(0.0) as u64 {
-                let value = source.scalar(property.scalar).ok_or_else(|| place(source))?;
-                if i == wanted {
+            for _ in 0..n_values {
+                let value = next(property.scalar)?;
+                if Some(i) == wanted {
                     list.push(index(value));
                 }
             }
-            if i == wanted {
+            if Some(i) == wanted {
                 take_list(&list);
             }
         }
@@ -94,14 +96,16 @@ fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> 
     }
     let mut position = [0.0; 3];
     let last = axes.into_iter().max();
-    walk(source, element, |property, value| {
+    let rows = Rows { element, start: 0, list: None };
+    let take = |property, value| {
         if let Some(axis) = axes.iter().position(|&axis| axis == property) {
             position[axis] = value;
         }
         if last == Some(property) {
             mesh.positions.push(position);
         }
-    })
+    };
+    walk(source, &rows, |_| (), take)
 }
 
 /// The bytes of `count` records at the start of `bytes`, `None` where there are fewer.
@@ -132,21 +136,14 @@ fn decode_positions(
 }
 
 fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: &mut Fans) -> Result<(), ReadError> {
-    let wanted = element.list(&["vertex_indices", "vertex_index"]);
-    let Some(wanted) = wanted else {
-        // Points with an empty face element need no list.
-        return if element.count == 0 { Ok(()) } else { Err(element.lacks("list of vertex_indices")) };
-    };
-    let taken = read_leading_triangles(source, element, &mut mesh.faces);
+    let list = element.list(&["vertex_indices", "vertex_index"]);
+    if list.is_none() && element.count > 0 {
+        return Err(element.lacks("list of vertex_indices"));
+    }
+    let start = read_leading_triangles(source, element, &mut mesh.faces);
     let RawMesh { faces, dropped_faces, .. } = mesh;
-    walk_lists(
-        source,
-        element,
-        taken,
-        wanted,
-        |corners| *dropped_faces += usize::from(!fans.push(corners, faces)),
-        |_, _| (),
-    )
+    let take_list = |corners: &[u32]| *dropped_faces += usize::from(!fans.push(corners, faces));
+    walk(source, &Rows { element, start, list }, take_list, |_, _| ())
 }
 
 /// The usual layout, `uchar` and `int` and nothing else, up to the first face that is no triangle; gives their number.
@@ -170,8 +167,8 @@ fn read_leading_triangles(source: &mut Source, element: &Element, faces: &mut Ve
 
 /// Triangle strips: each index after the first two makes a face with the two before it; -1 starts a new strip.
 fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
-    let wanted =
-        element.list(&["vertex_indices", "vertex_index"]).ok_or_else(|| element.lacks("list of vertex_indices"))?;
+    let list = element.list(&["vertex_indices", "vertex_index"]);
+    let list = Some(list.ok_or_else(|| element.lacks("list of vertex_indices"))?);
     let take = |indices: &[u32]| {
         for strip in indices.split(|&index| index == u32::MAX) {
             for (i, corners) in strip.windows(3).enumerate() {
@@ -183,7 +180,7 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
             }
         }
     };
-    walk_lists(source, element, 0, wanted, take, |_, _| ())
+    walk(source, &Rows { element, start: 0, list }, take, |_, _| ())
 }
 
 fn write_header(mesh: &TriMesh, frame: &Frame, encoding: &str) -> String {

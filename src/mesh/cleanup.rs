@@ -13,6 +13,7 @@
 //! inconsistent winding, non-manifold edges and vertices are for the algorithms to handle.
 
 use super::first_equal::first_equal;
+use super::repeated_faces::repeated_faces;
 use super::{Frame, InvalidMesh, RawMesh, TriMesh};
 
 /// What cleaning may do.
@@ -85,11 +86,11 @@ impl std::fmt::Display for CleanError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoFaces { n_vertices, n_faces: 0, counts: CleanCounts { dropped_faces: 0, .. } } => {
-                write!(f, "no faces, {n_vertices} vertices: a mesh needs triangles or polygons")
+                write!(f, "no faces (vertices: {n_vertices}): a mesh needs triangles or polygons")
             }
             Self::NoFaces { n_vertices, n_faces, counts } => {
                 let n_faces = n_faces + counts.dropped_faces;
-                write!(f, "none of the {n_faces} faces is usable ({counts}), {n_vertices} vertices: mend the mesh")
+                write!(f, "no usable face (faces: {n_faces}, vertices: {n_vertices}, {counts}): mend the mesh")
             }
             Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
             Self::TooFar { vertex } => {
@@ -112,7 +113,7 @@ impl std::fmt::Display for CleanCounts {
             (self.out_of_range_faces, "faces with corners out of range"),
             (self.dropped_faces, "faces with fewer than three corners"),
         ];
-        let parts: Vec<_> = named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{n} {name}")).collect();
+        let parts: Vec<_> = named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {n}")).collect();
         f.write_str(if parts.is_empty() { "nothing" } else { "" })?;
         f.write_str(&parts.join(", "))
     }
@@ -130,7 +131,7 @@ impl std::fmt::Display for CleanCounts {
 /// let raw = RawMesh { positions, faces: vec![[3, 1, 2], [0, 1, 2], [0, 1, 3]], ..Default::default() };
 /// let cleaned = cleanup::clean(raw, &cleanup::CleanOptions::default()).unwrap();
 /// assert_eq!(cleaned.mesh.faces(), [[0, 1, 2]]);
-/// assert_eq!(cleaned.counts.to_string(), "1 welded vertices, 1 degenerate faces, 1 duplicate faces");
+/// assert_eq!(cleaned.counts.to_string(), "welded vertices: 1, degenerate faces: 1, duplicate faces: 1");
 /// ```
 pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError> {
     let RawMesh { positions, mut faces, double, dropped_faces } = raw;
@@ -147,7 +148,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
         counts.welded_vertices = weld(&local, &used, &mut faces);
     }
     drop_degenerate_faces(&mut faces, &mut counts);
-    drop_duplicate_faces(&mut faces, &mut counts);
+    drop_duplicate_faces(&mut faces, local.len(), &mut counts);
     let (local, source) = drop_unused_vertices(local, &mut faces);
     counts.unreferenced_vertices = n_raw_vertices - counts.welded_vertices - local.len();
     if faces.is_empty() {
@@ -237,19 +238,14 @@ fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]]) -> usize {
 }
 
 /// Step 5.
-fn drop_duplicate_faces(faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
-    let (first, repeated) = first_equal(faces.len(), |face| sorted(faces[face]));
-    if repeated {
-        let before = faces.len();
-        let mut face = 0..;
-        faces.retain(|_| face.next().is_some_and(|face| first[face] as usize == face));
-        counts.duplicate_faces += before - faces.len();
+fn drop_duplicate_faces(faces: &mut Vec<[u32; 3]>, n_vertices: usize, counts: &mut CleanCounts) {
+    let repeated = repeated_faces(faces, n_vertices);
+    counts.duplicate_faces += repeated.len();
+    if !repeated.is_empty() {
+        let mut repeated = repeated.into_iter().peekable();
+        let mut faces_before = 0..;
+        faces.retain(|_| faces_before.next() != repeated.peek().copied() || repeated.next().is_none());
     }
-}
-
-fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
-    let (low, high) = (a.min(b), a.max(b));
-    [low.min(c), low.max(high.min(c)), high.max(c)]
 }
 
 /// Step 6: gives the positions that stay and where they stood before.
@@ -294,6 +290,10 @@ mod tests {
                 counts.non_finite_faces += 1;
                 continue;
             }
+            let sorted = |mut face: [u32; 3]| {
+                face.sort_unstable();
+                face
+            };
             let repeats = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
             let first = |v: u32| positions.iter().position(|p| *p == positions[v as usize]).unwrap() as u32;
             let welded = if weld { face.map(first) } else { *face };
@@ -398,11 +398,8 @@ mod tests {
     fn nothing_left_says_why() {
         let error = cleaned(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
         let text = error.to_string();
-        assert!(text.starts_with("none of the 2 faces is usable"), "{text}");
-        assert!(
-            text.contains("1 faces with non-finite corners") && text.contains("1 faces with corners out of range"),
-            "{text}"
-        );
-        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces, 1 vertices"));
+        assert!(text.starts_with("no usable face (faces: 2, vertices: 3"), "{text}");
+        assert!(text.contains("faces with non-finite corners: 1, faces with corners out of range: 1"), "{text}");
+        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces (vertices: 1)"));
     }
 }

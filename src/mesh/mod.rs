@@ -6,6 +6,7 @@ mod manifold;
 mod one_rings;
 mod polygon;
 mod raw_mesh;
+mod repeated_faces;
 pub mod shapes;
 pub mod surface_samples;
 mod topology;

@@ -31,7 +31,8 @@ impl Fans {
 
     /// Replaces each fan in `faces` by a triangulation that is right for concave polygons too.
     ///
-    /// A polygon with corners that do not exist or are not finite keeps its fan: cleanup has the say on its triangles.
+    /// A polygon with a corner that does not exist or is not finite becomes the fan around that corner, so that
+    /// cleanup drops the polygon as a whole.
     pub fn settle(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {
@@ -40,14 +41,39 @@ impl Fans {
             corners.extend(run.iter().take(1).flat_map(|&[a, b, _]| [a, b]));
             corners.extend(run.iter().map(|face| face[2]));
             points.clear();
-            points.extend(
-                corners.iter().filter_map(|&v| positions.get(v as usize)).filter(|p| p.iter().all(|x| x.is_finite())),
-            );
+            points.extend(corners.iter().map_while(|&v| positions.get(v as usize).filter(|p| is_finite(p))));
             if points.len() == corners.len() {
                 for (face, triangle) in run.iter_mut().zip(triangulate(&points)) {
                     *face = triangle.map(|corner| corners[corner as usize]);
                 }
+            } else {
+                corners.rotate_left(points.len());
+                for (face, edge) in run.iter_mut().zip(corners[1..].windows(2)) {
+                    *face = [corners[0], edge[0], edge[1]];
+                }
             }
+        }
+    }
+}
+
+fn is_finite(point: &[f64; 3]) -> bool {
+    point.iter().all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fans;
+
+    #[test]
+    fn all_triangles_of_a_flawed_polygon_have_its_flawed_corner() {
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [f64::NAN; 3], [0.0, 1.0, 0.0]];
+        for (polygon, flawed) in
+            [([0, 1, 2, 3, 4], 3), ([0, 1, 2, 9, 4], 9), ([3, 0, 1, 2, 4], 3), ([0, 1, 2, 4, 7], 7)]
+        {
+            let (mut fans, mut faces) = (Fans::default(), Vec::new());
+            assert!(fans.push(&polygon, &mut faces));
+            fans.settle(&positions, &mut faces);
+            assert!(faces.len() == 3 && faces.iter().all(|face| face.contains(&flawed)), "{polygon:?} {faces:?}");
         }
     }
 }

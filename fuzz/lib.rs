@@ -1,0 +1,42 @@
+//! What the fuzz targets of all readers share.
+
+use neural_mesh::io::{self, Format};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+
+/// Reads and cleans `bytes`; a mesh must come back the same from every format that it is written to.
+///
+/// # Panics
+/// Where anything but a mesh or one line comes out.
+pub fn check(bytes: &[u8], format: Format) {
+    let raw = match io::read(bytes, Some(format)) {
+        Ok(raw) => raw,
+        Err(error) => return assert!(!error.to_string().contains(['\n', '\r'])),
+    };
+    let cleaned = match clean(raw, &CleanOptions::default()) {
+        Ok(cleaned) => cleaned,
+        Err(error) => return assert!(!error.to_string().contains(['\n', '\r'])),
+    };
+    let (mesh, frame) = (&cleaned.mesh, &cleaned.frame);
+    assert!(!mesh.faces().is_empty() && cleaned.source.len() == mesh.positions().len());
+    for format in [Format::Ply, Format::PlyAscii, Format::Obj, Format::Off] {
+        let back = io::read(&io::write(mesh, frame, format).unwrap(), None).unwrap();
+        assert_eq!(back.faces, mesh.faces());
+        for (found, &local) in back.positions.iter().zip(mesh.positions()) {
+            let expected = frame.to_file(local);
+            // Texts hold the fewest digits that mean the single value.
+            assert!((0..3).all(|axis| found[axis] == expected[axis]
+                || frame.origin[axis] == 0.0 && found[axis] as f32 == expected[axis] as f32));
+        }
+    }
+    for format in [Format::Stl, Format::StlAscii] {
+        let Ok(bytes) = io::write(mesh, frame, format) else { continue };
+        let back = io::read(&bytes, None).unwrap();
+        for (corners, face) in back.positions.chunks(3).zip(mesh.faces()) {
+            let expected = face.map(|vertex| frame.to_file(mesh.positions()[vertex as usize]));
+            let same = |(found, expected): (&[f64; 3], [f64; 3])| {
+                (0..3).all(|axis| found[axis] as f32 == expected[axis] as f32)
+            };
+            assert!(corners.iter().zip(expected).all(same));
+        }
+    }
+}
