@@ -93,11 +93,11 @@ pub fn sizes(cases: &Cases) -> String {
     )
 }
 
-/// At most the share of vertices asked for, and at most one vertex below.
+/// At most the share of vertices asked for, rounded down, and at most one vertex below.
 fn is_at_target(cases: &Cases, row: &Row) -> bool {
     let Some(input) = cases.input(&row.mesh) else { return false };
-    let target = row.ratio * input.vertices as f64;
-    row.vertices as f64 <= target.ceil() && row.vertices as f64 >= target.floor() - 1.0
+    let target = ((row.ratio * input.vertices as f64) as usize).max(1);
+    row.vertices <= target && row.vertices + 1 >= target
 }
 
 /// Which share of the vertices the one pass takes away, and which the collapse.
