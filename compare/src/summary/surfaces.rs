@@ -70,8 +70,13 @@ pub fn folds(cases: &Cases) -> String {
         both("self-intersecting faces beyond the input's", "-", &beyond),
         both("faces turned against the surface", "0", &|row: &Row| row.turned_faces),
     ];
-    let turned = cases.of("ours").filter(|row| row.turned_faces > 0);
-    let turned = turned.map(|row| format!("{}: {}", case(row), row.turned_faces)).collect();
+    let turned = cases.meshes.iter().filter_map(|mesh| {
+        let rows = cases.of("ours").filter(|row| row.mesh == *mesh && row.turned_faces > 0);
+        let parts: Vec<_> =
+            rows.map(|row| format!("{} at {} (seed {})", row.turned_faces, row.ratio, row.seed)).collect();
+        (!parts.is_empty()).then(|| format!("{mesh}: {}", parts.join(", ")))
+    });
+    let turned = turned.collect();
     format!("{}\nOurs with faces turned against the surface: {}", table(&head, &rows), titled(turned))
 }
 
