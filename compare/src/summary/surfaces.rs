@@ -50,7 +50,11 @@ pub fn topology(cases: &Cases) -> String {
         let changes = changes(cases.input(&row.mesh)?, row);
         (!changes.is_empty()).then(|| format!("{}: {}", case(row), changes.join(", ")))
     });
-    format!("{}\nOurs with another topology than the input: {}", table(&head, &rows), titled(exceptions.collect()))
+    format!(
+        "{}\nOurs with another topology than the input: {}",
+        table(&head, &rows),
+        list(&exceptions.collect::<Vec<_>>())
+    )
 }
 
 /// Crossing and turned faces of both methods.
@@ -76,8 +80,8 @@ pub fn folds(cases: &Cases) -> String {
             rows.map(|row| format!("{} at {} (seed {})", row.turned_faces, row.ratio, row.seed)).collect();
         (!parts.is_empty()).then(|| format!("{mesh}: {}", parts.join(", ")))
     });
-    let turned = turned.collect();
-    format!("{}\nOurs with faces turned against the surface: {}", table(&head, &rows), titled(turned))
+    let turned: Vec<_> = turned.collect();
+    format!("{}\nOurs with faces turned against the surface: {}", table(&head, &rows), list(&turned))
 }
 
 /// Whether the sizes asked for were reached, and where not, why.
@@ -93,8 +97,8 @@ pub fn sizes(cases: &Cases) -> String {
     format!(
         "{exact} of {} results have the number of vertices asked for or one below. Others: {}\nNo result at all: {}",
         rows.len(),
-        titled(others.collect()),
-        titled(failed.collect())
+        list(&others.collect::<Vec<_>>()),
+        list(&failed.collect::<Vec<_>>())
     )
 }
 
@@ -135,8 +139,4 @@ pub fn removal(cases: &Cases) -> String {
 
 fn case(row: &Row) -> String {
     format!("{} at {}, seed {}", row.mesh, row.ratio, row.seed)
-}
-
-fn titled(items: Vec<String>) -> String {
-    if items.is_empty() { list(&items) } else { format!("\n\n{}", list(&items)) }
 }
