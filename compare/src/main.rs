@@ -12,6 +12,7 @@ mod methods;
 mod row;
 mod run;
 mod same_bits;
+mod samplers;
 mod summary;
 mod table;
 
@@ -34,6 +35,8 @@ enum Command {
     SameBits(same_bits::Args),
     /// Give the program every file of a folder of broken ones.
     BrokenFiles(broken_files::Args),
+    /// Compare ways to draw the sampled vertices.
+    Samplers(samplers::Args),
     /// Write the tables as Markdown.
     Summary(summary::Args),
 }
@@ -44,6 +47,7 @@ fn main() -> anyhow::Result<()> {
         Command::Memory(args) => memory::memory(&args),
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),
+        Command::Samplers(args) => samplers::samplers(&args),
         Command::Summary(args) => summary::summary(&args),
     }
 }

@@ -1,6 +1,8 @@
 //! Every figure of one result against its original.
 
-use neural_mesh::mesh::{TriMesh, topology};
+use anyhow::Result;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{RawMesh, TriMesh, topology};
 use neural_mesh::metrics::{Surface, self_intersecting_faces, surface_distance, turned_faces};
 
 use crate::methods::Done;
@@ -8,14 +10,16 @@ use crate::row::Row;
 
 /// An input with what its results are measured against.
 pub struct Original {
+    pub raw: RawMesh,
     pub mesh: TriMesh,
     pub surface: Surface,
     n_samples: usize,
 }
 
 impl Original {
-    pub fn new(mesh: TriMesh, n_samples: usize) -> Self {
-        Self { surface: Surface::new(&mesh, n_samples, 0), mesh, n_samples }
+    pub fn new(raw: RawMesh, n_samples: usize) -> Result<Self> {
+        let mesh = clean(raw.clone(), &CleanOptions::default())?.mesh;
+        Ok(Self { surface: Surface::new(&mesh, n_samples, 0), raw, mesh, n_samples })
     }
 }
 

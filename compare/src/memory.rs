@@ -1,4 +1,4 @@
-//! Peak memory of the program on one mesh, measured by the kernel for a child process.
+//! Peak memory of the program on one mesh with its defaults, measured by the kernel for a child process.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -29,7 +29,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// Peak memory of one run, reading and writing of the files included.
+/// Peak memory of one run, files and the distance check included.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MemoryRow {
     pub mesh: String,
@@ -61,7 +61,7 @@ pub fn memory(args: &Args) -> Result<()> {
 fn peak_of_run(args: &Args, out: &Path) -> Result<u64> {
     let mut command = Command::new(&args.program);
     command.arg("simplify").arg(&args.mesh).arg("-o").arg(out);
-    command.args(["--ratio", &args.ratio.to_string(), "--threads", "1", "--no-check", "--quiet", "--force"]);
+    command.args(["--ratio", &args.ratio.to_string(), "--threads", "1", "--quiet", "--force"]);
     let status = command.stdout(Stdio::null()).status()?;
     ensure!(status.success(), "{} on {}: {status}", args.program.display(), args.mesh.display());
     Ok(getrusage(UsageWho::RUSAGE_CHILDREN)?.max_rss() as u64 * 1024)

@@ -1,15 +1,17 @@
-//! The methods compared: each takes a welded mesh and a size and gives a mesh back.
+//! The methods compared: ours from parsed arrays, the other one from the welded mesh that it needs.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{RawMesh, TriMesh};
+use neural_mesh::simplify::{Options, Outcome, Target, simplify};
 
 /// Who simplifies.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    #[cfg(feature = "ours")]
     Ours,
     Meshoptimizer,
 }
@@ -18,7 +20,6 @@ impl Method {
     /// The name in the tables.
     pub fn name(self) -> &'static str {
         match self {
-            #[cfg(feature = "ours")]
             Self::Ours => "ours",
             Self::Meshoptimizer => "meshoptimizer",
         }
@@ -43,13 +44,13 @@ impl Done {
     }
 }
 
-/// neural-mesh with its defaults, down to a share of the vertices.
-#[cfg(feature = "ours")]
-pub fn ours(mesh: &TriMesh, ratio: f64, oversample: Option<f64>, seed: u64) -> Result<Done> {
-    use neural_mesh::simplify::{Options, Outcome, Target, simplify};
-    let options = Options { oversample, seed, ..Options::new(Target::Ratio(ratio)) };
+/// neural-mesh with its defaults, from parsed arrays down to a share of the vertices.
+pub fn ours(raw: &RawMesh, ratio: f64, oversample: Option<f64>, seed: u64) -> Result<Done> {
+    let raw = raw.clone();
     let start = Instant::now();
-    let simplified = simplify(mesh, None, &options, &mut |_| std::ops::ControlFlow::Continue(()))?;
+    let cleaned = clean(raw, &CleanOptions::default())?;
+    let options = Options { oversample, seed, frame: cleaned.frame, ..Options::new(Target::Ratio(ratio)) };
+    let simplified = simplify(&cleaned.mesh, &options, &mut |_| ControlFlow::Continue(()))?;
     let seconds = start.elapsed().as_secs_f64();
     let outcome = match simplified.report.outcome {
         Outcome::Reached => "reached".to_owned(),

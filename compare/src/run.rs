@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::load::{load, name};
+use crate::load::{load_raw, name};
 use crate::measure::{Original, measure, topology_row};
 use crate::methods::{self, Done, Method};
 use crate::row::Row;
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<()> {
         if missing.is_empty() {
             continue;
         }
-        let original = Original::new(load(path)?, args.samples);
+        let original = Original::new(load_raw(path)?, args.samples)?;
         let input = Row { mesh: mesh.clone(), ratio: 1.0, method: "input".into(), ..topology_row(&original.mesh) };
         replace(&mut rows, vec![input]);
         for (ratio, seed) in missing {
@@ -128,10 +128,9 @@ fn to_row(case: &Case, method: Method, turns: &[Done]) -> Result<Row> {
 }
 
 /// One turn; a method that panics or refuses has failed, and the comparison goes on.
-fn simplify(_oversample: Option<f64>, case: &Case, method: Method, n_faces: usize) -> Done {
+fn simplify(oversample: Option<f64>, case: &Case, method: Method, n_faces: usize) -> Done {
     let turn = || match method {
-        #[cfg(feature = "ours")]
-        Method::Ours => methods::ours(&case.original.mesh, case.ratio, _oversample, case.seed),
+        Method::Ours => methods::ours(&case.original.raw, case.ratio, oversample, case.seed),
         Method::Meshoptimizer => methods::meshoptimizer(&case.original.mesh, n_faces),
     };
     match catch_unwind(AssertUnwindSafe(turn)) {

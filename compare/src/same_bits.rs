@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
+use crate::load::{load_raw, name};
+use crate::{methods, table};
+
 #[derive(clap::Args)]
 pub struct Args {
     /// Mesh files.
@@ -31,10 +34,7 @@ pub struct BitsRow {
 }
 
 /// Simplifies every case on one thread, once more, and on two and eight.
-#[cfg(feature = "ours")]
 pub fn same_bits(args: &Args) -> Result<()> {
-    use crate::load::{load, name};
-    use crate::{methods, table};
     let mut rows: Vec<BitsRow> = table::read(&args.out)?;
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(1)?, pool(2)?, pool(8)?];
@@ -46,9 +46,9 @@ pub fn same_bits(args: &Args) -> Result<()> {
         if cases.is_empty() {
             continue;
         }
-        let mesh = load(path)?;
+        let raw = load_raw(path)?;
         for (ratio, seed) in cases {
-            let once = |pool: &rayon::ThreadPool| pool.install(|| methods::ours(&mesh, ratio, None, seed));
+            let once = |pool: &rayon::ThreadPool| pool.install(|| methods::ours(&raw, ratio, None, seed));
             let results: Vec<_> = pools.iter().map(once).collect::<Result<_>>()?;
             let same = results.windows(2).all(|pair| pair[0].mesh == pair[1].mesh);
             rows.push(BitsRow { mesh: name.clone(), ratio, seed, same });
@@ -56,10 +56,4 @@ pub fn same_bits(args: &Args) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Without our own method there is nothing to check.
-#[cfg(not(feature = "ours"))]
-pub fn same_bits(_: &Args) -> Result<()> {
-    anyhow::bail!("built without our own method")
 }

@@ -17,6 +17,8 @@ pub struct Surface {
     pub normals: Vec<DVec3>,
     /// Finds the nearest point; triangle indices are face indices.
     pub nearest: NearestOnTriangles,
+    /// Area, in squares of the mesh's unit.
+    pub area: f64,
     /// Length of the diagonal of the bounding box, in the mesh's unit.
     pub diagonal: f64,
 }
@@ -30,6 +32,7 @@ impl Surface {
             sample_faces: samples.iter().map(|sample| sample.face).collect(),
             normals: face_normals(mesh),
             nearest: NearestOnTriangles::new(&triangles(mesh)),
+            area: triangles(mesh).into_iter().map(|corners| 0.5 * normal(corners).length()).sum(),
             diagonal: diagonal(mesh),
         }
     }
@@ -41,10 +44,11 @@ pub(super) fn triangles(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
 }
 
 fn face_normals(mesh: &TriMesh) -> Vec<DVec3> {
-    let normal = |corners: [[f32; 3]; 3]| {
-        area_normal_f64(corners.map(|corner| DVec3::from_array(corner.map(f64::from)))).normalize_or_zero()
-    };
-    triangles(mesh).into_iter().map(normal).collect()
+    triangles(mesh).into_iter().map(|corners| normal(corners).normalize_or_zero()).collect()
+}
+
+fn normal(corners: [[f32; 3]; 3]) -> DVec3 {
+    area_normal_f64(corners.map(|corner| DVec3::from_array(corner.map(f64::from))))
 }
 
 /// Diagonal of the box around the vertices that faces use; 0 where there are none.

@@ -17,7 +17,8 @@ pub fn number(value: Option<f64>) -> String {
     value.map_or("-".to_owned(), |value| if value >= 100.0 { format!("{value:.0}") } else { format!("{value:.2}") })
 }
 
-/// A list, or a word for none.
+/// A list on lines of its own, or a word for none.
 pub fn list(items: &[String]) -> String {
-    if items.is_empty() { "none.\n".to_owned() } else { items.iter().map(|item| format!("- {item}\n")).collect() }
+    let lines: String = items.iter().map(|item| format!("- {item}\n")).collect();
+    if items.is_empty() { "none.\n".to_owned() } else { format!("\n\n{lines}") }
 }

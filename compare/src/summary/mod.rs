@@ -40,7 +40,7 @@ pub fn summary(args: &Args) -> Result<()> {
     print!("{}", measured(&rows, &args.machine));
     if let Some(path) = &args.memory {
         println!(
-            "## Memory\n\nPeak of the whole program, files included, one thread.\n\n{}",
+            "## Memory\n\nPeak of the whole program with its defaults, files and the distance check included, one thread.\n\n{}",
             program::memory(&table::read(path)?)
         );
     }

@@ -50,7 +50,11 @@ pub fn topology(cases: &Cases) -> String {
         let changes = changes(cases.input(&row.mesh)?, row);
         (!changes.is_empty()).then(|| format!("{}: {}", case(row), changes.join(", ")))
     });
-    format!("{}\nOurs with another topology than the input: {}", table(&head, &rows), titled(exceptions.collect()))
+    format!(
+        "{}\nOurs with another topology than the input: {}",
+        table(&head, &rows),
+        list(&exceptions.collect::<Vec<_>>())
+    )
 }
 
 /// Crossing and turned faces of both methods.
@@ -70,9 +74,14 @@ pub fn folds(cases: &Cases) -> String {
         both("self-intersecting faces beyond the input's", "-", &beyond),
         both("faces turned against the surface", "0", &|row: &Row| row.turned_faces),
     ];
-    let turned = cases.of("ours").filter(|row| row.turned_faces > 0);
-    let turned = turned.map(|row| format!("{}: {}", case(row), row.turned_faces)).collect();
-    format!("{}\nOurs with faces turned against the surface: {}", table(&head, &rows), titled(turned))
+    let turned = cases.meshes.iter().filter_map(|mesh| {
+        let rows = cases.of("ours").filter(|row| row.mesh == *mesh && row.turned_faces > 0);
+        let parts: Vec<_> =
+            rows.map(|row| format!("{} at {} (seed {})", row.turned_faces, row.ratio, row.seed)).collect();
+        (!parts.is_empty()).then(|| format!("{mesh}: {}", parts.join(", ")))
+    });
+    let turned: Vec<_> = turned.collect();
+    format!("{}\nOurs with faces turned against the surface: {}", table(&head, &rows), list(&turned))
 }
 
 /// Whether the sizes asked for were reached, and where not, why.
@@ -88,16 +97,16 @@ pub fn sizes(cases: &Cases) -> String {
     format!(
         "{exact} of {} results have the number of vertices asked for or one below. Others: {}\nNo result at all: {}",
         rows.len(),
-        titled(others.collect()),
-        titled(failed.collect())
+        list(&others.collect::<Vec<_>>()),
+        list(&failed.collect::<Vec<_>>())
     )
 }
 
-/// At most the share of vertices asked for, and at most one vertex below.
+/// At most the share of vertices asked for, rounded down, and at most one vertex below.
 fn is_at_target(cases: &Cases, row: &Row) -> bool {
     let Some(input) = cases.input(&row.mesh) else { return false };
-    let target = row.ratio * input.vertices as f64;
-    row.vertices as f64 <= target.ceil() && row.vertices as f64 >= target.floor() - 1.0
+    let target = ((row.ratio * input.vertices as f64) as usize).max(1);
+    row.vertices <= target && row.vertices + 1 >= target
 }
 
 /// Which share of the vertices the one pass takes away, and which the collapse.
@@ -130,8 +139,4 @@ pub fn removal(cases: &Cases) -> String {
 
 fn case(row: &Row) -> String {
     format!("{} at {}, seed {}", row.mesh, row.ratio, row.seed)
-}
-
-fn titled(items: Vec<String>) -> String {
-    if items.is_empty() { list(&items) } else { format!("\n\n{}", list(&items)) }
 }
