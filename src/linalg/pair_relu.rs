@@ -1,0 +1,156 @@
+//! The sum over neighbours of `ReLU(u_n - u_k + bias)`: the hidden layer of TriConv, Eq. (5), factorised.
+//!
+//! A perceptron with one hidden layer, applied to differences and summed, needs no product per pair: its first
+//! layer acts on each triangle before the difference, its last layer commutes with the sum. What is left per pair
+//! stands here.
+
+use super::isa::{Isa, RowKernel};
+use super::{Csr, Matrix};
+use std::ops::Range;
+
+/// Computes `y_n = sum over neighbours k of max(u_n - u_k + bias, 0)`.
+///
+/// # Shapes
+/// - `u`: n x width, `bias`: width
+/// - `graph`: n rows, columns below n
+/// - returns n x width
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, pair_relu};
+/// let u = Matrix::new(3, 1, vec![1.0, 5.0, 7.0]);
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// assert_eq!(pair_relu(&u, &[1.0], &path).data(), [0.0, 5.0, 3.0]);
+/// ```
+pub fn pair_relu(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
+    pair_relu_on(Isa::best(), u, bias, graph)
+}
+
+fn pair_relu_on(isa: Isa, u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
+    assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
+    assert_eq!(bias.len(), u.n_cols(), "one bias per column");
+    isa.matrix(&Forward { u, bias, graph }, u.n_rows(), u.n_cols())
+}
+
+/// Derivatives of [`pair_relu`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairReluGradients {
+    /// To `u`, n x width.
+    pub u: Matrix,
+    /// To the bias, 1 x width.
+    pub bias: Matrix,
+}
+
+/// Derivatives of [`pair_relu`] to `u` and the bias.
+///
+/// # Panics
+/// When the shapes do not match.
+pub fn pair_relu_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
+    assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
+    let isa = Isa::best();
+    let (incoming, _) = graph.transposed();
+    let [n, width] = u.shape();
+    let mut to_u = isa.matrix(&BackwardOwn { u, bias, graph, gradient }, n, width);
+    let mut to_bias = vec![0.0; width];
+    for row in 0..n {
+        to_bias.iter_mut().zip(to_u.row(row)).for_each(|(sum, g)| *sum += g);
+    }
+    let from_others = isa.matrix(&BackwardOthers { u, bias, incoming: &incoming, gradient }, n, width);
+    to_u.data_mut().iter_mut().zip(from_others.data()).for_each(|(own, other)| *own -= other);
+    PairReluGradients { u: to_u, bias: Matrix::new(1, width, to_bias) }
+}
+
+struct Forward<'a> {
+    u: &'a Matrix,
+    bias: &'a [f32],
+    graph: &'a Csr,
+}
+
+impl RowKernel for Forward<'_> {
+    #[inline(always)]
+    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let width = self.u.n_cols();
+        let mut own = vec![0.0f32; width];
+        for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
+            own.iter_mut().zip(self.u.row(n)).zip(self.bias).for_each(|((own, u), bias)| *own = u + bias);
+            for &k in self.graph.row(n) {
+                for (sum, (own, other)) in out.iter_mut().zip(own.iter().zip(self.u.row(k as usize))) {
+                    *sum += (own - other).max(0.0);
+                }
+            }
+        }
+    }
+}
+
+/// What reaches `u_n` as the first of a pair: its gradient times the number of active neighbours.
+struct BackwardOwn<'a> {
+    u: &'a Matrix,
+    bias: &'a [f32],
+    graph: &'a Csr,
+    gradient: &'a Matrix,
+}
+
+impl RowKernel for BackwardOwn<'_> {
+    #[inline(always)]
+    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let width = self.u.n_cols();
+        let mut own = vec![0.0f32; width];
+        for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
+            own.iter_mut().zip(self.u.row(n)).zip(self.bias).for_each(|((own, u), bias)| *own = u + bias);
+            for &k in self.graph.row(n) {
+                for (count, (own, other)) in out.iter_mut().zip(own.iter().zip(self.u.row(k as usize))) {
+                    *count += if own - other > 0.0 { 1.0 } else { 0.0 };
+                }
+            }
+            out.iter_mut().zip(self.gradient.row(n)).for_each(|(count, g)| *count *= g);
+        }
+    }
+}
+
+/// What reaches `u_k` as the second of a pair, without its minus sign.
+struct BackwardOthers<'a> {
+    u: &'a Matrix,
+    bias: &'a [f32],
+    incoming: &'a Csr,
+    gradient: &'a Matrix,
+}
+
+impl RowKernel for BackwardOthers<'_> {
+    #[inline(always)]
+    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        for (k, out) in rows.zip(out.chunks_exact_mut(self.u.n_cols().max(1))) {
+            for &n in self.incoming.row(k) {
+                let first = self.u.row(n as usize).iter().zip(self.bias).zip(self.gradient.row(n as usize));
+                for (sum, (((own, bias), gradient), other)) in out.iter_mut().zip(first.zip(self.u.row(k))) {
+                    *sum += if own + bias - other > 0.0 { *gradient } else { 0.0 };
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::matrix::test_values::{assert_close, random};
+    use super::super::neighbour_max::tests::ragged_graph;
+    use super::*;
+
+    fn naive(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
+        Matrix::from_fn(u.n_rows(), u.n_cols(), |n, c| {
+            graph.row(n).iter().map(|&k| (u.row(n)[c] - u.row(k as usize)[c] + bias[c]).max(0.0)).sum()
+        })
+    }
+
+    #[test]
+    fn every_instruction_set_agrees_with_the_pair_by_pair_form() {
+        for isa in Isa::available() {
+            for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37], [70, 128]] {
+                let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
+                let expected = naive(&u, bias.data(), &graph);
+                assert_close(pair_relu_on(isa, &u, bias.data(), &graph).data(), expected.data(), 1e-5);
+            }
+        }
+    }
+}
