@@ -58,19 +58,31 @@ fn dev_conv_25k(bencher: Bencher) {
     bencher.bench_local(|| product_relu(&neighbour_max(&product(black_box(&x), &theta, &[]), &graph), &phi, &[]));
 }
 
-#[divan::bench(args = [64, 128])]
-fn tri_conv_30k(bencher: Bencher, width: usize) {
+/// The graph of 30 thousand triangles with 20 neighbours each.
+fn triangle_graph() -> Csr {
     let (points, faces) = sheet(123);
     let barycenter = |face: &[u32; 3]| {
         let corners = face.map(|v| points[v as usize]);
         [0, 1, 2].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f32>() / 3.0)
     };
     let barycenters: Vec<[f32; 3]> = faces.iter().map(barycenter).collect();
-    let graph = knn(&barycenters, 20);
-    let x = values(faces.len(), 9 + width);
+    knn(&barycenters, 20)
+}
+
+#[divan::bench(args = [64, 128])]
+fn tri_conv_30k(bencher: Bencher, width: usize) {
+    let graph = triangle_graph();
+    let x = values(graph.n_rows(), 9 + width);
     let [hidden, output] = [values(9 + width, width), values(width, width)];
     let bias = vec![0.1; width];
     bencher.bench_local(|| product(&pair_relu(&product(black_box(&x), &hidden, &[]), &bias, &graph), &output, &bias));
+}
+
+#[divan::bench(args = [64, 128])]
+fn pair_relu_30k(bencher: Bencher, width: usize) {
+    let (graph, bias) = (triangle_graph(), vec![0.1; width]);
+    let u = values(graph.n_rows(), width);
+    bencher.bench_local(|| pair_relu(black_box(&u), &bias, &graph));
 }
 
 #[divan::bench]

@@ -26,11 +26,18 @@ enum Level {
 
 /// Work that computes rows of a result, each row for itself.
 pub(crate) trait RowKernel: Sync {
-    /// Computes `rows` into `out`, which holds exactly those rows, zeroed. `LANES` floats fit a vector; with
-    /// `FMA` fused products are one instruction (otherwise a slow call). Must be `#[inline(always)]`, and so
-    /// must the loops it calls: only what is inlined is compiled for the instructions at hand.
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
+    /// Computes `rows` into `out`, which holds exactly those rows, zeroed. With `FMA` fused products are one
+    /// instruction (otherwise a slow call). Must be `#[inline(always)]`, and so must the loops it calls: only
+    /// what is inlined is compiled for the instructions at hand.
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
 }
+
+/// Columns that the kernels take at once where there are so many: loops of this fixed length over local arrays are
+/// what the compiler turns into registers, with any vector length.
+pub(crate) const WIDE: usize = 64;
+
+/// Columns taken at once for what [`WIDE`] leaves.
+pub(crate) const NARROW: usize = 16;
 
 /// Rows per task; fixed, so that nothing depends on the number of threads.
 const BLOCK: usize = 64;
@@ -69,7 +76,7 @@ impl Isa {
 
     fn compute<K: RowKernel>(self, kernel: &K, rows: Range<usize>, out: &mut [f32]) {
         match self.0 {
-            Level::Portable => kernel.compute::<4, { cfg!(target_feature = "neon") }>(rows, out),
+            Level::Portable => kernel.compute::<{ cfg!(target_feature = "neon") }>(rows, out),
             // SAFETY: `self` exists, so the processor has the features (see the head of this file).
             #[cfg(target_arch = "x86_64")]
             Level::Avx2 => unsafe { compute_avx2(kernel, rows, out) },
@@ -114,17 +121,23 @@ fn split_rows<'a>(pattern: &Csr, mut values: &'a mut [f32]) -> Vec<(Range<usize>
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn compute_avx2<K: RowKernel>(kernel: &K, rows: Range<usize>, out: &mut [f32]) {
-    kernel.compute::<8, true>(rows, out);
+    kernel.compute::<true>(rows, out);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,fma")]
 fn compute_avx512<K: RowKernel>(kernel: &K, rows: Range<usize>, out: &mut [f32]) {
-    kernel.compute::<16, true>(rows, out);
+    kernel.compute::<true>(rows, out);
 }
 
 /// `a * b + c`, fused where that is one instruction.
 #[inline(always)]
 pub(crate) fn fused<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// `max(x, 0)`; a plain comparison, because `f32::max` costs three instructions for its care of NaN.
+#[inline(always)]
+pub(crate) fn relu(x: f32) -> f32 {
+    if x > 0.0 { x } else { 0.0 }
 }

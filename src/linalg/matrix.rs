@@ -79,10 +79,28 @@ impl Matrix {
         &self.data[row * self.n_cols..][..self.n_cols]
     }
 
+    /// COLS entries of one row from `col` on, as an array: its length is known where loops are compiled.
+    ///
+    /// # Panics
+    /// When the matrix ends before.
+    #[inline(always)]
+    pub(crate) fn window<const COLS: usize>(&self, row: usize, col: usize) -> &[f32; COLS] {
+        window(&self.data, row * self.n_cols + col)
+    }
+
     /// The transposed matrix, n_cols x n_rows.
     pub fn transposed(&self) -> Self {
         Self::from_fn(self.n_cols, self.n_rows, |row, col| self.data[col * self.n_cols + row])
     }
+}
+
+/// COLS values from `at` on, as an array.
+///
+/// # Panics
+/// When there are fewer.
+#[inline(always)]
+pub(crate) fn window<const COLS: usize>(values: &[f32], at: usize) -> &[f32; COLS] {
+    values[at..].first_chunk().expect("a window inside of the values")
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Dot products along the edges of a graph, and the softmax over each row of them: attention, Eq. (2).
 
-use super::isa::{Isa, RowKernel, fused};
+use super::isa::{Isa, NARROW, RowKernel, fused};
 use super::{Csr, Matrix};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -77,21 +77,21 @@ struct Dots<'a> {
 
 impl RowKernel for Dots<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let start = self.graph.range_of_rows(rows.clone()).start;
         for i in rows {
             let q = self.q.row(i);
             for (at, &j) in self.graph.range(i).zip(self.graph.row(i)) {
-                out[at - start] = dot::<LANES, FMA>(q, self.k.row(j as usize));
+                out[at - start] = dot::<FMA>(q, self.k.row(j as usize));
             }
         }
     }
 }
 
 #[inline(always)]
-fn dot<const LANES: usize, const FMA: bool>(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; LANES];
-    let (a_chunks, b_chunks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+fn dot<const FMA: bool>(a: &[f32], b: &[f32]) -> f32 {
+    let mut sums = [0.0f32; NARROW];
+    let (a_chunks, b_chunks) = (a.chunks_exact(NARROW), b.chunks_exact(NARROW));
     let rest: f32 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(a, b)| a * b).sum();
     for (a, b) in a_chunks.zip(b_chunks) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
@@ -108,7 +108,7 @@ struct Softmax<'a> {
 
 impl RowKernel for Softmax<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let start = self.graph.range_of_rows(rows.clone()).start;
         for i in rows {
             let range = self.graph.range(i);
@@ -131,7 +131,7 @@ struct WeightedRows<'a> {
 
 impl RowKernel for WeightedRows<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         for (i, out) in rows.zip(out.chunks_exact_mut(self.rows_of.n_cols().max(1))) {
             for (weight, &j) in self.weights[self.graph.range(i)].iter().zip(self.graph.row(i)) {
                 for (y, x) in out.iter_mut().zip(self.rows_of.row(j as usize)) {

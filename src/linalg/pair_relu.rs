@@ -4,7 +4,8 @@
 //! layer acts on each triangle before the difference, its last layer commutes with the sum. What is left per pair
 //! stands here.
 
-use super::isa::{Isa, RowKernel};
+use super::isa::{Isa, NARROW, RowKernel, WIDE, relu};
+use super::matrix::window;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -70,17 +71,51 @@ struct Forward<'a> {
 
 impl RowKernel for Forward<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let width = self.u.n_cols();
-        let mut own = vec![0.0f32; width];
         for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
-            own.iter_mut().zip(self.u.row(n)).zip(self.bias).for_each(|((own, u), bias)| *own = u + bias);
-            for &k in self.graph.row(n) {
-                for (sum, (own, other)) in out.iter_mut().zip(own.iter().zip(self.u.row(k as usize))) {
-                    *sum += (own - other).max(0.0);
-                }
+            let mut col = 0;
+            while col + WIDE <= width {
+                self.columns::<WIDE>(n, col, out);
+                col += WIDE;
+            }
+            while col + NARROW <= width {
+                self.columns::<NARROW>(n, col, out);
+                col += NARROW;
+            }
+            for col in col..width {
+                self.columns::<1>(n, col, out);
             }
         }
+    }
+}
+
+impl Forward<'_> {
+    #[inline(always)]
+    fn columns<const COLS: usize>(&self, n: usize, col: usize, out: &mut [f32]) {
+        let mut own = *self.u.window::<COLS>(n, col);
+        own.iter_mut().zip(window::<COLS>(self.bias, col)).for_each(|(own, bias)| *own += bias);
+        let mut sums = [0.0f32; COLS];
+        // Four neighbours at once: a quarter of the loads and stores of the sums.
+        let (groups, rest) = self.graph.row(n).as_chunks();
+        for &[i, j, k, l] in groups {
+            let [i, j, k, l] = [self.other::<COLS>(i, col), self.other(j, col), self.other(k, col), self.other(l, col)];
+            for c in 0..COLS {
+                sums[c] += (relu(own[c] - i[c]) + relu(own[c] - j[c])) + (relu(own[c] - k[c]) + relu(own[c] - l[c]));
+            }
+        }
+        for &k in rest {
+            let other = self.other::<COLS>(k, col);
+            for c in 0..COLS {
+                sums[c] += relu(own[c] - other[c]);
+            }
+        }
+        out[col..][..COLS].copy_from_slice(&sums);
+    }
+
+    #[inline(always)]
+    fn other<const COLS: usize>(&self, k: u32, col: usize) -> &[f32; COLS] {
+        self.u.window(k as usize, col)
     }
 }
 
@@ -94,7 +129,7 @@ struct BackwardOwn<'a> {
 
 impl RowKernel for BackwardOwn<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let width = self.u.n_cols();
         let mut own = vec![0.0f32; width];
         for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
@@ -119,7 +154,7 @@ struct BackwardOthers<'a> {
 
 impl RowKernel for BackwardOthers<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         for (k, out) in rows.zip(out.chunks_exact_mut(self.u.n_cols().max(1))) {
             for &n in self.incoming.row(k) {
                 let first = self.u.row(n as usize).iter().zip(self.bias).zip(self.gradient.row(n as usize));

@@ -3,7 +3,8 @@
 //! One register tile serves all three products: forward, to the input and to the weights.
 
 use super::Matrix;
-use super::isa::{Isa, RowKernel, fused};
+use super::isa::{Isa, NARROW, RowKernel, WIDE, fused, relu};
+use super::matrix::window;
 use std::ops::Range;
 
 /// Computes `x w + bias`.
@@ -83,24 +84,24 @@ struct Product<'a> {
 
 impl RowKernel for Product<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let [n_in, n_out] = self.weights.shape();
         let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
         let left = Strided { data: x, row_step: n_in, inner_step: 1 };
-        multiply::<LANES, FMA>(left, [rows.len(), n_in, n_out], self.weights.data(), out);
+        multiply::<FMA>(left, [rows.len(), n_in, n_out], self.weights.data(), out);
         for row in out.chunks_exact_mut(n_out.max(1)) {
             if !self.bias.is_empty() {
                 row.iter_mut().zip(self.bias).for_each(|(y, b)| *y += b);
             }
             if self.relu {
-                row.iter_mut().for_each(|y| *y = y.max(0.0));
+                row.iter_mut().for_each(|y| *y = relu(*y));
             }
         }
     }
 }
 
 /// Rows summed per part; the parts are then added in order.
-const PART: usize = 1024;
+const PART: usize = 256;
 
 struct WeightsBackward<'a> {
     x: &'a Matrix,
@@ -109,14 +110,14 @@ struct WeightsBackward<'a> {
 
 impl RowKernel for WeightsBackward<'_> {
     #[inline(always)]
-    fn compute<const LANES: usize, const FMA: bool>(&self, parts: Range<usize>, out: &mut [f32]) {
+    fn compute<const FMA: bool>(&self, parts: Range<usize>, out: &mut [f32]) {
         let [n_in, n_out] = [self.x.n_cols(), self.gradient.n_cols()];
         for (part, out) in parts.zip(out.chunks_exact_mut((n_in * n_out).max(1))) {
             let rows = part * PART..((part + 1) * PART).min(self.x.n_rows());
             let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
             let gradient = &self.gradient.data()[rows.start * n_out..rows.end * n_out];
             let left = Strided { data: x, row_step: 1, inner_step: n_in };
-            multiply::<LANES, FMA>(left, [n_in, rows.len(), n_out], gradient, out);
+            multiply::<FMA>(left, [n_in, rows.len(), n_out], gradient, out);
         }
     }
 }
@@ -134,74 +135,96 @@ impl<'a> Strided<'a> {
     fn from_row(self, row: usize) -> Self {
         Self { data: &self.data[row * self.row_step..], ..self }
     }
+
+    #[inline(always)]
+    fn entry(self, row: usize, k: usize) -> f32 {
+        self.data[row * self.row_step + k * self.inner_step]
+    }
 }
 
-/// Rows of a register tile: with two vectors per row, twelve accumulators, which fit 16 registers.
-const TILE_ROWS: usize = 6;
+/// Rows, and entries of a row, that a tile takes at once: sixteen factors, each used for all columns of the tile.
+const TILE: usize = 4;
 
 #[inline(always)]
-fn multiply<const LANES: usize, const FMA: bool>(
+fn multiply<const FMA: bool>(left: Strided, shape: [usize; 3], right: &[f32], out: &mut [f32]) {
+    let [n, n_inner, n_out] = shape;
+    if n == 0 || n_inner == 0 {
+        return;
+    }
+    let mut col = 0;
+    while col + WIDE <= n_out {
+        columns::<FMA, WIDE>(left, shape, &right[col..], &mut out[col..]);
+        col += WIDE;
+    }
+    while col + NARROW <= n_out {
+        columns::<FMA, NARROW>(left, shape, &right[col..], &mut out[col..]);
+        col += NARROW;
+    }
+    for col in col..n_out {
+        columns::<FMA, 1>(left, shape, &right[col..], &mut out[col..]);
+    }
+}
+
+/// All rows of COLS columns: few enough that this part of the right factor stays in the nearest cache.
+#[inline(always)]
+fn columns<const FMA: bool, const COLS: usize>(
     left: Strided,
     [n, n_inner, n_out]: [usize; 3],
     right: &[f32],
     out: &mut [f32],
 ) {
-    if n_inner == 0 {
-        return;
+    let n_tiled = n - n % TILE;
+    for row in (0..n_tiled).step_by(TILE) {
+        tile::<FMA, TILE, COLS>(left.from_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
     }
-    let mut row = 0;
-    while row + TILE_ROWS <= n {
-        tile_row::<LANES, FMA, TILE_ROWS>(left.from_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
-        row += TILE_ROWS;
-    }
-    for row in row..n {
-        tile_row::<LANES, FMA, 1>(left.from_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+    for row in n_tiled..n {
+        tile::<FMA, 1, COLS>(left.from_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
     }
 }
 
+/// The ROWS x COLS entries of the product at the head of `out`.
 #[inline(always)]
-fn tile_row<const LANES: usize, const FMA: bool, const ROWS: usize>(
+fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
     left: Strided,
     [n_inner, n_out]: [usize; 2],
     right: &[f32],
     out: &mut [f32],
 ) {
-    let mut col = 0;
-    while col + 2 * LANES <= n_out {
-        tile::<LANES, FMA, ROWS, 2>(left, [n_inner, n_out], &right[col..], &mut out[col..]);
-        col += 2 * LANES;
+    let mut sums = [[0.0f32; COLS]; ROWS];
+    let n_tiled = n_inner - n_inner % TILE;
+    for k in (0..n_tiled).step_by(TILE) {
+        add_products::<FMA, ROWS, TILE, COLS>(left, k, n_out, right, &mut sums);
     }
-    while col + LANES <= n_out {
-        tile::<LANES, FMA, ROWS, 1>(left, [n_inner, n_out], &right[col..], &mut out[col..]);
-        col += LANES;
-    }
-    for col in col..n_out {
-        tile::<1, FMA, ROWS, 1>(left, [n_inner, n_out], &right[col..], &mut out[col..]);
-    }
-}
-
-/// ROWS x (VECTORS * LANES) entries of the product at the head of `out`.
-#[inline(always)]
-fn tile<const LANES: usize, const FMA: bool, const ROWS: usize, const VECTORS: usize>(
-    left: Strided,
-    [n_inner, n_out]: [usize; 2],
-    right: &[f32],
-    out: &mut [f32],
-) {
-    let mut sums = [[[0.0f32; LANES]; VECTORS]; ROWS];
-    for k in 0..n_inner {
-        let right = &right[k * n_out..][..VECTORS * LANES];
-        for (row, sums) in sums.iter_mut().enumerate() {
-            let factor = left.data[row * left.row_step + k * left.inner_step];
-            for (sums, right) in sums.iter_mut().zip(right.chunks_exact(LANES)) {
-                for (sum, right) in sums.iter_mut().zip(right) {
-                    *sum = fused::<FMA>(factor, *right, *sum);
-                }
-            }
-        }
+    for k in n_tiled..n_inner {
+        add_products::<FMA, ROWS, 1, COLS>(left, k, n_out, right, &mut sums);
     }
     for (row, sums) in sums.iter().enumerate() {
-        out[row * n_out..][..VECTORS * LANES].copy_from_slice(sums.as_flattened());
+        out[row * n_out..][..COLS].copy_from_slice(sums);
+    }
+}
+
+#[inline(always)]
+fn add_products<const FMA: bool, const ROWS: usize, const INNER: usize, const COLS: usize>(
+    left: Strided,
+    k: usize,
+    n_out: usize,
+    right: &[f32],
+    sums: &mut [[f32; COLS]; ROWS],
+) {
+    let mut factors = [[0.0f32; INNER]; ROWS];
+    let mut rights = [&[0.0f32; COLS]; INNER];
+    for i in 0..INNER {
+        rights[i] = window(right, (k + i) * n_out);
+        for row in 0..ROWS {
+            factors[row][i] = left.entry(row, k + i);
+        }
+    }
+    for col in 0..COLS {
+        for row in 0..ROWS {
+            for i in 0..INNER {
+                sums[row][col] = fused::<FMA>(factors[row][i], rights[i][col], sums[row][col]);
+            }
+        }
     }
 }
 
