@@ -104,27 +104,8 @@ pub(crate) fn window<const COLS: usize>(values: &[f32], at: usize) -> &[f32; COL
 }
 
 #[cfg(test)]
-pub(crate) mod test_values {
-    use super::Matrix;
-    use rand_xoshiro::{
-        SplitMix64,
-        rand_core::{Rng, SeedableRng},
-    };
-
-    /// Entries in -1..1 from a seed.
-    pub(crate) fn random(n_rows: usize, n_cols: usize, seed: u64) -> Matrix {
-        let mut rng = SplitMix64::seed_from_u64(seed);
-        Matrix::from_fn(n_rows, n_cols, |_, _| (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0)
-    }
-
-    /// Panics unless the entries agree to `tolerance`, relative to the larger of them and 1.
-    pub(crate) fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {
-        assert_eq!(a.len(), b.len());
-        for (i, (x, y)) in a.iter().zip(b).enumerate() {
-            let scale = x.abs().max(y.abs()).max(1.0);
-            assert!((x - y).abs() <= tolerance * scale, "entry {i}: {x} and {y}");
-        }
-    }
+mod tests {
+    use super::super::test_values::random;
 
     #[test]
     fn transposing_twice_changes_nothing() {

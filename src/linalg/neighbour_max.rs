@@ -161,15 +161,9 @@ impl RowKernel for Backward<'_> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::super::matrix::test_values::{assert_close, random};
+mod tests {
+    use super::super::test_values::{assert_close, ragged_graph, random};
     use super::*;
-
-    /// A graph with an empty row, rows of different length, and edges in one direction only.
-    pub(crate) fn ragged_graph(n: usize) -> Csr {
-        let entries = (0..n as u32).flat_map(|i| (0..i % 5).map(move |k| [i, (i * 7 + k * k * 3 + 1) % n as u32]));
-        Csr::from_entries(n, n, entries.filter(|[i, j]| i != j))
-    }
 
     fn naive(u: &Matrix, graph: &Csr) -> Matrix {
         Matrix::from_fn(u.n_rows(), u.n_cols(), |i, c| {

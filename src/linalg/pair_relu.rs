@@ -168,8 +168,7 @@ impl RowKernel for BackwardOthers<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::matrix::test_values::{assert_close, random};
-    use super::super::neighbour_max::tests::ragged_graph;
+    use super::super::test_values::{assert_close, ragged_graph, random};
     use super::*;
 
     fn naive(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {

@@ -25,7 +25,25 @@ use std::ops::Range;
 /// assert_eq!(product(&x, &w, &[0.5, 0.0]).data(), [21.5, 2.0]);
 /// ```
 pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    product_on(Isa::best(), x, weights, bias, false)
+    product_on(Isa::best(), x, weights, Bias { row: bias, repeats: &[] }, false)
+}
+
+/// Computes `x w + repeats bias`: row `i` gets `repeats[i]` times the bias, as a sum over that many terms `w + bias` does.
+///
+/// # Shapes
+/// - as in [`product`]; `repeats`: n
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Matrix, product_repeated_bias};
+/// let (x, w) = (Matrix::new(2, 1, vec![1.0, 1.0]), Matrix::new(1, 1, vec![5.0]));
+/// assert_eq!(product_repeated_bias(&x, &w, &[0.5], &[1.0, 20.0]).data(), [5.5, 15.0]);
+/// ```
+pub fn product_repeated_bias(x: &Matrix, weights: &Matrix, bias: &[f32], repeats: &[f32]) -> Matrix {
+    assert_eq!(repeats.len(), x.n_rows(), "one repeat per row");
+    product_on(Isa::best(), x, weights, Bias { row: bias, repeats }, false)
 }
 
 /// Computes `max(x w + bias, 0)`; shapes as in [`product`].
@@ -39,7 +57,7 @@ pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
 /// assert_eq!(product_relu(&x, &Matrix::new(1, 2, vec![3.0, -3.0]), &[]).data(), [3.0, 0.0]);
 /// ```
 pub fn product_relu(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    product_on(Isa::best(), x, weights, bias, true)
+    product_on(Isa::best(), x, weights, Bias { row: bias, repeats: &[] }, true)
 }
 
 /// Derivative of `x w` to `x`: `gradient` times the transposed weights, n x n_in.
@@ -58,9 +76,9 @@ pub fn product_weights_backward(x: &Matrix, gradient: &Matrix) -> Matrix {
     weights_backward_on(Isa::best(), x, gradient)
 }
 
-fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32], relu: bool) -> Matrix {
+fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: Bias, relu: bool) -> Matrix {
     assert_eq!(x.n_cols(), weights.n_rows(), "columns of x and rows of weights");
-    assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
+    assert!(bias.row.is_empty() || bias.row.len() == weights.n_cols(), "one bias per column");
     isa.matrix(&Product { x, weights, bias, relu }, x.n_rows(), weights.n_cols())
 }
 
@@ -75,10 +93,17 @@ fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
     Matrix::new(n_in, n_out, sum)
 }
 
+/// A row to add, none when empty, `repeats[i]` times to row `i`, once when that is empty.
+#[derive(Clone, Copy)]
+struct Bias<'a> {
+    row: &'a [f32],
+    repeats: &'a [f32],
+}
+
 struct Product<'a> {
     x: &'a Matrix,
     weights: &'a Matrix,
-    bias: &'a [f32],
+    bias: Bias<'a>,
     relu: bool,
 }
 
@@ -89,12 +114,11 @@ impl RowKernel for Product<'_> {
         let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
         let left = Strided { data: x, row_step: n_in, inner_step: 1 };
         multiply::<FMA>(left, [rows.len(), n_in, n_out], self.weights.data(), out);
-        for row in out.chunks_exact_mut(n_out.max(1)) {
-            if !self.bias.is_empty() {
-                row.iter_mut().zip(self.bias).for_each(|(y, b)| *y += b);
-            }
+        for (i, out) in rows.zip(out.chunks_exact_mut(n_out.max(1))) {
+            let repeats = self.bias.repeats.get(i).copied().unwrap_or(1.0);
+            out.iter_mut().zip(self.bias.row).for_each(|(y, bias)| *y += repeats * bias);
             if self.relu {
-                row.iter_mut().for_each(|y| *y = relu(*y));
+                out.iter_mut().for_each(|y| *y = relu(*y));
             }
         }
     }
@@ -132,7 +156,7 @@ struct Strided<'a> {
 
 impl<'a> Strided<'a> {
     #[inline(always)]
-    fn from_row(self, row: usize) -> Self {
+    fn at_row(self, row: usize) -> Self {
         Self { data: &self.data[row * self.row_step..], ..self }
     }
 
@@ -175,10 +199,10 @@ fn columns<const FMA: bool, const COLS: usize>(
 ) {
     let n_tiled = n - n % TILE;
     for row in (0..n_tiled).step_by(TILE) {
-        tile::<FMA, TILE, COLS>(left.from_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+        tile::<FMA, TILE, COLS>(left.at_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
     }
     for row in n_tiled..n {
-        tile::<FMA, 1, COLS>(left.from_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+        tile::<FMA, 1, COLS>(left.at_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
     }
 }
 
@@ -215,8 +239,8 @@ fn add_products<const FMA: bool, const ROWS: usize, const INNER: usize, const CO
     let mut rights = [&[0.0f32; COLS]; INNER];
     for i in 0..INNER {
         rights[i] = window(right, (k + i) * n_out);
-        for row in 0..ROWS {
-            factors[row][i] = left.entry(row, k + i);
+        for (row, factors) in factors.iter_mut().enumerate() {
+            factors[i] = left.entry(row, k + i);
         }
     }
     for col in 0..COLS {
@@ -230,7 +254,7 @@ fn add_products<const FMA: bool, const ROWS: usize, const INNER: usize, const CO
 
 #[cfg(test)]
 mod tests {
-    use super::super::matrix::test_values::{assert_close, random};
+    use super::super::test_values::{assert_close, random};
     use super::*;
 
     fn naive(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
@@ -248,9 +272,10 @@ mod tests {
             {
                 let (x, w, b) = (random(n, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
                 let expected = naive(&x, &w, b.data());
-                assert_close(product_on(isa, &x, &w, b.data(), false).data(), expected.data(), 1e-5);
+                let b = Bias { row: b.data(), repeats: &[] };
+                assert_close(product_on(isa, &x, &w, b, false).data(), expected.data(), 1e-5);
                 let clamped: Vec<f32> = expected.data().iter().map(|y| y.max(0.0)).collect();
-                assert_close(product_on(isa, &x, &w, b.data(), true).data(), &clamped, 1e-5);
+                assert_close(product_on(isa, &x, &w, b, true).data(), &clamped, 1e-5);
             }
         }
     }

@@ -128,8 +128,7 @@ fn by_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + S
 
 #[cfg(test)]
 mod tests {
-    use super::super::matrix::test_values::{assert_close, random};
-    use super::super::neighbour_max::tests::ragged_graph;
+    use super::super::test_values::{assert_close, ragged_graph, random};
     use super::*;
 
     fn dense(values: &[f32], graph: &Csr) -> Vec<Vec<f32>> {
