@@ -144,8 +144,8 @@ pub(super) mod tests {
     use super::*;
     use crate::linalg::test_values::random;
 
-    /// Panics unless the gradients of `f` agree with central differences along most of some random directions of all
-    /// inputs: a kink of `f` on the way may spoil one direction, a wrong gradient spoils them all.
+    /// Panics unless the gradients of `f` agree with central differences along at least three of nine random directions
+    /// of all inputs: a kink of `f` nearby spoils some directions, a wrong gradient spoils them all.
     pub(crate) fn check_gradients(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value]) -> Value) {
         let mut tape = Tape::default();
         let parameters: Vec<Value> = inputs.iter().map(|m| tape.parameter(m.clone())).collect();
@@ -166,7 +166,7 @@ pub(super) mod tests {
         };
         let mut errors: Vec<f64> = (100..109).map(error).collect();
         errors.sort_by(f64::total_cmp);
-        assert!(errors[4] < 5e-3, "relative errors {errors:?}");
+        assert!(errors[2] < 1e-3, "relative errors {errors:?}");
     }
 
     fn along(m: &Matrix, direction: &Matrix, step: f32) -> Matrix {
