@@ -32,8 +32,13 @@ impl Tape {
         })
     }
 
+    /// `x w + bias`, the bias 1 x n_out.
+    pub fn affine(&mut self, x: &Value, weights: &Value, bias: &Value) -> Value {
+        self.affine_repeated(x, weights, bias, &vec![1.0; x.matrix.n_rows()].into())
+    }
+
     /// `x w + repeats bias`: row `i` of the result gets `repeats[i]` times the bias, 1 x n_out.
-    pub fn affine(&mut self, x: &Value, weights: &Value, bias: &Value, repeats: &Arc<[f32]>) -> Value {
+    pub fn affine_repeated(&mut self, x: &Value, weights: &Value, bias: &Value, repeats: &Arc<[f32]>) -> Value {
         let result = product_repeated_bias(&x.matrix, &weights.matrix, bias.matrix.data(), repeats);
         let (x_kept, weights_kept, repeats) = (x.matrix.clone(), weights.matrix.clone(), repeats.clone());
         self.record(result, [x, weights, bias], move |gradient, [to_x, to_weights, to_bias]| {
@@ -130,7 +135,7 @@ mod tests {
         check_gradients(&inputs, |tape, v| tape.product(&v[0], &v[1]));
         check_gradients(&inputs, |tape, v| tape.product_relu(&v[0], &v[1]));
         let repeats: Arc<[f32]> = (0..30).map(|i| (i % 4) as f32).collect();
-        check_gradients(&inputs, |tape, v| tape.affine(&v[0], &v[1], &v[2], &repeats));
+        check_gradients(&inputs, |tape, v| tape.affine_repeated(&v[0], &v[1], &v[2], &repeats));
     }
 
     #[test]
