@@ -2,6 +2,8 @@
 
 mod closed;
 mod options;
+pub mod paper;
+mod sample_vertices;
 
 use std::ops::ControlFlow;
 
@@ -9,6 +11,7 @@ use crate::mesh::TriMesh;
 use closed::{Closed, End, Limit, Request, simplify_closed};
 
 pub use options::{Assembly, Event, Options, Outcome, Report, ScoreSource, Simplified, SimplifyError, Target};
+pub use sample_vertices::gumbel_top_k;
 
 /// Samples per vertex asked for, where the caller leaves the choice.
 const OVERSAMPLE: f64 = 2.0;
