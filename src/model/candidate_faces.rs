@@ -2,19 +2,44 @@
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
+use crate::spatial::coherent_order;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Triangles that the Face Classifier judges.
+/// Triangles that the Face Classifier judges, in any order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CandidateFaces {
-    /// n_candidates x 3 samples, each triangle ascending, the list in lexicographic order.
+    /// n_candidates x 3 samples, each triangle ascending.
     pub triangles: Vec<[u32; 3]>,
     /// Where the edges ij, ik, jk of each triangle stand among the entries of G_ext, n_candidates x 3.
     pub entries: Arc<[[u32; 3]]>,
 }
 
-/// Finds the triangles whose three edges have a positive A_s, and always those of the original surface.
+impl CandidateFaces {
+    /// The same candidates, near ones near each other: the classifier visits the neighbours of each, and there are many.
+    ///
+    /// # Panics
+    /// When a corner is none of `points`.
+    pub fn in_coherent_order(&self, points: &[[f32; 3]]) -> Self {
+        let order = coherent_order(&barycenters(points, &self.triangles));
+        Self {
+            triangles: order.iter().map(|&at| self.triangles[at as usize]).collect(),
+            entries: order.iter().map(|&at| self.entries[at as usize]).collect(),
+        }
+    }
+}
+
+/// The barycenter of each triangle, n_triangles x 3.
+pub(super) fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let barycenter = |corners: &[u32; 3]| {
+        let [i, j, k] = corners.map(|v| points[v as usize]);
+        [0, 1, 2].map(|axis| (i[axis] + j[axis] + k[axis]) / 3.0)
+    };
+    triangles.iter().map(barycenter).collect()
+}
+
+/// Finds the triangles whose three edges have a positive A_s, and always those of the original surface; in
+/// lexicographic order.
 ///
 /// # Shapes
 /// - `graph`: n x n, the extended graph, symmetric

@@ -1,5 +1,6 @@
 //! The Face Classifier, Sec. 3.3: the probability that a candidate face belongs to the surface.
 
+use super::candidate_faces::barycenters;
 use super::{Affine, TriConv, tri_conv, triangle_positions};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
@@ -31,12 +32,7 @@ pub struct FaceClassifier<T> {
 /// assert_eq!((graph.row(0), graph.row(1)), ([2].as_slice(), [2].as_slice()));
 /// ```
 pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> Csr {
-    let barycenter = |corners: &[u32; 3]| {
-        let [i, j, l] = corners.map(|v| points[v as usize]);
-        [0, 1, 2].map(|axis| (i[axis] + j[axis] + l[axis]) / 3.0)
-    };
-    let barycenters: Vec<[f32; 3]> = triangles.iter().map(barycenter).collect();
-    let neighbours = nearest_neighbours(&barycenters, k);
+    let neighbours = nearest_neighbours(&barycenters(points, triangles), k);
     let k = neighbours.len() / triangles.len().max(1);
     let entries = neighbours.iter().enumerate().map(|(at, &j)| [(at / k) as u32, j]);
     Csr::from_entries(triangles.len(), triangles.len(), entries)

@@ -96,7 +96,7 @@ pub fn predict_faces(
     edges: &PredictedEdges,
     original: &[[u32; 3]],
 ) -> PredictedFaces {
-    let candidates = candidate_faces(&edges.graph, &edges.adjacency, original);
+    let candidates = candidate_faces(&edges.graph, &edges.adjacency, original).in_coherent_order(points);
     let graph = Arc::new(triangle_graph(points, &candidates.triangles, weights.architecture().face_knn));
     let tape = &mut Tape::default();
     let adjacency = Value::constant(Matrix::new(edges.adjacency.len(), 1, edges.adjacency.clone()));

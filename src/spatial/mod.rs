@@ -4,6 +4,6 @@ mod knn;
 mod nearest_on_triangles;
 mod triangle_tree;
 
-pub use knn::nearest_neighbours;
+pub use knn::{coherent_order, nearest_neighbours};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use triangle_tree::Bounds;
