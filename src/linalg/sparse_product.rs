@@ -138,6 +138,15 @@ mod tests {
     }
 
     #[test]
+    fn a_path_with_one_original_edge_by_hand() {
+        let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+        let adjacency = Csr::from_edges(3, [[0, 1]]);
+        // S: 0 looks at 1; 1 at 0 and 2 with 1/4 and 3/4; 2 at 1. Only the edge 0-1 of A carries:
+        // A_s[0, 1] = S[0, 1] A[1, 0] S[1, 0] = 1/4 and A_s[1, 2] = S[1, 0] A[0, 1] S[2, 1] = 1/4.
+        assert_eq!(sparse_product(&[1.0, 0.25, 0.75, 1.0], &path, &adjacency), [0.25; 4]);
+    }
+
+    #[test]
     fn agrees_with_dense_matrices() {
         let n = 300;
         let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>());
