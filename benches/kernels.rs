@@ -2,7 +2,8 @@
 
 use divan::{Bencher, black_box};
 use neural_mesh::linalg::{
-    Csr, Matrix, neighbour_max, neighbour_softmax, pair_relu, product, product_relu, sparse_product,
+    Csr, Matrix, concat_product, neighbour_max, neighbour_max_product_relu, neighbour_softmax, pair_relu,
+    pair_relu_product, product, sparse_product,
 };
 use neural_mesh::spatial::nearest_neighbours;
 
@@ -55,7 +56,7 @@ fn dev_conv_25k(bencher: Bencher) {
     let (points, faces) = sheet(158);
     let (x, graph) = (values(points.len(), WIDTH), rings(points.len(), &faces));
     let [theta, phi] = [values(WIDTH, WIDTH), values(WIDTH, WIDTH)];
-    bencher.bench_local(|| product_relu(&neighbour_max(&product(black_box(&x), &theta, &[]), &graph), &phi, &[]));
+    bencher.bench_local(|| neighbour_max_product_relu(&product(black_box(&x), &theta, &[]), &graph, &phi));
 }
 
 /// The graph of 30 thousand triangles with 20 neighbours each.
@@ -72,10 +73,13 @@ fn triangle_graph() -> Csr {
 #[divan::bench(args = [64, 128])]
 fn tri_conv_30k(bencher: Bencher, width: usize) {
     let graph = triangle_graph();
-    let x = values(graph.n_rows(), 9 + width);
+    let [positions, x] = [9, width].map(|n_cols| values(graph.n_rows(), n_cols));
     let [hidden, output] = [values(9 + width, width), values(width, width)];
     let bias = vec![0.1; width];
-    bencher.bench_local(|| product(&pair_relu(&product(black_box(&x), &hidden, &[]), &bias, &graph), &output, &bias));
+    bencher.bench_local(|| {
+        let mapped = concat_product(&positions, black_box(&x), &hidden);
+        pair_relu_product(&mapped, &bias, &graph, &output, &bias)
+    });
 }
 
 #[divan::bench(args = [64, 128])]

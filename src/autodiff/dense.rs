@@ -1,9 +1,8 @@
 //! Operations on whole matrices.
 
 use super::{Tape, Value};
-use crate::linalg::{
-    Matrix, product, product_input_backward, product_relu, product_repeated_bias, product_weights_backward,
-};
+use crate::linalg::{Matrix, concat_product, product, product_input_backward, product_weights_backward};
+use std::ops::Range;
 use std::sync::Arc;
 
 impl Tape {
@@ -19,54 +18,34 @@ impl Tape {
         })
     }
 
-    /// `max(x w, 0)`, one pass.
-    pub fn product_relu(&mut self, x: &Value, weights: &Value) -> Value {
-        let result = Arc::new(product_relu(&x.matrix, &weights.matrix, &[]));
-        let (x_kept, weights_kept, active) = (x.matrix.clone(), weights.matrix.clone(), result.clone());
-        self.record(result, [x, weights], move |gradient, [to_x, to_weights]| {
-            let gradient = entrywise(gradient, &active, |g, y| if y > 0.0 { g } else { 0.0 });
-            [
-                to_x.then(|| product_input_backward(&gradient, &weights_kept)),
-                to_weights.then(|| product_weights_backward(&x_kept, &gradient)),
-            ]
-        })
-    }
-
     /// `x w + bias`, the bias 1 x n_out.
     pub fn affine(&mut self, x: &Value, weights: &Value, bias: &Value) -> Value {
-        self.affine_repeated(x, weights, bias, &vec![1.0; x.matrix.n_rows()].into())
-    }
-
-    /// `x w + repeats bias`: row `i` of the result gets `repeats[i]` times the bias, 1 x n_out.
-    pub fn affine_repeated(&mut self, x: &Value, weights: &Value, bias: &Value, repeats: &Arc<[f32]>) -> Value {
-        let result = product_repeated_bias(&x.matrix, &weights.matrix, bias.matrix.data(), repeats);
-        let (x_kept, weights_kept, repeats) = (x.matrix.clone(), weights.matrix.clone(), repeats.clone());
+        let result = product(&x.matrix, &weights.matrix, bias.matrix.data());
+        let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());
         self.record(result, [x, weights, bias], move |gradient, [to_x, to_weights, to_bias]| {
-            let repeats = || Matrix::new(repeats.len(), 1, repeats.to_vec());
             [
                 to_x.then(|| product_input_backward(gradient, &weights_kept)),
                 to_weights.then(|| product_weights_backward(&x_kept, gradient)),
-                to_bias.then(|| product_weights_backward(&repeats(), gradient)),
+                to_bias.then(|| column_sums(gradient)),
             ]
         })
     }
 
-    /// The columns of `a`, then those of `b`: n x (a + b).
-    ///
-    /// # Panics
-    /// When the numbers of rows differ.
-    pub fn concat(&mut self, a: &Value, b: &Value) -> Value {
-        let [n_rows, a_cols] = a.matrix.shape();
-        let b_cols = b.matrix.n_cols();
-        assert_eq!(n_rows, b.matrix.n_rows(), "as many rows on both sides");
-        let mut data = Vec::with_capacity(n_rows * (a_cols + b_cols));
-        for row in 0..n_rows {
-            data.extend_from_slice(a.matrix.row(row));
-            data.extend_from_slice(b.matrix.row(row));
-        }
-        self.record(Matrix::new(n_rows, a_cols + b_cols, data), [a, b], move |gradient, [to_a, to_b]| {
-            let part = |from: usize, n_cols| Matrix::from_fn(n_rows, n_cols, |row, col| gradient.row(row)[from + col]);
-            [to_a.then(|| part(0, a_cols)), to_b.then(|| part(a_cols, b_cols))]
+    /// `[a | b] w`: n x n_a and n x n_b to n x n_out.
+    pub fn concat_product(&mut self, a: &Value, b: &Value, weights: &Value) -> Value {
+        let result = concat_product(&a.matrix, &b.matrix, &weights.matrix);
+        let (a_kept, b_kept, weights_kept) = (a.matrix.clone(), b.matrix.clone(), weights.matrix.clone());
+        self.record(result, [a, b, weights], move |gradient, [to_a, to_b, to_weights]| {
+            let n_a = a_kept.n_cols();
+            let stacked = || {
+                let parts = [&a_kept, &b_kept].map(|part| product_weights_backward(part, gradient).into_data());
+                Matrix::new(weights_kept.n_rows(), weights_kept.n_cols(), parts.concat())
+            };
+            [
+                to_a.then(|| product_input_backward(gradient, &rows(&weights_kept, 0..n_a))),
+                to_b.then(|| product_input_backward(gradient, &rows(&weights_kept, n_a..weights_kept.n_rows()))),
+                to_weights.then(stacked),
+            ]
         })
     }
 
@@ -118,14 +97,22 @@ fn softmax(x: &[f32]) -> Vec<f32> {
     result
 }
 
-fn entrywise(a: &Matrix, b: &Matrix, f: impl Fn(f32, f32) -> f32) -> Matrix {
+fn column_sums(m: &Matrix) -> Matrix {
+    product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
+}
+
+fn rows(m: &Matrix, range: Range<usize>) -> Matrix {
+    Matrix::new(range.len(), m.n_cols(), m.data()[range.start * m.n_cols()..range.end * m.n_cols()].to_vec())
+}
+
+pub(super) fn entrywise(a: &Matrix, b: &Matrix, f: impl Fn(f32, f32) -> f32) -> Matrix {
     let entries = a.data().iter().zip(b.data()).map(|(a, b)| f(*a, *b));
     Matrix::new(a.n_rows(), a.n_cols(), entries.collect())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tape::tests::check_gradients;
+    use super::super::test_gradients::check_gradients;
     use super::*;
     use crate::linalg::test_values::random;
 
@@ -133,17 +120,16 @@ mod tests {
     fn gradients_of_products() {
         let inputs = [random(30, 5, 1), random(5, 7, 2), random(1, 7, 3)];
         check_gradients(&inputs, |tape, v| tape.product(&v[0], &v[1]));
-        check_gradients(&inputs, |tape, v| tape.product_relu(&v[0], &v[1]));
-        let repeats: Arc<[f32]> = (0..30).map(|i| (i % 4) as f32).collect();
-        check_gradients(&inputs, |tape, v| tape.affine_repeated(&v[0], &v[1], &v[2], &repeats));
+        check_gradients(&inputs, |tape, v| tape.affine(&v[0], &v[1], &v[2]));
+        let inputs = [random(30, 5, 1), random(30, 4, 2), random(9, 7, 3)];
+        check_gradients(&inputs, |tape, v| tape.concat_product(&v[0], &v[1], &v[2]));
     }
 
     #[test]
     fn gradients_of_entrywise_operations() {
-        let inputs = [random(12, 3, 1), random(12, 4, 2)];
-        check_gradients(&inputs, |tape, v| tape.concat(&v[0], &v[1]));
-        check_gradients(&inputs[..1], |tape, v| tape.sigmoid(&v[0]));
-        check_gradients(&inputs[..1], |tape, v| tape.softmax(&v[0]));
+        let inputs = [random(12, 3, 1)];
+        check_gradients(&inputs, |tape, v| tape.sigmoid(&v[0]));
+        check_gradients(&inputs, |tape, v| tape.softmax(&v[0]));
         let triples: Arc<[[u32; 3]]> = [[0, 1, 2], [2, 7, 11], [2, 0, 3]].into();
         check_gradients(&[random(12, 1, 3)], |tape, v| tape.mean_of_three(&v[0], &triples));
     }

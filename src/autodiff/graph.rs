@@ -1,15 +1,25 @@
 //! Operations along the edges of a graph. Values that stand one per entry of a graph are columns, n_entries x 1.
 
+use super::dense::entrywise;
 use super::{Tape, Value};
 use crate::linalg::{self, Csr, Matrix};
 use std::sync::Arc;
 
 impl Tape {
-    /// `y_i = max over neighbours j of (u_i - u_j)`, zero without neighbours: n x width to n x width.
-    pub fn neighbour_max(&mut self, u: &Value, graph: &Arc<Csr>) -> Value {
-        let result = linalg::neighbour_max(&u.matrix, graph);
-        let (u_kept, graph) = (u.matrix.clone(), graph.clone());
-        self.record(result, [u], move |gradient, _| [Some(linalg::neighbour_max_backward(&u_kept, &graph, gradient))])
+    /// `max(y w, 0)` with `y_i = max over neighbours j of (u_i - u_j)`, zero without neighbours: n x width to n x n_out.
+    pub fn neighbour_max_product_relu(&mut self, u: &Value, graph: &Arc<Csr>, weights: &Value) -> Value {
+        let result = Arc::new(linalg::neighbour_max_product_relu(&u.matrix, graph, &weights.matrix));
+        let (u_kept, weights_kept, active, graph) =
+            (u.matrix.clone(), weights.matrix.clone(), result.clone(), graph.clone());
+        self.record(result, [u, weights], move |gradient, [to_u, to_weights]| {
+            let gradient = entrywise(gradient, &active, |g, y| if y > 0.0 { g } else { 0.0 });
+            let to_largest = || linalg::product_input_backward(&gradient, &weights_kept);
+            [
+                to_u.then(|| linalg::neighbour_max_backward(&u_kept, &graph, &to_largest())),
+                to_weights
+                    .then(|| linalg::product_weights_backward(&linalg::neighbour_max(&u_kept, &graph), &gradient)),
+            ]
+        })
     }
 
     /// `<q_i, k_j>` for every entry (i, j): two n x width to n_entries x 1.
@@ -39,13 +49,29 @@ impl Tape {
         })
     }
 
-    /// `y_n = sum over neighbours k of max(u_n - u_k + bias, 0)`: n x width to n x width, bias 1 x width.
-    pub fn pair_relu(&mut self, u: &Value, bias: &Value, graph: &Arc<Csr>) -> Value {
-        let result = linalg::pair_relu(&u.matrix, bias.matrix.data(), graph);
-        let (u_kept, bias_kept, graph) = (u.matrix.clone(), bias.matrix.clone(), graph.clone());
-        self.record(result, [u, bias], move |gradient, _| {
-            let gradients = linalg::pair_relu_backward(&u_kept, bias_kept.data(), &graph, gradient);
-            [Some(gradients.u), Some(gradients.bias)]
+    /// `y w + m output_bias` with `y_n = sum over the m neighbours k of max(u_n - u_k + bias, 0)`: n x width to n x n_out,
+    /// the biases 1 x width and 1 x n_out.
+    pub fn pair_relu_product(
+        &mut self,
+        [u, bias]: [&Value; 2],
+        graph: &Arc<Csr>,
+        [weights, output_bias]: [&Value; 2],
+    ) -> Value {
+        let [hidden_bias, last_bias] = [bias, output_bias].map(|bias| bias.matrix.data());
+        let result = linalg::pair_relu_product(&u.matrix, hidden_bias, graph, &weights.matrix, last_bias);
+        let [u_kept, bias_kept, weights_kept] = [u, bias, weights].map(|value| value.matrix.clone());
+        let graph = graph.clone();
+        self.record(result, [u, bias, weights, output_bias], move |gradient, [_, _, to_weights, to_output_bias]| {
+            let to_sums = linalg::product_input_backward(gradient, &weights_kept);
+            let inner = linalg::pair_relu_backward(&u_kept, bias_kept.data(), &graph, &to_sums);
+            let sums = || linalg::pair_relu(&u_kept, bias_kept.data(), &graph);
+            let n_neighbours = || column((0..graph.n_rows()).map(|n| graph.row(n).len() as f32).collect());
+            [
+                Some(inner.u),
+                Some(inner.bias),
+                to_weights.then(|| linalg::product_weights_backward(&sums(), gradient)),
+                to_output_bias.then(|| linalg::product_weights_backward(&n_neighbours(), gradient)),
+            ]
         })
     }
 }
@@ -56,7 +82,7 @@ fn column(values: Vec<f32>) -> Matrix {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tape::tests::check_gradients;
+    use super::super::test_gradients::check_gradients;
     use super::*;
     use crate::linalg::test_values::{ragged_graph, random};
 
@@ -68,9 +94,9 @@ mod tests {
     #[test]
     fn gradients_of_dev_conv_and_tri_conv_kernels() {
         let graph = Arc::new(ragged_graph(25));
-        let inputs = [random(25, 6, 1), random(1, 6, 2)];
-        check_gradients(&inputs[..1], |tape, v| tape.neighbour_max(&v[0], &graph));
-        check_gradients(&inputs, |tape, v| tape.pair_relu(&v[0], &v[1], &graph));
+        let inputs = [random(25, 6, 1), random(1, 6, 2), random(6, 5, 3), random(1, 5, 4)];
+        check_gradients(&inputs, |tape, v| tape.neighbour_max_product_relu(&v[0], &graph, &v[2]));
+        check_gradients(&inputs, |tape, v| tape.pair_relu_product([&v[0], &v[1]], &graph, [&v[2], &v[3]]));
     }
 
     #[test]

@@ -6,5 +6,7 @@
 mod dense;
 mod graph;
 mod tape;
+#[cfg(test)]
+pub(crate) mod test_gradients;
 
 pub use tape::{Gradients, Tape, Value};

@@ -16,8 +16,8 @@ pub(crate) mod test_values;
 
 pub use csr::{Csr, InvalidCsr};
 pub use matrix::Matrix;
-pub use neighbour_max::{neighbour_max, neighbour_max_backward};
+pub use neighbour_max::{neighbour_max, neighbour_max_backward, neighbour_max_product_relu};
 pub use neighbour_softmax::{neighbour_dots, neighbour_dots_backward, neighbour_softmax, neighbour_softmax_backward};
-pub use pair_relu::{PairReluGradients, pair_relu, pair_relu_backward};
-pub use product::{product, product_input_backward, product_relu, product_repeated_bias, product_weights_backward};
+pub use pair_relu::{PairReluGradients, pair_relu, pair_relu_backward, pair_relu_product};
+pub use product::{concat_product, product, product_input_backward, product_weights_backward};
 pub use sparse_product::{sparse_product, sparse_product_backward};

@@ -2,7 +2,8 @@
 //!
 //! The inner part of DevConv, Eq. (1), after its linear map: one product per vertex, none per edge, and exact.
 
-use super::isa::{Isa, NARROW, RowKernel, WIDE};
+use super::isa::{Isa, NARROW, RowKernel, WIDE, relu};
+use super::product::multiply_rows;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -29,6 +30,33 @@ pub fn neighbour_max(u: &Matrix, graph: &Csr) -> Matrix {
 fn neighbour_max_on(isa: Isa, u: &Matrix, graph: &Csr) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     isa.matrix(&Forward { u, graph }, u.n_rows(), u.n_cols())
+}
+
+/// Computes `max(y w, 0)` for `y` of [`neighbour_max`], which is never held as a whole.
+///
+/// # Shapes
+/// - `u`, `graph`: as for [`neighbour_max`]
+/// - `weights`: width x n_out
+/// - returns n x n_out
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_product_relu};
+/// let u = Matrix::new(3, 1, vec![1.0, 5.0, 7.0]);
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// let weights = Matrix::new(1, 2, vec![10.0, -1.0]);
+/// assert_eq!(neighbour_max_product_relu(&u, &path, &weights).data(), [0.0, 4.0, 40.0, 0.0, 20.0, 0.0]);
+/// ```
+pub fn neighbour_max_product_relu(u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
+    product_on(Isa::best(), u, graph, weights)
+}
+
+fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
+    assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
+    assert_eq!(u.n_cols(), weights.n_rows(), "columns of u and rows of weights");
+    isa.matrix(&ForwardProduct { largest: Forward { u, graph }, weights }, u.n_rows(), weights.n_cols())
 }
 
 /// Derivative of [`neighbour_max`] to `u`: goes to `u_i` and, with a minus, to the neighbour that gave the maximum
@@ -105,6 +133,21 @@ impl Forward<'_> {
     }
 }
 
+struct ForwardProduct<'a> {
+    largest: Forward<'a>,
+    weights: &'a Matrix,
+}
+
+impl RowKernel for ForwardProduct<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let mut largest = vec![0.0; rows.len() * self.weights.n_rows()];
+        self.largest.compute::<FMA>(rows, &mut largest);
+        multiply_rows::<FMA>(&largest, self.weights, out);
+        out.iter_mut().for_each(|y| *y = relu(*y));
+    }
+}
+
 /// The smaller of two numbers; a plain comparison, because `f32::min` costs more for its care of NaN.
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
@@ -162,6 +205,7 @@ impl RowKernel for Backward<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::product;
     use super::super::test_values::{assert_close, ragged_graph, random};
     use super::*;
 
@@ -177,7 +221,11 @@ mod tests {
         for isa in Isa::available() {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37]] {
                 let (u, graph) = (random(n, width, 5), ragged_graph(n));
-                assert_close(neighbour_max_on(isa, &u, &graph).data(), naive(&u, &graph).data(), 1e-6);
+                let largest = naive(&u, &graph);
+                assert_close(neighbour_max_on(isa, &u, &graph).data(), largest.data(), 1e-6);
+                let weights = random(width, 20, 6);
+                let expected: Vec<f32> = product(&largest, &weights, &[]).data().iter().map(|y| y.max(0.0)).collect();
+                assert_close(product_on(isa, &u, &graph, &weights).data(), &expected, 1e-5);
             }
         }
     }

@@ -6,6 +6,7 @@
 
 use super::isa::{Isa, NARROW, RowKernel, WIDE, relu};
 use super::matrix::window;
+use super::product::multiply_rows;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -26,13 +27,41 @@ use std::ops::Range;
 /// assert_eq!(pair_relu(&u, &[1.0], &path).data(), [0.0, 5.0, 3.0]);
 /// ```
 pub fn pair_relu(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
-    pair_relu_on(Isa::best(), u, bias, graph)
+    pair_relu_on(Isa::best(), Forward::new(u, bias, graph))
 }
 
-fn pair_relu_on(isa: Isa, u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
-    assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
-    assert_eq!(bias.len(), u.n_cols(), "one bias per column");
-    isa.matrix(&Forward { u, bias, graph }, u.n_rows(), u.n_cols())
+fn pair_relu_on(isa: Isa, sums: Forward) -> Matrix {
+    let [n_rows, n_cols] = sums.u.shape();
+    isa.matrix(&sums, n_rows, n_cols)
+}
+
+/// Computes `y w + m output_bias` for `y` of [`pair_relu`], which is never held as a whole; m is the number of
+/// neighbours, so that this is the sum over them of a perceptron with one hidden layer.
+///
+/// # Shapes
+/// - `u`, `bias`, `graph`: as for [`pair_relu`]
+/// - `weights`: width x n_out, `output_bias`: n_out
+/// - returns n x n_out
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, pair_relu_product};
+/// let u = Matrix::new(3, 1, vec![1.0, 5.0, 7.0]);
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// let weights = Matrix::new(1, 1, vec![10.0]);
+/// assert_eq!(pair_relu_product(&u, &[1.0], &path, &weights, &[0.5]).data(), [0.5, 51.0, 30.5]);
+/// ```
+pub fn pair_relu_product(u: &Matrix, bias: &[f32], graph: &Csr, weights: &Matrix, output_bias: &[f32]) -> Matrix {
+    product_on(Isa::best(), Forward::new(u, bias, graph), weights, output_bias)
+}
+
+fn product_on(isa: Isa, sums: Forward, weights: &Matrix, output_bias: &[f32]) -> Matrix {
+    assert_eq!(sums.u.n_cols(), weights.n_rows(), "columns of u and rows of weights");
+    assert_eq!(output_bias.len(), weights.n_cols(), "one output bias per column");
+    let n_rows = sums.u.n_rows();
+    isa.matrix(&ForwardProduct { sums, weights, output_bias }, n_rows, weights.n_cols())
 }
 
 /// Derivatives of [`pair_relu`].
@@ -90,7 +119,13 @@ impl RowKernel for Forward<'_> {
     }
 }
 
-impl Forward<'_> {
+impl<'a> Forward<'a> {
+    fn new(u: &'a Matrix, bias: &'a [f32], graph: &'a Csr) -> Self {
+        assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
+        assert_eq!(bias.len(), u.n_cols(), "one bias per column");
+        Self { u, bias, graph }
+    }
+
     #[inline(always)]
     fn columns<const COLS: usize>(&self, n: usize, col: usize, out: &mut [f32]) {
         let mut own = *self.u.window::<COLS>(n, col);
@@ -116,6 +151,25 @@ impl Forward<'_> {
     #[inline(always)]
     fn other<const COLS: usize>(&self, k: u32, col: usize) -> &[f32; COLS] {
         self.u.window(k as usize, col)
+    }
+}
+
+struct ForwardProduct<'a> {
+    sums: Forward<'a>,
+    weights: &'a Matrix,
+    output_bias: &'a [f32],
+}
+
+impl RowKernel for ForwardProduct<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let mut sums = vec![0.0; rows.len() * self.weights.n_rows()];
+        self.sums.compute::<FMA>(rows.clone(), &mut sums);
+        multiply_rows::<FMA>(&sums, self.weights, out);
+        for (n, out) in rows.zip(out.chunks_exact_mut(self.output_bias.len().max(1))) {
+            let n_neighbours = self.sums.graph.row(n).len() as f32;
+            out.iter_mut().zip(self.output_bias).for_each(|(y, bias)| *y += n_neighbours * bias);
+        }
     }
 }
 
@@ -168,6 +222,7 @@ impl RowKernel for BackwardOthers<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::product;
     use super::super::test_values::{assert_close, ragged_graph, random};
     use super::*;
 
@@ -183,7 +238,13 @@ mod tests {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37], [70, 128]] {
                 let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
                 let expected = naive(&u, bias.data(), &graph);
-                assert_close(pair_relu_on(isa, &u, bias.data(), &graph).data(), expected.data(), 1e-5);
+                let sums = || Forward::new(&u, bias.data(), &graph);
+                assert_close(pair_relu_on(isa, sums()).data(), expected.data(), 1e-5);
+                let (weights, output_bias) = (random(width, 20, 7), random(1, 20, 8));
+                let product = product(&expected, &weights, &[]);
+                let entry = |n: usize, c| product.row(n)[c] + graph.row(n).len() as f32 * output_bias.data()[c];
+                let expected = Matrix::from_fn(n, 20, entry);
+                assert_close(product_on(isa, sums(), &weights, output_bias.data()).data(), expected.data(), 1e-5);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! One register tile serves all three products: forward, to the input and to the weights.
 
 use super::Matrix;
-use super::isa::{Isa, NARROW, RowKernel, WIDE, fused, relu};
+use super::isa::{Isa, NARROW, RowKernel, WIDE, fused};
 use super::matrix::window;
 use std::ops::Range;
 
@@ -25,39 +25,26 @@ use std::ops::Range;
 /// assert_eq!(product(&x, &w, &[0.5, 0.0]).data(), [21.5, 2.0]);
 /// ```
 pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    product_on(Isa::best(), x, weights, Bias { row: bias, repeats: &[] }, false)
+    product_on(Isa::best(), x, weights, bias)
 }
 
-/// Computes `x w + repeats bias`: row `i` gets `repeats[i]` times the bias, as a sum over that many terms `w + bias` does.
+/// Computes `[a | b] w`, without laying the two side by side as a whole.
 ///
 /// # Shapes
-/// - as in [`product`]; `repeats`: n
+/// - `a`: n x n_a, `b`: n x n_b
+/// - `weights`: (n_a + n_b) x n_out
+/// - returns n x n_out
 ///
 /// # Panics
 /// When the shapes do not match.
 ///
 /// ```
-/// use neural_mesh::linalg::{Matrix, product_repeated_bias};
-/// let (x, w) = (Matrix::new(2, 1, vec![1.0, 1.0]), Matrix::new(1, 1, vec![5.0]));
-/// assert_eq!(product_repeated_bias(&x, &w, &[0.5], &[1.0, 20.0]).data(), [5.5, 15.0]);
+/// use neural_mesh::linalg::{Matrix, concat_product};
+/// let column = |x: f32, y: f32| Matrix::new(2, 1, vec![x, y]);
+/// assert_eq!(concat_product(&column(1.0, 2.0), &column(3.0, 4.0), &column(10.0, 1.0)).data(), [13.0, 24.0]);
 /// ```
-pub fn product_repeated_bias(x: &Matrix, weights: &Matrix, bias: &[f32], repeats: &[f32]) -> Matrix {
-    assert_eq!(repeats.len(), x.n_rows(), "one repeat per row");
-    product_on(Isa::best(), x, weights, Bias { row: bias, repeats }, false)
-}
-
-/// Computes `max(x w + bias, 0)`; shapes as in [`product`].
-///
-/// # Panics
-/// When the shapes do not match.
-///
-/// ```
-/// use neural_mesh::linalg::{Matrix, product_relu};
-/// let x = Matrix::new(1, 1, vec![1.0]);
-/// assert_eq!(product_relu(&x, &Matrix::new(1, 2, vec![3.0, -3.0]), &[]).data(), [3.0, 0.0]);
-/// ```
-pub fn product_relu(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    product_on(Isa::best(), x, weights, Bias { row: bias, repeats: &[] }, true)
+pub fn concat_product(a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
+    concat_product_on(Isa::best(), a, b, weights)
 }
 
 /// Derivative of `x w` to `x`: `gradient` times the transposed weights, n x n_in.
@@ -76,10 +63,16 @@ pub fn product_weights_backward(x: &Matrix, gradient: &Matrix) -> Matrix {
     weights_backward_on(Isa::best(), x, gradient)
 }
 
-fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: Bias, relu: bool) -> Matrix {
+fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
     assert_eq!(x.n_cols(), weights.n_rows(), "columns of x and rows of weights");
-    assert!(bias.row.is_empty() || bias.row.len() == weights.n_cols(), "one bias per column");
-    isa.matrix(&Product { x, weights, bias, relu }, x.n_rows(), weights.n_cols())
+    assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
+    isa.matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
+}
+
+fn concat_product_on(isa: Isa, a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
+    assert_eq!(a.n_rows(), b.n_rows(), "as many rows on both sides");
+    assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "columns of both and rows of weights");
+    isa.matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
 }
 
 fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
@@ -93,35 +86,47 @@ fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
     Matrix::new(n_in, n_out, sum)
 }
 
-/// A row to add, none when empty, `repeats[i]` times to row `i`, once when that is empty.
-#[derive(Clone, Copy)]
-struct Bias<'a> {
-    row: &'a [f32],
-    repeats: &'a [f32],
-}
-
 struct Product<'a> {
     x: &'a Matrix,
     weights: &'a Matrix,
-    bias: Bias<'a>,
-    relu: bool,
+    bias: &'a [f32],
 }
 
 impl RowKernel for Product<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let [n_in, n_out] = self.weights.shape();
-        let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
-        let left = Strided { data: x, row_step: n_in, inner_step: 1 };
-        multiply::<FMA>(left, [rows.len(), n_in, n_out], self.weights.data(), out);
-        for (i, out) in rows.zip(out.chunks_exact_mut(n_out.max(1))) {
-            let repeats = self.bias.repeats.get(i).copied().unwrap_or(1.0);
-            out.iter_mut().zip(self.bias.row).for_each(|(y, bias)| *y += repeats * bias);
-            if self.relu {
-                out.iter_mut().for_each(|y| *y = relu(*y));
-            }
+        multiply_rows::<FMA>(&self.x.data()[rows.start * n_in..rows.end * n_in], self.weights, out);
+        for out in out.chunks_exact_mut(n_out.max(1)) {
+            out.iter_mut().zip(self.bias).for_each(|(y, bias)| *y += bias);
         }
     }
+}
+
+struct ConcatProduct<'a> {
+    a: &'a Matrix,
+    b: &'a Matrix,
+    weights: &'a Matrix,
+}
+
+impl RowKernel for ConcatProduct<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let mut joined = Vec::with_capacity(rows.len() * self.weights.n_rows());
+        for row in rows {
+            joined.extend_from_slice(self.a.row(row));
+            joined.extend_from_slice(self.b.row(row));
+        }
+        multiply_rows::<FMA>(&joined, self.weights, out);
+    }
+}
+
+/// Multiplies rows, n x n_in, with weights, n_in x n_out, into `out`.
+#[inline(always)]
+pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out: &mut [f32]) {
+    let [n_in, n_out] = weights.shape();
+    let left = Strided { data: rows, row_step: n_in, inner_step: 1 };
+    multiply::<FMA>(left, [rows.len() / n_in.max(1), n_in, n_out], weights.data(), out);
 }
 
 /// Rows summed per part; the parts are then added in order.
@@ -272,11 +277,18 @@ mod tests {
             {
                 let (x, w, b) = (random(n, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
                 let expected = naive(&x, &w, b.data());
-                let b = Bias { row: b.data(), repeats: &[] };
-                assert_close(product_on(isa, &x, &w, b, false).data(), expected.data(), 1e-5);
-                let clamped: Vec<f32> = expected.data().iter().map(|y| y.max(0.0)).collect();
-                assert_close(product_on(isa, &x, &w, b, true).data(), &clamped, 1e-5);
+                assert_close(product_on(isa, &x, &w, b.data()).data(), expected.data(), 1e-5);
             }
+        }
+    }
+
+    #[test]
+    fn a_product_of_two_parts_is_that_of_both_side_by_side() {
+        for isa in Isa::available() {
+            let (a, b, w) = (random(131, 9, 1), random(131, 64, 2), random(73, 40, 3));
+            let joined =
+                Matrix::from_fn(131, 73, |row, col| if col < 9 { a.row(row)[col] } else { b.row(row)[col - 9] });
+            assert_close(concat_product_on(isa, &a, &b, &w).data(), naive(&joined, &w, &[]).data(), 1e-5);
         }
     }
 

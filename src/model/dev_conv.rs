@@ -36,9 +36,7 @@ pub struct DevConv<T> {
 /// ```
 pub fn dev_conv(tape: &mut Tape, layer: &DevConv<Value>, x: &Value, graph: &Arc<Csr>) -> Value {
     let mapped = tape.product(x, &layer.theta);
-    let largest = tape.neighbour_max(&mapped, graph);
-    drop(mapped);
-    tape.product_relu(&largest, &layer.phi)
+    tape.neighbour_max_product_relu(&mapped, graph, &layer.phi)
 }
 
 impl DevConv<[usize; 2]> {

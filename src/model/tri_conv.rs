@@ -82,13 +82,9 @@ pub fn tri_conv(
     features: &Value,
     graph: &Arc<Csr>,
 ) -> Value {
-    let input = tape.concat(positions, features);
-    let mapped = tape.product(&input, &layer.hidden.weights);
-    drop(input);
-    let summed = tape.pair_relu(&mapped, &layer.hidden.bias, graph);
-    drop(mapped);
-    let n_neighbours: Arc<[f32]> = (0..graph.n_rows()).map(|n| graph.row(n).len() as f32).collect();
-    tape.affine_repeated(&summed, &layer.output.weights, &layer.output.bias, &n_neighbours)
+    let mapped = tape.concat_product(positions, features, &layer.hidden.weights);
+    let output = [&layer.output.weights, &layer.output.bias];
+    tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
 }
 
 impl TriConv<[usize; 2]> {

@@ -134,11 +134,12 @@ fn begin(stage: &'static str, progress: &mut dyn FnMut(Event) -> ControlFlow<()>
 mod tests {
     use super::*;
     use rustc_hash::FxHashMap;
+    use std::f32::consts::TAU;
 
     /// A torus of n x m quads, each cut in two.
     fn torus(n: u32, m: u32) -> TriMesh {
         let point = |i: u32| {
-            let (u, v) = ((i / m) as f32 / n as f32 * 6.283_185, (i % m) as f32 / m as f32 * 6.283_185);
+            let (u, v) = ((i / m) as f32 / n as f32 * TAU, (i % m) as f32 / m as f32 * TAU);
             [(2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin()]
         };
         let at = |i: u32, j: u32| i % n * m + j % m;
