@@ -61,7 +61,7 @@ impl Csr {
     /// The symmetric graph over `n` nodes with these edges; loops and repeats are left out.
     ///
     /// # Panics
-    /// When an edge names a node that does not exist.
+    /// When an edge names a node that does not exist, or there are more than `u32` counts.
     pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
         let edges = edges.into_iter().filter(|[a, b]| a != b);
         Self::from_entries(n, n, edges.flat_map(|[a, b]| [[a, b], [b, a]]))
@@ -70,7 +70,7 @@ impl Csr {
     /// The rows that hold these (row, column) entries; repeats are left out.
     ///
     /// # Panics
-    /// When an entry lies outside of n_rows x n_cols.
+    /// When an entry lies outside of n_rows x n_cols, or there are more than `u32` counts.
     pub fn from_entries(n_rows: usize, n_cols: usize, entries: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
         let mut offsets = vec![0u32; n_rows + 1];
         for [row, col] in entries.clone() {
@@ -78,7 +78,7 @@ impl Csr {
             offsets[row as usize + 1] += 1;
         }
         for row in 0..n_rows {
-            offsets[row + 1] += offsets[row];
+            offsets[row + 1] = offsets[row].checked_add(offsets[row + 1]).expect("at most 2^32 - 1 entries");
         }
         let mut columns = vec![0u32; offsets[n_rows] as usize];
         let mut next = offsets.clone();

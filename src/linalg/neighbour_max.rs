@@ -64,6 +64,13 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
 ///
 /// # Panics
 /// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_backward};
+/// let (u, gradient) = (Matrix::new(2, 1, vec![1.0, 5.0]), Matrix::new(2, 1, vec![10.0, 3.0]));
+/// let edge = Csr::from_edges(2, [[0, 1]]);
+/// assert_eq!(neighbour_max_backward(&u, &edge, &gradient).data(), [7.0, -7.0]);
+/// ```
 pub fn neighbour_max_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
     let isa = Isa::best();

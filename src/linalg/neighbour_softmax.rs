@@ -13,6 +13,12 @@ use std::ops::Range;
 ///
 /// # Panics
 /// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, neighbour_dots};
+/// let (q, k) = (Matrix::new(2, 1, vec![2.0, 3.0]), Matrix::new(2, 1, vec![5.0, 7.0]));
+/// assert_eq!(neighbour_dots(&q, &k, &Csr::from_edges(2, [[0, 1]])), [14.0, 15.0]);
+/// ```
 pub fn neighbour_dots(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
     dots_on(Isa::best(), q, k, graph)
 }
@@ -27,6 +33,13 @@ fn dots_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
 ///
 /// # Panics
 /// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, neighbour_dots_backward};
+/// let (q, k) = (Matrix::new(2, 1, vec![2.0, 3.0]), Matrix::new(2, 1, vec![5.0, 7.0]));
+/// let [to_q, to_k] = neighbour_dots_backward(&q, &k, &Csr::from_edges(2, [[0, 1]]), &[1.0, 10.0]);
+/// assert_eq!((to_q.data(), to_k.data()), ([7.0, 50.0].as_slice(), [30.0, 2.0].as_slice()));
+/// ```
 pub fn neighbour_dots_backward(q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
     assert_eq!(gradient.len(), graph.n_entries(), "one gradient per entry");
     let isa = Isa::best();
@@ -59,6 +72,12 @@ pub fn neighbour_softmax(values: &[f32], graph: &Csr) -> Vec<f32> {
 ///
 /// # Panics
 /// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, neighbour_softmax_backward};
+/// let row = Csr::from_entries(1, 2, [[0, 0], [0, 1]].into_iter());
+/// assert_eq!(neighbour_softmax_backward(&[0.5, 0.5], &row, &[1.0, 0.0]), [0.25, -0.25]);
+/// ```
 pub fn neighbour_softmax_backward(softmax: &[f32], graph: &Csr, gradient: &[f32]) -> Vec<f32> {
     assert_eq!([softmax.len(), gradient.len()], [graph.n_entries(); 2], "one value per entry");
     let row_backward = |row: usize| {

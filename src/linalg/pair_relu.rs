@@ -77,6 +77,14 @@ pub struct PairReluGradients {
 ///
 /// # Panics
 /// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, pair_relu_backward};
+/// let (u, gradient) = (Matrix::new(2, 1, vec![1.0, 5.0]), Matrix::new(2, 1, vec![10.0, 3.0]));
+/// // Only the pair (1, 0) is active: max(5 - 1, 0).
+/// let gradients = pair_relu_backward(&u, &[0.0], &Csr::from_edges(2, [[0, 1]]), &gradient);
+/// assert_eq!((gradients.u.data(), gradients.bias.data()), ([-3.0, 3.0].as_slice(), [3.0].as_slice()));
+/// ```
 pub fn pair_relu_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
     let isa = Isa::best();

@@ -95,6 +95,15 @@ fn common(graph: &Csr, i: usize, j: u32) -> impl Iterator<Item = (usize, usize, 
 /// # Shapes
 /// - `adjacency`: n_entries x 1
 /// - returns n_candidates x 1
+///
+/// ```
+/// use neural_mesh::{autodiff::{Tape, Value}, linalg::{Csr, Matrix}, model::{candidate_faces, prior}};
+/// let triangle = Csr::from_edges(3, [[0, 1], [1, 2], [0, 2]]);
+/// let adjacency = [0.25, 0.5, 0.25, 0.75, 0.5, 0.75];
+/// let candidates = candidate_faces(&triangle, &adjacency, &[]);
+/// let adjacency = Value::constant(Matrix::new(6, 1, adjacency.to_vec()));
+/// assert_eq!(prior(&mut Tape::default(), &adjacency, &candidates).matrix().data(), [0.5]);
+/// ```
 pub fn prior(tape: &mut Tape, adjacency: &Value, candidates: &CandidateFaces) -> Value {
     tape.mean_of_three(adjacency, &candidates.entries)
 }

@@ -39,6 +39,12 @@ pub fn point_sampler(tape: &mut Tape, net: &PointSampler<Value>, points: &Value,
 /// # Shapes
 /// - `scores`: n x 1
 /// - returns n x 1
+///
+/// ```
+/// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::inclusion_probabilities};
+/// let scores = Value::constant(Matrix::new(2, 1, vec![7.0, 7.0]));
+/// assert_eq!(inclusion_probabilities(&mut Tape::default(), &scores).matrix().data(), [0.5, 0.5]);
+/// ```
 pub fn inclusion_probabilities(tape: &mut Tape, scores: &Value) -> Value {
     tape.softmax(scores)
 }

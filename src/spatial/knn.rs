@@ -241,7 +241,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(24))]
+        #![proptest_config(ProptestConfig::with_cases(12))]
 
         #[test]
         fn agrees_with_brute_force(points in prop::collection::vec(prop::array::uniform3(-1.0f32..1.0), 0..300)) {

@@ -43,6 +43,13 @@ pub fn choose_faces(faces: &PredictedFaces, n_entries: usize) -> Vec<usize> {
 /// # Shapes
 /// - `positions`: n_samples x 3
 /// - `triangle`: samples, ascending
+///
+/// ```
+/// use neural_mesh::simplify::paper::{oriented, quotient};
+/// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let between = quotient(&positions, &[[0, 2, 1]], &[0, 1, 2], 3);
+/// assert_eq!(oriented([0, 1, 2], &positions, &between), [0, 2, 1]);
+/// ```
 pub fn oriented(triangle: [u32; 3], positions: &[[f32; 3]], quotient: &Quotient) -> [u32; 3] {
     let [i, j, k] = triangle;
     let inherited = quotient.triangles.binary_search(&triangle).map_or(0, |at| quotient.turns[at]);

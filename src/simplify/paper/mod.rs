@@ -79,6 +79,14 @@ pub fn simplify_paper(
 ///
 /// # Errors
 /// [`SimplifyError::Empty`] for a mesh without faces, [`SimplifyError::Interrupted`] when `progress` breaks.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::paper::paper_stages};
+/// use std::ops::ControlFlow;
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// let stages = paper_stages(&mesh, 3, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(stages.faces.candidates.triangles, [[0, 1, 2]]);
+/// ```
 pub fn paper_stages(
     mesh: &TriMesh,
     n_target_vertices: usize,
