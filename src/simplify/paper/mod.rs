@@ -10,8 +10,8 @@ pub use assembly::{choose_faces, oriented};
 pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use quotient::{Quotient, quotient};
 
+use super::network_scores::edge_graph;
 use super::{Event, SimplifyError, gumbel_top_k};
-use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::{PredictedEdges, PredictedFaces, Weights, normalized, predict_edges, predict_faces, vertex_scores};
 use std::ops::ControlFlow;
@@ -98,7 +98,7 @@ pub fn paper_stages(
         return Err(SimplifyError::Empty);
     }
     begin("scores", progress)?;
-    let rings = Arc::new(rings(mesh));
+    let rings = Arc::new(edge_graph(mesh));
     let points = normalized(mesh.positions());
     let scores = vertex_scores(weights, &points, &rings);
     begin("sample", progress)?;
@@ -120,11 +120,6 @@ fn assemble(sampled: &[[f32; 3]], stages: &PaperStages) -> Vec<[u32; 3]> {
     let triangles = chosen.iter().map(|&at| stages.faces.candidates.triangles[at]);
     let turned = triangles.map(|triangle| oriented(triangle, sampled, &stages.quotient));
     turned.map(|face| face.map(|sample| stages.samples[sample as usize])).collect()
-}
-
-fn rings(mesh: &TriMesh) -> Csr {
-    let edges = mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    Csr::from_edges(mesh.positions().len(), edges)
 }
 
 fn gather(points: &[[f32; 3]], samples: &[u32]) -> Vec<[f32; 3]> {
