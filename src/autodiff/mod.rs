@@ -1,1 +1,12 @@
 //! Reverse-mode differentiation over rank-2 matrices: a small tape, forward and backward side by side.
+//!
+//! An operation none of whose inputs depends on a parameter records nothing, so the code that trains is also the
+//! fast path of inference.
+
+mod dense;
+mod graph;
+mod tape;
+#[cfg(test)]
+pub(crate) mod test_gradients;
+
+pub use tape::{Gradients, Tape, Value};

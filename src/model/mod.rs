@@ -1,1 +1,34 @@
 //! The network of the paper, one file per named thing; sees points, graphs and matrices only.
+//!
+//! Every stage is one function over a [`Tape`](crate::autodiff::Tape): with constant weights it is inference and
+//! records nothing, with parameters it is training. Positions are those of [`normalized`] throughout.
+
+mod affine;
+mod architecture;
+mod candidate_faces;
+mod dev_conv;
+mod edge_predictor;
+mod extended_graph;
+mod face_classifier;
+mod inference;
+mod network;
+mod normalized;
+mod point_sampler;
+mod sparse_attention;
+mod tri_conv;
+mod weights;
+
+pub use affine::Affine;
+pub use architecture::Architecture;
+pub use candidate_faces::{CandidateFaces, candidate_faces, prior};
+pub use dev_conv::{DevConv, dev_conv};
+pub use edge_predictor::{EdgePredictor, Edges, edge_predictor};
+pub use extended_graph::extended_graph;
+pub use face_classifier::{FaceClassifier, face_classifier, triangle_graph};
+pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, vertex_scores};
+pub use network::Network;
+pub use normalized::normalized;
+pub use point_sampler::{PointSampler, inclusion_probabilities, point_sampler};
+pub use sparse_attention::{SparseAttention, sparse_attention};
+pub use tri_conv::{TriConv, tri_conv, triangle_positions};
+pub use weights::{Weights, WeightsError};

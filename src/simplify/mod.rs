@@ -1,14 +1,19 @@
 //! The pipeline, Secs. 3 and 4: a mesh and a target in, a lighter mesh and its story out.
 
 mod closed;
+mod network_scores;
 mod options;
+pub mod paper;
+mod sample_vertices;
 
 use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
 use closed::{Closed, End, Limit, Request, simplify_closed};
 
+pub use network_scores::network_scores;
 pub use options::{Assembly, Event, Options, Outcome, Report, ScoreSource, Simplified, SimplifyError, Target};
+pub use sample_vertices::gumbel_top_k;
 
 /// Samples per vertex asked for, where the caller leaves the choice.
 const OVERSAMPLE: f64 = 2.0;

@@ -1,7 +1,9 @@
 //! Nearest points: k-nn over points, nearest point on triangles; knows no meshes.
 
+mod knn;
 mod nearest_on_triangles;
 mod triangle_tree;
 
+pub use knn::{coherent_order, nearest_neighbours};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use triangle_tree::Bounds;

@@ -1,0 +1,143 @@
+//! Operations on whole matrices.
+
+use super::{Tape, Value};
+use crate::linalg::{Matrix, concat_product, product, product_input_backward, product_weights_backward};
+use std::ops::Range;
+use std::sync::Arc;
+
+impl Tape {
+    /// `x w`: n x n_in times n_in x n_out.
+    pub fn product(&mut self, x: &Value, weights: &Value) -> Value {
+        let result = product(&x.matrix, &weights.matrix, &[]);
+        let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());
+        self.record(result, [x, weights], move |gradient, [to_x, to_weights]| {
+            [
+                to_x.then(|| product_input_backward(gradient, &weights_kept)),
+                to_weights.then(|| product_weights_backward(&x_kept, gradient)),
+            ]
+        })
+    }
+
+    /// `x w + bias`, the bias 1 x n_out.
+    pub fn affine(&mut self, x: &Value, weights: &Value, bias: &Value) -> Value {
+        let result = product(&x.matrix, &weights.matrix, bias.matrix.data());
+        let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());
+        self.record(result, [x, weights, bias], move |gradient, [to_x, to_weights, to_bias]| {
+            [
+                to_x.then(|| product_input_backward(gradient, &weights_kept)),
+                to_weights.then(|| product_weights_backward(&x_kept, gradient)),
+                to_bias.then(|| column_sums(gradient)),
+            ]
+        })
+    }
+
+    /// `[a | b] w`: n x n_a and n x n_b to n x n_out.
+    pub fn concat_product(&mut self, a: &Value, b: &Value, weights: &Value) -> Value {
+        let result = concat_product(&a.matrix, &b.matrix, &weights.matrix);
+        let (a_kept, b_kept, weights_kept) = (a.matrix.clone(), b.matrix.clone(), weights.matrix.clone());
+        self.record(result, [a, b, weights], move |gradient, [to_a, to_b, to_weights]| {
+            let n_a = a_kept.n_cols();
+            let stacked = || {
+                let parts = [&a_kept, &b_kept].map(|part| product_weights_backward(part, gradient).into_data());
+                Matrix::new(weights_kept.n_rows(), weights_kept.n_cols(), parts.concat())
+            };
+            [
+                to_a.then(|| product_input_backward(gradient, &rows(&weights_kept, 0..n_a))),
+                to_b.then(|| product_input_backward(gradient, &rows(&weights_kept, n_a..weights_kept.n_rows()))),
+                to_weights.then(stacked),
+            ]
+        })
+    }
+
+    /// `1 / (1 + exp(-x))`, entry by entry.
+    pub fn sigmoid(&mut self, x: &Value) -> Value {
+        let [n_rows, n_cols] = x.matrix.shape();
+        let result = x.matrix.data().iter().map(|x| 1.0 / (1.0 + (-x).exp())).collect();
+        let result = Arc::new(Matrix::new(n_rows, n_cols, result));
+        let kept = result.clone();
+        self.record(result, [x], move |gradient, _| [Some(entrywise(gradient, &kept, |g, y| g * y * (1.0 - y)))])
+    }
+
+    /// The softmax over all entries: positive, summing to 1.
+    pub fn softmax(&mut self, x: &Value) -> Value {
+        let [n_rows, n_cols] = x.matrix.shape();
+        let result = Arc::new(Matrix::new(n_rows, n_cols, softmax(x.matrix.data())));
+        let kept = result.clone();
+        self.record(result, [x], move |gradient, _| {
+            let products = gradient.data().iter().zip(kept.data());
+            let mean = products.map(|(g, y)| f64::from(*g) * f64::from(*y)).sum::<f64>() as f32;
+            [Some(entrywise(gradient, &kept, |g, y| y * (g - mean)))]
+        })
+    }
+
+    /// The mean of three entries of a column, for each triple of row indices: n x 1 to n_triples x 1.
+    ///
+    /// # Panics
+    /// When an index is out of range.
+    pub fn mean_of_three(&mut self, x: &Value, triples: &Arc<[[u32; 3]]>) -> Value {
+        let [n_rows, _] = x.matrix.shape();
+        let mean = |triple: &[u32; 3]| triple.iter().map(|&at| x.matrix.data()[at as usize]).sum::<f32>() / 3.0;
+        let result = Matrix::new(triples.len(), 1, triples.iter().map(mean).collect());
+        let triples = triples.clone();
+        self.record(result, [x], move |gradient, _| {
+            let mut to_x = vec![0.0; n_rows];
+            for (triple, gradient) in triples.iter().zip(gradient.data()) {
+                triple.iter().for_each(|&at| to_x[at as usize] += gradient / 3.0);
+            }
+            [Some(Matrix::new(n_rows, 1, to_x))]
+        })
+    }
+}
+
+fn softmax(x: &[f32]) -> Vec<f32> {
+    let largest = x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let mut result: Vec<f32> = x.iter().map(|x| (x - largest).exp()).collect();
+    let sum: f64 = result.iter().map(|&y| f64::from(y)).sum();
+    result.iter_mut().for_each(|y| *y = (f64::from(*y) / sum) as f32);
+    result
+}
+
+fn column_sums(m: &Matrix) -> Matrix {
+    product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
+}
+
+fn rows(m: &Matrix, range: Range<usize>) -> Matrix {
+    Matrix::new(range.len(), m.n_cols(), m.data()[range.start * m.n_cols()..range.end * m.n_cols()].to_vec())
+}
+
+pub(super) fn entrywise(a: &Matrix, b: &Matrix, f: impl Fn(f32, f32) -> f32) -> Matrix {
+    let entries = a.data().iter().zip(b.data()).map(|(a, b)| f(*a, *b));
+    Matrix::new(a.n_rows(), a.n_cols(), entries.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_gradients::check_gradients;
+    use super::*;
+    use crate::linalg::test_values::random;
+
+    #[test]
+    fn gradients_of_products() {
+        let inputs = [random(30, 5, 1), random(5, 7, 2), random(1, 7, 3)];
+        check_gradients(&inputs, |tape, v| tape.product(&v[0], &v[1]));
+        check_gradients(&inputs, |tape, v| tape.affine(&v[0], &v[1], &v[2]));
+        let inputs = [random(30, 5, 1), random(30, 4, 2), random(9, 7, 3)];
+        check_gradients(&inputs, |tape, v| tape.concat_product(&v[0], &v[1], &v[2]));
+    }
+
+    #[test]
+    fn gradients_of_entrywise_operations() {
+        let inputs = [random(12, 3, 1)];
+        check_gradients(&inputs, |tape, v| tape.sigmoid(&v[0]));
+        check_gradients(&inputs, |tape, v| tape.softmax(&v[0]));
+        let triples: Arc<[[u32; 3]]> = [[0, 1, 2], [2, 7, 11], [2, 0, 3]].into();
+        check_gradients(&[random(12, 1, 3)], |tape, v| tape.mean_of_three(&v[0], &triples));
+    }
+
+    #[test]
+    fn softmax_sums_to_one_and_stays_finite() {
+        let mut tape = Tape::default();
+        let y = tape.softmax(&Value::constant(Matrix::new(3, 1, vec![1e30, 1e30, -1e30])));
+        assert_eq!(y.matrix().data(), [0.5, 0.5, 0.0]);
+    }
+}

@@ -1,0 +1,116 @@
+//! Operations along the edges of a graph. Values that stand one per entry of a graph are columns, n_entries x 1.
+
+use super::dense::entrywise;
+use super::{Tape, Value};
+use crate::linalg::{self, Csr, Matrix};
+use std::sync::Arc;
+
+impl Tape {
+    /// `max(y w, 0)` with `y_i = max over neighbours j of (u_i - u_j)`, zero without neighbours: n x width to n x n_out.
+    pub fn neighbour_max_product_relu(&mut self, u: &Value, graph: &Arc<Csr>, weights: &Value) -> Value {
+        let result = Arc::new(linalg::neighbour_max_product_relu(&u.matrix, graph, &weights.matrix));
+        let (u_kept, weights_kept, active, graph) =
+            (u.matrix.clone(), weights.matrix.clone(), result.clone(), graph.clone());
+        self.record(result, [u, weights], move |gradient, [to_u, to_weights]| {
+            let gradient = entrywise(gradient, &active, |g, y| if y > 0.0 { g } else { 0.0 });
+            let to_largest = || linalg::product_input_backward(&gradient, &weights_kept);
+            [
+                to_u.then(|| linalg::neighbour_max_backward(&u_kept, &graph, &to_largest())),
+                to_weights
+                    .then(|| linalg::product_weights_backward(&linalg::neighbour_max(&u_kept, &graph), &gradient)),
+            ]
+        })
+    }
+
+    /// `<q_i, k_j>` for every entry (i, j): two n x width to n_entries x 1.
+    pub fn neighbour_dots(&mut self, q: &Value, k: &Value, graph: &Arc<Csr>) -> Value {
+        let result = column(linalg::neighbour_dots(&q.matrix, &k.matrix, graph));
+        let (q_kept, k_kept, graph) = (q.matrix.clone(), k.matrix.clone(), graph.clone());
+        self.record(result, [q, k], move |gradient, _| {
+            linalg::neighbour_dots_backward(&q_kept, &k_kept, &graph, gradient.data()).map(Some)
+        })
+    }
+
+    /// The softmax over each row of the graph: n_entries x 1 to n_entries x 1.
+    pub fn neighbour_softmax(&mut self, x: &Value, graph: &Arc<Csr>) -> Value {
+        let result = Arc::new(column(linalg::neighbour_softmax(x.matrix.data(), graph)));
+        let (kept, graph) = (result.clone(), graph.clone());
+        self.record(result, [x], move |gradient, _| {
+            [Some(column(linalg::neighbour_softmax_backward(kept.data(), &graph, gradient.data())))]
+        })
+    }
+
+    /// `S A S^T` on the entries of `graph`, which are also those of S: n_entries x 1 to n_entries x 1.
+    pub fn sparse_product(&mut self, s: &Value, graph: &Arc<Csr>, adjacency: &Arc<Csr>) -> Value {
+        let result = column(linalg::sparse_product(s.matrix.data(), graph, adjacency));
+        let (s_kept, graph, adjacency) = (s.matrix.clone(), graph.clone(), adjacency.clone());
+        self.record(result, [s], move |gradient, _| {
+            [Some(column(linalg::sparse_product_backward(s_kept.data(), &graph, &adjacency, gradient.data())))]
+        })
+    }
+
+    /// `y w + m output_bias` with `y_n = sum over the m neighbours k of max(u_n - u_k + bias, 0)`: n x width to n x n_out,
+    /// the biases 1 x width and 1 x n_out.
+    pub fn pair_relu_product(
+        &mut self,
+        [u, bias]: [&Value; 2],
+        graph: &Arc<Csr>,
+        [weights, output_bias]: [&Value; 2],
+    ) -> Value {
+        let [hidden_bias, last_bias] = [bias, output_bias].map(|bias| bias.matrix.data());
+        let result = linalg::pair_relu_product(&u.matrix, hidden_bias, graph, &weights.matrix, last_bias);
+        let [u_kept, bias_kept, weights_kept] = [u, bias, weights].map(|value| value.matrix.clone());
+        let graph = graph.clone();
+        self.record(result, [u, bias, weights, output_bias], move |gradient, [_, _, to_weights, to_output_bias]| {
+            let to_sums = linalg::product_input_backward(gradient, &weights_kept);
+            let inner = linalg::pair_relu_backward(&u_kept, bias_kept.data(), &graph, &to_sums);
+            let sums = || linalg::pair_relu(&u_kept, bias_kept.data(), &graph);
+            let n_neighbours = || column((0..graph.n_rows()).map(|n| graph.row(n).len() as f32).collect());
+            [
+                Some(inner.u),
+                Some(inner.bias),
+                to_weights.then(|| linalg::product_weights_backward(&sums(), gradient)),
+                to_output_bias.then(|| linalg::product_weights_backward(&n_neighbours(), gradient)),
+            ]
+        })
+    }
+}
+
+fn column(values: Vec<f32>) -> Matrix {
+    Matrix::new(values.len(), 1, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_gradients::check_gradients;
+    use super::*;
+    use crate::linalg::test_values::{ragged_graph, random};
+
+    fn symmetric_graph(n: usize) -> Arc<Csr> {
+        let entries: Vec<_> = ragged_graph(n).entries().collect();
+        Csr::from_edges(n, entries).into()
+    }
+
+    #[test]
+    fn gradients_of_dev_conv_and_tri_conv_kernels() {
+        let graph = Arc::new(ragged_graph(25));
+        let inputs = [random(25, 6, 1), random(1, 6, 2), random(6, 5, 3), random(1, 5, 4)];
+        check_gradients(&inputs, |tape, v| tape.neighbour_max_product_relu(&v[0], &graph, &v[2]));
+        check_gradients(&inputs, |tape, v| tape.pair_relu_product([&v[0], &v[1]], &graph, [&v[2], &v[3]]));
+    }
+
+    #[test]
+    fn gradients_of_attention() {
+        let graph = Arc::new(ragged_graph(25));
+        let values = [random(graph.n_entries(), 1, 1)];
+        check_gradients(&values, |tape, v| tape.neighbour_softmax(&v[0], &graph));
+        check_gradients(&[random(25, 6, 1), random(25, 6, 2)], |tape, v| tape.neighbour_dots(&v[0], &v[1], &graph));
+    }
+
+    #[test]
+    fn gradients_of_the_sparse_product() {
+        let (graph, adjacency) = (symmetric_graph(25), Csr::from_edges(25, [[0, 1], [1, 7], [3, 20], [8, 9], [1, 3]]));
+        let adjacency = Arc::new(adjacency);
+        check_gradients(&[random(graph.n_entries(), 1, 1)], |tape, v| tape.sparse_product(&v[0], &graph, &adjacency));
+    }
+}

@@ -1,0 +1,210 @@
+//! Sparse rows: which columns each row names. A graph is the square case; values stand beside it, one per entry.
+
+use std::ops::Range;
+
+/// Compressed sparse rows: the columns of row `i` are `columns[offsets[i]..offsets[i + 1]]`, each row ascending
+/// and without repeats. Values, where a matrix has some, are a slice beside it with one number per entry.
+///
+/// ```
+/// use neural_mesh::linalg::Csr;
+/// let path = Csr::from_edges(3, [[0, 1], [2, 1]]);
+/// assert_eq!(path.row(1), [0, 2]);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Csr {
+    offsets: Vec<u32>,
+    columns: Vec<u32>,
+    n_cols: usize,
+}
+
+/// Why offsets and columns do not make a [`Csr`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidCsr {
+    /// Offsets must begin at 0, never fall, and end at the number of entries.
+    BadOffsets,
+    /// A column of this row does not exist, repeats, or stands before a smaller one.
+    BadRow {
+        /// Index of the row.
+        row: usize,
+    },
+}
+
+impl std::fmt::Display for InvalidCsr {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::BadOffsets => write!(f, "offsets must begin at 0, never fall, and end at the number of entries"),
+            Self::BadRow { row } => write!(f, "row {row} must name existing columns, ascending and each once"),
+        }
+    }
+}
+
+impl std::error::Error for InvalidCsr {}
+
+impl Csr {
+    /// Builds sparse rows from offsets (n_rows + 1) and columns (n_entries), checking both.
+    ///
+    /// # Errors
+    /// [`InvalidCsr`] names the first row that is wrong.
+    pub fn new(offsets: Vec<u32>, columns: Vec<u32>, n_cols: usize) -> Result<Self, InvalidCsr> {
+        let ends_match = offsets.first() == Some(&0) && offsets.last().map(|&end| end as usize) == Some(columns.len());
+        if !ends_match || !offsets.is_sorted() {
+            return Err(InvalidCsr::BadOffsets);
+        }
+        let csr = Self { offsets, columns, n_cols };
+        let is_bad = |row: &[u32]| row.last().is_some_and(|&c| c as usize >= n_cols) || !row.is_sorted_by(|a, b| a < b);
+        match (0..csr.n_rows()).find(|&row| is_bad(csr.row(row))) {
+            Some(row) => Err(InvalidCsr::BadRow { row }),
+            None => Ok(csr),
+        }
+    }
+
+    /// The symmetric graph over `n` nodes with these edges; loops and repeats are left out.
+    ///
+    /// # Panics
+    /// When an edge names a node that does not exist, or there are more than `u32` counts.
+    pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
+        let edges = edges.into_iter().filter(|[a, b]| a != b);
+        Self::from_entries(n, n, edges.flat_map(|[a, b]| [[a, b], [b, a]]))
+    }
+
+    /// The rows that hold these (row, column) entries; repeats are left out.
+    ///
+    /// # Panics
+    /// When an entry lies outside of n_rows x n_cols, or there are more than `u32` counts.
+    pub fn from_entries(n_rows: usize, n_cols: usize, entries: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
+        let mut offsets = vec![0u32; n_rows + 1];
+        for [row, col] in entries.clone() {
+            assert!((col as usize) < n_cols, "column {col} of {n_cols}");
+            offsets[row as usize + 1] += 1;
+        }
+        for row in 0..n_rows {
+            offsets[row + 1] = offsets[row].checked_add(offsets[row + 1]).expect("at most 2^32 - 1 entries");
+        }
+        let mut columns = vec![0u32; offsets[n_rows] as usize];
+        let mut next = offsets.clone();
+        for [row, col] in entries {
+            let slot = &mut next[row as usize];
+            columns[*slot as usize] = col;
+            *slot += 1;
+        }
+        sort_rows(&mut offsets, &mut columns);
+        Self { offsets, columns, n_cols }
+    }
+
+    /// Number of rows.
+    pub fn n_rows(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Number of columns.
+    pub fn n_cols(&self) -> usize {
+        self.n_cols
+    }
+
+    /// Number of entries over all rows.
+    pub fn n_entries(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Columns of one row, ascending.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    #[inline]
+    pub fn row(&self, row: usize) -> &[u32] {
+        &self.columns[self.range(row)]
+    }
+
+    /// Where the entries of a row stand among all entries.
+    #[inline]
+    pub fn range(&self, row: usize) -> Range<usize> {
+        self.offsets[row] as usize..self.offsets[row + 1] as usize
+    }
+
+    /// Where the entries of these rows stand among all entries.
+    #[inline]
+    pub fn range_of_rows(&self, rows: Range<usize>) -> Range<usize> {
+        self.offsets[rows.start] as usize..self.offsets[rows.end] as usize
+    }
+
+    /// Where the entry in `row` and `col` stands among all entries, `None` where there is none.
+    pub fn position(&self, row: usize, col: u32) -> Option<usize> {
+        Some(self.range(row).start + self.row(row).binary_search(&col).ok()?)
+    }
+
+    /// All entries as (row, column), row by row.
+    pub fn entries(&self) -> impl Iterator<Item = [u32; 2]> + Clone {
+        (0..self.n_rows()).flat_map(|row| self.row(row).iter().map(move |&col| [row as u32, col]))
+    }
+
+    /// The transposed rows, and for each of their entries where it stood among the entries of `self`.
+    pub fn transposed(&self) -> (Self, Vec<u32>) {
+        let flipped = self.entries().map(|[row, col]| [col, row]);
+        let transposed = Self::from_entries(self.n_cols, self.n_rows(), flipped);
+        let mut next = transposed.offsets.clone();
+        let mut origin = vec![0u32; self.n_entries()];
+        for (position, &col) in self.columns.iter().enumerate() {
+            let slot = &mut next[col as usize];
+            origin[*slot as usize] = position as u32;
+            *slot += 1;
+        }
+        (transposed, origin)
+    }
+
+    /// Whether every entry has its mirror image.
+    pub fn is_symmetric(&self) -> bool {
+        self.n_rows() == self.n_cols && self.transposed().0 == *self
+    }
+}
+
+/// Sorts each row, takes repeats out and closes the gaps.
+fn sort_rows(offsets: &mut [u32], columns: &mut Vec<u32>) {
+    let mut kept = 0;
+    let mut begin = 0;
+    for end_slot in &mut offsets[1..] {
+        let end = *end_slot as usize;
+        columns[begin..end].sort_unstable();
+        let row_start = kept;
+        for at in begin..end {
+            if kept == row_start || columns[kept - 1] != columns[at] {
+                columns[kept] = columns[at];
+                kept += 1;
+            }
+        }
+        *end_slot = kept as u32;
+        begin = end;
+    }
+    columns.truncate(kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_make_a_symmetric_graph_without_loops_and_repeats() {
+        let graph = Csr::from_edges(4, [[0, 1], [1, 0], [2, 2], [3, 1]]);
+        assert_eq!((0..4).map(|i| graph.row(i).to_vec()).collect::<Vec<_>>(), [vec![1], vec![0, 3], vec![], vec![1]]);
+        assert!(graph.is_symmetric());
+        assert_eq!(graph.position(1, 3), Some(2));
+        assert_eq!(graph.position(0, 3), None);
+    }
+
+    #[test]
+    fn transposing_remembers_where_entries_stood() {
+        let csr = Csr::from_entries(2, 3, [[0, 2], [1, 0], [1, 2]].into_iter());
+        let (transposed, origin) = csr.transposed();
+        assert_eq!(transposed.entries().collect::<Vec<_>>(), [[0, 1], [2, 0], [2, 1]]);
+        assert_eq!(origin, [1, 0, 2]);
+        assert!(!csr.is_symmetric());
+    }
+
+    #[test]
+    fn wrong_rows_are_refused() {
+        assert_eq!(Csr::new(vec![], vec![], 0), Err(InvalidCsr::BadOffsets));
+        assert_eq!(Csr::new(vec![0, 2, 1], vec![0], 1), Err(InvalidCsr::BadOffsets));
+        assert_eq!(Csr::new(vec![0, 1, 2], vec![0, 1], 1), Err(InvalidCsr::BadRow { row: 1 }));
+        assert_eq!(Csr::new(vec![0, 2], vec![1, 1], 2), Err(InvalidCsr::BadRow { row: 0 }));
+        assert!(Csr::new(vec![0, 2], vec![0, 1], 2).is_ok());
+    }
+}

@@ -1,0 +1,259 @@
+//! The sum over neighbours of `ReLU(u_n - u_k + bias)`: the hidden layer of TriConv, Eq. (5), factorised.
+//!
+//! A perceptron with one hidden layer, applied to differences and summed, needs no product per pair: its first
+//! layer acts on each triangle before the difference, its last layer commutes with the sum. What is left per pair
+//! stands here.
+
+use super::isa::{Isa, NARROW, RowKernel, WIDE, relu};
+use super::matrix::window;
+use super::product::multiply_rows;
+use super::{Csr, Matrix};
+use std::ops::Range;
+
+/// Computes `y_n = sum over neighbours k of max(u_n - u_k + bias, 0)`.
+///
+/// # Shapes
+/// - `u`: n x width, `bias`: width
+/// - `graph`: n rows, columns below n
+/// - returns n x width
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, pair_relu};
+/// let u = Matrix::new(3, 1, vec![1.0, 5.0, 7.0]);
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// assert_eq!(pair_relu(&u, &[1.0], &path).data(), [0.0, 5.0, 3.0]);
+/// ```
+pub fn pair_relu(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
+    pair_relu_on(Isa::best(), Forward::new(u, bias, graph))
+}
+
+fn pair_relu_on(isa: Isa, sums: Forward) -> Matrix {
+    let [n_rows, n_cols] = sums.u.shape();
+    isa.matrix(&sums, n_rows, n_cols)
+}
+
+/// Computes `y w + m output_bias` for `y` of [`pair_relu`], which is never held as a whole; m is the number of
+/// neighbours, so that this is the sum over them of a perceptron with one hidden layer.
+///
+/// # Shapes
+/// - `u`, `bias`, `graph`: as for [`pair_relu`]
+/// - `weights`: width x n_out, `output_bias`: n_out
+/// - returns n x n_out
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, pair_relu_product};
+/// let u = Matrix::new(3, 1, vec![1.0, 5.0, 7.0]);
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// let weights = Matrix::new(1, 1, vec![10.0]);
+/// assert_eq!(pair_relu_product(&u, &[1.0], &path, &weights, &[0.5]).data(), [0.5, 51.0, 30.5]);
+/// ```
+pub fn pair_relu_product(u: &Matrix, bias: &[f32], graph: &Csr, weights: &Matrix, output_bias: &[f32]) -> Matrix {
+    product_on(Isa::best(), Forward::new(u, bias, graph), weights, output_bias)
+}
+
+fn product_on(isa: Isa, sums: Forward, weights: &Matrix, output_bias: &[f32]) -> Matrix {
+    assert_eq!(sums.u.n_cols(), weights.n_rows(), "columns of u and rows of weights");
+    assert_eq!(output_bias.len(), weights.n_cols(), "one output bias per column");
+    let n_rows = sums.u.n_rows();
+    isa.matrix(&ForwardProduct { sums, weights, output_bias }, n_rows, weights.n_cols())
+}
+
+/// Derivatives of [`pair_relu`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairReluGradients {
+    /// To `u`, n x width.
+    pub u: Matrix,
+    /// To the bias, 1 x width.
+    pub bias: Matrix,
+}
+
+/// Derivatives of [`pair_relu`] to `u` and the bias.
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, pair_relu_backward};
+/// let (u, gradient) = (Matrix::new(2, 1, vec![1.0, 5.0]), Matrix::new(2, 1, vec![10.0, 3.0]));
+/// // Only the pair (1, 0) is active: max(5 - 1, 0).
+/// let gradients = pair_relu_backward(&u, &[0.0], &Csr::from_edges(2, [[0, 1]]), &gradient);
+/// assert_eq!((gradients.u.data(), gradients.bias.data()), ([-3.0, 3.0].as_slice(), [3.0].as_slice()));
+/// ```
+pub fn pair_relu_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
+    assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
+    let isa = Isa::best();
+    let (incoming, _) = graph.transposed();
+    let [n, width] = u.shape();
+    let mut to_u = isa.matrix(&BackwardOwn { u, bias, graph, gradient }, n, width);
+    let mut to_bias = vec![0.0; width];
+    for row in 0..n {
+        to_bias.iter_mut().zip(to_u.row(row)).for_each(|(sum, g)| *sum += g);
+    }
+    let from_others = isa.matrix(&BackwardOthers { u, bias, incoming: &incoming, gradient }, n, width);
+    to_u.data_mut().iter_mut().zip(from_others.data()).for_each(|(own, other)| *own -= other);
+    PairReluGradients { u: to_u, bias: Matrix::new(1, width, to_bias) }
+}
+
+struct Forward<'a> {
+    u: &'a Matrix,
+    bias: &'a [f32],
+    graph: &'a Csr,
+}
+
+impl RowKernel for Forward<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let width = self.u.n_cols();
+        for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
+            let mut col = 0;
+            while col + WIDE <= width {
+                self.columns::<WIDE>(n, col, out);
+                col += WIDE;
+            }
+            while col + NARROW <= width {
+                self.columns::<NARROW>(n, col, out);
+                col += NARROW;
+            }
+            for col in col..width {
+                self.columns::<1>(n, col, out);
+            }
+        }
+    }
+}
+
+impl<'a> Forward<'a> {
+    fn new(u: &'a Matrix, bias: &'a [f32], graph: &'a Csr) -> Self {
+        assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
+        assert_eq!(bias.len(), u.n_cols(), "one bias per column");
+        Self { u, bias, graph }
+    }
+
+    #[inline(always)]
+    fn columns<const COLS: usize>(&self, n: usize, col: usize, out: &mut [f32]) {
+        let mut own = *self.u.window::<COLS>(n, col);
+        own.iter_mut().zip(window::<COLS>(self.bias, col)).for_each(|(own, bias)| *own += bias);
+        let mut sums = [0.0f32; COLS];
+        // Four neighbours at once: a quarter of the loads and stores of the sums.
+        let (groups, rest) = self.graph.row(n).as_chunks();
+        for &[i, j, k, l] in groups {
+            let [i, j, k, l] = [self.other::<COLS>(i, col), self.other(j, col), self.other(k, col), self.other(l, col)];
+            for c in 0..COLS {
+                sums[c] += (relu(own[c] - i[c]) + relu(own[c] - j[c])) + (relu(own[c] - k[c]) + relu(own[c] - l[c]));
+            }
+        }
+        for &k in rest {
+            let other = self.other::<COLS>(k, col);
+            for c in 0..COLS {
+                sums[c] += relu(own[c] - other[c]);
+            }
+        }
+        out[col..][..COLS].copy_from_slice(&sums);
+    }
+
+    #[inline(always)]
+    fn other<const COLS: usize>(&self, k: u32, col: usize) -> &[f32; COLS] {
+        self.u.window(k as usize, col)
+    }
+}
+
+struct ForwardProduct<'a> {
+    sums: Forward<'a>,
+    weights: &'a Matrix,
+    output_bias: &'a [f32],
+}
+
+impl RowKernel for ForwardProduct<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let mut sums = vec![0.0; rows.len() * self.weights.n_rows()];
+        self.sums.compute::<FMA>(rows.clone(), &mut sums);
+        multiply_rows::<FMA>(&sums, self.weights, out);
+        for (n, out) in rows.zip(out.chunks_exact_mut(self.output_bias.len().max(1))) {
+            let n_neighbours = self.sums.graph.row(n).len() as f32;
+            out.iter_mut().zip(self.output_bias).for_each(|(y, bias)| *y += n_neighbours * bias);
+        }
+    }
+}
+
+/// What reaches `u_n` as the first of a pair: its gradient times the number of active neighbours.
+struct BackwardOwn<'a> {
+    u: &'a Matrix,
+    bias: &'a [f32],
+    graph: &'a Csr,
+    gradient: &'a Matrix,
+}
+
+impl RowKernel for BackwardOwn<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let width = self.u.n_cols();
+        let mut own = vec![0.0f32; width];
+        for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
+            own.iter_mut().zip(self.u.row(n)).zip(self.bias).for_each(|((own, u), bias)| *own = u + bias);
+            for &k in self.graph.row(n) {
+                for (count, (own, other)) in out.iter_mut().zip(own.iter().zip(self.u.row(k as usize))) {
+                    *count += if own - other > 0.0 { 1.0 } else { 0.0 };
+                }
+            }
+            out.iter_mut().zip(self.gradient.row(n)).for_each(|(count, g)| *count *= g);
+        }
+    }
+}
+
+/// What reaches `u_k` as the second of a pair, without its minus sign.
+struct BackwardOthers<'a> {
+    u: &'a Matrix,
+    bias: &'a [f32],
+    incoming: &'a Csr,
+    gradient: &'a Matrix,
+}
+
+impl RowKernel for BackwardOthers<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        for (k, out) in rows.zip(out.chunks_exact_mut(self.u.n_cols().max(1))) {
+            for &n in self.incoming.row(k) {
+                let first = self.u.row(n as usize).iter().zip(self.bias).zip(self.gradient.row(n as usize));
+                for (sum, (((own, bias), gradient), other)) in out.iter_mut().zip(first.zip(self.u.row(k))) {
+                    *sum += if own + bias - other > 0.0 { *gradient } else { 0.0 };
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::product;
+    use super::super::test_values::{assert_close, ragged_graph, random};
+    use super::*;
+
+    fn naive(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
+        Matrix::from_fn(u.n_rows(), u.n_cols(), |n, c| {
+            graph.row(n).iter().map(|&k| (u.row(n)[c] - u.row(k as usize)[c] + bias[c]).max(0.0)).sum()
+        })
+    }
+
+    #[test]
+    fn every_instruction_set_agrees_with_the_pair_by_pair_form() {
+        for isa in Isa::available() {
+            for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37], [70, 128]] {
+                let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
+                let expected = naive(&u, bias.data(), &graph);
+                let sums = || Forward::new(&u, bias.data(), &graph);
+                assert_close(pair_relu_on(isa, sums()).data(), expected.data(), 1e-5);
+                let (weights, output_bias) = (random(width, 20, 7), random(1, 20, 8));
+                let product = product(&expected, &weights, &[]);
+                let entry = |n: usize, c| product.row(n)[c] + graph.row(n).len() as f32 * output_bias.data()[c];
+                let expected = Matrix::from_fn(n, 20, entry);
+                assert_close(product_on(isa, sums(), &weights, output_bias.data()).data(), expected.data(), 1e-5);
+            }
+        }
+    }
+}

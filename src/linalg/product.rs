@@ -1,0 +1,316 @@
+//! The product of a matrix of features with a matrix of weights, and its derivatives.
+//!
+//! One register tile serves all three products: forward, to the input and to the weights.
+
+use super::Matrix;
+use super::isa::{Isa, NARROW, RowKernel, WIDE, fused};
+use super::matrix::window;
+use std::ops::Range;
+
+/// Computes `x w + bias`.
+///
+/// # Shapes
+/// - `x`: n x n_in
+/// - `weights`: n_in x n_out, one row per input
+/// - `bias`: n_out, or empty for none
+/// - returns n x n_out
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Matrix, product};
+/// let x = Matrix::new(1, 2, vec![1.0, 2.0]);
+/// let w = Matrix::new(2, 2, vec![1.0, 0.0, 10.0, 1.0]);
+/// assert_eq!(product(&x, &w, &[0.5, 0.0]).data(), [21.5, 2.0]);
+/// ```
+pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
+    product_on(Isa::best(), x, weights, bias)
+}
+
+/// Computes `[a | b] w`, without laying the two side by side as a whole.
+///
+/// # Shapes
+/// - `a`: n x n_a, `b`: n x n_b
+/// - `weights`: (n_a + n_b) x n_out
+/// - returns n x n_out
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Matrix, concat_product};
+/// let column = |x: f32, y: f32| Matrix::new(2, 1, vec![x, y]);
+/// assert_eq!(concat_product(&column(1.0, 2.0), &column(3.0, 4.0), &column(10.0, 1.0)).data(), [13.0, 24.0]);
+/// ```
+pub fn concat_product(a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
+    concat_product_on(Isa::best(), a, b, weights)
+}
+
+/// Derivative of `x w` to `x`: `gradient` times the transposed weights, n x n_in.
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Matrix, product_input_backward};
+/// let (gradient, weights) = (Matrix::new(1, 1, vec![2.0]), Matrix::new(2, 1, vec![3.0, 4.0]));
+/// assert_eq!(product_input_backward(&gradient, &weights).data(), [6.0, 8.0]);
+/// ```
+pub fn product_input_backward(gradient: &Matrix, weights: &Matrix) -> Matrix {
+    product(gradient, &weights.transposed(), &[])
+}
+
+/// Derivative of `x w` to `w`: the transposed `x` times `gradient`, n_in x n_out.
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Matrix, product_weights_backward};
+/// let (x, gradient) = (Matrix::new(2, 1, vec![3.0, 4.0]), Matrix::new(2, 1, vec![1.0, 10.0]));
+/// assert_eq!(product_weights_backward(&x, &gradient).data(), [43.0]);
+/// ```
+pub fn product_weights_backward(x: &Matrix, gradient: &Matrix) -> Matrix {
+    weights_backward_on(Isa::best(), x, gradient)
+}
+
+fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
+    assert_eq!(x.n_cols(), weights.n_rows(), "columns of x and rows of weights");
+    assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
+    isa.matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
+}
+
+fn concat_product_on(isa: Isa, a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
+    assert_eq!(a.n_rows(), b.n_rows(), "as many rows on both sides");
+    assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "columns of both and rows of weights");
+    isa.matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
+}
+
+fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
+    assert_eq!(x.n_rows(), gradient.n_rows(), "rows of x and of the gradient");
+    let [n_in, n_out] = [x.n_cols(), gradient.n_cols()];
+    let parts = isa.matrix(&WeightsBackward { x, gradient }, x.n_rows().div_ceil(PART), n_in * n_out);
+    let mut sum = vec![0.0; n_in * n_out];
+    for part in 0..parts.n_rows() {
+        sum.iter_mut().zip(parts.row(part)).for_each(|(s, p)| *s += p);
+    }
+    Matrix::new(n_in, n_out, sum)
+}
+
+struct Product<'a> {
+    x: &'a Matrix,
+    weights: &'a Matrix,
+    bias: &'a [f32],
+}
+
+impl RowKernel for Product<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let [n_in, n_out] = self.weights.shape();
+        multiply_rows::<FMA>(&self.x.data()[rows.start * n_in..rows.end * n_in], self.weights, out);
+        for out in out.chunks_exact_mut(n_out.max(1)) {
+            out.iter_mut().zip(self.bias).for_each(|(y, bias)| *y += bias);
+        }
+    }
+}
+
+struct ConcatProduct<'a> {
+    a: &'a Matrix,
+    b: &'a Matrix,
+    weights: &'a Matrix,
+}
+
+impl RowKernel for ConcatProduct<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let mut joined = Vec::with_capacity(rows.len() * self.weights.n_rows());
+        for row in rows {
+            joined.extend_from_slice(self.a.row(row));
+            joined.extend_from_slice(self.b.row(row));
+        }
+        multiply_rows::<FMA>(&joined, self.weights, out);
+    }
+}
+
+/// Multiplies rows, n x n_in, with weights, n_in x n_out, into `out`.
+#[inline(always)]
+pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out: &mut [f32]) {
+    let [n_in, n_out] = weights.shape();
+    let left = Strided { data: rows, row_step: n_in, inner_step: 1 };
+    multiply::<FMA>(left, [rows.len() / n_in.max(1), n_in, n_out], weights.data(), out);
+}
+
+/// Rows summed per part; the parts are then added in order.
+const PART: usize = 256;
+
+struct WeightsBackward<'a> {
+    x: &'a Matrix,
+    gradient: &'a Matrix,
+}
+
+impl RowKernel for WeightsBackward<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, parts: Range<usize>, out: &mut [f32]) {
+        let [n_in, n_out] = [self.x.n_cols(), self.gradient.n_cols()];
+        for (part, out) in parts.zip(out.chunks_exact_mut((n_in * n_out).max(1))) {
+            let rows = part * PART..((part + 1) * PART).min(self.x.n_rows());
+            let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
+            let gradient = &self.gradient.data()[rows.start * n_out..rows.end * n_out];
+            let left = Strided { data: x, row_step: 1, inner_step: n_in };
+            multiply::<FMA>(left, [n_in, rows.len(), n_out], gradient, out);
+        }
+    }
+}
+
+/// A left factor whose entry (row, k) is `data[row * row_step + k * inner_step]`.
+#[derive(Clone, Copy)]
+struct Strided<'a> {
+    data: &'a [f32],
+    row_step: usize,
+    inner_step: usize,
+}
+
+impl<'a> Strided<'a> {
+    #[inline(always)]
+    fn at_row(self, row: usize) -> Self {
+        Self { data: &self.data[row * self.row_step..], ..self }
+    }
+
+    #[inline(always)]
+    fn entry(self, row: usize, k: usize) -> f32 {
+        self.data[row * self.row_step + k * self.inner_step]
+    }
+}
+
+/// Rows, and entries of a row, that a tile takes at once: sixteen factors, each used for all columns of the tile.
+const TILE: usize = 4;
+
+#[inline(always)]
+fn multiply<const FMA: bool>(left: Strided, shape: [usize; 3], right: &[f32], out: &mut [f32]) {
+    let [n, n_inner, n_out] = shape;
+    if n == 0 || n_inner == 0 {
+        return;
+    }
+    let mut col = 0;
+    while col + WIDE <= n_out {
+        columns::<FMA, WIDE>(left, shape, &right[col..], &mut out[col..]);
+        col += WIDE;
+    }
+    while col + NARROW <= n_out {
+        columns::<FMA, NARROW>(left, shape, &right[col..], &mut out[col..]);
+        col += NARROW;
+    }
+    for col in col..n_out {
+        columns::<FMA, 1>(left, shape, &right[col..], &mut out[col..]);
+    }
+}
+
+/// All rows of COLS columns: few enough that this part of the right factor stays in the nearest cache.
+#[inline(always)]
+fn columns<const FMA: bool, const COLS: usize>(
+    left: Strided,
+    [n, n_inner, n_out]: [usize; 3],
+    right: &[f32],
+    out: &mut [f32],
+) {
+    let n_tiled = n - n % TILE;
+    for row in (0..n_tiled).step_by(TILE) {
+        tile::<FMA, TILE, COLS>(left.at_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+    }
+    for row in n_tiled..n {
+        tile::<FMA, 1, COLS>(left.at_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+    }
+}
+
+/// The ROWS x COLS entries of the product at the head of `out`.
+#[inline(always)]
+fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
+    left: Strided,
+    [n_inner, n_out]: [usize; 2],
+    right: &[f32],
+    out: &mut [f32],
+) {
+    let mut sums = [[0.0f32; COLS]; ROWS];
+    let n_tiled = n_inner - n_inner % TILE;
+    for k in (0..n_tiled).step_by(TILE) {
+        add_products::<FMA, ROWS, TILE, COLS>(left, k, n_out, right, &mut sums);
+    }
+    for k in n_tiled..n_inner {
+        add_products::<FMA, ROWS, 1, COLS>(left, k, n_out, right, &mut sums);
+    }
+    for (row, sums) in sums.iter().enumerate() {
+        out[row * n_out..][..COLS].copy_from_slice(sums);
+    }
+}
+
+#[inline(always)]
+fn add_products<const FMA: bool, const ROWS: usize, const INNER: usize, const COLS: usize>(
+    left: Strided,
+    k: usize,
+    n_out: usize,
+    right: &[f32],
+    sums: &mut [[f32; COLS]; ROWS],
+) {
+    let mut factors = [[0.0f32; INNER]; ROWS];
+    let mut rights = [&[0.0f32; COLS]; INNER];
+    for i in 0..INNER {
+        rights[i] = window(right, (k + i) * n_out);
+        for (row, factors) in factors.iter_mut().enumerate() {
+            factors[i] = left.entry(row, k + i);
+        }
+    }
+    for col in 0..COLS {
+        for row in 0..ROWS {
+            for i in 0..INNER {
+                sums[row][col] = fused::<FMA>(factors[row][i], rights[i][col], sums[row][col]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_values::{assert_close, random};
+    use super::*;
+
+    fn naive(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
+        Matrix::from_fn(x.n_rows(), weights.n_cols(), |i, c| {
+            let dot: f32 = (0..x.n_cols()).map(|k| x.row(i)[k] * weights.row(k)[c]).sum();
+            dot + bias.get(c).unwrap_or(&0.0)
+        })
+    }
+
+    #[test]
+    fn every_instruction_set_agrees_with_the_naive_product() {
+        for isa in Isa::available() {
+            for [n, n_in, n_out] in
+                [[0, 3, 4], [1, 1, 1], [7, 3, 64], [131, 64, 33], [70, 73, 128], [20, 64, 1], [5, 0, 3]]
+            {
+                let (x, w, b) = (random(n, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
+                let expected = naive(&x, &w, b.data());
+                assert_close(product_on(isa, &x, &w, b.data()).data(), expected.data(), 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn a_product_of_two_parts_is_that_of_both_side_by_side() {
+        for isa in Isa::available() {
+            let (a, b, w) = (random(131, 9, 1), random(131, 64, 2), random(73, 40, 3));
+            let joined =
+                Matrix::from_fn(131, 73, |row, col| if col < 9 { a.row(row)[col] } else { b.row(row)[col - 9] });
+            assert_close(concat_product_on(isa, &a, &b, &w).data(), naive(&joined, &w, &[]).data(), 1e-5);
+        }
+    }
+
+    #[test]
+    fn derivatives_are_products_with_transposes() {
+        for isa in Isa::available() {
+            let (x, w, g) = (random(600, 9, 1), random(9, 37, 2), random(600, 37, 3));
+            let to_weights = naive(&x.transposed(), &g, &[]);
+            assert_close(weights_backward_on(isa, &x, &g).data(), to_weights.data(), 1e-4);
+            assert_close(product_input_backward(&g, &w).data(), naive(&g, &w.transposed(), &[]).data(), 1e-5);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The sizes of the network.
+
+use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSampler, SparseAttention, TriConv};
+
+/// Numbers of layers, widths and neighbours; the default is the paper's.
+///
+/// ```
+/// use neural_mesh::model::Architecture;
+/// let sizes = Architecture::default();
+/// assert_eq!((sizes.edge_knn, sizes.face_knn), (15, 20));
+/// assert_eq!(sizes.n_parameters(), 119_618);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Architecture {
+    /// DevConv layers of the Point Sampler.
+    pub point_sampler_layers: usize,
+    /// Their width.
+    pub point_sampler_width: usize,
+    /// Width of the Edge Predictor's DevConv.
+    pub edge_predictor_width: usize,
+    /// Width of its queries and keys.
+    pub attention_width: usize,
+    /// Nearest samples that each sample is joined with.
+    pub edge_knn: usize,
+    /// TriConv layers of the Face Classifier.
+    pub face_classifier_layers: usize,
+    /// Their width.
+    pub face_classifier_width: usize,
+    /// Nearest triangles that each triangle is joined with.
+    pub face_knn: usize,
+}
+
+impl Default for Architecture {
+    fn default() -> Self {
+        Self {
+            point_sampler_layers: 3,
+            point_sampler_width: 64,
+            edge_predictor_width: 64,
+            attention_width: 64,
+            edge_knn: 15,
+            face_classifier_layers: 3,
+            face_classifier_width: 128,
+            face_knn: 20,
+        }
+    }
+}
+
+/// The largest size that a file may ask for, so that no header makes the program allocate without end.
+const MAX_SIZE: usize = 1024;
+
+impl Architecture {
+    /// The shapes of all tensors.
+    pub fn shapes(&self) -> Network<[usize; 2]> {
+        let width = self.point_sampler_width;
+        let dev_convs = (0..self.point_sampler_layers).map(|i| DevConv::shape(if i == 0 { 3 } else { width }, width));
+        let attention = [self.edge_predictor_width, self.attention_width];
+        let face_width = self.face_classifier_width;
+        let tri_convs =
+            (0..self.face_classifier_layers).map(|i| TriConv::shape(if i == 0 { 1 } else { face_width }, face_width));
+        Network {
+            point_sampler: PointSampler { dev_convs: dev_convs.collect(), score: Affine::shape(width, 1) },
+            edge_predictor: EdgePredictor {
+                dev_conv: DevConv::shape(3, self.edge_predictor_width),
+                attention: SparseAttention { query: attention, key: attention },
+            },
+            face_classifier: FaceClassifier { tri_convs: tri_convs.collect(), output: Affine::shape(face_width, 1) },
+        }
+    }
+
+    /// Number of weights over all tensors.
+    pub fn n_parameters(&self) -> usize {
+        let mut sum = 0;
+        self.shapes().map(|_, [n_rows, n_cols]| sum += n_rows * n_cols);
+        sum
+    }
+
+    /// The sizes as `name=size` words, for the metadata of a weights file.
+    pub(super) fn to_text(self) -> String {
+        let words = self.clone().fields().map(|(name, size)| format!("{name}={size}"));
+        words.join(" ")
+    }
+
+    /// Reads what [`Architecture::to_text`] writes; each size must be there once, in 1..=1024. `Err` names the trouble.
+    pub(super) fn from_text(text: &str) -> Result<Self, String> {
+        let mut sizes = Self::default();
+        for (name, size) in sizes.fields() {
+            let mut values =
+                text.split_whitespace().filter_map(|word| word.split_once('=')).filter(|(n, _)| *n == name);
+            let (Some((_, value)), None) = (values.next(), values.next()) else {
+                return Err(format!("must state `{name}` once"));
+            };
+            *size = value
+                .parse()
+                .ok()
+                .filter(|size| (1..=MAX_SIZE).contains(size))
+                .ok_or(format!("`{name}={value}` is not a size between 1 and {MAX_SIZE}"))?;
+        }
+        Ok(sizes)
+    }
+
+    fn fields(&mut self) -> [(&'static str, &mut usize); 8] {
+        [
+            ("point_sampler_layers", &mut self.point_sampler_layers),
+            ("point_sampler_width", &mut self.point_sampler_width),
+            ("edge_predictor_width", &mut self.edge_predictor_width),
+            ("attention_width", &mut self.attention_width),
+            ("edge_knn", &mut self.edge_knn),
+            ("face_classifier_layers", &mut self.face_classifier_layers),
+            ("face_classifier_width", &mut self.face_classifier_width),
+            ("face_knn", &mut self.face_knn),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_round_trips_and_bad_text_is_named() {
+        let sizes = Architecture { edge_knn: 7, ..Architecture::default() };
+        assert_eq!(Architecture::from_text(&sizes.to_text()), Ok(sizes));
+        let text = sizes.to_text();
+        assert!(Architecture::from_text(&text.replace("edge_knn=7", "")).unwrap_err().contains("edge_knn"));
+        for bad in ["edge_knn=0", "edge_knn=99999999999", "edge_knn=-1", "edge_knn=7 edge_knn=8"] {
+            assert!(Architecture::from_text(&text.replace("edge_knn=7", bad)).unwrap_err().contains("edge_knn"));
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The Edge Predictor, Sec. 3.2: features over G_ext, attention along it, and the predicted adjacency of Eq. (3).
+
+use super::{DevConv, SparseAttention, dev_conv, sparse_attention};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::Csr;
+use std::sync::Arc;
+
+/// A DevConv and an attention layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EdgePredictor<T> {
+    /// Over positions.
+    pub dev_conv: DevConv<T>,
+    /// Over its features.
+    pub attention: SparseAttention<T>,
+}
+
+/// What the Edge Predictor says of the edges of G_ext; both n_entries x 1, one value per entry.
+#[derive(Clone, Debug)]
+pub struct Edges {
+    /// S, Eq. (2): each row is a distribution.
+    pub attention: Value,
+    /// A_s, Eq. (3): not negative, symmetric.
+    pub adjacency: Value,
+}
+
+/// Computes `A_s[i, j] = S[i, :] A S[j, :]^T` for i, j in G_ext, Eq. (3), with S from Eq. (2) over DevConv features.
+///
+/// A is the original connectivity carried over to the samples: two are joined where the mesh joins their regions. (The
+/// mesh's own adjacency between samples is nearly empty.)
+///
+/// # Shapes
+/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `graph`: n x n, the extended graph, symmetric
+/// - `original`: n x n, A, symmetric
+///
+/// ```
+/// use neural_mesh::{autodiff::{Tape, Value}, linalg::{Csr, Matrix}, model::{Weights, edge_predictor}};
+/// use std::sync::Arc;
+/// let weights = Weights::random(1);
+/// let points = Value::constant(Matrix::new(2, 3, vec![0.0, 0.0, 0.0, 0.5, 0.0, 0.0]));
+/// let edge = Arc::new(Csr::from_edges(2, [[0, 1]]));
+/// let edges = edge_predictor(&mut Tape::default(), &weights.constants().edge_predictor, &points, &edge, &edge);
+/// assert_eq!(edges.adjacency.matrix().data(), [1.0, 1.0]);
+/// ```
+pub fn edge_predictor(
+    tape: &mut Tape,
+    net: &EdgePredictor<Value>,
+    points: &Value,
+    graph: &Arc<Csr>,
+    original: &Arc<Csr>,
+) -> Edges {
+    let features = dev_conv(tape, &net.dev_conv, points, graph);
+    let attention = sparse_attention(tape, &net.attention, &features, graph);
+    let adjacency = tape.sparse_product(&attention, graph, original);
+    Edges { attention, adjacency }
+}
+
+impl<T> EdgePredictor<T> {
+    pub(super) fn try_map<U, E>(
+        &self,
+        name: &str,
+        f: &mut impl FnMut(&str, &T) -> Result<U, E>,
+    ) -> Result<EdgePredictor<U>, E> {
+        Ok(EdgePredictor {
+            dev_conv: self.dev_conv.try_map(&format!("{name}.dev_conv"), f)?,
+            attention: self.attention.try_map(&format!("{name}.attention"), f)?,
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! The Face Classifier, Sec. 3.3: the probability that a candidate face belongs to the surface.
+
+use super::candidate_faces::barycenters;
+use super::{Affine, TriConv, tri_conv, triangle_positions};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::Csr;
+use crate::spatial::nearest_neighbours;
+use std::sync::Arc;
+
+/// Stacked TriConv layers and a linear map to one number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaceClassifier<T> {
+    /// The layers, the first over the prior.
+    pub tri_convs: Vec<TriConv<T>>,
+    /// width to 1.
+    pub output: Affine<T>,
+}
+
+/// Joins every triangle with the k others whose barycenters are nearest: G_tri.
+///
+/// # Shapes
+/// - `points`: n x 3, `triangles`: n_triangles x 3
+/// - returns n_triangles x n_triangles; a triangle is no neighbour of its own
+///
+/// # Panics
+/// When a corner is no point.
+///
+/// ```
+/// use neural_mesh::model::triangle_graph;
+/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 0.0]];
+/// let graph = triangle_graph(&points, &[[0, 1, 2], [1, 2, 3], [0, 1, 3]], 1);
+/// assert_eq!((graph.row(0), graph.row(1)), ([2].as_slice(), [2].as_slice()));
+/// ```
+pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> Csr {
+    let neighbours = nearest_neighbours(&barycenters(points, triangles), k);
+    let k = neighbours.len() / triangles.len().max(1);
+    let entries = neighbours.iter().enumerate().map(|(at, &j)| [(at / k) as u32, j]);
+    Csr::from_entries(triangles.len(), triangles.len(), entries)
+}
+
+/// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.
+///
+/// The paper's softmax over all triangles would leave none above one half; two classes per triangle are a sigmoid.
+///
+/// # Shapes
+/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `triangles`: n_triangles x 3, corners ascending by original vertex
+/// - `graph`: from [`triangle_graph`]
+/// - `prior`: n_triangles x 1
+/// - returns n_triangles x 1, each in 0..=1
+///
+/// ```
+/// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::{Weights, face_classifier, triangle_graph}};
+/// let weights = Weights::random(1);
+/// let points = [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.5, 0.5, 0.0]];
+/// let triangles = [[0, 1, 2], [1, 2, 3]];
+/// let graph = triangle_graph(&points, &triangles, 20).into();
+/// let prior = Value::constant(Matrix::new(2, 1, vec![0.5, 0.25]));
+/// let net = weights.constants().face_classifier;
+/// let probabilities = face_classifier(&mut Tape::default(), &net, &points, &triangles, &graph, &prior);
+/// assert!(probabilities.matrix().data().iter().all(|p| (0.0..=1.0).contains(p)));
+/// ```
+pub fn face_classifier(
+    tape: &mut Tape,
+    net: &FaceClassifier<Value>,
+    points: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    graph: &Arc<Csr>,
+    prior: &Value,
+) -> Value {
+    let positions = Value::constant(triangle_positions(points, triangles));
+    let layers = net.tri_convs.iter();
+    let features = layers.fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, &f, graph));
+    let logits = tape.affine(&features, &net.output.weights, &net.output.bias);
+    tape.sigmoid(&logits)
+}
+
+impl<T> FaceClassifier<T> {
+    pub(super) fn try_map<U, E>(
+        &self,
+        name: &str,
+        f: &mut impl FnMut(&str, &T) -> Result<U, E>,
+    ) -> Result<FaceClassifier<U>, E> {
+        let layers = self.tri_convs.iter().enumerate();
+        Ok(FaceClassifier {
+            tri_convs: layers.map(|(i, l)| l.try_map(&format!("{name}.tri_conv_{i}"), f)).collect::<Result<_, _>>()?,
+            output: self.output.try_map(&format!("{name}.output"), f)?,
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! The three stages over plain slices, weights constant: what a pipeline or an adapter for another framework calls.
+
+use super::{
+    CandidateFaces, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier, point_sampler, prior,
+    triangle_graph,
+};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use std::sync::Arc;
+
+/// Scores every vertex with the Point Sampler, Sec. 3.1; larger ones are sampled sooner.
+///
+/// # Shapes
+/// - `points`: n x 3, from [`normalized`](super::normalized)
+/// - `rings`: n x n, the edges of the mesh
+/// - returns n scores
+///
+/// # Panics
+/// When `rings` has another number of rows.
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, model::{Weights, normalized, vertex_scores}};
+/// let points = normalized(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+/// let rings = Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]).into();
+/// assert_eq!(vertex_scores(&Weights::random(1), &points, &rings).len(), 3);
+/// ```
+pub fn vertex_scores(weights: &Weights, points: &[[f32; 3]], rings: &Arc<Csr>) -> Vec<f32> {
+    let points = Value::constant(Matrix::from_points(points));
+    let scores = point_sampler(&mut Tape::default(), &weights.constants().point_sampler, &points, rings);
+    scores.matrix().data().to_vec()
+}
+
+/// G_ext and what the Edge Predictor says of its edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PredictedEdges {
+    /// G_ext, n x n, symmetric.
+    pub graph: Arc<Csr>,
+    /// S, Eq. (2), one value per entry of the graph.
+    pub attention: Vec<f32>,
+    /// A_s, Eq. (3), one value per entry of the graph.
+    pub adjacency: Vec<f32>,
+}
+
+/// Extends the connectivity of the samples and weighs its edges, Sec. 3.2.
+///
+/// # Shapes
+/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `original`: n x n, which samples the mesh joins, symmetric
+///
+/// # Panics
+/// When `original` has another number of rows.
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges}};
+/// let points = [[0.0; 3], [0.6, 0.0, 0.0], [0.0, 0.6, 0.0]];
+/// let edges = predict_edges(&Weights::random(1), &points, &Csr::from_edges(3, [[0, 1], [1, 2]]).into());
+/// assert_eq!(edges.adjacency.len(), 6);
+/// ```
+pub fn predict_edges(weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>) -> PredictedEdges {
+    let graph = Arc::new(extended_graph(points, original, weights.architecture().edge_knn));
+    let points = Value::constant(Matrix::from_points(points));
+    let net = weights.constants().edge_predictor;
+    let edges = edge_predictor(&mut Tape::default(), &net, &points, &graph, original);
+    let [attention, adjacency] = [edges.attention, edges.adjacency].map(|values| values.matrix().data().to_vec());
+    PredictedEdges { graph, attention, adjacency }
+}
+
+/// Candidate faces with what the network says of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PredictedFaces {
+    /// The candidates.
+    pub candidates: CandidateFaces,
+    /// p_init of each.
+    pub prior: Vec<f32>,
+    /// Probability of each, in 0..=1.
+    pub probabilities: Vec<f32>,
+}
+
+/// Finds candidate faces and classifies them, Secs. 3.2 and 3.3.
+///
+/// # Shapes
+/// - `points`: n x 3, the samples, in the normalized frame of the mesh, in the order of their original indices
+/// - `original`: n_original x 3, triangles that the mesh spans between regions, each ascending, the list sorted
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges, predict_faces}};
+/// let weights = Weights::random(1);
+/// let points = [[0.0; 3], [0.6, 0.0, 0.0], [0.0, 0.6, 0.0]];
+/// let edges = predict_edges(&weights, &points, &Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]).into());
+/// let faces = predict_faces(&weights, &points, &edges, &[[0, 1, 2]]);
+/// assert_eq!(faces.candidates.triangles, [[0, 1, 2]]);
+/// ```
+pub fn predict_faces(
+    weights: &Weights,
+    points: &[[f32; 3]],
+    edges: &PredictedEdges,
+    original: &[[u32; 3]],
+) -> PredictedFaces {
+    let candidates = candidate_faces(&edges.graph, &edges.adjacency, original).in_coherent_order(points);
+    let graph = Arc::new(triangle_graph(points, &candidates.triangles, weights.architecture().face_knn));
+    let tape = &mut Tape::default();
+    let adjacency = Value::constant(Matrix::new(edges.adjacency.len(), 1, edges.adjacency.clone()));
+    let prior = prior(tape, &adjacency, &candidates);
+    let net = weights.constants().face_classifier;
+    let probabilities = face_classifier(tape, &net, points, &candidates.triangles, &graph, &prior);
+    let [prior, probabilities] = [prior, probabilities].map(|values| values.matrix().data().to_vec());
+    PredictedFaces { candidates, prior, probabilities }
+}

@@ -1,0 +1,135 @@
+//! TriConv, Eqs. (4) and (5) of Sec. 3.3: how a triangle lies among its neighbours.
+
+use super::Affine;
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use std::sync::Arc;
+
+/// The perceptron of a TriConv: `hidden` acts on differences, then ReLU, then `output`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriConv<T> {
+    /// 9 + n_in to width.
+    pub hidden: Affine<T>,
+    /// width to width.
+    pub output: Affine<T>,
+}
+
+/// Describes each triangle by `[t_min | t_max | b]`; the relative position `r_{n,m}` of Eq. (4) is the difference of two
+/// such rows.
+///
+/// `t_min` and `t_max` are the least and largest coordinates of the edge vectors `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, and
+/// depend on the order of the corners: give them ascending by original vertex. `b` is the barycenter.
+///
+/// # Shapes
+/// - `points`: n x 3, `triangles`: n_triangles x 3
+/// - returns n_triangles x 9
+///
+/// # Panics
+/// When a corner is no point.
+///
+/// ```
+/// use neural_mesh::model::triangle_positions;
+/// let points = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 6.0, 0.0]];
+/// let row = triangle_positions(&points, &[[0, 1, 2]]).into_data();
+/// // Edges: (-3, 0, 0), (0, -6, 0), (3, -6, 0).
+/// assert_eq!(row, [-3.0, -6.0, 0.0, 3.0, 0.0, 0.0, 1.0, 2.0, 0.0]);
+/// ```
+pub fn triangle_positions(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Matrix {
+    let mut rows = Vec::with_capacity(triangles.len() * 9);
+    for &corners in triangles {
+        let [i, j, k] = corners.map(|v| points[v as usize]);
+        let edges = |axis: usize| [i[axis] - j[axis], i[axis] - k[axis], j[axis] - k[axis]];
+        rows.extend((0..3).map(|axis| edges(axis).into_iter().fold(f32::INFINITY, f32::min)));
+        rows.extend((0..3).map(|axis| edges(axis).into_iter().fold(f32::NEG_INFINITY, f32::max)));
+        rows.extend((0..3).map(|axis| (i[axis] + j[axis] + k[axis]) / 3.0));
+    }
+    Matrix::new(triangles.len(), 9, rows)
+}
+
+/// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5).
+///
+/// The first layer acts on differences of `[position | feature]`, so it is one product per triangle; the last commutes with
+/// the sum. What is left per pair is an addition and a ReLU.
+///
+/// # Shapes
+/// - `positions`: n x 9, from [`triangle_positions`]
+/// - `features`: n x n_in
+/// - `graph`: n x n
+/// - returns n x width
+///
+/// ```
+/// use neural_mesh::autodiff::{Tape, Value};
+/// use neural_mesh::linalg::{Csr, Matrix};
+/// use neural_mesh::model::{Affine, TriConv, tri_conv};
+/// let value = |rows: usize, data: Vec<f32>| Value::constant(Matrix::new(rows, data.len() / rows, data));
+/// // Looks at the feature only: MLP(d) = 2 ReLU(d + 1) + 10.
+/// let mut first = vec![0.0; 10];
+/// first[9] = 1.0;
+/// let layer = TriConv {
+///     hidden: Affine { weights: value(10, first), bias: value(1, vec![1.0]) },
+///     output: Affine { weights: value(1, vec![2.0]), bias: value(1, vec![10.0]) },
+/// };
+/// let (positions, features) = (value(3, vec![0.0; 27]), value(3, vec![5.0, 3.0, 4.5]));
+/// let star = Csr::from_edges(3, [[0, 1], [0, 2]]).into();
+/// let f = tri_conv(&mut Tape::default(), &layer, &positions, &features, &star);
+/// // For triangle 0: 2 (3 + 1.5) + 2 * 10.
+/// assert_eq!(f.matrix().data(), [29.0, 10.0, 11.0]);
+/// ```
+pub fn tri_conv(
+    tape: &mut Tape,
+    layer: &TriConv<Value>,
+    positions: &Value,
+    features: &Value,
+    graph: &Arc<Csr>,
+) -> Value {
+    let mapped = tape.concat_product(positions, features, &layer.hidden.weights);
+    let output = [&layer.output.weights, &layer.output.bias];
+    tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
+}
+
+impl TriConv<[usize; 2]> {
+    pub(super) fn shape(n_in: usize, width: usize) -> Self {
+        Self { hidden: Affine::shape(9 + n_in, width), output: Affine::shape(width, width) }
+    }
+}
+
+impl<T> TriConv<T> {
+    pub(super) fn try_map<U, E>(
+        &self,
+        name: &str,
+        f: &mut impl FnMut(&str, &T) -> Result<U, E>,
+    ) -> Result<TriConv<U>, E> {
+        let hidden = self.hidden.try_map(&format!("{name}.hidden"), f)?;
+        Ok(TriConv { hidden, output: self.output.try_map(&format!("{name}.output"), f)? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::test_values::{assert_close, ragged_graph, random};
+
+    #[test]
+    fn agrees_with_the_equation_pair_by_pair() {
+        let (positions, features, graph) = (random(40, 9, 1), random(40, 5, 2), Arc::new(ragged_graph(40)));
+        let [w1, b1, w2, b2] = [random(14, 8, 3), random(1, 8, 4), random(8, 8, 5), random(1, 8, 6)];
+        let affine = |w: &Matrix, b: &Matrix, x: &[f32]| -> Vec<f32> {
+            let dot = |c: usize| x.iter().enumerate().map(|(k, x)| x * w.row(k)[c]).sum::<f32>();
+            (0..w.n_cols()).map(|c| dot(c) + b.data()[c]).collect()
+        };
+        let row = |n: usize| [positions.row(n), features.row(n)].concat();
+        let mut naive = vec![0.0; 40 * 8];
+        for [n, k] in graph.entries() {
+            let difference: Vec<f32> = row(n as usize).iter().zip(row(k as usize)).map(|(a, b)| a - b).collect();
+            let hidden: Vec<f32> = affine(&w1, &b1, &difference).iter().map(|h| h.max(0.0)).collect();
+            let sums = &mut naive[n as usize * 8..][..8];
+            sums.iter_mut().zip(affine(&w2, &b2, &hidden)).for_each(|(sum, y)| *sum += y);
+        }
+        let [weights, bias, output_weights, output_bias] = [w1, b1, w2, b2].map(Value::constant);
+        let layer =
+            TriConv { hidden: Affine { weights, bias }, output: Affine { weights: output_weights, bias: output_bias } };
+        let [positions, features] = [positions.clone(), features.clone()].map(Value::constant);
+        let result = tri_conv(&mut Tape::default(), &layer, &positions, &features, &graph);
+        assert_close(result.matrix().data(), &naive, 1e-5);
+    }
+}

@@ -1,0 +1,259 @@
+//! The paper's pipeline from end to end: sample, connect, classify, assemble (Secs. 3.1 to 3.3 and 4).
+//!
+//! Vertices stay where they were in the input. Nothing here promises a closed surface.
+
+mod assembly;
+mod assignment;
+mod quotient;
+
+pub use assembly::{choose_faces, oriented};
+pub use assignment::{NO_SAMPLE, assign_to_samples};
+pub use quotient::{Quotient, quotient};
+
+use super::network_scores::edge_graph;
+use super::{Event, SimplifyError, gumbel_top_k};
+use crate::mesh::TriMesh;
+use crate::model::{PredictedEdges, PredictedFaces, Weights, normalized, predict_edges, predict_faces, vertex_scores};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// A simplified mesh over vertices of the input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaperResult {
+    /// The sampled vertices of the input, ascending; some may be on no face.
+    pub vertices: Vec<u32>,
+    /// n_faces x 3 vertices of the input, each edge on at most two faces.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// What the stages before the assembly found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaperStages {
+    /// One score per input vertex.
+    pub scores: Vec<f32>,
+    /// The sampled vertices of the input, ascending.
+    pub samples: Vec<u32>,
+    /// For each input vertex its sample, or [`NO_SAMPLE`].
+    pub assignment: Vec<u32>,
+    /// The mesh between the regions of the samples.
+    pub quotient: Quotient,
+    /// G_ext, S and A_s.
+    pub edges: PredictedEdges,
+    /// Candidate faces with prior and probability.
+    pub faces: PredictedFaces,
+}
+
+/// Simplifies a mesh as the paper does: `n_target_vertices` of its vertices stay, at their positions.
+///
+/// # Errors
+/// [`SimplifyError::Empty`] for a mesh without faces, [`SimplifyError::NothingKept`] where no face is above one half,
+/// [`SimplifyError::Interrupted`] when `progress` breaks.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::{SimplifyError, paper::simplify_paper}};
+/// use std::ops::ControlFlow;
+/// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let mesh = TriMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
+/// match simplify_paper(&mesh, 4, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())) {
+///     Ok(result) => assert_eq!(result.vertices, [0, 1, 2, 3]),
+///     Err(error) => assert_eq!(error, SimplifyError::NothingKept),
+/// }
+/// ```
+pub fn simplify_paper(
+    mesh: &TriMesh,
+    n_target_vertices: usize,
+    weights: &Weights,
+    seed: u64,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<PaperResult, SimplifyError> {
+    let stages = paper_stages(mesh, n_target_vertices, weights, seed, progress)?;
+    begin("assemble", progress)?;
+    let faces = assemble(&gather(mesh.positions(), &stages.samples), &stages);
+    if faces.is_empty() {
+        return Err(SimplifyError::NothingKept);
+    }
+    Ok(PaperResult { vertices: stages.samples, faces })
+}
+
+/// Runs the stages before the assembly; see [`simplify_paper`].
+///
+/// # Errors
+/// [`SimplifyError::Empty`] for a mesh without faces, [`SimplifyError::Interrupted`] when `progress` breaks.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::paper::paper_stages};
+/// use std::ops::ControlFlow;
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// let stages = paper_stages(&mesh, 3, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(stages.faces.candidates.triangles, [[0, 1, 2]]);
+/// ```
+pub fn paper_stages(
+    mesh: &TriMesh,
+    n_target_vertices: usize,
+    weights: &Weights,
+    seed: u64,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<PaperStages, SimplifyError> {
+    if mesh.faces().is_empty() {
+        return Err(SimplifyError::Empty);
+    }
+    begin("scores", progress)?;
+    let rings = Arc::new(edge_graph(mesh));
+    let points = normalized(mesh.positions());
+    let scores = vertex_scores(weights, &points, &rings);
+    begin("sample", progress)?;
+    let samples = gumbel_top_k(&scores, n_target_vertices, seed);
+    begin("assign", progress)?;
+    let assignment = assign_to_samples(&points, &rings, &samples);
+    let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
+    begin("edges", progress)?;
+    let sampled = gather(&points, &samples);
+    let edges = predict_edges(weights, &sampled, &Arc::new(quotient.edges.clone()));
+    begin("faces", progress)?;
+    let faces = predict_faces(weights, &sampled, &edges, &quotient.triangles);
+    Ok(PaperStages { scores, samples, assignment, quotient, edges, faces })
+}
+
+/// Chooses and turns faces; corners are vertices of the input.
+fn assemble(sampled: &[[f32; 3]], stages: &PaperStages) -> Vec<[u32; 3]> {
+    let chosen = choose_faces(&stages.faces, stages.edges.graph.n_entries());
+    let triangles = chosen.iter().map(|&at| stages.faces.candidates.triangles[at]);
+    let turned = triangles.map(|triangle| oriented(triangle, sampled, &stages.quotient));
+    turned.map(|face| face.map(|sample| stages.samples[sample as usize])).collect()
+}
+
+fn gather(points: &[[f32; 3]], samples: &[u32]) -> Vec<[f32; 3]> {
+    samples.iter().map(|&vertex| points[vertex as usize]).collect()
+}
+
+fn begin(stage: &'static str, progress: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<(), SimplifyError> {
+    match progress(Event { stage, done: 0.0 }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustc_hash::FxHashMap;
+    use std::f32::consts::TAU;
+
+    /// A torus of n x m quads, each cut in two.
+    fn torus(n: u32, m: u32) -> TriMesh {
+        let point = |i: u32| {
+            let (u, v) = ((i / m) as f32 / n as f32 * TAU, (i % m) as f32 / m as f32 * TAU);
+            [(2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin()]
+        };
+        let at = |i: u32, j: u32| i % n * m + j % m;
+        let quads = (0..n).flat_map(|i| (0..m).map(move |j| [i, j]));
+        let faces = quads.flat_map(|[i, j]| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        TriMesh::new((0..n * m).map(point).collect(), faces.collect()).unwrap()
+    }
+
+    fn go_on(_: Event) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn small_weights(seed: u64) -> Weights {
+        let sizes = crate::model::Architecture {
+            point_sampler_width: 16,
+            edge_predictor_width: 16,
+            attention_width: 8,
+            edge_knn: 8,
+            face_classifier_width: 16,
+            face_knn: 8,
+            ..Default::default()
+        };
+        Weights::random_of(sizes, seed)
+    }
+
+    #[test]
+    fn results_are_at_most_two_faces_per_edge_over_the_sampled_vertices() {
+        let mesh = torus(24, 12);
+        let mut n_results = 0;
+        for seed in 0..4 {
+            let Ok(result) = simplify_paper(&mesh, 60, &small_weights(seed), seed, &mut go_on) else { continue };
+            n_results += 1;
+            assert_eq!(result.vertices.len(), 60);
+            let mut n_faces_of_edge = FxHashMap::default();
+            for [a, b, c] in result.faces {
+                for [v, w] in [[a, b], [b, c], [c, a]] {
+                    assert!(result.vertices.binary_search(&v).is_ok());
+                    *n_faces_of_edge.entry([v.min(w), v.max(w)]).or_insert(0) += 1;
+                }
+            }
+            assert!(n_faces_of_edge.values().all(|n| *n <= 2));
+        }
+        assert!(n_results > 0);
+    }
+
+    #[test]
+    fn quotient_triangles_are_always_candidates() {
+        let mesh = torus(24, 12);
+        let stages = paper_stages(&mesh, 40, &small_weights(1), 5, &mut go_on).unwrap();
+        assert!(!stages.quotient.triangles.is_empty());
+        let candidates = &stages.faces.candidates.triangles;
+        assert!(stages.quotient.triangles.iter().all(|triangle| candidates.contains(triangle)));
+        assert!(candidates.len() > stages.quotient.triangles.len());
+    }
+
+    #[test]
+    fn with_all_quotient_triangles_likely_a_torus_comes_back_closed() {
+        let mesh = torus(24, 12);
+        let mut stages = paper_stages(&mesh, 288, &small_weights(1), 5, &mut go_on).unwrap();
+        let likely = |triangle| if stages.quotient.triangles.binary_search(triangle).is_ok() { 0.9 } else { 0.1 };
+        stages.faces.probabilities = stages.faces.candidates.triangles.iter().map(likely).collect();
+        let rotated = |face: &[u32; 3]| {
+            let first = (0..3).min_by_key(|&i| face[i]).unwrap();
+            [0, 1, 2].map(|i| face[(first + i) % 3])
+        };
+        let mut faces: Vec<[u32; 3]> = assemble(mesh.positions(), &stages).iter().map(rotated).collect();
+        let mut original: Vec<[u32; 3]> = mesh.faces().iter().map(rotated).collect();
+        faces.sort_unstable();
+        original.sort_unstable();
+        assert_eq!(faces, original);
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_result_on_any_number_of_threads() {
+        let (mesh, weights) = (torus(30, 20), small_weights(3));
+        let on_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| paper_stages(&mesh, 150, &weights, 9, &mut go_on)).unwrap()
+        };
+        let one = on_threads(1);
+        assert_eq!(one, on_threads(2));
+        assert_eq!(one, on_threads(8));
+    }
+
+    #[test]
+    fn tiny_targets_and_empty_meshes_have_sensible_answers() {
+        let weights = small_weights(1);
+        assert_eq!(simplify_paper(&TriMesh::default(), 5, &weights, 0, &mut go_on), Err(SimplifyError::Empty));
+        for n in 0..3 {
+            let result = simplify_paper(&torus(5, 4), n, &weights, 0, &mut go_on);
+            assert_eq!(result, Err(SimplifyError::NothingKept));
+        }
+        let stages = paper_stages(&torus(5, 4), 1000, &weights, 0, &mut go_on).unwrap();
+        assert_eq!(stages.samples.len(), 20);
+    }
+
+    #[test]
+    fn progress_can_stop_every_stage() {
+        let mesh = torus(6, 5);
+        let mut names = Vec::new();
+        let _ = paper_stages(&mesh, 12, &small_weights(1), 0, &mut |event| {
+            names.push(event.stage);
+            go_on(event)
+        });
+        assert_eq!(names, ["scores", "sample", "assign", "edges", "faces"]);
+        for name in names {
+            let mut stop = |event: Event| if event.stage == name { ControlFlow::Break(()) } else { go_on(event) };
+            assert_eq!(simplify_paper(&mesh, 12, &small_weights(1), 0, &mut stop), Err(SimplifyError::Interrupted));
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Sampling of vertices from their scores, Sec. 3.1: without replacement, by the Gumbel-top-k trick.
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+/// Draws k different vertices, one after the other with probabilities proportional to `exp(score)` among those left.
+///
+/// That is the multinomial of the paper, without replacement: each score gets Gumbel noise of its own, and the k
+/// largest sums win (Kool et al. 2019). The normaliser of the softmax is the same for all and changes nothing. Linear in
+/// the number of vertices; the same for the same seed.
+///
+/// # Shapes
+/// - `scores`: n
+/// - returns min(k, n) vertices, ascending
+///
+/// ```
+/// use neural_mesh::simplify::gumbel_top_k;
+/// let samples = gumbel_top_k(&[0.0; 100], 10, 7);
+/// assert_eq!(samples.len(), 10);
+/// assert_eq!(gumbel_top_k(&[0.0, 1e9, 0.0, 1e9], 2, 7), [1, 3]);
+/// ```
+pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut keys: Vec<(f64, u32)> =
+        scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect();
+    let k = k.min(keys.len());
+    if k < keys.len() {
+        keys.select_nth_unstable_by(k, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    }
+    let mut samples: Vec<u32> = keys[..k].iter().map(|&(_, vertex)| vertex).collect();
+    samples.sort_unstable();
+    samples
+}
+
+/// Standard Gumbel noise from random bits, by way of a uniform number that is neither 0 nor 1.
+fn gumbel(bits: u64) -> f64 {
+    let uniform = ((bits >> 12) as f64 + 0.5) / (1u64 << 52) as f64;
+    -(-uniform.ln()).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn first_draws_follow_the_softmax() {
+        let scores = [0.0, 1.0, 2.0];
+        let n_draws = 20_000;
+        let mut counts = [0; 3];
+        (0..n_draws).for_each(|seed| counts[gumbel_top_k(&scores, 1, seed)[0] as usize] += 1);
+        let sum: f32 = scores.iter().map(|s| s.exp()).sum();
+        for (score, count) in scores.iter().zip(counts) {
+            assert!((score.exp() / sum - count as f32 / n_draws as f32).abs() < 0.015);
+        }
+    }
+
+    #[test]
+    fn pairs_follow_draws_without_replacement() {
+        let p = [0.5f64, 0.3, 0.2];
+        let scores = p.map(|p| p.ln() as f32);
+        let n_draws = 20_000;
+        let count = (0..n_draws).filter(|&seed| gumbel_top_k(&scores, 2, seed) == [0, 1]).count();
+        let expected = p[0] * p[1] / (1.0 - p[0]) + p[1] * p[0] / (1.0 - p[1]);
+        assert!((expected - count as f64 / n_draws as f64).abs() < 0.015);
+    }
+
+    #[test]
+    fn sizes_are_exact_and_extremes_of_the_noise_finite() {
+        for k in [0, 1, 50, 99, 100, 200] {
+            let samples = gumbel_top_k(&[0.5; 100], k, 3);
+            assert_eq!(samples.len(), k.min(100));
+            assert!(samples.is_sorted_by(|a, b| a < b));
+        }
+        assert!(gumbel(0).is_finite() && gumbel(u64::MAX).is_finite());
+        assert_ne!(gumbel_top_k(&[0.5; 100], 50, 3), gumbel_top_k(&[0.5; 100], 50, 4));
+    }
+}

@@ -1,0 +1,268 @@
+//! The k nearest other points of every point of a set (the k-nn graphs of Secs. 3.2 and 3.3).
+//!
+//! A k-d tree split at medians by rank, so that any number of equal points is as good as others, with queries in
+//! the tree's order. Which of equally near points are taken does not depend on the tree: the first by index.
+
+use rayon::prelude::*;
+
+/// Finds the nearest other points of every point, nearest first, of equally near ones the lower index first.
+///
+/// # Shapes
+/// - `points`: n x 3, finite
+/// - returns n x min(k, n - 1) indices, row-major; a point's own index is not among its neighbours, but other points
+///   at the same position are
+///
+/// ```
+/// use neural_mesh::spatial::nearest_neighbours;
+/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+/// assert_eq!(nearest_neighbours(&points, 1), [1, 0, 1]);
+/// assert_eq!(nearest_neighbours(&points, 9), [1, 2, 0, 2, 1, 0]);
+/// ```
+pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
+    let k = k.min(points.len().saturating_sub(1));
+    if k == 0 {
+        return Vec::new();
+    }
+    let tree = Tree::new(points);
+    let mut in_tree_order = vec![0u32; points.len() * k];
+    in_tree_order.par_chunks_mut(QUERIES * k).enumerate().for_each(|(block, rows)| {
+        let mut nearest = Nearest::new(k);
+        for (i, row) in rows.chunks_exact_mut(k).enumerate() {
+            nearest.clear();
+            tree.visit(&mut nearest, block * QUERIES + i, Node::root(points.len()), [0.0; 3]);
+            row.copy_from_slice(&nearest.indices);
+        }
+    });
+    let mut result = vec![0u32; points.len() * k];
+    for (row, &point) in in_tree_order.chunks_exact(k).zip(&tree.order) {
+        result[point as usize * k..][..k].copy_from_slice(row);
+    }
+    result
+}
+
+/// Orders points so that near ones stand near each other: what is computed from neighbours then finds them in the cache.
+///
+/// The order of the leaves of a k-d tree, by index inside of each.
+///
+/// # Shapes
+/// - `points`: n x 3, finite
+/// - returns each of the n indices once
+///
+/// ```
+/// use neural_mesh::spatial::coherent_order;
+/// let alternating: Vec<[f32; 3]> = (0..64).map(|i| [(i % 2 * 100 + i) as f32, 0.0, 0.0]).collect();
+/// let order = coherent_order(&alternating);
+/// assert!(order[..32].iter().all(|i| i % 2 == 0) && order[32..].iter().all(|i| i % 2 == 1));
+/// ```
+pub fn coherent_order(points: &[[f32; 3]]) -> Vec<u32> {
+    Tree::new(points).order
+}
+
+/// Queries per task.
+const QUERIES: usize = 256;
+
+/// Largest number of points that are not split further.
+const LEAF: usize = 32;
+
+/// Points in an order in which every node is a range, halved by rank along its longest side.
+struct Tree {
+    order: Vec<u32>,
+    /// Coordinates in that order, one array per axis.
+    coordinates: [Vec<f32>; 3],
+    /// Axis and coordinate of the split of each inner node.
+    splits: Vec<(u8, f32)>,
+}
+
+/// A range of the tree's order; the children of node `i` are `2 i + 1` and `2 i + 2`.
+#[derive(Clone, Copy)]
+struct Node {
+    index: usize,
+    begin: usize,
+    end: usize,
+}
+
+impl Node {
+    fn root(n_points: usize) -> Self {
+        Self { index: 0, begin: 0, end: n_points }
+    }
+
+    fn is_leaf(self) -> bool {
+        self.end - self.begin <= LEAF
+    }
+
+    fn children(self) -> [Self; 2] {
+        let middle = self.begin.midpoint(self.end);
+        [
+            Self { index: 2 * self.index + 1, end: middle, ..self },
+            Self { index: 2 * self.index + 2, begin: middle, ..self },
+        ]
+    }
+}
+
+impl Tree {
+    fn new(points: &[[f32; 3]]) -> Self {
+        let mut order: Vec<u32> = (0..points.len() as u32).collect();
+        let mut splits = Vec::new();
+        split(points, &mut order, Node::root(points.len()), &mut splits);
+        let coordinates = [0, 1, 2].map(|axis| order.iter().map(|&i| points[i as usize][axis]).collect());
+        Self { order, coordinates, splits }
+    }
+
+    /// Offers the points of `node` that can be among the nearest of the point at `place` in the tree's order.
+    /// `gap` is how far the point lies outside of the node along each axis.
+    fn visit(&self, nearest: &mut Nearest, place: usize, node: Node, gap: [f32; 3]) {
+        // The same sums of squares as for points, so that rounding never prunes a point that ties.
+        if squared(gap) > nearest.worst {
+            return;
+        }
+        if node.is_leaf() {
+            return self.offer_leaf(nearest, place, node);
+        }
+        let (axis, split) = self.splits[node.index];
+        let beyond = self.coordinates[axis as usize][place] - split;
+        let mut far_gap = gap;
+        far_gap[axis as usize] = beyond.abs();
+        let [left, right] = node.children();
+        let (near, far) = if beyond < 0.0 { (left, right) } else { (right, left) };
+        self.visit(nearest, place, near, gap);
+        self.visit(nearest, place, far, far_gap);
+    }
+
+    fn offer_leaf(&self, nearest: &mut Nearest, place: usize, node: Node) {
+        let [x, y, z] = &self.coordinates;
+        let (px, py, pz) = (x[place], y[place], z[place]);
+        let mut distances = [0.0f32; LEAF];
+        let leaf = node.begin..node.end;
+        let coordinates = x[leaf.clone()].iter().zip(&y[leaf.clone()]).zip(&z[leaf.clone()]);
+        for (distance, ((x, y), z)) in distances.iter_mut().zip(coordinates) {
+            *distance = squared([x - px, y - py, z - pz]);
+        }
+        for (distance, at) in distances.iter().zip(leaf) {
+            if *distance <= nearest.worst && at != place {
+                nearest.offer(*distance, self.order[at]);
+            }
+        }
+    }
+}
+
+fn squared([x, y, z]: [f32; 3]) -> f32 {
+    x * x + y * y + z * z
+}
+
+fn split(points: &[[f32; 3]], order: &mut [u32], node: Node, splits: &mut Vec<(u8, f32)>) {
+    if node.is_leaf() {
+        return order.sort_unstable();
+    }
+    let axis = longest_axis(points, order);
+    let coordinate = |i: u32| points[i as usize][axis];
+    let [left, _] = node.children();
+    let middle = left.end - node.begin;
+    let (_, &mut median, _) =
+        order.select_nth_unstable_by(middle, |&a, &b| coordinate(a).total_cmp(&coordinate(b)).then(a.cmp(&b)));
+    if splits.len() <= node.index {
+        splits.resize(node.index + 1, (0, 0.0));
+    }
+    splits[node.index] = (axis as u8, coordinate(median));
+    let (lower, upper) = order.split_at_mut(middle);
+    for (child, half) in node.children().into_iter().zip([lower, upper]) {
+        split(points, half, child, splits);
+    }
+}
+
+fn longest_axis(points: &[[f32; 3]], order: &[u32]) -> usize {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for &i in order {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(points[i as usize][axis]);
+            high[axis] = high[axis].max(points[i as usize][axis]);
+        }
+    }
+    let extent = |axis: usize| high[axis] - low[axis];
+    (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best })
+}
+
+/// The k best so far, ascending by (squared distance, index).
+struct Nearest {
+    distances: Vec<f32>,
+    indices: Vec<u32>,
+    worst: f32,
+}
+
+impl Nearest {
+    fn new(k: usize) -> Self {
+        Self { distances: vec![f32::INFINITY; k], indices: vec![u32::MAX; k], worst: f32::INFINITY }
+    }
+
+    fn clear(&mut self) {
+        self.distances.fill(f32::INFINITY);
+        self.indices.fill(u32::MAX);
+        self.worst = f32::INFINITY;
+    }
+
+    fn offer(&mut self, distance: f32, index: u32) {
+        let mut place = self.distances.len() - 1;
+        if (distance, index) >= (self.distances[place], self.indices[place]) {
+            return;
+        }
+        while place > 0 && (distance, index) < (self.distances[place - 1], self.indices[place - 1]) {
+            self.distances[place] = self.distances[place - 1];
+            self.indices[place] = self.indices[place - 1];
+            place -= 1;
+        }
+        self.distances[place] = distance;
+        self.indices[place] = index;
+        self.worst = self.distances[self.distances.len() - 1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn brute_force(points: &[[f32; 3]], k: usize) -> Vec<u32> {
+        let row = |i: usize| {
+            let p = points[i];
+            let mut others: Vec<(f32, u32)> = (0..points.len())
+                .filter(|&j| j != i)
+                .map(|j| (squared([0, 1, 2].map(|axis| points[j][axis] - p[axis])), j as u32))
+                .collect();
+            others.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            others.truncate(k);
+            others.into_iter().map(|(_, j)| j)
+        };
+        (0..points.len()).flat_map(row).collect()
+    }
+
+    fn check(points: &[[f32; 3]]) {
+        for k in [0, 1, 7, 20] {
+            assert_eq!(nearest_neighbours(points, k), brute_force(points, k));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(12))]
+
+        #[test]
+        fn agrees_with_brute_force(points in prop::collection::vec(prop::array::uniform3(-1.0f32..1.0), 0..300)) {
+            check(&points);
+        }
+
+        #[test]
+        fn ties_go_to_the_lower_index(points in prop::collection::vec(prop::array::uniform3(-2i8..3), 0..300)) {
+            let on_a_lattice: Vec<[f32; 3]> = points.iter().map(|p| p.map(f32::from)).collect();
+            check(&on_a_lattice);
+        }
+    }
+
+    #[test]
+    fn any_number_of_equal_points_is_fine() {
+        check(&[[0.5, -3.0, 1e30]; 500]);
+    }
+
+    #[test]
+    fn overflowing_distances_still_give_every_row_its_neighbours() {
+        let points: Vec<[f32; 3]> = (0..100).map(|i| [if i % 2 == 0 { f32::MAX } else { f32::MIN }; 3]).collect();
+        check(&points);
+    }
+}
