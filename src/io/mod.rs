@@ -1,4 +1,4 @@
-//! Mesh files: bytes to [`RawMesh`](crate::mesh::RawMesh) and back, one file per format.
+//! Mesh files: bytes to [`RawMesh`] and back, one file per format.
 //!
 //! Readers take what can be understood and refuse the rest in one line; what is wrong with the mesh itself is for
 //! [`cleanup`](crate::mesh::cleanup) to judge.
