@@ -118,13 +118,13 @@ impl Forward<'_> {
         for &[j, k, l] in groups {
             let [j, k, l] = [self.other::<COLS>(j, col), self.other(k, col), self.other(l, col)];
             for c in 0..COLS {
-                smallest[c] = smaller(smallest[c], smaller(j[c], smaller(k[c], l[c])));
+                smallest[c] = smallest[c].min(smaller(j[c], smaller(k[c], l[c])));
             }
         }
         for &j in rest {
             let other = self.other::<COLS>(j, col);
             for c in 0..COLS {
-                smallest[c] = smaller(smallest[c], other[c]);
+                smallest[c] = smallest[c].min(other[c]);
             }
         }
         let own = self.u.window::<COLS>(i, col);
@@ -155,7 +155,8 @@ impl RowKernel for ForwardProduct<'_> {
     }
 }
 
-/// The smaller of two numbers; a plain comparison, because `f32::min` costs more for its care of NaN.
+/// The smaller of two numbers; a plain comparison, because `f32::min` costs more for its care of NaN. (Not for running
+/// minima: there the compiler makes of it a store that may not happen, which the next load has to wait for.)
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
