@@ -133,9 +133,9 @@ fn equation_5_tri_conv() {
     let positions = Value::constant(triangle_positions(&points, &triangles));
     let tape = &mut Tape::default();
     let first = golden.tri_conv_layer(["w1", "b1", "w2", "b2"]);
-    let features = tri_conv(tape, &first, &positions, &golden.matrix("prior"), &graph);
+    let features = tri_conv(tape, &first, &positions, golden.matrix("prior"), &graph);
     golden.assert_equal("g_0", features.matrix().data());
     let second = golden.tri_conv_layer(["w3", "b3", "w4", "b4"]);
-    let features = tri_conv(tape, &second, &positions, &features, &graph);
+    let features = tri_conv(tape, &second, &positions, features, &graph);
     golden.assert_equal("g_1", features.matrix().data());
 }

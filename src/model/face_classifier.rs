@@ -70,7 +70,7 @@ pub fn face_classifier(
 ) -> Value {
     let positions = Value::constant(triangle_positions(points, triangles));
     let layers = net.tri_convs.iter();
-    let features = layers.fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, &f, graph));
+    let features = layers.fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, f, graph));
     let logits = tape.affine(&features, &net.output.weights, &net.output.bias);
     tape.sigmoid(&logits)
 }

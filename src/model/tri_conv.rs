@@ -49,7 +49,8 @@ pub fn triangle_positions(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Matrix
 /// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5).
 ///
 /// The first layer acts on differences of `[position | feature]`, so it is one product per triangle; the last commutes with
-/// the sum. What is left per pair is an addition and a ReLU.
+/// the sum. What is left per pair is an addition and a ReLU. Features are taken by value so that inference gives their memory
+/// back before the result is made: there are many triangles.
 ///
 /// # Shapes
 /// - `positions`: n x 9, from [`triangle_positions`]
@@ -71,7 +72,7 @@ pub fn triangle_positions(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Matrix
 /// };
 /// let (positions, features) = (value(3, vec![0.0; 27]), value(3, vec![5.0, 3.0, 4.5]));
 /// let star = Csr::from_edges(3, [[0, 1], [0, 2]]).into();
-/// let f = tri_conv(&mut Tape::default(), &layer, &positions, &features, &star);
+/// let f = tri_conv(&mut Tape::default(), &layer, &positions, features, &star);
 /// // For triangle 0: 2 (3 + 1.5) + 2 * 10.
 /// assert_eq!(f.matrix().data(), [29.0, 10.0, 11.0]);
 /// ```
@@ -79,10 +80,11 @@ pub fn tri_conv(
     tape: &mut Tape,
     layer: &TriConv<Value>,
     positions: &Value,
-    features: &Value,
+    features: Value,
     graph: &Arc<Csr>,
 ) -> Value {
-    let mapped = tape.concat_product(positions, features, &layer.hidden.weights);
+    let mapped = tape.concat_product(positions, &features, &layer.hidden.weights);
+    drop(features);
     let output = [&layer.output.weights, &layer.output.bias];
     tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
 }
@@ -129,7 +131,7 @@ mod tests {
         let layer =
             TriConv { hidden: Affine { weights, bias }, output: Affine { weights: output_weights, bias: output_bias } };
         let [positions, features] = [positions.clone(), features.clone()].map(Value::constant);
-        let result = tri_conv(&mut Tape::default(), &layer, &positions, &features, &graph);
+        let result = tri_conv(&mut Tape::default(), &layer, &positions, features, &graph);
         assert_close(result.matrix().data(), &naive, 1e-5);
     }
 }
