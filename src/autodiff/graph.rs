@@ -6,7 +6,8 @@ use crate::linalg::{self, Csr, Matrix};
 use std::sync::Arc;
 
 impl Tape {
-    /// `max(y w, 0)` with `y_i = max over neighbours j of (u_i - u_j)`, zero without neighbours: n x width to n x n_out.
+    /// `max(y w, 0)` with `y_i = max over neighbours j of (u_i - u_j)`, zero without neighbours:
+    /// n x width to n x n_out.
     pub fn neighbour_max_product_relu(&mut self, u: &Value, graph: &Arc<Csr>, weights: &Value) -> Value {
         let result = Arc::new(linalg::neighbour_max_product_relu(&u.matrix, graph, &weights.matrix));
         let (u_kept, weights_kept, active, graph) =
@@ -49,8 +50,8 @@ impl Tape {
         })
     }
 
-    /// `y w + m output_bias` with `y_n = sum over the m neighbours k of max(u_n - u_k + bias, 0)`: n x width to n x n_out,
-    /// the biases 1 x width and 1 x n_out.
+    /// `y w + m output_bias` with `y_n = sum over the m neighbours k of max(u_n - u_k + bias, 0)`:
+    /// n x width to n x n_out, the biases 1 x width and 1 x n_out.
     pub fn pair_relu_product(
         &mut self,
         [u, bias]: [&Value; 2],

@@ -16,7 +16,8 @@ pub struct CandidateFaces {
 }
 
 impl CandidateFaces {
-    /// The same candidates, near ones near each other: the classifier visits the neighbours of each, and there are many.
+    /// The same candidates, near ones near each other: the classifier visits the neighbours of each, and there are
+    /// many.
     ///
     /// # Panics
     /// When a corner is none of `points`.

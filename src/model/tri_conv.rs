@@ -14,11 +14,11 @@ pub struct TriConv<T> {
     pub output: Affine<T>,
 }
 
-/// Describes each triangle by `[t_min | t_max | b]`; the relative position `r_{n,m}` of Eq. (4) is the difference of two
-/// such rows.
+/// Describes each triangle by `[t_min | t_max | b]`; the relative position `r_{n,m}` of Eq. (4) is the difference of
+/// two such rows.
 ///
-/// `t_min` and `t_max` are the least and largest coordinates of the edge vectors `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, and
-/// depend on the order of the corners: give them ascending by original vertex. `b` is the barycenter.
+/// `t_min` and `t_max` are the least and largest coordinates of the edge vectors `x_i - x_j`, `x_i - x_k`,
+/// `x_j - x_k`, and depend on the order of the corners: give them ascending by original vertex. `b` is the barycenter.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
@@ -48,9 +48,9 @@ pub fn triangle_positions(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Matrix
 
 /// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5).
 ///
-/// The first layer acts on differences of `[position | feature]`, so it is one product per triangle; the last commutes with
-/// the sum. What is left per pair is an addition and a ReLU. Features are taken by value so that inference gives their memory
-/// back before the result is made: there are many triangles.
+/// The first layer acts on differences of `[position | feature]`, so it is one product per triangle; the last
+/// commutes with the sum. What is left per pair is an addition and a ReLU. Features are taken by value so that
+/// inference gives their memory back before the result is made: there are many triangles.
 ///
 /// # Shapes
 /// - `positions`: n x 9, from [`triangle_positions`]

@@ -104,7 +104,8 @@ impl Weights {
         Ok(Self { architecture, tensors })
     }
 
-    /// Writes a safetensors file: `f32` tensors, n_in x n_out, with the sizes in the metadata. Equal weights give equal bytes.
+    /// Writes a safetensors file: `f32` tensors, n_in x n_out, with the sizes in the metadata. Equal weights give
+    /// equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut tensors: Vec<(String, [usize; 2], Vec<u8>)> = Vec::new();
         self.tensors.map(|name, matrix| {

@@ -6,8 +6,8 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 /// Draws k different vertices, one after the other with probabilities proportional to `exp(score)` among those left.
 ///
 /// That is the multinomial of the paper, without replacement: each score gets Gumbel noise of its own, and the k
-/// largest sums win (Kool et al. 2019). The normaliser of the softmax is the same for all and changes nothing. Linear in
-/// the number of vertices; the same for the same seed.
+/// largest sums win (Kool et al. 2019). The normaliser of the softmax is the same for all and changes nothing. Linear
+/// in the number of vertices; the same for the same seed.
 ///
 /// # Shapes
 /// - `scores`: n

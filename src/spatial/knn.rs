@@ -40,7 +40,8 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
     result
 }
 
-/// Orders points so that near ones stand near each other: what is computed from neighbours then finds them in the cache.
+/// Orders points so that near ones stand near each other: what is computed from neighbours then finds them in the
+/// cache.
 ///
 /// The order of the leaves of a k-d tree, by index inside of each.
 ///

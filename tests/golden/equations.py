@@ -1,7 +1,7 @@
 """Equations (1) to (5) of "Neural Mesh Simplification" in plain NumPy, as they are printed or read.
 
-Written from the paper: pair by pair, with dense matrices, in double precision, and with W x for the product of weights with
-a column. `python3 equations.py` writes `equations.safetensors` beside it, which the test `equations` compares with.
+Written from the paper: pair by pair, with dense matrices, in double precision, and with W x for the product of weights
+with a column. `python3 equations.py` writes `equations.safetensors` beside it, which the test `equations` compares with.
 Needs NumPy only.
 """
 

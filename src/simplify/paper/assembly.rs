@@ -37,8 +37,8 @@ pub fn choose_faces(faces: &PredictedFaces, n_entries: usize) -> Vec<usize> {
     ranked
 }
 
-/// Turns a triangle like the original surface: as the faces it comes from, where there are such and they agree, else like
-/// the normals of its three regions.
+/// Turns a triangle like the original surface: as the faces it comes from, where there are such and they agree, else
+/// like the normals of its three regions.
 ///
 /// # Shapes
 /// - `positions`: n_samples x 3
