@@ -11,7 +11,7 @@ pub mod shapes;
 pub mod surface_samples;
 mod topology;
 mod tri_mesh;
-mod union_find;
+pub(crate) mod union_find;
 
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};

@@ -1,24 +1,33 @@
 //! The pipeline, Secs. 3 and 4: a mesh and a target in, a lighter mesh and its story out.
 
 mod closed;
+mod components;
 mod network_scores;
 mod options;
 pub mod paper;
 mod sample_vertices;
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
+use crate::model::Weights;
 use closed::{Closed, End, Limit, Request, simplify_closed};
+use components::{compact, count_components, pruned};
 
 pub use network_scores::network_scores;
 pub use options::{Assembly, Event, Options, Outcome, Report, ScoreSource, Simplified, SimplifyError, Target};
 pub use sample_vertices::gumbel_top_k;
 
-/// Samples per vertex asked for, where the caller leaves the choice.
+/// Samples per vertex asked for, where the caller leaves the choice: as many as still save time. Fewer cost
+/// accuracy on parts with sharp edges, where every vertex that the samples leave out may have been a corner.
 const OVERSAMPLE: f64 = 2.0;
+/// How much denser or sparser than average the network's scores may make the samples.
+const MOST_DENSITY: f32 = 4.0;
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
+///
+/// With `weights`, the network's scores steer the sampling; the paper's assembly needs them.
 ///
 /// # Errors
 /// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. A target that cannot be
@@ -26,42 +35,138 @@ const OVERSAMPLE: f64 = 2.0;
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use neural_mesh::mesh::TriMesh;
+/// use neural_mesh::mesh::shapes;
 /// use neural_mesh::simplify::{Options, Target, simplify};
-/// let (positions, faces) = neural_mesh::mesh::shapes::icosphere(3).into_parts();
-/// let mesh = TriMesh::new(positions, faces).unwrap();
-/// let result = simplify(&mesh, &Options::new(Target::Vertices(100)), &mut |_| ControlFlow::Continue(())).unwrap();
+/// let mesh = shapes::icosphere(3);
+/// let options = Options::new(Target::Vertices(100));
+/// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 100);
 /// ```
 pub fn simplify(
     mesh: &TriMesh,
+    weights: Option<&Weights>,
     options: &Options,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
-    let limit = resolve_limit(mesh, options)?;
+    let (mesh, sources) = without_unused(mesh)?;
     let oversample = resolve_oversample(options)?;
-    let request = Request { limit, oversample, density: None, seed: options.seed, frame: options.frame };
-    let closed = simplify_closed(mesh, &request, progress)?;
-    Ok(Simplified { source_vertices: None, report: report(&closed, oversample), mesh: closed.mesh })
+    let limit = resolve_limit(&mesh, options)?;
+    match options.assembly {
+        _ if limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len() => {
+            Ok(unchanged(&mesh, sources, oversample))
+        }
+        Assembly::Closed => closed_result(&mesh, weights, options, limit, oversample, progress),
+        Assembly::Paper => paper_result(&mesh, sources, weights, options, limit, progress),
+    }
 }
 
-fn report(closed: &Closed, oversample: f64) -> Report {
-    let outcome = match closed.end {
+fn closed_result(
+    mesh: &TriMesh,
+    weights: Option<&Weights>,
+    options: &Options,
+    limit: Limit,
+    oversample: f64,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    let n_target = limit.vertices.min(limit.faces / 2 + 2);
+    let pruned = if options.prune { pruned(mesh, n_target) } else { None };
+    let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |(mesh, n)| (mesh, *n));
+    let density = weights.map(|weights| density(&network_scores(mesh, weights)));
+    let request = Request { limit, oversample, density: density.as_deref(), seed: options.seed, frame: options.frame };
+    let closed = simplify_closed(mesh, &request, progress)?;
+    let report = Report {
+        outcome: outcome(closed.end),
+        scores: if weights.is_some() { ScoreSource::Network } else { ScoreSource::Geometry },
+        components_pruned: n_pruned,
+        ..closed_report(&closed, oversample)
+    };
+    Ok(Simplified { mesh: closed.mesh, source_vertices: None, report })
+}
+
+fn paper_result(
+    mesh: &TriMesh,
+    sources: Option<Vec<u32>>,
+    weights: Option<&Weights>,
+    options: &Options,
+    limit: Limit,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    let weights = weights.ok_or(SimplifyError::NeedsWeights)?;
+    let n_target = limit.vertices.min((limit.faces / 2).max(3));
+    let result = paper::simplify_paper(mesh, n_target, weights, options.seed, progress)?;
+    let (lighter, kept) = compact(mesh, result.faces).ok_or(SimplifyError::Overflow)?;
+    let report = Report { scores: ScoreSource::Network, oversample: 1.0, ..plain_report(&lighter) };
+    Ok(Simplified { mesh: lighter, source_vertices: Some(through(sources, kept)), report })
+}
+
+/// The mesh as it is, for targets that it meets already.
+fn unchanged(mesh: &TriMesh, sources: Option<Vec<u32>>, oversample: f64) -> Simplified {
+    let all = (0..mesh.positions().len() as u32).collect();
+    let report = Report { oversample, ..plain_report(mesh) };
+    Simplified { mesh: mesh.clone(), source_vertices: Some(through(sources, all)), report }
+}
+
+/// Vertices of the caller's mesh for vertices of the one without unused vertices.
+fn through(sources: Option<Vec<u32>>, kept: Vec<u32>) -> Vec<u32> {
+    match sources {
+        Some(sources) => kept.into_iter().map(|v| sources[v as usize]).collect(),
+        None => kept,
+    }
+}
+
+/// The mesh without vertices that no face uses, and where the others stood if any went.
+fn without_unused(mesh: &TriMesh) -> Result<(Cow<'_, TriMesh>, Option<Vec<u32>>), SimplifyError> {
+    if mesh.faces().is_empty() {
+        return Err(SimplifyError::Empty);
+    }
+    let mut used = vec![false; mesh.positions().len()];
+    mesh.faces().as_flattened().iter().for_each(|&v| used[v as usize] = true);
+    if used.iter().all(|&used| used) {
+        return Ok((Cow::Borrowed(mesh), None));
+    }
+    let (mesh, sources) = compact(mesh, mesh.faces().to_vec()).ok_or(SimplifyError::Overflow)?;
+    Ok((Cow::Owned(mesh), Some(sources)))
+}
+
+/// Scores as densities: their exponentials about the mean, since only differences of scores matter.
+fn density(scores: &[f32]) -> Vec<f32> {
+    let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
+    scores.iter().map(|&s| (s - mean as f32).exp().clamp(1.0 / MOST_DENSITY, MOST_DENSITY)).collect()
+}
+
+fn outcome(end: End) -> Outcome {
+    match end {
         End::Reached => Outcome::Reached,
         End::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
         End::WouldTurn => Outcome::Stopped("no edge is left that could go without turning a face over".into()),
-    };
+    }
+}
+
+fn closed_report(closed: &Closed, oversample: f64) -> Report {
     Report {
-        outcome,
-        scores: ScoreSource::Geometry,
         oversample,
         vertices_after_pass: closed.vertices_after_pass,
-        components: 0,
-        components_at_minimum: 0,
-        components_pruned: 0,
         split_vertices: closed.split_vertices,
         refined_regions: closed.refined_regions,
+        flipped_edges: closed.flipped_edges,
         separated_vertices: closed.separated_vertices,
+        ..plain_report(&closed.mesh)
+    }
+}
+
+/// The report of a result to which nothing else was done.
+fn plain_report(mesh: &TriMesh) -> Report {
+    Report {
+        outcome: Outcome::Reached,
+        scores: ScoreSource::Geometry,
+        oversample: 1.0,
+        vertices_after_pass: mesh.positions().len(),
+        components_at_minimum: count_components(mesh).1,
+        components_pruned: 0,
+        split_vertices: 0,
+        refined_regions: 0,
+        flipped_edges: 0,
+        separated_vertices: 0,
     }
 }
 
@@ -72,10 +177,6 @@ fn resolve_oversample(options: &Options) -> Result<f64, SimplifyError> {
 
 /// The target as numbers of vertices and faces.
 fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyError> {
-    if mesh.faces().is_empty() {
-        return Err(SimplifyError::Empty);
-    }
-    let bad = Err(SimplifyError::BadTarget(options.target));
     match options.target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
             let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
@@ -83,6 +184,6 @@ fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyErr
         }
         Target::Vertices(vertices) if vertices > 0 => Ok(Limit { vertices, faces: usize::MAX }),
         Target::Faces(faces) if faces > 0 => Ok(Limit { vertices: usize::MAX, faces }),
-        _ => bad,
+        _ => Err(SimplifyError::BadTarget(options.target)),
     }
 }

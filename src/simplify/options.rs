@@ -76,8 +76,6 @@ pub struct Report {
     pub oversample: f64,
     /// Vertices left by the one pass, before the collapse.
     pub vertices_after_pass: usize,
-    /// Components of the input (faces joined over edges).
-    pub components: usize,
     /// Components that stand in the result in their smallest closed form.
     pub components_at_minimum: usize,
     /// Components dropped, with `prune` only.
@@ -86,6 +84,8 @@ pub struct Report {
     pub split_vertices: usize,
     /// Quotient edges or regions that had to be refined to keep the surface a manifold.
     pub refined_regions: usize,
+    /// Edges that gave way to the other diagonal of their faces.
+    pub flipped_edges: usize,
     /// Output vertices moved apart because their written positions would have been the same.
     pub separated_vertices: usize,
 }

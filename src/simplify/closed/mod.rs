@@ -5,6 +5,7 @@ mod collapse;
 mod darts;
 mod edge_lengths;
 mod fit;
+mod flips;
 mod placement;
 mod quotient;
 mod regions;
@@ -25,7 +26,8 @@ pub(super) use collapse::{End, Limit};
 
 /// Sweeps over the borders of the regions; a third moves hardly any vertex.
 const SWEEPS: usize = 3;
-/// Input vertices per output vertex from which on a second fit to the original pays.
+/// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
+/// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
 const COARSE: usize = 15;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
@@ -56,6 +58,8 @@ pub(super) struct Closed {
     pub split_vertices: usize,
     /// Regions cut to keep the surface a manifold.
     pub refined_regions: usize,
+    /// Edges flipped.
+    pub flipped_edges: usize,
     /// Vertices moved apart for the file.
     pub separated_vertices: usize,
 }
@@ -84,8 +88,12 @@ pub(super) fn simplify_closed(
     let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
     let end = collapse.run(request.limit);
     let mut remains = collapse.finish();
-    enter("fit")?;
+    enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
+    let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
+    let flipped_edges =
+        if coarse { flips::flip(&surface, &remains.positions, &vertex_of, &mut remains.faces) } else { 0 };
+    enter("fit")?;
     let n_fits = if COARSE * remains.positions.len() > surface.n_vertices() { 1 } else { 2 };
     fit::fit(
         &surface,
@@ -102,6 +110,7 @@ pub(super) fn simplify_closed(
         vertices_after_pass: assignment.n_regions,
         split_vertices: surface.n_split(),
         refined_regions: quotient.n_refined,
+        flipped_edges,
         separated_vertices,
     })
 }

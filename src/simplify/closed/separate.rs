@@ -12,10 +12,10 @@ pub(super) fn separate(positions: &mut [[f32; 3]], frame: &Frame) -> usize {
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     taken.reserve(positions.len());
     let mut n_moved = 0;
-    for v in 0..positions.len() {
-        if !taken.insert(key(frame, positions[v])) {
-            positions[v] = free_place(positions[v], frame, &taken);
-            taken.insert(key(frame, positions[v]));
+    for position in positions {
+        if !taken.insert(key(frame, *position)) {
+            *position = free_place(*position, frame, &taken);
+            taken.insert(key(frame, *position));
             n_moved += 1;
         }
     }

@@ -1,0 +1,112 @@
+//! Connected components: which may be pruned, and which ended in their smallest form.
+
+use crate::mesh::TriMesh;
+use crate::mesh::union_find::UnionFind;
+
+/// A component too small to be worth keeping has room for fewer vertices than this.
+const LEAST_SHARE: f64 = 4.0;
+/// Faces of the smallest closed surface, a tetrahedron.
+const TETRAHEDRON: usize = 4;
+
+/// The component of every face, numbered in the order of their first faces, and how many there are.
+fn components(mesh: &TriMesh) -> (Vec<u32>, usize) {
+    let mut sets = UnionFind::new(mesh.positions().len());
+    for &[a, b, c] in mesh.faces() {
+        sets.union(a, b);
+        sets.union(b, c);
+    }
+    let mut number = vec![u32::MAX; mesh.positions().len()];
+    let mut n = 0;
+    let component = mesh.faces().iter().map(|face| {
+        let slot = &mut number[sets.find(face[0]) as usize];
+        if *slot == u32::MAX {
+            *slot = n;
+            n += 1;
+        }
+        *slot
+    });
+    let component = component.collect();
+    (component, n as usize)
+}
+
+/// Number of components, and of those that no collapse can make smaller (a tetrahedron or a single triangle).
+pub(super) fn count_components(mesh: &TriMesh) -> (usize, usize) {
+    let (component, n) = components(mesh);
+    let mut n_faces = vec![0; n];
+    component.iter().for_each(|&c| n_faces[c as usize] += 1);
+    (n, n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
+}
+
+/// Drops, smallest first, the components whose share of `n_target` vertices by area is below four; returns how many.
+///
+/// The largest component always stays. `None` where nothing is dropped.
+pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<(TriMesh, usize)> {
+    let (component, n) = components(mesh);
+    let mut areas = vec![0.0f64; n];
+    for (face, &c) in mesh.faces().iter().zip(&component) {
+        let corners = face.map(|v| glam::Vec3::from(mesh.positions()[v as usize]).as_dvec3());
+        areas[c as usize] += crate::geometry::triangle::area_normal_f64(corners).length();
+    }
+    let mut by_area: Vec<usize> = (0..n).collect();
+    by_area.sort_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)));
+    let mut left: f64 = areas.iter().sum();
+    let mut dropped = vec![false; n];
+    for &c in &by_area[..n - 1] {
+        if n_target as f64 * areas[c] >= LEAST_SHARE * left {
+            break;
+        }
+        dropped[c] = true;
+        left -= areas[c];
+    }
+    let n_dropped = dropped.iter().filter(|&&d| d).count();
+    if n_dropped == 0 {
+        return None;
+    }
+    let kept = mesh.faces().iter().zip(&component).filter(|(_, c)| !dropped[**c as usize]);
+    let faces: Vec<[u32; 3]> = kept.map(|(face, _)| *face).collect();
+    compact(mesh, faces).map(|(mesh, _)| (mesh, n_dropped))
+}
+
+/// The mesh of these faces of `mesh` without the vertices that none of them uses, and where the others stood.
+pub(super) fn compact(mesh: &TriMesh, mut faces: Vec<[u32; 3]>) -> Option<(TriMesh, Vec<u32>)> {
+    let mut used = vec![false; mesh.positions().len()];
+    faces.as_flattened().iter().for_each(|&v| used[v as usize] = true);
+    let sources: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
+    let mut number = vec![0; used.len()];
+    sources.iter().enumerate().for_each(|(new, &old)| number[old as usize] = new as u32);
+    faces.as_flattened_mut().iter_mut().for_each(|v| *v = number[*v as usize]);
+    let positions = sources.iter().map(|&v| mesh.positions()[v as usize]).collect();
+    TriMesh::new(positions, faces).ok().map(|mesh| (mesh, sources))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn small_boxes_go_first_and_the_largest_always_stays() {
+        let boxes = shapes::many_boxes(94);
+        assert_eq!(count_components(&boxes), (94, 0));
+        assert!(pruned(&boxes, 1_000_000_000).is_none());
+        let (some, n_dropped) = pruned(&boxes, 100).unwrap();
+        assert_eq!(count_components(&some).0, 94 - n_dropped);
+        let (last, n_dropped) = pruned(&boxes, 4).unwrap();
+        assert_eq!((count_components(&last).0, n_dropped), (1, 93));
+        let extent = |mesh: &TriMesh| mesh.positions().iter().fold(0.0, |most: f32, p| most.max(p[2]));
+        assert!(extent(&last) >= extent(&boxes) * 0.5);
+    }
+
+    #[test]
+    fn a_tetrahedron_is_as_small_as_it_gets() {
+        assert_eq!(count_components(&shapes::tetrahedron()), (1, 1));
+    }
+
+    #[test]
+    fn vertices_that_no_face_uses_go() {
+        let mesh = TriMesh::new(vec![[0.0; 3], [9.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 2, 3]]).unwrap();
+        let (compacted, sources) = compact(&mesh, mesh.faces().to_vec()).unwrap();
+        assert_eq!(sources, [0, 2, 3]);
+        assert_eq!(compacted.faces(), [[0, 1, 2]]);
+    }
+}
