@@ -8,7 +8,6 @@
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Quadric;
-use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::OneRings;
 
 use super::bucket_queue::BucketQueue;
@@ -102,11 +101,11 @@ pub(in crate::simplify) struct Limit {
 }
 
 /// Unit normal of a triangle; zero where it has (nearly) no area.
-fn unit_normal(corners: [DVec3; 3]) -> Vec3 {
-    let normal = area_normal_f64(corners);
-    let [a, b, c] = corners;
-    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    if normal.length_squared() <= 1e-14 * longest * longest { Vec3::ZERO } else { normal.normalize().as_vec3() }
+fn unit_normal([a, b, c]: [DVec3; 3]) -> Vec3 {
+    let (p, q) = ((b - a).as_vec3(), (c - a).as_vec3());
+    let normal = p.cross(q);
+    let (squared, scale) = (normal.length_squared(), p.length_squared().max(q.length_squared()));
+    if squared <= 1e-12 * scale * scale { Vec3::ZERO } else { normal / squared.sqrt() }
 }
 
 impl Collapse {

@@ -77,12 +77,13 @@ fn shuffled(n: usize, seed: u64) -> Vec<u32> {
 
 /// The radius at which about `n_samples` darts find room: no vertex can hold more than one.
 fn radius_for(lengths: &EdgeLengths, n_samples: usize) -> f64 {
+    let cells = histogram(&lengths.areas);
     let expected = |radius: f64| {
         let disc = AREA_PER_DART * radius * radius;
-        lengths.areas.iter().map(|&area| chance(f64::from(area) / disc)).sum::<f64>()
+        cells.iter().map(|&(area, count)| count * chance(area / disc)).sum::<f64>()
     };
     let (mut low, mut high) = (1e-9, 1e3);
-    for _ in 0..28 {
+    for _ in 0..32 {
         let middle = f64::sqrt(low * high);
         if expected(middle) > n_samples as f64 {
             low = middle;
@@ -91,6 +92,19 @@ fn radius_for(lengths: &EdgeLengths, n_samples: usize) -> f64 {
         }
     }
     low
+}
+
+/// How many areas there are of each size, sizes within three percent as one: (mean area, count).
+fn histogram(areas: &[f32]) -> Vec<(f64, f64)> {
+    const SHIFT: u32 = 18;
+    let mut bins = vec![(0.0f64, 0u32); (u32::MAX >> (SHIFT + 1)) as usize + 1];
+    for &area in areas {
+        let bin = &mut bins[(area.max(0.0).to_bits() >> SHIFT) as usize];
+        bin.0 += f64::from(area);
+        bin.1 += 1;
+    }
+    let used = bins.into_iter().filter(|bin| bin.1 > 0);
+    used.map(|(sum, count)| (sum / f64::from(count), f64::from(count))).collect()
 }
 
 /// Chance of a vertex to become a sample when its cell holds `demand` darts' worth of area (fitted to counts).

@@ -15,7 +15,7 @@ use super::surface::Surface;
 
 /// Input faces looked at per output vertex, at most.
 const POINTS_PER_VERTEX: usize = 14;
-/// Faces that are matched one after the other, each from where the last one ended.
+/// Points that are matched by one thread in a row.
 const CHUNK: usize = 1024;
 /// Weight of staying in place against the points.
 const STAY: f32 = 0.01;
@@ -47,50 +47,25 @@ struct Match {
 /// Moves the output vertices toward the original surface `n_steps` times.
 pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize) {
     let around = FacesAround::new(output.positions.len(), output.faces);
-    let stride = (surface.faces.len() / (POINTS_PER_VERTEX * output.positions.len()).max(1)).max(1);
-    let mut guesses = vec![u32::MAX; surface.faces.len().div_ceil(stride)];
+    let n_faces = surface.faces.len();
+    let n_points = n_faces.min(POINTS_PER_VERTEX * output.positions.len());
+    let mut guesses = vec![u32::MAX; n_points];
     for _ in 0..n_steps {
-        let normals = normals(output);
-        let chunks = surface.faces.par_chunks(stride * CHUNK).zip(guesses.par_chunks_mut(CHUNK));
-        let walk = |(faces, guesses): (&[[u32; 3]], &mut [u32])| {
-            let chosen = faces.iter().step_by(stride).copied();
-            match_faces(surface, &Target { output, normals: &normals, around: &around }, chosen, guesses)
-        };
-        let matches: Vec<Vec<Match>> = chunks.map(walk).collect();
-        let steps = solve(output, &normals, &matches);
+        let target = Target::new(output, &around);
+        let chunks = guesses.par_chunks_mut(CHUNK).enumerate();
+        let matches: Vec<Vec<Match>> = chunks
+            .map(|(chunk, guesses)| {
+                let point = |i: usize| surface.faces[(chunk * CHUNK + i) * n_faces / n_points];
+                guesses
+                    .iter_mut()
+                    .enumerate()
+                    .filter_map(|(i, guess)| target.match_face(surface, point(i), guess))
+                    .collect()
+            })
+            .collect();
+        let steps = solve(output, &target.normals, &matches);
         take_steps(output, &around, &steps);
     }
-}
-
-/// Unit normals of the output faces.
-fn normals(output: &Output) -> Vec<Vec3> {
-    let normal = |face: &[u32; 3]| area_normal(face.map(|v| output.positions[v as usize])).normalize_or_zero();
-    output.faces.par_iter().map(normal).collect()
-}
-
-/// Matches input faces in order; `guesses` (one per face) say where to start and remember where each walk ended.
-fn match_faces(
-    surface: &Surface,
-    target: &Target,
-    faces: impl Iterator<Item = [u32; 3]>,
-    guesses: &mut [u32],
-) -> Vec<Match> {
-    let mut matches = Vec::with_capacity(guesses.len());
-    let mut last = u32::MAX;
-    for (face, guess) in faces.zip(guesses) {
-        let corners = face.map(|v| surface.positions[v as usize]);
-        let normal = area_normal(corners);
-        let point = Point { at: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
-        let vertex = target.output.vertex_of[face[0] as usize];
-        let start = if *guess != u32::MAX { *guess } else { last };
-        if let Some(reach) = target.nearest(&point, start, vertex) {
-            let scale = (0.5 * normal.length()).sqrt();
-            let height = scale * target.normals[reach.face as usize].dot(reach.gap);
-            matches.push(Match { face: reach.face, weights: reach.weights.map(|w| w * scale), height });
-            (last, *guess) = (reach.face, reach.face);
-        }
-    }
-    matches
 }
 
 /// A point of the original and which way the surface looks there.
@@ -101,9 +76,14 @@ struct Point {
 
 /// The surface on which points look for their place.
 struct Target<'a> {
-    output: &'a Output<'a>,
-    normals: &'a [Vec3],
+    positions: &'a [Vec3],
+    faces: &'a [[u32; 3]],
+    vertex_of: &'a [u32],
     around: &'a FacesAround,
+    /// Unit normals of the faces.
+    normals: Vec<Vec3>,
+    /// Centroids of the faces.
+    centroids: Vec<Vec3>,
 }
 
 /// The nearest point of one face.
@@ -114,13 +94,32 @@ struct Reach {
     distance: f32,
 }
 
-impl Target<'_> {
-    /// The nearest point to which a walk leads that starts at face `start` if it touches `vertex`, else around it.
-    fn nearest(&self, point: &Point, start: u32, vertex: u32) -> Option<Reach> {
-        let near = self.output.faces.get(start as usize).is_some_and(|f| f.contains(&vertex));
-        let guessed = if near { self.reach(point, start, f32::INFINITY) } else { None };
-        let guessed = guessed.map(|start| self.walk(point, start)).filter(|reach| self.agrees(point, reach));
-        guessed.or_else(|| {
+impl<'a> Target<'a> {
+    fn new(output: &'a Output, around: &'a FacesAround) -> Self {
+        let corners = |face: &[u32; 3]| face.map(|v| output.positions[v as usize]);
+        let normals = output.faces.par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
+        let centroids = output.faces.par_iter().map(|face| corners(face).iter().sum::<Vec3>() / 3.0).collect();
+        let Output { positions, faces, vertex_of } = output;
+        Self { positions, faces, vertex_of, around, normals, centroids }
+    }
+
+    /// Matches the centroid of an input face; `guess` says where to start, and remembers where the walk ended.
+    fn match_face(&self, surface: &Surface, face: [u32; 3], guess: &mut u32) -> Option<Match> {
+        let corners = face.map(|v| surface.positions[v as usize]);
+        let normal = area_normal(corners);
+        let point = Point { at: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
+        let reach = self.nearest(&point, *guess, self.vertex_of[face[0] as usize])?;
+        *guess = reach.face;
+        let scale = (0.5 * normal.length()).sqrt();
+        let height = scale * self.normals[reach.face as usize].dot(reach.gap);
+        Some(Match { face: reach.face, weights: reach.weights.map(|w| w * scale), height })
+    }
+
+    /// The nearest point to which a walk leads, from face `guess` or else from around `vertex`.
+    fn nearest(&self, point: &Point, guess: u32, vertex: u32) -> Option<Reach> {
+        let start = if guess == u32::MAX { self.nearest_centroid(point, vertex) } else { guess };
+        let reach = self.reach(point, start, f32::INFINITY).map(|start| self.walk(point, start));
+        reach.filter(|reach| self.agrees(point, reach)).or_else(|| {
             let mut best: Option<Reach> = None;
             for &f in self.around.faces(vertex) {
                 let limit = best.as_ref().map_or(f32::INFINITY, |b| b.distance);
@@ -128,6 +127,18 @@ impl Target<'_> {
             }
             best.map(|start| self.walk(point, start))
         })
+    }
+
+    /// The face around `vertex` whose centroid lies nearest.
+    fn nearest_centroid(&self, point: &Point, vertex: u32) -> u32 {
+        let mut best = (f32::INFINITY, u32::MAX);
+        for &f in self.around.faces(vertex) {
+            let distance = self.centroids[f as usize].distance_squared(point.at);
+            if distance < best.0 && self.normals[f as usize].dot(point.normal) > 0.0 {
+                best = (distance, f);
+            }
+        }
+        best.1
     }
 
     fn walk(&self, point: &Point, start: Reach) -> Reach {
@@ -145,10 +156,10 @@ impl Target<'_> {
 
     /// The nearest point of `face` if it looks the same way and is nearer than `limit` (squared).
     fn reach(&self, point: &Point, face: u32, limit: f32) -> Option<Reach> {
-        if self.normals[face as usize].dot(point.normal) <= 0.0 {
+        if self.normals.get(face as usize)?.dot(point.normal) <= 0.0 {
             return None;
         }
-        let triangle = self.output.faces[face as usize].map(|v| self.output.positions[v as usize]);
+        let triangle = self.faces[face as usize].map(|v| self.positions[v as usize]);
         let weights = nearest_weights(point.at, triangle);
         let gap = point.at - (triangle[0] * weights[0] + triangle[1] * weights[1] + triangle[2] * weights[2]);
         let distance = gap.length_squared();
@@ -162,11 +173,11 @@ impl Target<'_> {
         if n_on == 3 {
             return None;
         }
-        let face = self.output.faces[from.face as usize];
+        let face = self.faces[from.face as usize];
         let pivot = on.iter().position(|&on| on)?;
         let mut best: Option<Reach> = None;
         for &f in self.around.faces(face[pivot]) {
-            let other = self.output.faces[f as usize];
+            let other = self.faces[f as usize];
             let beyond = f != from.face && (n_on == 1 || (0..3).all(|i| !on[i] || other.contains(&face[i])));
             if beyond {
                 let limit = best.as_ref().map_or(from.distance * (1.0 - 1e-6), |b| b.distance);

@@ -16,6 +16,8 @@ use super::surface::Surface;
 const GAIN: f32 = 0.6;
 /// Least cosine between the faces' normals before and after.
 const LEAST_COSINE: f32 = 0.5;
+/// Cosine between the two faces above which their diagonals hardly differ.
+const FLAT: f32 = 0.998;
 /// Where on the diagonals distances are measured.
 const PLACES: [f32; 2] = [1.0 / 3.0, 2.0 / 3.0];
 
@@ -86,6 +88,9 @@ fn gain(surface: &Surface, positions: &[Vec3], anchors: &[u32], corners: [u32; 4
     let [a, b, c, d] = corners.map(|v| positions[v as usize]);
     let old = [area_normal([a, b, c]), area_normal([b, a, d])];
     let new = [area_normal([c, d, b]), area_normal([d, c, a])];
+    if old[0].dot(old[1]) > FLAT * old[0].length() * old[1].length() {
+        return None;
+    }
     let allowed = new.iter().all(|n| old.iter().all(|o| n.dot(*o) > LEAST_COSINE * n.length() * o.length()));
     if !allowed {
         return None;
