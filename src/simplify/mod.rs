@@ -3,6 +3,7 @@
 mod closed;
 mod components;
 mod network_scores;
+mod one_pass;
 mod options;
 pub mod paper;
 mod sample_vertices;
@@ -16,6 +17,7 @@ use closed::{Closed, End, Limit, Request, simplify_closed};
 use components::{compact, count_components, pruned};
 
 pub use network_scores::network_scores;
+pub use one_pass::{Samples, one_pass};
 pub use options::{Assembly, Event, Options, Outcome, Report, ScoreSource, Simplified, SimplifyError, Target};
 pub use sample_vertices::gumbel_top_k;
 

@@ -336,7 +336,7 @@ impl Collapse {
         node.position = x;
         node.quadric += gone.quadric;
         node.is_border |= gone.is_border;
-        node.degree += gone.degree - 4;
+        node.degree = node.degree + gone.degree - 4;
         // Above both, so that no edge of either end passes for priced already.
         node.version += gone.version + 1;
         self.append_corners(u, gone.first_corner, gone.last_corner);

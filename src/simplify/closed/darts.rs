@@ -61,6 +61,16 @@ pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: u
     Assignment { region: field.owner, n_regions: field.n_samples }
 }
 
+/// The assignment to given samples (distinct vertices); what none of them reaches becomes samples of its own.
+pub(super) fn assign_to(surface: &Surface, lengths: &EdgeLengths, samples: &[u32]) -> Assignment {
+    let mut field = Field::new(surface, lengths);
+    samples.iter().for_each(|&v| field.plant(v));
+    field.grow(f32::MAX);
+    let all: Vec<u32> = (0..surface.n_vertices() as u32).collect();
+    field.cover(&all, f32::MAX);
+    Assignment { region: field.owner, n_regions: field.n_samples }
+}
+
 /// The vertex indices, block after block, each block in random order: neighbours in memory are mostly neighbours on
 /// the surface, and a block's worth of them stays in cache.
 fn shuffled(n: usize, seed: u64) -> Vec<u32> {
@@ -150,23 +160,32 @@ impl<'a> Field<'a> {
     }
 
     fn throw(&mut self, seed: u32, radius: f32) {
-        let sample = self.n_samples as u32;
-        self.n_samples += 1;
+        self.plant(seed);
+        self.grow(radius);
+    }
+
+    fn plant(&mut self, seed: u32) {
         self.distance[seed as usize] = 0.0;
-        self.owner[seed as usize] = sample;
+        self.owner[seed as usize] = self.n_samples as u32;
+        self.n_samples += 1;
         self.front.push(Reverse((0, seed)));
+    }
+
+    /// Lets the samples in front claim what is nearer to them, free vertices up to `radius` away.
+    fn grow(&mut self, radius: f32) {
         while let Some(Reverse((bits, v))) = self.front.pop() {
             let distance = f32::from_bits(bits);
             if distance > self.distance[v as usize] {
                 continue;
             }
+            let owner = self.owner[v as usize];
             let neighbors = self.surface.neighbors(v);
             for (&w, &length) in neighbors.iter().zip(self.lengths.of(self.surface, v)) {
                 let reached = &mut self.distance[w as usize];
                 let there = distance + length;
                 if there < *reached && (there <= radius || *reached < f32::INFINITY) {
                     *reached = there;
-                    self.owner[w as usize] = sample;
+                    self.owner[w as usize] = owner;
                     self.front.push(Reverse((there.to_bits(), w)));
                 }
             }

@@ -16,6 +16,7 @@ use std::ops::ControlFlow;
 
 use crate::mesh::{Frame, TriMesh};
 
+use super::one_pass::Samples;
 use super::options::{Event, SimplifyError};
 use collapse::Collapse;
 use darts::Assignment;
@@ -24,8 +25,8 @@ use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
 
-/// Sweeps over the borders of the regions; a third moves hardly any vertex.
-const SWEEPS: usize = 3;
+/// Sweeps over the borders of the regions; more move hardly any vertex.
+const SWEEPS: usize = 2;
 /// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
 /// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
 const COARSE: usize = 15;
@@ -124,4 +125,21 @@ fn samples(surface: &Surface, request: &Request) -> Assignment {
     let density: Option<Vec<f32>> = request.density.map(|d| surface.sources().map(|v| d[v as usize]).collect());
     let lengths = EdgeLengths::new(surface, density.as_deref());
     darts::throw_darts(surface, &lengths, (wanted as usize).max(4), request.seed)
+}
+
+/// The mesh that the one pass leaves of `mesh`, before any collapse, from `samples` (vertices of the mesh).
+pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> Option<TriMesh> {
+    let surface = Surface::new(mesh);
+    let lengths = EdgeLengths::new(&surface, None);
+    let mut assignment = match *samples {
+        Samples::Darts { n, seed } => darts::throw_darts(&surface, &lengths, n, seed),
+        Samples::Vertices(samples) => darts::assign_to(&surface, &lengths, samples),
+    };
+    if with_sweeps {
+        regions::sweep(&surface, &mut assignment, SWEEPS);
+    }
+    let quotient = quotient::quotient(&surface, &mut assignment);
+    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
+    TriMesh::new(positions, quotient.faces).ok()
 }
