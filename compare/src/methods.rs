@@ -50,7 +50,7 @@ pub fn ours(raw: &RawMesh, ratio: f64, oversample: Option<f64>, seed: u64) -> Re
     let start = Instant::now();
     let cleaned = clean(raw, &CleanOptions::default())?;
     let options = Options { oversample, seed, frame: cleaned.frame, ..Options::new(Target::Ratio(ratio)) };
-    let simplified = simplify(&cleaned.mesh, &options, &mut |_| ControlFlow::Continue(()))?;
+    let simplified = simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()))?;
     let seconds = start.elapsed().as_secs_f64();
     let outcome = match simplified.report.outcome {
         Outcome::Reached => "reached".to_owned(),

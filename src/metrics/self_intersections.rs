@@ -20,17 +20,16 @@ pub fn self_intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
     let triangles = triangles(mesh);
     let tree = NearestOnTriangles::new(&triangles);
     let crossed_later = |face: u32| {
-        let mut crossed = Vec::new();
         let corners = triangles[face as usize];
-        tree.visit_overlaps(&Bounds::of(&corners), |other| {
-            if other > face && triangles_cross(corners, triangles[other as usize]) {
-                crossed.push(other);
-            }
-        });
-        if !crossed.is_empty() {
-            crossed.push(face);
+        let mut others = Vec::new();
+        tree.visit_overlaps(&Bounds::of(&corners), |other| others.extend((other > face).then_some(other)));
+        others.sort_unstable();
+        others.dedup();
+        others.retain(|&other| triangles_cross(corners, triangles[other as usize]));
+        if !others.is_empty() {
+            others.push(face);
         }
-        crossed
+        others
     };
     let mut faces: Vec<u32> = (0..triangles.len() as u32).into_par_iter().flat_map_iter(crossed_later).collect();
     faces.par_sort_unstable();

@@ -2,6 +2,7 @@
 
 mod knn;
 mod nearest_on_triangles;
+mod triangle_pieces;
 mod triangle_tree;
 
 pub use knn::{coherent_order, nearest_neighbours};

@@ -18,7 +18,10 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 /// assert_eq!((hit.triangle, hit.distance2), (0, 4.0));
 /// ```
 pub struct NearestOnTriangles {
+    /// Over the triangles in units of the scale.
     tree: TriangleTree,
+    /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
+    scale: f64,
 }
 
 /// Where the nearest point lies.
@@ -43,7 +46,10 @@ struct Best {
 impl NearestOnTriangles {
     /// Builds the tree over triangles given by their corners, n_triangles x 3 x 3, finite.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        Self { tree: TriangleTree::new(triangles) }
+        let most = triangles.as_flattened().as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+        let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
+        let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
+        Self { tree: TriangleTree::new(&scaled), scale }
     }
 
     /// The nearest point of all triangles; `None` where there are none.
@@ -61,17 +67,20 @@ impl NearestOnTriangles {
     /// assert_eq!(hit.triangle, 1);
     /// ```
     pub fn nearest_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
         let mut best = Best { hit: none, limit: limit(reach * reach, p) };
         if !self.tree.nodes.is_empty() {
             self.descend(0, p, &accept, &mut best);
         }
-        (best.hit.triangle != u32::MAX).then_some(best.hit)
+        let (point, distance2) = (best.hit.point / self.scale, best.hit.distance2 / (self.scale * self.scale));
+        (best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit })
     }
 
-    /// Calls `visit` with the index of every triangle whose bounding box meets `bounds`.
+    /// Calls `visit` with the index of every triangle whose bounding box meets `bounds`, perhaps more than once.
     pub fn visit_overlaps(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
-        self.tree.visit_overlaps(bounds, &mut visit);
+        let scaled = Bounds { low: to_scale(bounds.low, self.scale), high: to_scale(bounds.high, self.scale) };
+        self.tree.visit_overlaps(&scaled, &mut visit);
     }
 
     fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
@@ -105,9 +114,13 @@ impl NearestOnTriangles {
     }
 }
 
-/// The squared distance that an `f32` box distance has to exceed before the box may be left out.
+fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
+    point.map(|x| (f64::from(x) * scale) as f32)
+}
+
+/// The squared distance that an `f32` box distance has to exceed before the box may be left out; boxes lie in -1..1.
 fn limit(distance2: f64, p: DVec3) -> f32 {
-    let rounding = p.abs().max_element() * 2e-7;
+    let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;
     (reach * reach * (1.0 + 1e-6)) as f32
 }
@@ -188,6 +201,26 @@ mod tests {
     }
 
     #[test]
+    fn coordinates_whose_squares_are_out_of_range_are_no_trouble() {
+        for scale in [1e-42, 1e-25, 1e25, 1e37] {
+            let triangles = random_triangles(100, 0.1, 0.0).into_iter().map(|t| t.map(|p| p.map(|x| x * scale)));
+            let surface = NearestOnTriangles::new(&triangles.collect::<Vec<_>>());
+            let unscaled = NearestOnTriangles::new(&random_triangles(100, 0.1, 0.0));
+            let p = DVec3::new(0.3, 0.4, 0.2);
+            let (hit, wanted) = (surface.nearest(p * f64::from(scale)).unwrap(), unscaled.nearest(p).unwrap());
+            assert_eq!(hit.triangle, wanted.triangle);
+            assert!((hit.distance2.sqrt() / f64::from(scale) - wanted.distance2.sqrt()).abs() < 1e-2);
+        }
+    }
+
+    #[test]
+    fn needles_around_a_hub_are_told_apart() {
+        let rim = |i: i32| [(0.01 * i as f32).cos(), (0.01 * i as f32).sin(), 0.3 * (0.01 * i as f32).sin()];
+        let fan: Vec<_> = (0..629).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        check(&fan, 0.0);
+    }
+
+    #[test]
     fn ties_go_to_the_first_triangle() {
         let triangles = [[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 50];
         let hit = NearestOnTriangles::new(&triangles).nearest([0.2, 0.2, 1.0].into()).unwrap();
@@ -214,6 +247,7 @@ mod tests {
         let mut found = Vec::new();
         surface.visit_overlaps(&query, |i| found.push(i as usize));
         found.sort_unstable();
+        found.dedup();
         let naive: Vec<usize> = (0..200).filter(|&i| Bounds::of(&triangles[i]).overlaps(&query)).collect();
         assert_eq!(found, naive);
     }

@@ -4,6 +4,8 @@
 
 use rayon::prelude::*;
 
+use super::triangle_pieces::boxes;
+
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
 /// Bins when a split is chosen.
@@ -45,7 +47,7 @@ impl Bounds {
     }
 
     /// Half the surface of the box; 0 for the empty one.
-    fn half_area(&self) -> f32 {
+    pub(super) fn half_area(&self) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));
         x * y + y * z + z * x
     }
@@ -87,7 +89,8 @@ pub(super) const NO_CHILD: u8 = u8::MAX;
 const NO_CHILDREN: Node =
     Node { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
-/// The tree, with the corners of the triangles in the order of its leaves.
+/// The tree, with the corners of the triangles in the order of its leaves; a triangle in several pieces stands there
+/// several times.
 pub(super) struct TriangleTree {
     /// The root is node 0; none where there are no triangles.
     pub(super) nodes: Vec<Node>,
@@ -111,15 +114,16 @@ impl Item {
 
 impl TriangleTree {
     pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let item = |(i, corners): (usize, &[[f32; 3]; 3])| Item { bounds: Bounds::of(corners), triangle: i as u32 };
-        let mut items: Vec<Item> = triangles.iter().enumerate().map(item).collect();
+        let item = |(bounds, triangle)| Item { bounds, triangle };
+        let mut items: Vec<Item> = boxes(triangles).into_iter().map(item).collect();
         let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
         let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
         let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
         Self { nodes, corners, triangle_idx }
     }
 
-    /// Calls `visit` for every triangle whose box meets `bounds`, by the caller's index.
+    /// Calls `visit` for every triangle whose box meets `bounds`, by the caller's index, once for each of its pieces
+    /// that is in the way.
     pub(super) fn visit_overlaps(&self, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
         if !self.nodes.is_empty() {
             self.visit_node(0, bounds, visit);

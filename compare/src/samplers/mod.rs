@@ -1,13 +1,13 @@
 //! Ways to draw the sampled vertices, against each other: how evenly they cover the surface, and what they cost.
 
 mod elimination;
-mod gumbel;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 use neural_mesh::metrics::Surface;
+use neural_mesh::simplify::gumbel_top_k;
 use neural_mesh::spatial::NearestOnTriangles;
 use serde::{Deserialize, Serialize};
 
@@ -52,7 +52,7 @@ pub fn samplers(args: &Args) -> Result<()> {
         let points = mesh.positions();
         for &ratio in &args.ratios {
             let n_kept = (points.len() as f64 * ratio).floor() as usize;
-            let gumbel = || gumbel::uniform_top_k(points.len(), n_kept, 0);
+            let gumbel = || gumbel_top_k(&vec![0.0; points.len()], n_kept, 0);
             let eliminate = || elimination::eliminate(points, n_kept, surface.area);
             let draws: [(&str, &dyn Fn() -> Vec<u32>); 2] =
                 [("Gumbel-top-k, equal scores", &gumbel), ("weighted sample elimination", &eliminate)];

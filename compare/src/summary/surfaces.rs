@@ -123,7 +123,7 @@ pub fn removal(cases: &Cases) -> String {
     };
     let by_pass = |row: &Row| {
         let input = cases.input(&row.mesh)?.vertices as f64;
-        Some((input - row.vertices_after_pass? as f64) / (input - row.vertices as f64))
+        Some((input - row.vertices_after_pass? as f64).max(0.0) / (input - row.vertices as f64).max(1.0))
     };
     let row = |name: &str, figure: &dyn Fn(&Row) -> Option<f64>| {
         let values = cases.ratios.iter().map(|&ratio| mean(ratio, figure));

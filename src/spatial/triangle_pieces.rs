@@ -1,0 +1,94 @@
+//! Long thin triangles cut into pieces with boxes of their own, so that boxes stay close to what they hold.
+//!
+//! After the early split clipping of Ernst and Greiner (2007). Only boxes are cut: every piece still stands for
+//! its whole triangle.
+
+use super::Bounds;
+
+/// Most pieces of one triangle.
+const MOST: f32 = 32.0;
+/// Pieces that may be added without regard to the number of triangles; beyond, as many as half the triangles.
+const FREE: usize = 400_000;
+
+/// The boxes of all triangles, each with the index of its triangle; thin triangles have several.
+pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
+    let wanted: Vec<f32> = triangles.iter().map(|corners| wanted_pieces(corners) - 1.0).collect();
+    let added: f64 = wanted.iter().map(|&n| f64::from(n)).sum();
+    let budget = FREE.max(triangles.len() / 2) as f64;
+    let share = (budget / added.max(1.0)).min(1.0) as f32;
+    let mut boxes = Vec::with_capacity(triangles.len() + added.min(budget) as usize);
+    for ((corners, wanted), triangle) in triangles.iter().zip(wanted).zip(0..) {
+        let n = 1 + (wanted * share) as usize;
+        boxes.extend(pieces(corners, n).map(|bounds| (bounds, triangle)));
+    }
+    boxes
+}
+
+/// A whole number of pieces that grows with the emptiness of the triangle's box.
+fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
+    let [a, b, c] = corners.map(glam::Vec3::from_array);
+    let doubled_area = (b - a).cross(c - a).length();
+    let emptiness = Bounds::of(corners).half_area() / doubled_area;
+    // A triangle without area has an infinitely empty box, or none at all (a line along an axis, a point).
+    if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
+}
+
+/// Boxes of the `n` parts of a triangle between equidistant planes across the longest side of its box.
+fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
+    let whole = Bounds::of(corners);
+    let side = move |axis: usize| whole.high[axis] - whole.low[axis];
+    let axis = (1..3).fold(0, |best, axis| if side(axis) > side(best) { axis } else { best });
+    let cut = move |i: usize| whole.low[axis] + side(axis) * (i as f32 / n as f32);
+    let corners = *corners;
+    (0..n).map(move |i| if n == 1 { whole } else { slab(&corners, axis, cut(i), cut(i + 1)) })
+}
+
+/// The box of the part of a triangle between two planes across an axis.
+fn slab(corners: &[[f32; 3]; 3], axis: usize, low: f32, high: f32) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (p, q) = (corners[i], corners[j]);
+        let along = q[axis] - p[axis];
+        // The part of the edge within the slab, by its two ends; the whole edge where it runs along the planes.
+        let ends = if along == 0.0 { [0.0, 1.0] } else { [low, high].map(|at| (at - p[axis]) / along) };
+        let [from, to] = if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] };
+        if to < 0.0 || from > 1.0 || (along == 0.0 && !(low..=high).contains(&p[axis])) {
+            continue;
+        }
+        for t in [from.clamp(0.0, 1.0), to.clamp(0.0, 1.0)] {
+            let point = std::array::from_fn(|k| p[k] + t * (q[k] - p[k]));
+            bounds = bounds.union(&Bounds { low: point, high: point });
+        }
+    }
+    bounds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_together_cover_the_triangle_and_little_else() {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.9, 0.2], [0.99, 0.91, 0.2]];
+        let boxes: Vec<Bounds> = pieces(&corners, 10).collect();
+        for (i, j) in (0..=50).flat_map(|i| (0..=50 - i).map(move |j| (i, j))) {
+            let (u, v) = (i as f32 / 50.0, j as f32 / 50.0);
+            let p: [f32; 3] = std::array::from_fn(|k| u * corners[1][k] + v * corners[2][k]);
+            let near = Bounds { low: p.map(|x| x - 1e-6), high: p.map(|x| x + 1e-6) };
+            assert!(boxes.iter().any(|bounds| bounds.overlaps(&near)), "{p:?}");
+        }
+        let area: f32 = boxes.iter().map(Bounds::half_area).sum();
+        assert!(area < 0.15 * Bounds::of(&corners).half_area(), "{area}");
+    }
+
+    #[test]
+    fn only_thin_triangles_are_cut_and_not_without_end() {
+        let compact = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(boxes(&[compact]).len(), 1);
+        let line = [[0.0; 3], [1.0, 1.0, 1.0], [0.5, 0.5, 0.5]];
+        assert_eq!(boxes(&[line]).len(), MOST as usize);
+        assert_eq!(boxes(&[[[0.0; 3]; 3]]).len(), 1);
+        let many = vec![line; 30_000];
+        assert!(boxes(&many).len() <= many.len() + FREE);
+    }
+}
