@@ -20,7 +20,7 @@ pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
 
 /// Barycentric weights of the point of triangle `a b c` that is nearest to `p`, each in 0..=1, their sum 1.
 ///
-/// Degenerate triangles are their longest edge or their one point. After Ericson, "Real-Time Collision
+/// For a triangle without area the point is one of its own, but not always the nearest. After Ericson, "Real-Time Collision
 /// Detection", Sec. 5.1.5.
 ///
 /// ```
@@ -41,7 +41,7 @@ pub fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let t = d1 / (d1 - d3);
+        let t = ratio(d1, d1 - d3);
         return [1.0 - t, t, 0.0];
     }
     let cp = p - c;
@@ -51,21 +51,42 @@ pub fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let t = d2 / (d2 - d6);
+        let t = ratio(d2, d2 - d6);
         return [1.0 - t, 0.0, t];
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        let t = ratio(d4 - d3, (d4 - d3) + (d5 - d6));
         return [0.0, 1.0 - t, t];
     }
-    let scale = 1.0 / (va + vb + vc);
-    let (v, w) = (vb * scale, vc * scale);
+    let (v, w) = (vb / (va + vb + vc), vc / (va + vb + vc));
     [1.0 - v - w, v, w]
+}
+
+/// Where on an edge, from 0 to 1; the beginning of an edge without length.
+fn ratio(part: f32, whole: f32) -> f32 {
+    if whole > 0.0 { part / whole } else { 0.0 }
 }
 
 /// The point of triangle `a b c` nearest to `p`.
 pub fn nearest_point(p: Vec3, corners: [Vec3; 3]) -> Vec3 {
     let [u, v, w] = nearest_weights(p, corners);
     corners[0] * u + corners[1] * v + corners[2] * w
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degenerate_triangles_have_weights_all_the_same() {
+        let (a, b, c) = (Vec3::ZERO, Vec3::X, Vec3::new(0.5, 0.0, 0.0));
+        for corners in [[a, b, b], [b, a, b], [b, b, a], [a, a, b], [b; 3], [a, b, c], [c, b, a]] {
+            for p in [Vec3::new(0.25, 1.0, 0.0), Vec3::ZERO, Vec3::new(-3.0, 0.0, 2.0)] {
+                let weights = nearest_weights(p, corners);
+                assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)), "{corners:?} {p} {weights:?}");
+                assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+            }
+        }
+    }
 }

@@ -21,6 +21,8 @@ use super::options::{Event, SimplifyError};
 use collapse::Collapse;
 use darts::Assignment;
 use edge_lengths::EdgeLengths;
+use placement::Placement;
+use quotient::Quotient;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
@@ -30,6 +32,8 @@ const SWEEPS: usize = 2;
 /// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
 /// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
 const COARSE: usize = 15;
+/// How often the regions at folds of the quotient are cut in two.
+const MOST_CUTS: usize = 4;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 
@@ -82,9 +86,7 @@ pub(super) fn simplify_closed(
     enter("sweeps")?;
     regions::sweep(&surface, &mut assignment, SWEEPS);
     enter("quotient")?;
-    let quotient = quotient::quotient(&surface, &mut assignment);
-    enter("placement")?;
-    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let (quotient, placed) = quotient_without_folds(&surface, &mut assignment);
     enter("collapse")?;
     let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
     let end = collapse.run(request.limit);
@@ -116,6 +118,20 @@ pub(super) fn simplify_closed(
     })
 }
 
+/// The quotient and where its vertices go; regions at folds are cut in two, for there the samples are too coarse.
+fn quotient_without_folds(surface: &Surface, assignment: &mut Assignment) -> (Quotient, Placement) {
+    let n_before = assignment.n_regions;
+    let mut tries = 0;
+    loop {
+        let quotient = quotient::quotient(surface, assignment);
+        let placed = placement::place(surface, assignment, &quotient.faces);
+        tries += 1;
+        if tries == MOST_CUTS || !quotient::cut(surface, assignment, &placed.turned) {
+            return (Quotient { n_refined: assignment.n_regions - n_before, ..quotient }, placed);
+        }
+    }
+}
+
 /// Throws the darts, or takes every vertex where nearly all are wanted.
 fn samples(surface: &Surface, request: &Request) -> Assignment {
     let wanted = request.limit.vertices.min(request.limit.faces / 2 + 2) as f64 * request.oversample;
@@ -138,8 +154,7 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
     if with_sweeps {
         regions::sweep(&surface, &mut assignment, SWEEPS);
     }
-    let quotient = quotient::quotient(&surface, &mut assignment);
-    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let (quotient, placed) = quotient_without_folds(&surface, &mut assignment);
     let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
     TriMesh::new(positions, quotient.faces).ok()
 }

@@ -83,6 +83,16 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     (meeting, broken)
 }
 
+/// Cuts the regions in two that have more than one vertex; returns whether there were any.
+pub(super) fn cut(surface: &Surface, assignment: &mut Assignment, regions: &[u32]) -> bool {
+    let n_before = assignment.n_regions;
+    let members = members(assignment);
+    for vertices in regions.iter().map(|&r| &members[r as usize]).filter(|m| m.len() > 1) {
+        cut_region(surface, assignment, vertices);
+    }
+    assignment.n_regions > n_before
+}
+
 /// Cuts every broken region in two, or the regions around it where it is a single vertex; false if none is broken.
 fn refine(surface: &Surface, assignment: &mut Assignment, broken: &mut [bool], faces: &[[u32; 3]]) -> bool {
     if !broken.contains(&true) {
