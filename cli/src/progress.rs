@@ -9,18 +9,19 @@ use neural_mesh::simplify::Event;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What a run goes through, each with about its share of the time on a large mesh.
-const PARTS: [(&str, f32); 12] = [
+const PARTS: [(&str, f32); 13] = [
     ("read", 0.02),
-    ("surface", 0.06),
-    ("samples", 0.12),
-    ("sweeps", 0.05),
-    ("quotient", 0.08),
-    ("placement", 0.02),
-    ("collapse", 0.06),
-    ("fit", 0.20),
+    ("surface", 0.05),
+    ("samples", 0.09),
+    ("sweeps", 0.08),
+    ("quotient", 0.09),
+    ("placement", 0.01),
+    ("collapse", 0.03),
+    ("flips", 0.06),
+    ("fit", 0.11),
     ("finish", 0.01),
     ("write", 0.01),
-    ("check", 0.30),
+    ("check", 0.37),
     ("picture", 0.07),
 ];
 

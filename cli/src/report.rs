@@ -71,6 +71,8 @@ pub struct Output {
     pub split_vertices: usize,
     /// Regions refined to keep the surface a manifold.
     pub refined_regions: usize,
+    /// Edges that gave way to the other diagonal of their faces.
+    pub flipped_edges: usize,
     /// Vertices moved apart because their written positions would have been the same.
     pub separated_vertices: usize,
 }
@@ -152,6 +154,7 @@ impl Output {
             components_pruned: done.components_pruned,
             split_vertices: done.split_vertices,
             refined_regions: done.refined_regions,
+            flipped_edges: done.flipped_edges,
             separated_vertices: done.separated_vertices,
         }
     }

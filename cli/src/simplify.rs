@@ -213,39 +213,3 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
     report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
     voice.say(&words::time(&report.seconds));
 }
-
-#[cfg(test)]
-mod tests {
-    use neural_mesh::simplify::{Outcome, ScoreSource};
-
-    use super::*;
-
-    #[test]
-    fn vertices_in_place_get_every_digit_back() {
-        let positions =
-            vec![[9.0; 3], [1.234567890123456, 0.0, 1e-17], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
-        let raw =
-            RawMesh { positions: positions.clone(), faces: vec![[1, 4, 3], [1, 2, 3]], double: true, dropped_faces: 0 };
-        let cleaned = clean(raw, &CleanOptions::default()).unwrap();
-        let report = neural_mesh::simplify::Report {
-            outcome: Outcome::Reached,
-            scores: ScoreSource::Geometry,
-            oversample: 1.0,
-            vertices_after_pass: 3,
-            components: 1,
-            components_at_minimum: 0,
-            components_pruned: 0,
-            split_vertices: 0,
-            refined_regions: 0,
-            separated_vertices: 0,
-        };
-        let mut result = Simplified { mesh: cleaned.mesh.clone(), source_vertices: Some(vec![0, 1, 2]), report };
-        let exact = in_place(&positions, &cleaned, &result).unwrap();
-        for (vertex, rounded) in exact.iter().zip(cleaned.mesh.positions()) {
-            assert!(positions.contains(vertex));
-            assert_eq!(vertex.map(|x| x as f32), *rounded);
-        }
-        result.source_vertices = None;
-        assert_eq!(in_place(&positions, &cleaned, &result), None);
-    }
-}

@@ -57,6 +57,18 @@ fn the_whole_mesh_is_written_as_it_is() {
 }
 
 #[test]
+fn positions_that_stay_keep_every_digit() {
+    let folder = folder();
+    let mesh = OCTAHEDRON.replace("v 1 0 0", "v 1.234567890123456 0 1e-17");
+    let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.obj", "--ratio", "1"], mesh.as_bytes());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let text = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
+    let x: f64 = text.split(' ').nth(1).unwrap().parse().unwrap();
+    let z: f64 = text.lines().next().unwrap().rsplit(' ').next().unwrap().parse().unwrap();
+    assert_eq!((x, z), (1.234567890123456, 1e-17), "{text}");
+}
+
+#[test]
 fn a_mesh_without_faces_is_refused() {
     for mesh in ["v 0 0 0\n", "# nothing\n", "v 0 0 0\nv 1 0 0\nf 1 2\n", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"] {
         assert_eq!(simplified(mesh, &["--ratio", "0.5"]).0, Some(1), "{mesh:?}");

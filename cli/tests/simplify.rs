@@ -158,6 +158,27 @@ fn weights_that_are_none_are_refused() {
 }
 
 #[test]
+fn the_paper_assembly_keeps_positions_of_the_input() {
+    let folder = folder();
+    let weights = neural_mesh::model::Weights::random(7).to_bytes();
+    std::fs::write(folder.path().join("w.safetensors"), weights).unwrap();
+    let rest = ["-o", "a.ply", "--weights", "w.safetensors", "--assembly", "paper", "--report", "r.json"];
+    let run = run_cow(folder.path(), &rest);
+    // Weights that have learned nothing may keep no face at all.
+    if run.code == Some(1) {
+        the_line(&run);
+        return;
+    }
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(json(&folder.path().join("r.json"))["scores"], "network");
+    let read = |path: &std::path::Path| neural_mesh::io::read_path(path, None).unwrap().positions;
+    let original = read(&shipped("spot.ply"));
+    for position in read(&folder.path().join("a.ply")) {
+        assert!(original.contains(&position), "{position:?}");
+    }
+}
+
+#[test]
 fn coordinates_far_from_the_origin_keep_their_precision() {
     let folder = folder();
     let moved: String = OCTAHEDRON
