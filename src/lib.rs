@@ -12,6 +12,12 @@ pub mod linalg;
 pub mod mesh;
 pub mod metrics;
 pub mod model;
+#[cfg(feature = "picture")]
 pub mod picture;
 pub mod simplify;
 pub mod spatial;
+
+// The examples of the README are tested like all others.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

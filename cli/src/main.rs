@@ -1,3 +1,32 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 
-fn main() {}
+mod args;
+mod failure;
+mod files;
+mod info;
+mod interrupt;
+mod progress;
+mod report;
+mod request;
+mod simplify;
+mod words;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+
+fn main() -> ExitCode {
+    let done = match Args::parse().command {
+        Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
+        Command::Info(args) => info::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            words::complain(&failure);
+            failure.exit_code()
+        }
+    }
+}

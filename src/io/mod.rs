@@ -24,6 +24,7 @@ pub use format::Format;
 pub use path::{read_path, write_path};
 
 use crate::mesh::{Frame, RawMesh, TriMesh};
+use write::Content;
 
 /// Reads a mesh from the bytes of a file, in `format` or in the one that the content shows.
 ///
@@ -82,13 +83,40 @@ fn unknown(bytes: &[u8]) -> ReadError {
 /// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.5 0\nf 1 2 3\n");
 /// ```
 pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, WriteError> {
+    write_content(&Content::of(mesh, frame), format)
+}
+
+/// Writes the faces of a mesh over positions (n_vertices x 3, in the file's coordinates) that are not rounded: those
+/// of the original, where every vertex still has one.
+///
+/// # Errors
+/// [`WriteError`] where the format cannot hold the mesh, or where there is not one finite position for each vertex.
+///
+/// ```
+/// use neural_mesh::{io, mesh::TriMesh};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.1, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.1000000000000001, 0.0]];
+/// let text = io::write_exact(&mesh, positions, io::Format::Obj).unwrap();
+/// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.1000000000000001 0\nf 1 2 3\n");
+/// ```
+pub fn write_exact(mesh: &TriMesh, positions: Vec<[f64; 3]>, format: Format) -> Result<Vec<u8>, WriteError> {
+    let finite = positions.iter().flatten().all(|x| x.is_finite());
+    if positions.len() != mesh.positions().len() || !finite {
+        return Err(WriteError {
+            what: "there is not one finite position for each vertex: give the mesh's own".into(),
+        });
+    }
+    write_content(&Content::exact(mesh, positions), format)
+}
+
+fn write_content(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
     match format {
-        Format::Obj => Ok(obj::write(mesh, frame)),
-        Format::Ply => Ok(ply::write_binary(mesh, frame)),
-        Format::PlyAscii => Ok(ply::write_text(mesh, frame)),
-        Format::Stl => stl::write_binary(mesh, frame),
-        Format::StlAscii => stl::write_text(mesh, frame),
-        Format::Off => Ok(off::write(mesh, frame)),
+        Format::Obj => Ok(obj::write(content)),
+        Format::Ply => Ok(ply::write_binary(content)),
+        Format::PlyAscii => Ok(ply::write_text(content)),
+        Format::Stl => stl::write_binary(content),
+        Format::StlAscii => stl::write_text(content),
+        Format::Off => Ok(off::write(content)),
         Format::Gltf => Err(WriteError { what: "glTF is read but not written: choose obj, ply, stl or off".into() }),
     }
 }

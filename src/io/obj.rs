@@ -2,8 +2,8 @@
 
 use super::ReadError;
 use super::text::Text;
-use super::write::push_position;
-use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+use super::write::Content;
+use crate::mesh::{Fans, RawMesh};
 
 /// An index that no vertex has: faces with it are for cleanup to drop.
 const NOWHERE: u32 = u32::MAX;
@@ -60,15 +60,15 @@ fn read_corners(text: &mut Text, n_vertices: usize, corners: &mut Vec<u32>) -> R
 }
 
 /// Writes an OBJ text with the shortest digits that read back as the same numbers.
-pub(super) fn write(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
-    let mut out = Vec::with_capacity(40 * mesh.positions().len() + 24 * mesh.faces().len());
-    for &position in mesh.positions() {
+pub(super) fn write(content: &Content) -> Vec<u8> {
+    let mut out = Vec::with_capacity(40 * content.positions.len() + 24 * content.faces.len());
+    for vertex in 0..content.positions.len() {
         out.extend(b"v ");
-        push_position(&mut out, frame, position);
+        content.push_position(&mut out, vertex);
         out.push(b'\n');
     }
     let mut digits = itoa::Buffer::new();
-    for face in mesh.faces() {
+    for face in content.faces {
         out.push(b'f');
         for &vertex in face {
             out.push(b' ');

@@ -2,8 +2,8 @@
 
 use super::ReadError;
 use super::text::Text;
-use super::write::{push_faces, push_position};
-use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+use super::write::{Content, push_faces};
+use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
 
@@ -97,15 +97,15 @@ fn missing(text: &Text, face: usize, n_faces: usize) -> ReadError {
 }
 
 /// Writes an OFF text with the shortest digits that read back as the same numbers.
-pub(super) fn write(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
-    let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
+pub(super) fn write(content: &Content) -> Vec<u8> {
+    let (n_vertices, n_faces) = (content.positions.len(), content.faces.len());
     let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);
     out.extend(format!("OFF\n{n_vertices} {n_faces} 0\n").as_bytes());
-    for &position in mesh.positions() {
-        push_position(&mut out, frame, position);
+    for vertex in 0..n_vertices {
+        content.push_position(&mut out, vertex);
         out.push(b'\n');
     }
-    push_faces(&mut out, mesh.faces());
+    push_faces(&mut out, content.faces);
     out
 }
 

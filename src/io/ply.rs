@@ -10,8 +10,8 @@ use source::Source;
 
 use super::ReadError;
 use super::text::Text;
-use super::write::{push_faces, push_position};
-use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+use super::write::{Content, push_faces};
+use crate::mesh::{Fans, RawMesh};
 
 /// Reads a PLY file.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
@@ -183,29 +183,27 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
     walk(source, &Rows { element, start: 0, list }, take, |_, _| ())
 }
 
-fn write_header(mesh: &TriMesh, frame: &Frame, encoding: &str) -> String {
-    let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
-    let scalar = if frame.double { "double" } else { "float" };
+fn write_header(content: &Content, encoding: &str) -> String {
+    let (n_vertices, n_faces) = (content.positions.len(), content.faces.len());
+    let scalar = if content.double { "double" } else { "float" };
     format!(
         "ply\nformat {encoding} 1.0\nelement vertex {n_vertices}\nproperty {scalar} x\nproperty {scalar} y\n\
          property {scalar} z\nelement face {n_faces}\nproperty list uchar int vertex_indices\nend_header\n"
     )
 }
 
-/// Writes a little-endian PLY, in doubles where the frame says so.
-pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
-    let mut out = write_header(mesh, frame, "binary_little_endian").into_bytes();
-    out.reserve_exact(24 * mesh.positions().len() + 13 * mesh.faces().len());
-    for &position in mesh.positions() {
-        for x in frame.to_file(position) {
-            if frame.double {
-                out.extend(x.to_le_bytes());
-            } else {
-                out.extend((x as f32).to_le_bytes());
-            }
+/// Writes a little-endian PLY, in doubles where the content is in doubles.
+pub(super) fn write_binary(content: &Content) -> Vec<u8> {
+    let mut out = write_header(content, "binary_little_endian").into_bytes();
+    out.reserve_exact(24 * content.positions.len() + 13 * content.faces.len());
+    for &x in content.positions.iter().flatten() {
+        if content.double {
+            out.extend(x.to_le_bytes());
+        } else {
+            out.extend((x as f32).to_le_bytes());
         }
     }
-    for face in mesh.faces() {
+    for face in content.faces {
         let mut record = [3; 13];
         for (bytes, vertex) in record[1..].chunks_exact_mut(4).zip(face) {
             bytes.copy_from_slice(&vertex.to_le_bytes());
@@ -216,13 +214,13 @@ pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
 }
 
 /// Writes a PLY text with the shortest digits that read back as the same numbers.
-pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Vec<u8> {
-    let mut out = write_header(mesh, frame, "ascii").into_bytes();
-    for &position in mesh.positions() {
-        push_position(&mut out, frame, position);
+pub(super) fn write_text(content: &Content) -> Vec<u8> {
+    let mut out = write_header(content, "ascii").into_bytes();
+    for vertex in 0..content.positions.len() {
+        content.push_position(&mut out, vertex);
         out.push(b'\n');
     }
-    push_faces(&mut out, mesh.faces());
+    push_faces(&mut out, content.faces);
     out
 }
 

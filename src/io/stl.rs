@@ -2,9 +2,9 @@
 
 use super::format::is_binary_stl;
 use super::text::Text;
-use super::write::push_position;
+use super::write::{Content, push_singles};
 use super::{ReadError, WriteError};
-use crate::mesh::{Fans, Frame, RawMesh, TriMesh};
+use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
 
@@ -81,12 +81,12 @@ fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
 ///
 /// # Errors
 /// Coordinates beyond the range of `f32`.
-pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, WriteError> {
-    let positions = single_positions(mesh, frame)?;
-    let mut out = Vec::with_capacity(84 + 50 * mesh.faces().len());
+pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
+    let positions = single_positions(content)?;
+    let mut out = Vec::with_capacity(84 + 50 * content.faces.len());
     out.extend([b' '; 80]);
-    out.extend((mesh.faces().len() as u32).to_le_bytes());
-    for face in mesh.faces() {
+    out.extend((content.faces.len() as u32).to_le_bytes());
+    for face in content.faces {
         let corners = face.map(|vertex| positions[vertex as usize]);
         let mut record = [0; 50];
         let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
@@ -102,19 +102,18 @@ pub(super) fn write_binary(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, Wri
 ///
 /// # Errors
 /// Coordinates beyond the range of `f32`.
-pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, WriteError> {
-    let positions = single_positions(mesh, frame)?;
-    let unshifted = Frame::default();
-    let mut out = Vec::with_capacity(260 * mesh.faces().len() + 64);
+pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
+    let positions = single_positions(content)?;
+    let mut out = Vec::with_capacity(260 * content.faces.len() + 64);
     out.extend(b"solid mesh\n");
-    for face in mesh.faces() {
+    for face in content.faces {
         let corners = face.map(|vertex| positions[vertex as usize]);
         out.extend(b"facet normal ");
-        push_position(&mut out, &unshifted, normal(corners));
+        push_singles(&mut out, normal(corners));
         out.extend(b"\nouter loop\n");
         for corner in corners {
             out.extend(b"vertex ");
-            push_position(&mut out, &unshifted, corner);
+            push_singles(&mut out, corner);
             out.push(b'\n');
         }
         out.extend(b"endloop\nendfacet\n");
@@ -124,8 +123,8 @@ pub(super) fn write_text(mesh: &TriMesh, frame: &Frame) -> Result<Vec<u8>, Write
 }
 
 /// File coordinates as the format holds them, n_vertices x 3.
-fn single_positions(mesh: &TriMesh, frame: &Frame) -> Result<Vec<[f32; 3]>, WriteError> {
-    let positions: Vec<_> = mesh.positions().iter().map(|&local| frame.to_file(local).map(|x| x as f32)).collect();
+fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
+    let positions: Vec<_> = content.positions.iter().map(|position| position.map(|x| x as f32)).collect();
     if positions.iter().flatten().all(|x| x.is_finite()) {
         return Ok(positions);
     }
@@ -143,6 +142,7 @@ fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::{Frame, TriMesh};
 
     fn triangle() -> TriMesh {
         TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]], vec![[0, 1, 2]]).unwrap()
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn binary_files_may_say_solid_and_have_bytes_behind() {
-        let mut bytes = write_binary(&triangle(), &Frame::default()).unwrap();
+        let mut bytes = write_binary(&Content::of(&triangle(), &Frame::default())).unwrap();
         bytes[..5].copy_from_slice(b"solid");
         let mesh = read(&bytes).unwrap();
         bytes.extend(b"\0\0words");
@@ -177,11 +177,11 @@ mod tests {
 
     #[test]
     fn cut_files_are_refused() {
-        let mut bytes = write_binary(&triangle(), &Frame::default()).unwrap();
+        let mut bytes = write_binary(&Content::of(&triangle(), &Frame::default())).unwrap();
         bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
         let error = read(&bytes).unwrap_err().to_string();
         assert!(error.contains("announces 4294967295 faces, the file has room for 1"), "{error}");
-        let text = write_text(&triangle(), &Frame::default()).unwrap();
+        let text = write_text(&Content::of(&triangle(), &Frame::default())).unwrap();
         assert!(read(&text[..text.len() - 30]).unwrap_err().to_string().contains("ends inside a facet"));
         for length in [0, 3, 83] {
             assert!(read(&vec![0; length]).is_err());
@@ -190,14 +190,14 @@ mod tests {
 
     #[test]
     fn normals_are_those_of_the_faces() {
-        let text = String::from_utf8(write_text(&triangle(), &Frame::default()).unwrap()).unwrap();
+        let text = String::from_utf8(write_text(&Content::of(&triangle(), &Frame::default())).unwrap()).unwrap();
         assert!(text.contains("facet normal 0 -0.4472136 0.8944272"), "{text}");
     }
 
     #[test]
     fn coordinates_beyond_single_precision_are_refused() {
         let frame = Frame { origin: [1e300, 0.0, 0.0], double: true };
-        assert!(write_binary(&triangle(), &frame).is_err());
-        assert!(write_text(&triangle(), &frame).is_err());
+        assert!(write_binary(&Content::of(&triangle(), &frame)).is_err());
+        assert!(write_text(&Content::of(&triangle(), &frame)).is_err());
     }
 }

@@ -1,19 +1,60 @@
-//! What the text writers share: coordinates with the fewest digits that read back as the same number.
+//! What the writers share: a mesh in the coordinates of the file, and numbers with the fewest digits that read back
+//! as the same.
 
-use crate::mesh::Frame;
+use crate::mesh::{Frame, TriMesh};
 
-/// Appends the three file coordinates of a local position, separated by blanks.
-pub(super) fn push_position(out: &mut Vec<u8>, frame: &Frame, local: [f32; 3]) {
+/// What a writer puts down.
+pub(super) struct Content<'a> {
+    /// Positions in the file's coordinates, n_vertices x 3.
+    pub positions: Vec<[f64; 3]>,
+    /// Vertex indices, n_faces x 3.
+    pub faces: &'a [[u32; 3]],
+    /// Whether the file holds doubles, where the format has a choice.
+    pub double: bool,
+    /// Per axis whether all coordinates are single ones: their shorter text then says all there is.
+    pub single: [bool; 3],
+}
+
+impl<'a> Content<'a> {
+    /// A mesh in the coordinates of `frame`.
+    pub fn of(mesh: &'a TriMesh, frame: &Frame) -> Self {
+        let positions = mesh.positions().iter().map(|&local| frame.to_file(local)).collect();
+        let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
+        Self { positions, faces: mesh.faces(), double: frame.double, single }
+    }
+
+    /// A mesh with the positions it came with.
+    pub fn exact(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Self {
+        Self { positions, faces: mesh.faces(), double: true, single: [false; 3] }
+    }
+
+    /// Appends the coordinates of a vertex, separated by blanks.
+    pub fn push_position(&self, out: &mut Vec<u8>, vertex: usize) {
+        let mut digits = zmij::Buffer::new();
+        for (axis, &x) in self.positions[vertex].iter().enumerate() {
+            if axis > 0 {
+                out.push(b' ');
+            }
+            let text = if self.single[axis] { digits.format_finite(x as f32) } else { digits.format_finite(x) };
+            out.extend(without_point(text).as_bytes());
+        }
+    }
+}
+
+/// Appends three numbers, separated by blanks.
+pub(super) fn push_singles(out: &mut Vec<u8>, numbers: [f32; 3]) {
     let mut digits = zmij::Buffer::new();
-    for (axis, x) in frame.to_file(local).into_iter().enumerate() {
+    for (axis, x) in numbers.into_iter().enumerate() {
         if axis > 0 {
             out.push(b' ');
         }
-        // Where nothing was shifted the value is a single one, and its shorter text says all there is.
-        let single = !frame.double || frame.origin[axis] == 0.0;
-        let text = if single { digits.format_finite(x as f32) } else { digits.format_finite(x) };
-        out.extend(text.strip_suffix(".0").unwrap_or(text).as_bytes());
+        out.extend(without_point(digits.format_finite(x)).as_bytes());
     }
+}
+
+/// Whole numbers need no decimal point.
+fn without_point(text: &str) -> &str {
+    text.strip_suffix(".0").unwrap_or(text)
 }
 
 /// Appends one line per face: 3 and the three vertex indices.

@@ -1,1 +1,101 @@
-//! A mesh as a shaded image, drawn without a GPU.
+//! A mesh as a shaded image, drawn without a GPU: one view for all meshes, side by side, edges visible.
+//!
+//! A z-buffer of three by three samples per pixel holds which face is seen where; faces are lit one by one, so
+//! that facets show, corners are darkened by what stands around them, and edges are drawn where they are long
+//! enough to be told apart. Not a renderer of materials, and no writer of files.
+
+mod camera;
+mod caption;
+mod occlusion;
+mod png_file;
+mod raster;
+mod shade;
+mod shape;
+
+use rayon::prelude::*;
+
+use crate::mesh::TriMesh;
+
+pub use png_file::encode_png;
+
+/// Samples per pixel along each axis; odd, so that one lies in the middle.
+const SAMPLES: usize = 3;
+
+/// Pixels, row by row from the top left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Red, green, blue, opacity of each pixel: height x width x 4, sRGB.
+    pub rgba: Vec<u8>,
+}
+
+/// How a picture is laid out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PictureOptions {
+    /// Height of a panel in pixels, 64 to 4096; its width follows from the mesh, half to one and a half times that.
+    pub height: usize,
+    /// Lines of text below each mesh, ASCII, separated by newlines; missing ones stay empty.
+    pub captions: Vec<String>,
+    /// Whether edges are drawn.
+    pub edges: bool,
+}
+
+impl Default for PictureOptions {
+    fn default() -> Self {
+        Self { height: 720, captions: Vec::new(), edges: true }
+    }
+}
+
+/// Draws meshes side by side, seen from the same point at the same scale.
+///
+/// Up is +y unless the mesh is flat there. Faces seen from behind are tinted red, so holes and inverted parts show.
+/// The same meshes give the same pixels on any number of threads.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, picture};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// let options = picture::PictureOptions { height: 120, ..Default::default() };
+/// let image = picture::render(&[&mesh, &mesh], &options);
+/// assert_eq!(image.rgba.len(), image.height * image.width * 4);
+/// assert!(picture::encode_png(&image).starts_with(b"\x89PNG"));
+/// ```
+pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
+    let height = options.height.clamp(64, 4096);
+    let shapes = shape::shapes(meshes);
+    let camera = camera::Camera::of(&shapes, height);
+    let panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera, options.edges)).collect();
+    let mut image = side_by_side(&panels, &camera, caption::height(&options.captions));
+    for (column, text) in options.captions.iter().take(panels.len()).enumerate() {
+        let middle = column * camera.width + camera.width / 2;
+        caption::write(&mut image, text, middle, camera.height);
+    }
+    image
+}
+
+/// One mesh on the background.
+fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool) -> Image {
+    let points = camera.project(&shape.points);
+    let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
+    let faces = shade::faces(shape, camera, edges);
+    let open = occlusion::openness(&buffer, &faces, camera);
+    shade::resolve(&buffer, &faces, &open, camera)
+}
+
+/// Panels in a row, with a strip below for the captions.
+fn side_by_side(panels: &[Image], camera: &camera::Camera, strip: usize) -> Image {
+    let (width, height) = (camera.width * panels.len(), camera.height + strip);
+    let mut rgba = Vec::with_capacity(width * height * 4);
+    for row in 0..height {
+        for panel in panels {
+            let line = row * camera.width * 4..(row + 1) * camera.width * 4;
+            match panel.rgba.get(line) {
+                Some(pixels) => rgba.extend_from_slice(pixels),
+                None => rgba.extend(shade::background(1.0).repeat(camera.width)),
+            }
+        }
+    }
+    Image { width, height, rgba }
+}

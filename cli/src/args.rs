@@ -1,0 +1,120 @@
+//! The arguments as typed; `request` makes of them what is done.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
+
+/// Simplifies triangle meshes: closed stays closed, and the result lies close to the original.
+#[derive(Debug, Parser)]
+#[command(name = "neural-mesh", version, arg_required_else_help = true)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write a lighter mesh
+    Simplify(SimplifyArgs),
+    /// Say what a mesh is: counts, bounds, closed, manifold, components, genus, what was cleaned
+    Info(InfoArgs),
+}
+
+const SIMPLIFY_NOTES: &str = "\
+Reads OBJ, PLY, STL, OFF, glTF and GLB; writes OBJ, PLY, STL and OFF. Vertices at equal positions are one vertex; sizes \
+count the vertices that a face uses.
+
+Scores: the density of the vertices follows scores. Until trained weights exist, the default's scores come from the \
+geometry, not from a network, and the report says so (\"scores\": \"geometry\"); --weights FILE uses a network's.
+
+Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted. Where a constraint stops the simplification \
+before the size asked for, the mesh is written, the exit code is 0, and a line and the report say what stopped it.";
+
+/// Arguments of `simplify`.
+#[derive(Debug, Parser)]
+#[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).args(["ratio", "vertices", "faces"]))]
+pub struct SimplifyArgs {
+    /// The mesh to simplify; - for standard input
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// The mesh to write; - for standard output (then all words go to standard error)
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Share of the vertices that stay, above 0 and at most 1
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    pub ratio: Option<f64>,
+    /// Number of vertices
+    #[arg(long, value_name = "N")]
+    pub vertices: Option<usize>,
+    /// Number of faces
+    #[arg(long, value_name = "N")]
+    pub faces: Option<usize>,
+    /// How sampled vertices become a surface
+    #[arg(long, value_enum, default_value = "closed")]
+    pub assembly: AssemblyArg,
+    /// Weights of a trained network (safetensors); --assembly paper cannot do without
+    #[arg(long, value_name = "FILE")]
+    pub weights: Option<PathBuf>,
+    /// Samples drawn per vertex asked for, 1 to 4 [default: the method's choice]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub oversample: Option<f64>,
+    /// Seed of the sampling; the same seed gives the same mesh
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads to use [default: one per core]; the result is the same with any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Drop components too small for the size asked for, instead of keeping their smallest closed form
+    #[arg(long)]
+    pub prune: bool,
+    /// Leave vertices at equal positions apart
+    #[arg(long)]
+    pub no_weld: bool,
+    /// Do not measure the distance from the original
+    #[arg(long)]
+    pub no_check: bool,
+    /// Format to write where the name of OUT does not say, else the one to read:
+    /// obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<String>,
+    /// Write what was done as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Draw the mesh before and after, side by side
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Replace files that exist
+    #[arg(short, long)]
+    pub force: bool,
+}
+
+/// How sampled vertices become a surface.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum AssemblyArg {
+    /// Closed where the input is closed
+    Closed,
+    /// As the paper prints it: the network's most probable faces; leaves holes, needs --weights
+    Paper,
+}
+
+/// Arguments of `info`.
+#[derive(Debug, Parser)]
+pub struct InfoArgs {
+    /// The mesh to look at; - for standard input
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// Format of standard input, or of a file whose name does not say
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<String>,
+    /// Leave vertices at equal positions apart
+    #[arg(long)]
+    pub no_weld: bool,
+    /// Answer in JSON
+    #[arg(long)]
+    pub json: bool,
+}

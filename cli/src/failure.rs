@@ -1,0 +1,47 @@
+//! Why the program stops, in one line, and the exit code that says so.
+
+use std::fmt;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// A reason to stop; the text says what, where and what to do.
+#[derive(Debug)]
+pub enum Failure {
+    /// The input or the disk: exit code 1.
+    Failed(String),
+    /// The arguments: exit code 2.
+    Usage(String),
+    /// Ctrl-C: exit code 130.
+    Interrupted,
+}
+
+impl Failure {
+    /// A failure that concerns a file.
+    pub fn of(path: &Path, what: impl fmt::Display) -> Self {
+        Self::Failed(format!("{}: {what}", name(path)))
+    }
+
+    /// The exit code of the program.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Failed(_) => 1,
+            Self::Usage(_) => 2,
+            Self::Interrupted => 130,
+        })
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            // A file name or a message from elsewhere may hold line breaks; a failure is one line.
+            Self::Failed(text) | Self::Usage(text) => f.write_str(&text.replace(['\n', '\r'], " ")),
+            Self::Interrupted => write!(f, "interrupted: nothing was written"),
+        }
+    }
+}
+
+/// What a path is called in messages.
+pub fn name(path: &Path) -> String {
+    if path.as_os_str() == "-" { "standard input".into() } else { path.display().to_string() }
+}

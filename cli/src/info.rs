@@ -1,0 +1,130 @@
+//! `neural-mesh info`: what a mesh is.
+
+use neural_mesh::mesh::cleanup::Cleaned;
+use neural_mesh::mesh::{Topology, topology};
+use serde::Serialize;
+
+use crate::args::InfoArgs;
+use crate::failure::{Failure, name};
+use crate::report;
+use crate::request::{Source, format_of};
+use crate::simplify::{cleaned, read};
+use crate::words::{Voice, grouped};
+
+/// All that is said of a mesh, in the order of the JSON.
+#[derive(Debug, Serialize)]
+struct Info {
+    vertices: usize,
+    edges: usize,
+    faces: usize,
+    /// Lowest and highest coordinates, in the file's frame.
+    bounds: [[f64; 3]; 2],
+    closed: bool,
+    manifold: bool,
+    boundary_edges: usize,
+    boundary_loops: usize,
+    non_manifold_edges: usize,
+    non_manifold_vertices: usize,
+    inconsistent_edges: usize,
+    orientable: bool,
+    components: usize,
+    euler: i64,
+    genus: Option<usize>,
+    cleaned: report::Cleaned,
+}
+
+/// Says what the mesh is, on standard output.
+pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let format = args.format.as_deref().map(format_of).transpose()?;
+    let source = Source::new(args.input.clone(), format, !args.no_weld);
+    let cleaned = cleaned(read(&source)?, &source)?;
+    let info = of(&cleaned);
+    if args.json {
+        let json = serde_json::to_string_pretty(&info).map_err(|error| Failure::of(&source.path, error))?;
+        Voice::Out.say(&json);
+    } else {
+        lines(&info, &name(&source.path), &cleaned.counts.to_string()).iter().for_each(|line| Voice::Out.say(line));
+    }
+    Ok(())
+}
+
+fn of(cleaned: &Cleaned) -> Info {
+    let figures = topology(&cleaned.mesh);
+    Info {
+        vertices: figures.vertices,
+        edges: figures.edges,
+        faces: figures.faces,
+        bounds: bounds(cleaned),
+        closed: figures.closed,
+        manifold: is_manifold(&figures),
+        boundary_edges: figures.boundary_edges,
+        boundary_loops: figures.boundary_loops,
+        non_manifold_edges: figures.non_manifold_edges,
+        non_manifold_vertices: figures.non_manifold_vertices,
+        inconsistent_edges: figures.inconsistent_edges,
+        orientable: figures.orientable,
+        components: figures.components,
+        euler: figures.euler,
+        genus: figures.genus,
+        cleaned: (&cleaned.counts).into(),
+    }
+}
+
+/// Edge- and vertex-manifold, with or without borders.
+fn is_manifold(figures: &Topology) -> bool {
+    figures.non_manifold_edges == 0 && figures.non_manifold_vertices == 0
+}
+
+/// The box around the vertices, in the coordinates of the file.
+fn bounds(cleaned: &Cleaned) -> [[f64; 3]; 2] {
+    let corner = |pick: fn(f32, f32) -> f32| {
+        let all = cleaned.mesh.positions().iter().copied();
+        let local = all.reduce(|a, b| std::array::from_fn(|axis| pick(a[axis], b[axis])));
+        cleaned.frame.to_file(local.unwrap_or_default())
+    };
+    [corner(f32::min), corner(f32::max)]
+}
+
+fn lines(info: &Info, name: &str, cleaned: &str) -> Vec<String> {
+    let [vertices, edges, faces] = [info.vertices, info.edges, info.faces].map(grouped);
+    let [low, high] = bounds_in_words(info.bounds);
+    let genus = info.genus.map_or("not defined".into(), |genus| genus.to_string());
+    vec![
+        format!("{name}: {vertices} vertices, {edges} edges, {faces} faces"),
+        format!("bounds      {low} to {high}"),
+        format!("closed      {}", closed(info)),
+        format!("manifold    {}", manifold(info)),
+        format!("components  {}", grouped(info.components)),
+        format!("genus       {genus} (Euler characteristic {})", info.euler),
+        format!("cleaned     {cleaned}"),
+    ]
+}
+
+/// As many decimals as single precision holds of a mesh of that extent.
+fn bounds_in_words([low, high]: [[f64; 3]; 2]) -> [String; 2] {
+    let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let decimals = if extent > 0.0 { (6.0 - extent.log10().floor()).clamp(0.0, 17.0) as usize } else { 6 };
+    [low, high].map(|corner| corner.map(|x| format!("{x:.decimals$}")).join(" "))
+}
+
+fn closed(info: &Info) -> String {
+    match info.closed {
+        true => "yes".into(),
+        false => format!("no: {} border edges in {} loops", grouped(info.boundary_edges), grouped(info.boundary_loops)),
+    }
+}
+
+fn manifold(info: &Info) -> String {
+    let winding = match (info.inconsistent_edges, info.orientable) {
+        (0, _) => String::new(),
+        (n, true) => format!(", winding changes across {} edges", grouped(n)),
+        (n, false) => format!(", winding changes across {} edges and cannot be made consistent", grouped(n)),
+    };
+    match info.manifold {
+        true => format!("yes{winding}"),
+        false => {
+            let [edges, vertices] = [info.non_manifold_edges, info.non_manifold_vertices].map(grouped);
+            format!("no: {edges} edges with more than two faces, {vertices} vertices where parts only touch{winding}")
+        }
+    }
+}

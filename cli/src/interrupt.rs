@@ -1,0 +1,43 @@
+//! Ctrl-C: the temporary files go, the program ends with 130, and no result appears by half.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::NamedTempFile;
+
+/// Files that must not stay when the program is interrupted.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Watches for Ctrl-C and termination from here on.
+pub fn watch() {
+    // A system without signals is no reason not to simplify.
+    let _ = ctrlc::set_handler(|| {
+        // Held until the end: nothing is renamed into place any more.
+        let files = held();
+        for file in files.iter() {
+            let _ = std::fs::remove_file(file);
+        }
+        crate::words::complain(&crate::failure::Failure::Interrupted);
+        std::process::exit(130);
+    });
+}
+
+/// Makes a temporary file that goes if the program is interrupted.
+pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
+    let mut files = held();
+    let file = make()?;
+    files.push(file.path().to_path_buf());
+    Ok(file)
+}
+
+/// Does something that an interruption comes before or after, not within.
+pub fn uninterrupted<T>(work: impl FnOnce() -> T) -> T {
+    let mut files = held();
+    let result = work();
+    files.clear();
+    result
+}
+
+fn held() -> MutexGuard<'static, Vec<PathBuf>> {
+    TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
+}

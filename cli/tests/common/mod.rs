@@ -1,0 +1,91 @@
+//! Running the program and looking at what it leaves.
+#![allow(dead_code)] // Each test file uses a part.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// What a run of the program left.
+pub struct Run {
+    pub code: Option<i32>,
+    pub out: Vec<u8>,
+    pub words: String,
+}
+
+/// A folder of its own for each test.
+pub fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// A mesh that ships with the repository.
+pub fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/meshes").join(name)
+}
+
+/// The program, ready to start in a folder.
+pub fn program(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_neural-mesh"));
+    command.current_dir(folder).args(arguments);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Runs the program in a folder.
+pub fn run(folder: &Path, arguments: &[&str]) -> Run {
+    finish(program(folder, arguments).spawn().unwrap())
+}
+
+/// Runs the program with bytes on its standard input.
+pub fn run_with_input(folder: &Path, arguments: &[&str], input: &[u8]) -> Run {
+    let mut child = program(folder, arguments).stdin(Stdio::piped()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let input = input.to_vec();
+    // The program may refuse before it reads all.
+    let writer = std::thread::spawn(move || drop(stdin.write_all(&input)));
+    let run = finish(child);
+    writer.join().unwrap();
+    run
+}
+
+/// Waits for the end. A panic is a failed test whatever the test is about.
+pub fn finish(child: Child) -> Run {
+    let output = child.wait_with_output().unwrap();
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert!(!words.contains("panicked"), "{words}");
+    Run { code: output.status.code(), out: output.stdout, words }
+}
+
+/// Names of the files in a folder, hidden ones too.
+pub fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// A JSON file.
+pub fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+/// What `info` says of a mesh file.
+pub fn info(folder: &Path, mesh: &str) -> Value {
+    let run = run(folder, &["info", mesh, "--json"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    serde_json::from_slice(&run.out).unwrap()
+}
+
+/// The only line of an error; it names the program and something to do after the last colon.
+pub fn the_line(run: &Run) -> String {
+    let lines: Vec<&str> = run.words.lines().collect();
+    assert_eq!(lines.len(), 1, "{}", run.words);
+    assert!(lines[0].starts_with("neural-mesh: ") && lines[0].matches(": ").count() >= 2, "{}", lines[0]);
+    lines[0].to_string()
+}
+
+/// An octahedron, as OBJ: 6 vertices, 8 faces, closed.
+pub const OCTAHEDRON: &str = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
+f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";

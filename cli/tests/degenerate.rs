@@ -1,0 +1,135 @@
+//! Requests and meshes at the edge of sense get sensible answers: never a panic, never an empty file.
+
+mod common;
+
+use common::*;
+use serde_json::Value;
+
+/// Simplifies an OBJ text; the exit code, the report, and what `info` says of the result.
+fn simplified(mesh: &str, arguments: &[&str]) -> (Option<i32>, Value, Value) {
+    let folder = folder();
+    let all = [&["simplify", "-", "-o", "a.obj", "--report", "r.json"], arguments].concat();
+    let run = run_with_input(folder.path(), &all, mesh.as_bytes());
+    if run.code == Some(0) {
+        (run.code, json(&folder.path().join("r.json")), info(folder.path(), "a.obj"))
+    } else {
+        the_line(&run);
+        assert_eq!(files(folder.path()), Vec::<String>::new());
+        (run.code, Value::Null, Value::Null)
+    }
+}
+
+/// A sphere of quads, split into triangles, as OBJ; `first` is the number of its first vertex.
+fn sphere(first: usize, rings: usize, centre: f64, radius: f64) -> String {
+    use std::f64::consts::PI;
+    let around = 2 * rings;
+    let mut text = format!("v {centre} {radius} 0\nv {centre} {} 0\n", -radius);
+    for ring in 1..rings {
+        let (r, y) = (PI * ring as f64 / rings as f64).sin_cos();
+        for step in 0..around {
+            let (s, c) = (2.0 * PI * step as f64 / around as f64).sin_cos();
+            text += &format!("v {} {} {}\n", centre + radius * r * c, radius * y, radius * r * s);
+        }
+    }
+    let at = |ring: usize, step: usize| first + 2 + (ring - 1) * around + step % around;
+    for step in 0..around {
+        text += &format!("f {first} {} {}\n", at(1, step + 1), at(1, step));
+        text += &format!("f {} {} {}\n", first + 1, at(rings - 1, step), at(rings - 1, step + 1));
+        for ring in 1..rings - 1 {
+            let [a, b, c, d] = [at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)];
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    text
+}
+
+#[test]
+fn the_whole_mesh_is_written_as_it_is() {
+    for size in
+        [["--ratio", "1"], ["--vertices", "6"], ["--vertices", "1000"], ["--faces", "8"], ["--faces", "99999999"]]
+    {
+        let (code, report, info) = simplified(OCTAHEDRON, &size);
+        assert_eq!(code, Some(0), "{size:?}");
+        assert_eq!((&info["vertices"], &info["faces"]), (&6.into(), &8.into()), "{size:?}");
+        assert_eq!(report["outcome"], "reached", "{size:?}");
+        assert!(report["distance"]["max_percent"].as_f64().unwrap() < 1e-9);
+    }
+}
+
+#[test]
+fn positions_that_stay_keep_every_digit() {
+    let folder = folder();
+    let mesh = OCTAHEDRON.replace("v 1 0 0", "v 1.234567890123456 0 1e-17");
+    let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.obj", "--ratio", "1"], mesh.as_bytes());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let text = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
+    let x: f64 = text.split(' ').nth(1).unwrap().parse().unwrap();
+    let z: f64 = text.lines().next().unwrap().rsplit(' ').next().unwrap().parse().unwrap();
+    assert_eq!((x, z), (1.234567890123456, 1e-17), "{text}");
+}
+
+#[test]
+fn a_mesh_without_faces_is_refused() {
+    for mesh in ["v 0 0 0\n", "# nothing\n", "v 0 0 0\nv 1 0 0\nf 1 2\n", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"] {
+        assert_eq!(simplified(mesh, &["--ratio", "0.5"]).0, Some(1), "{mesh:?}");
+    }
+}
+
+#[test]
+fn one_face_stays() {
+    let (code, _, info) = simplified("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["--ratio", "0.1"]);
+    assert_eq!((code, &info["faces"]), (Some(0), &1.into()));
+}
+
+#[test]
+fn a_tetrahedron_is_the_smallest_closed_mesh() {
+    let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    let (code, report, info) = simplified(tetrahedron, &["--faces", "1"]);
+    assert_eq!((code, &info["faces"], &info["closed"]), (Some(0), &4.into(), &true.into()));
+    assert_ne!(report["outcome"], "reached");
+}
+
+#[test]
+fn a_closed_mesh_stops_at_its_smallest_closed_form() {
+    let (code, report, info) = simplified(&sphere(1, 8, 0.0, 1.0), &["--vertices", "1"]);
+    assert_eq!(
+        (code, &info["vertices"], &info["closed"], &info["manifold"]),
+        (Some(0), &4.into(), &true.into(), &true.into())
+    );
+    assert_ne!(report["outcome"], "reached");
+}
+
+#[test]
+fn vertices_in_one_point_or_plane_do_no_harm() {
+    let point: String = OCTAHEDRON.replace("v 1 0 0", "v 0 0 0").replace("-1", "0").replace(" 1 0\n", " 0 0\n");
+    assert_eq!(simplified(&point.replace("v 0 0 1", "v 0 0 0"), &["--ratio", "0.5"]).0, Some(1));
+    let one = OCTAHEDRON.lines().map(|line| if line.starts_with('v') { "v 2 2 2" } else { line });
+    let (code, ..) = simplified(&one.collect::<Vec<_>>().join("\n"), &["--ratio", "0.5", "--no-weld"]);
+    assert!(code == Some(0) || code == Some(1));
+    let flat = sphere(1, 6, 0.0, 1.0).lines().map(flattened).collect::<String>();
+    let (code, _, info) = simplified(&flat, &["--ratio", "0.5"]);
+    assert_eq!(code, Some(0));
+    assert!(info["faces"].as_u64().unwrap() > 0);
+}
+
+/// A line with the third coordinate 0.
+fn flattened(line: &str) -> String {
+    match line.strip_prefix("v ").and_then(|numbers| numbers.rsplit_once(' ')) {
+        Some((xy, _)) => format!("v {xy} 0\n"),
+        None => format!("{line}\n"),
+    }
+}
+
+#[test]
+fn a_tiny_component_stays_unless_pruned() {
+    let large = sphere(1, 16, 0.0, 1.0);
+    let n_large = large.lines().filter(|line| line.starts_with('v')).count();
+    let both = large + &sphere(n_large + 1, 4, 3.0, 0.001);
+    let (code, report, info) = simplified(&both, &["--ratio", "0.1"]);
+    assert_eq!((code, &info["components"], &info["closed"]), (Some(0), &2.into(), &true.into()));
+    assert_eq!(report["output"]["components_pruned"], 0);
+    let (code, report, info) = simplified(&both, &["--ratio", "0.02", "--prune"]);
+    assert_eq!((code, &info["closed"]), (Some(0), &true.into()));
+    let pruned = report["output"]["components_pruned"].as_u64().unwrap();
+    assert_eq!(info["components"].as_u64().unwrap() + pruned, 2);
+}

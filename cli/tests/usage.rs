@@ -1,0 +1,75 @@
+//! What is wrong with the arguments is found before any file is opened: exit code 2, and a reason.
+
+mod common;
+
+use common::*;
+
+/// Runs `simplify missing.ply`: with a usage error the file that does not exist is never looked for.
+fn refused(arguments: &[&str]) -> Run {
+    let folder = folder();
+    let run = run(folder.path(), &[&["simplify", "missing.ply"], arguments].concat());
+    assert_eq!(files(folder.path()), Vec::<String>::new());
+    run
+}
+
+#[test]
+fn sizes_that_are_none_are_usage_errors() {
+    for ratio in ["0", "-0.1", "1.0001", "7", "nan", "inf", "-inf"] {
+        let run = refused(&["-o", "a.ply", "--ratio", ratio]);
+        assert_eq!(run.code, Some(2), "{ratio}");
+        assert!(the_line(&run).contains("--ratio"), "{ratio}");
+    }
+    for option in ["--vertices", "--faces"] {
+        assert_eq!(refused(&["-o", "a.ply", option, "0"]).code, Some(2));
+        assert_eq!(refused(&["-o", "a.ply", option, "many"]).code, Some(2));
+    }
+    assert_eq!(refused(&["-o", "a.ply"]).code, Some(2));
+    assert_eq!(refused(&["-o", "a.ply", "--ratio", "0.5", "--faces", "10"]).code, Some(2));
+}
+
+#[test]
+fn the_paper_assembly_needs_weights_and_says_why() {
+    let run = refused(&["-o", "a.ply", "--ratio", "0.5", "--assembly", "paper"]);
+    assert_eq!(run.code, Some(2));
+    let line = the_line(&run);
+    assert!(line.contains("--weights") && line.contains("network"), "{line}");
+}
+
+#[test]
+fn other_settings_are_checked_too() {
+    for bad in [
+        &["--oversample", "0.5"][..],
+        &["--oversample", "nan"],
+        &["--oversample", "5"],
+        &["--threads", "0"],
+        &["--threads", "100000"],
+        &["--format", "doc"],
+        &["--report", "a.ply"],
+        &["--report", "-"],
+        &["--picture", "-"],
+        &["--seed", "-1"],
+        &["--nonsense"],
+    ] {
+        let run = refused(&[&["-o", "a.ply", "--ratio", "0.5"], bad].concat());
+        assert_eq!(run.code, Some(2), "{bad:?}: {}", run.words);
+    }
+}
+
+#[test]
+fn the_output_format_has_to_be_known() {
+    assert_eq!(refused(&["-o", "a.xyz", "--ratio", "0.5"]).code, Some(2));
+    assert_eq!(refused(&["-o", "-", "--ratio", "0.5"]).code, Some(2));
+    assert_eq!(refused(&["-o", "a.glb", "--ratio", "0.5"]).code, Some(2));
+    assert_eq!(refused(&["-o", "a.xyz", "--format", "obj", "--ratio", "0.5"]).code, Some(1));
+}
+
+#[test]
+fn help_says_where_the_scores_come_from() {
+    let folder = folder();
+    let help = run(folder.path(), &["simplify", "--help"]);
+    assert_eq!(help.code, Some(0));
+    let words = String::from_utf8(help.out).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("Until trained weights exist, the default's scores come from the geometry"));
+    assert_eq!(run(folder.path(), &["--version"]).code, Some(0));
+    assert_eq!(run(folder.path(), &[]).code, Some(2));
+}

@@ -1,0 +1,104 @@
+//! How open each pixel lies: nearby surface in front of it takes ambient light away.
+//!
+//! After McGuire et al., "The Alchemy screen-space ambient obscurance algorithm" (2011), over the z-buffer alone.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::SAMPLES;
+use super::camera::Camera;
+use super::raster::{Buffer, NOTHING};
+use super::shade::Face;
+
+/// Points looked at around each pixel.
+const TAPS: usize = 40;
+/// How far they lie, as a share of the panel's height.
+const REACH: f32 = 0.11;
+/// Turns from one point to the next, the golden angle.
+const TURN: f32 = 2.399_963;
+
+/// What is seen in the middle of a pixel.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Where, in the view's frame.
+    at: Vec3,
+    /// The normal, turned to the eye, in the view's frame.
+    normal: Vec3,
+}
+
+/// Share of ambient light that reaches each pixel, 0 to 1: height x width.
+pub fn openness(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<f32> {
+    let seen = middles(buffer, faces, camera);
+    let raw = per_pixel(camera, |x, y| open_at(&seen, camera, x, y));
+    per_pixel(camera, |x, y| smooth_at(&raw, &seen, camera, x, y))
+}
+
+/// A value for every pixel, rows in parallel.
+fn per_pixel<T: Send>(camera: &Camera, value: impl Fn(usize, usize) -> T + Sync) -> Vec<T> {
+    let n_pixels = camera.width * camera.height;
+    (0..n_pixels)
+        .into_par_iter()
+        .with_min_len(camera.width)
+        .map(|at| value(at % camera.width, at / camera.width))
+        .collect()
+}
+
+fn middles(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<Option<Seen>> {
+    per_pixel(camera, |x, y| {
+        let sample = (y * SAMPLES + SAMPLES / 2) * buffer.width + x * SAMPLES + SAMPLES / 2;
+        let face = buffer.face[sample];
+        (face != NOTHING).then(|| Seen {
+            at: camera.unproject(x as f32 + 0.5, y as f32 + 0.5, buffer.near[sample]),
+            normal: faces[face as usize].normal,
+        })
+    })
+}
+
+/// Openness of one pixel from points on a spiral around it, turned differently for each pixel.
+fn open_at(seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
+    let Some(here) = seen[y * camera.width + x] else { return 1.0 };
+    let reach = REACH * camera.height as f32;
+    let world_reach = reach / camera.scale;
+    let start = std::f32::consts::TAU * noise(x, y);
+    let mut hidden = 0.0;
+    for tap in 0..TAPS {
+        let radius = reach * ((tap as f32 + 0.5) / TAPS as f32);
+        let (sin, cos) = (start + TURN * tap as f32).sin_cos();
+        let (there_x, there_y) = (x as f32 + radius * cos, y as f32 + radius * sin);
+        let inside =
+            there_x >= 0.0 && there_y >= 0.0 && there_x < camera.width as f32 && there_y < camera.height as f32;
+        let there = if inside { seen[there_y as usize * camera.width + there_x as usize] } else { None };
+        hidden += there.map_or(0.0, |there| obscurance(here, there.at, world_reach));
+    }
+    (1.0 - 2.4 * hidden / TAPS as f32).clamp(0.0, 1.0)
+}
+
+/// How much a point takes from another: the cosine above its horizon, fading with distance.
+fn obscurance(here: Seen, there: Vec3, reach: f32) -> f32 {
+    let toward = there - here.at;
+    let distance = toward.length().max(1e-3 * reach);
+    let above = (here.normal.dot(toward) / distance - 0.08).max(0.0);
+    let fade = 1.0 - (distance / (1.6 * reach)).min(1.0);
+    above * fade
+}
+
+/// Mean over the pixels around that lie on about the same surface.
+fn smooth_at(raw: &[f32], seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
+    let Some(here) = seen[y * camera.width + x] else { return 1.0 };
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for near_y in y.saturating_sub(3)..(y + 4).min(camera.height) {
+        for near_x in x.saturating_sub(3)..(x + 4).min(camera.width) {
+            let at = near_y * camera.width + near_x;
+            let apart = seen[at].map_or(f32::INFINITY, |there| (there.at - here.at).length() * camera.scale);
+            let share = if apart < 12.0 { 1.0 } else { 0.0 };
+            sum += share * raw[at];
+            weight += share;
+        }
+    }
+    sum / weight
+}
+
+/// Interleaved gradient noise (Jimenez 2014): 0 to 1, evenly spread over any small block of pixels.
+fn noise(x: usize, y: usize) -> f32 {
+    (52.982_918 * (0.067_110_56 * x as f32 + 0.005_837_15 * y as f32).fract()).fract()
+}

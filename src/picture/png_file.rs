@@ -1,0 +1,29 @@
+//! An image as the bytes of a PNG file.
+
+use super::Image;
+
+/// Encodes an image as PNG, 8 bits per channel; empty where the image has no pixels or not as many as it says.
+///
+/// ```
+/// use neural_mesh::picture::{Image, encode_png};
+/// let image = Image { width: 1, height: 1, rgba: vec![255; 4] };
+/// assert!(encode_png(&image).starts_with(b"\x89PNG"));
+/// ```
+pub fn encode_png(image: &Image) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    match encode(image, &mut bytes) {
+        Ok(()) => bytes,
+        Err(_) => Vec::new(),
+    }
+}
+
+/// Writing to memory cannot fail, so the one error left is an image whose sizes do not agree.
+fn encode(image: &Image, bytes: &mut Vec<u8>) -> Result<(), png::EncodingError> {
+    let [width, height] = [image.width, image.height].map(|side| u32::try_from(side).unwrap_or(0));
+    let mut encoder = png::Encoder::new(bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&image.rgba)?;
+    writer.finish()
+}

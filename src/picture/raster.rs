@@ -1,0 +1,137 @@
+//! Triangles into a z-buffer: which face is seen at which sample, and how near to one of its edges.
+//!
+//! Lines come from the distance to the triangle's own edges (Baerentzen et al., "Single-pass wireframe rendering",
+//! 2006), so hidden ones need no test of their own.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::SAMPLES;
+
+/// No face is seen at this sample.
+pub const NOTHING: u32 = u32::MAX;
+/// Half the width of a line, in samples.
+const HALF_LINE: f32 = 0.5 * SAMPLES as f32;
+/// Rows that one task draws.
+const BAND: usize = 64;
+
+/// What is seen at each sample, row by row from the top left.
+pub struct Buffer {
+    /// Samples in a row.
+    pub width: usize,
+    /// Inverse depth of what is seen; 0 where there is nothing.
+    pub near: Vec<f32>,
+    /// The face that is seen, or [`NOTHING`].
+    pub face: Vec<u32>,
+    /// How much of the sample an edge of that face covers, 0 to 255.
+    pub line: Vec<u8>,
+}
+
+/// One row band of the buffer, while it is drawn.
+struct Band<'a> {
+    top: usize,
+    width: usize,
+    near: &'a mut [f32],
+    face: &'a mut [u32],
+    line: &'a mut [u8],
+}
+
+/// Draws faces over `points` (x and y in samples, z the inverse depth) into `width` x `height` samples.
+pub fn draw(points: &[Vec3], faces: &[[u32; 3]], width: usize, height: usize) -> Buffer {
+    let n_samples = width * height;
+    let mut buffer =
+        Buffer { width, near: vec![0.0; n_samples], face: vec![NOTHING; n_samples], line: vec![0; n_samples] };
+    let rows = BAND * width;
+    let bands =
+        buffer.near.par_chunks_mut(rows).zip(buffer.face.par_chunks_mut(rows)).zip(buffer.line.par_chunks_mut(rows));
+    bands.enumerate().for_each(|(number, ((near, face), line))| {
+        let mut band = Band { top: number * BAND, width, near, face, line };
+        for (index, corners) in faces.iter().enumerate() {
+            band.draw(corners.map(|v| points[v as usize]), index as u32);
+        }
+    });
+    buffer
+}
+
+impl Band<'_> {
+    /// Draws one triangle where it is nearer than what is there.
+    fn draw(&mut self, corners: [Vec3; 3], index: u32) {
+        let (top, bottom) = (self.top as f32, (self.top + self.near.len() / self.width) as f32);
+        let (low, high) = span(corners.map(|c| c.y));
+        if high < top || low > bottom {
+            return;
+        }
+        let Some(edges) = Edges::of(corners) else { return };
+        let rows = samples_between(low.max(top), high.min(bottom));
+        let (left, right) = span(corners.map(|c| c.x));
+        let columns = samples_between(left.max(0.0), right.min(self.width as f32));
+        for row in rows {
+            let start = (row - self.top) * self.width;
+            for column in columns.clone() {
+                self.draw_sample(start + column, &edges, column as f32 + 0.5, row as f32 + 0.5, index);
+            }
+        }
+    }
+
+    fn draw_sample(&mut self, at: usize, edges: &Edges, x: f32, y: f32, index: u32) {
+        let distances = edges.distances(x, y);
+        let nearest = distances[0].min(distances[1]).min(distances[2]);
+        if nearest < 0.0 {
+            return;
+        }
+        let near = edges.inverse_depth(distances);
+        if near > self.near[at] {
+            self.near[at] = near;
+            self.face[at] = index;
+            self.line[at] = ((HALF_LINE + 0.5 - nearest).clamp(0.0, 1.0) * 255.0) as u8;
+        }
+    }
+}
+
+/// The three edges of a triangle as signed distances, positive inside, and the depth they carry.
+struct Edges {
+    /// Distance to the edge opposite to each corner, as a x + b y + c.
+    lines: [[f32; 3]; 3],
+    /// Inverse depth per distance: the sum of the products is the inverse depth.
+    depth: [f32; 3],
+}
+
+impl Edges {
+    /// `None` where the triangle has no area on the picture.
+    fn of([a, b, c]: [Vec3; 3]) -> Option<Self> {
+        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        if area.abs() < 1e-6 {
+            return None;
+        }
+        let sign = area.signum();
+        let opposite = [(b, c, a.z), (c, a, b.z), (a, b, c.z)];
+        let mut edges = Self { lines: [[0.0; 3]; 3], depth: [0.0; 3] };
+        for (slot, (from, to, inverse_depth)) in opposite.into_iter().enumerate() {
+            let (dx, dy) = (to.x - from.x, to.y - from.y);
+            let length = dx.hypot(dy).max(1e-12);
+            let [line_x, line_y] = [-sign * dy / length, sign * dx / length];
+            edges.lines[slot] = [line_x, line_y, -(line_x * from.x + line_y * from.y)];
+            edges.depth[slot] = inverse_depth * length / area.abs();
+        }
+        Some(edges)
+    }
+
+    fn distances(&self, x: f32, y: f32) -> [f32; 3] {
+        self.lines.map(|[a, b, c]| a * x + b * y + c)
+    }
+
+    /// The inverse of the depth is linear on the picture.
+    fn inverse_depth(&self, distances: [f32; 3]) -> f32 {
+        self.depth[0] * distances[0] + self.depth[1] * distances[1] + self.depth[2] * distances[2]
+    }
+}
+
+/// Smallest and largest of three.
+fn span([a, b, c]: [f32; 3]) -> (f32, f32) {
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+/// The samples whose centres lie between two coordinates, both at least 0.
+fn samples_between(low: f32, high: f32) -> std::ops::Range<usize> {
+    (low - 0.5).ceil().max(0.0) as usize..(high + 0.5).floor().max(0.0) as usize
+}

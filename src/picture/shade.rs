@@ -1,0 +1,138 @@
+//! Light and colour: one tone per face, edges over it, samples averaged to pixels.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::camera::Camera;
+use super::raster::{Buffer, NOTHING};
+use super::shape::Shape;
+use super::{Image, SAMPLES};
+
+/// Colours in linear light.
+const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
+const BACK: Vec3 = Vec3::new(0.72, 0.20, 0.14);
+const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
+const SKY: Vec3 = Vec3::new(0.97, 0.975, 0.985);
+const GROUND: Vec3 = Vec3::new(0.83, 0.85, 0.88);
+
+/// Lights in the view's frame: from the upper left in front, warm; from the right, cool and weak.
+const KEY: [Vec3; 2] = [Vec3::new(-0.52, 0.62, 0.59), Vec3::new(1.06, 1.0, 0.92)];
+const FILL: [Vec3; 2] = [Vec3::new(0.84, -0.08, 0.54), Vec3::new(0.20, 0.24, 0.30)];
+
+/// Darkness of the line on a large face.
+const LINE_STRENGTH: f32 = 0.62;
+/// Lines fade in between these sizes of a face (square root of twice the area), in pixels: below they would only darken everything,
+const LINE_SIZES: [f32; 2] = [2.0, 11.0];
+/// and between these sizes of the faces that make up half of the surface, or they would come and go in patches.
+const MESH_LINE_SIZES: [f32; 2] = [3.5, 7.5];
+
+/// How one face looks.
+pub struct Face {
+    /// Unit normal in the view's frame, turned to the eye; zero where the face has no area.
+    pub normal: Vec3,
+    /// Light that reaches it straight from the lights, times its colour.
+    direct: Vec3,
+    /// Light from all around, times its colour.
+    ambient: Vec3,
+    /// How dark its edges are, 0 to 1.
+    line: f32,
+}
+
+/// How each face looks: n_faces.
+pub fn faces(shape: &Shape, camera: &Camera, edges: bool) -> Vec<Face> {
+    let normals = shape.area_normals();
+    let sizes: Vec<f32> = normals.iter().map(|normal| camera.scale * normal.length().sqrt()).collect();
+    let strength = if edges { LINE_STRENGTH * fade(usual_size(&sizes), MESH_LINE_SIZES) } else { 0.0 };
+    let look = |(face, (normal, &size)): (&[u32; 3], (&Vec3, &f32))| {
+        let toward = camera.eye() - camera.view(shape.points[face[0] as usize]);
+        lit(camera.view(normal.normalize_or_zero()), toward, strength * fade(size, LINE_SIZES))
+    };
+    shape.faces.par_iter().zip(normals.par_iter().zip(&sizes)).map(look).collect()
+}
+
+/// The size of face, in pixels, above and below which half of the surface lies.
+fn usual_size(sizes: &[f32]) -> f32 {
+    let mut sorted = sizes.to_vec();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let area = |size: &f32| f64::from(*size).powi(2);
+    let half = 0.5 * sorted.iter().map(area).sum::<f64>();
+    let mut below = 0.0;
+    let usual = sorted.iter().find(|size| {
+        below += area(size);
+        below >= half
+    });
+    usual.copied().unwrap_or(0.0)
+}
+
+/// A face with that outward unit normal, the eye in the direction `toward`, edges as dark as `line`.
+fn lit(outward: Vec3, toward: Vec3, line: f32) -> Face {
+    let seen_from_front = outward.dot(toward) >= 0.0;
+    let (normal, colour) = if seen_from_front { (outward, FRONT) } else { (-outward, BACK) };
+    let [key, fill] = [KEY, FILL].map(|[from, light]| light * normal.dot(from.normalize()).max(0.0));
+    let sky = 0.5 + 0.5 * normal.y;
+    Face {
+        normal,
+        direct: colour * (key + fill) * 0.98,
+        ambient: colour * Vec3::new(0.20, 0.22, 0.27).lerp(Vec3::new(0.38, 0.39, 0.41), sky),
+        line,
+    }
+}
+
+/// From 0 at the smaller of two sizes to 1 at the larger.
+fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
+    let t = ((size - none) / (full - none)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Averages the samples of each pixel; `open` is the share of ambient light per pixel.
+pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera) -> Image {
+    let mut rgba = vec![255; camera.width * camera.height * 4];
+    rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
+        let behind = behind(row as f32 / camera.height as f32);
+        for (column, pixel) in line.chunks_exact_mut(4).enumerate() {
+            let colour = pixel_colour(buffer, faces, open[row * camera.width + column], [column, row], behind);
+            pixel.copy_from_slice(&to_srgb(colour));
+        }
+    });
+    Image { width: camera.width, height: camera.height, rgba }
+}
+
+/// Mean colour of a pixel's samples, in linear light.
+fn pixel_colour(buffer: &Buffer, faces: &[Face], open: f32, [column, row]: [usize; 2], behind: Vec3) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    for y in 0..SAMPLES {
+        for x in 0..SAMPLES {
+            let sample = (row * SAMPLES + y) * buffer.width + column * SAMPLES + x;
+            sum += match buffer.face[sample] {
+                NOTHING => behind,
+                face => face_colour(&faces[face as usize], open, buffer.line[sample]),
+            };
+        }
+    }
+    sum / (SAMPLES * SAMPLES) as f32
+}
+
+/// Corners lose ambient light in full and a part of the direct light.
+fn face_colour(face: &Face, open: f32, line: u8) -> Vec3 {
+    let lit = face.ambient * open + face.direct * (0.35 + 0.65 * open);
+    lit.lerp(LINE, face.line * f32::from(line) / 255.0)
+}
+
+fn behind(down: f32) -> Vec3 {
+    SKY.lerp(GROUND, down)
+}
+
+/// The background at a height of the panel, from 0 (top) to 1.
+pub fn background(down: f32) -> [u8; 4] {
+    to_srgb(behind(down))
+}
+
+/// Linear light to sRGB, opaque.
+fn to_srgb(linear: Vec3) -> [u8; 4] {
+    let encode = |x: f32| {
+        let x = x.clamp(0.0, 1.0);
+        let curve = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        (curve * 255.0).round() as u8
+    };
+    [encode(linear.x), encode(linear.y), encode(linear.z), 255]
+}

@@ -1,0 +1,35 @@
+//! Meshes moved and scaled to the middle of the picture's world, so that no size of coordinates is too large for it.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::geometry::triangle::area_normal;
+use crate::mesh::TriMesh;
+
+/// A mesh in a frame in which all meshes of the picture lie inside the unit ball.
+pub struct Shape<'a> {
+    /// Vertex positions: n_vertices.
+    pub points: Vec<Vec3>,
+    /// Vertex indices of the faces, n_faces x 3.
+    pub faces: &'a [[u32; 3]],
+}
+
+impl Shape<'_> {
+    /// Normal of each face, its length twice the area: n_faces.
+    pub fn area_normals(&self) -> Vec<Vec3> {
+        self.faces.par_iter().map(|face| area_normal(face.map(|v| self.points[v as usize]))).collect()
+    }
+}
+
+/// All meshes in one frame.
+pub fn shapes<'a>(meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
+    let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
+    let low = all().reduce(DVec3::min).unwrap_or_default();
+    let high = all().reduce(DVec3::max).unwrap_or_default();
+    let radius = 0.5 * (high - low).length();
+    let scale = if radius > 0.0 { 1.0 / radius } else { 0.0 };
+    let place = |&p: &[f32; 3]| ((DVec3::from(p.map(f64::from)) - 0.5 * (low + high)) * scale).as_vec3();
+    let shape =
+        |mesh: &&'a TriMesh| Shape { points: mesh.positions().iter().map(place).collect(), faces: mesh.faces() };
+    meshes.iter().map(shape).collect()
+}

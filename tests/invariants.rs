@@ -1,0 +1,100 @@
+//! What always holds of a result, over shapes and random closed meshes that are meshed very unevenly.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
+use neural_mesh::io::{self, Format};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
+use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
+use proptest::prelude::*;
+
+fn to(mesh: &TriMesh, target: Target) -> Simplified {
+    simplify(mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// What a reader makes of the mesh after an STL round trip: welded by position.
+fn through_stl(mesh: &TriMesh) -> TriMesh {
+    let bytes = io::write(mesh, &Frame::default(), Format::Stl).unwrap();
+    clean(io::read(&bytes, None).unwrap(), &CleanOptions::default()).unwrap().mesh
+}
+
+/// Closed, of the asked size, and the same after its positions are welded.
+fn check(original: &TriMesh, ratio: f64) {
+    let n_vertices = original.positions().len();
+    let result = to(original, Target::Ratio(ratio));
+    assert_closed_manifold(&result.mesh);
+    assert_same_topology(original, &result.mesh);
+    let welded = through_stl(&result.mesh);
+    assert_closed_manifold(&welded);
+    assert_eq!(welded.positions().len(), result.mesh.positions().len());
+    let asked = (n_vertices as f64 * ratio) as usize;
+    match result.report.outcome {
+        Outcome::Reached => assert!((asked.saturating_sub(1)..=asked).contains(&result.mesh.positions().len())),
+        Outcome::Stopped(_) => assert!(result.mesh.positions().len() > asked),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn closed_stays_closed(mesh in uneven_closed_mesh(), ratio in 0.02..1.0f64) {
+        check(&mesh, ratio);
+    }
+}
+
+#[test]
+fn closed_shapes_stay_closed() {
+    let shapes = [
+        shapes::icosphere(4),
+        shapes::torus(60, 24, 1.0, 0.25),
+        shapes::cuboid([4.0, 0.05, 3.0], 20),
+        shapes::bolt(48),
+        shapes::wavy_sphere(4, 20.0),
+        shapes::many_boxes(4),
+    ];
+    for shape in &shapes {
+        for ratio in [0.01, 0.1, 0.5, 0.9] {
+            check(shape, ratio);
+        }
+    }
+}
+
+#[test]
+fn threads_and_repetition_change_no_bit() {
+    let mesh = shapes::wavy_sphere(5, 20.0);
+    let with = |n_threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+        pool.install(|| to(&mesh, Target::Ratio(0.1)))
+    };
+    let first = with(1);
+    for n_threads in [1, 2, 8] {
+        assert_eq!(with(n_threads), first);
+    }
+}
+
+#[test]
+fn progress_moves_forward_and_can_stop_the_run() {
+    let mesh = shapes::icosphere(4);
+    let mut stages: Vec<&str> = Vec::new();
+    let options = Options::new(Target::Ratio(0.1));
+    let done = simplify(&mesh, None, &options, &mut |event| {
+        assert!((0.0..=1.0).contains(&event.done));
+        if stages.last() != Some(&event.stage) {
+            stages.push(event.stage);
+        }
+        ControlFlow::Continue(())
+    });
+    assert!(done.is_ok() && stages.len() > 3, "{stages:?}");
+    for stop_after in 0..stages.len() {
+        let mut heard = 0;
+        let stopped = simplify(&mesh, None, &options, &mut |_| {
+            heard += 1;
+            if heard > stop_after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!(stopped, Err(SimplifyError::Interrupted), "{stop_after}");
+    }
+}

@@ -1,0 +1,204 @@
+//! Holds what `ARCHITECTURE.md` says about the code: who imports whom, what the library never does.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use neural_mesh::mesh::TriMesh;
+
+/// A source file without its comments and without its tests.
+struct Source {
+    /// Path from the root of the repository, with `/` between names.
+    path: String,
+    /// The file as it is.
+    text: String,
+    /// What is left without comments and tests.
+    code: String,
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// All Rust files below a folder of the repository.
+fn sources(folder: &str) -> Vec<Source> {
+    let mut files = Vec::new();
+    collect(&root().join(folder), &mut files);
+    files.sort();
+    files.iter().map(|path| source(path)).collect()
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for path in entries.map(|entry| entry.unwrap().path()) {
+        if path.is_dir() {
+            collect(&path, files);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+fn source(path: &Path) -> Source {
+    let text = std::fs::read_to_string(path).unwrap();
+    let code = text[..start_of_tests(&text)]
+        .lines()
+        .map(|line| line.split("//").next().unwrap())
+        .collect::<Vec<_>>()
+        .join("\n");
+    let path = path.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
+    Source { path, text, code }
+}
+
+/// Where the test module of a file begins.
+fn start_of_tests(text: &str) -> usize {
+    let opens_module =
+        |rest: &str| rest.lines().nth(1).is_some_and(|line| line.contains("mod ") && line.ends_with('{'));
+    let mut starts = text.match_indices("#[cfg(test)]").map(|(at, _)| at);
+    starts.find(|&at| opens_module(&text[at..])).unwrap_or(text.len())
+}
+
+/// The module of the library that a file belongs to; `None` for `lib.rs`.
+fn module(source: &Source) -> Option<&str> {
+    let inside = source.path.strip_prefix("src/")?;
+    let name = inside.split('/').next()?.trim_end_matches(".rs");
+    (name != "lib").then_some(name)
+}
+
+/// The layer table of `ARCHITECTURE.md`: per module the modules it may import.
+fn table() -> BTreeMap<String, Vec<String>> {
+    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let rows = text.lines().map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
+    let layers = rows.filter(|cells| cells.len() == 7 && cells[1].parse::<u32>().is_ok());
+    layers
+        .map(|cells| {
+            let allowed = cells[4].split(", ").filter(|name| *name != "-").map(String::from).collect();
+            (cells[2].trim_matches('`').to_string(), allowed)
+        })
+        .collect()
+}
+
+/// The modules of the crate that code names after `crate::`, alone or in braces.
+fn imports(code: &str) -> Vec<String> {
+    code.match_indices("crate::").flat_map(|(at, prefix)| first_names(&code[at + prefix.len()..])).collect()
+}
+
+/// First names of a path or of each path of a braced list: `{a::{b, c}, d}` gives a and d.
+fn first_names(path: &str) -> Vec<String> {
+    let Some(list) = path.strip_prefix('{') else { return vec![name(path)] };
+    let mut depth = 0;
+    let mut names = vec![name(list)];
+    for (at, letter) in list.char_indices() {
+        match letter {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => names.push(name(&list[at + 1..])),
+            _ => {}
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}
+
+fn name(path: &str) -> String {
+    path.trim_start().chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect()
+}
+
+/// `path: word` for each word that the code of a file holds and should not.
+fn found(files: &[Source], words: &[&str]) -> Vec<String> {
+    let hits = |source: &Source| {
+        let held = words.iter().filter(|word| source.code.contains(**word));
+        held.map(|word| format!("{}: {word}", source.path)).collect::<Vec<_>>()
+    };
+    files.iter().flat_map(hits).collect()
+}
+
+#[test]
+fn imports_are_found_in_every_form() {
+    assert_eq!(imports("use crate::mesh::TriMesh; crate::io::read()"), ["mesh", "io"]);
+    assert_eq!(imports("use crate::{linalg::{Matrix, Csr}, mesh};"), ["linalg", "mesh"]);
+}
+
+#[test]
+fn modules_import_only_what_the_table_allows() {
+    let table = table();
+    assert!(table.len() >= 10, "the layer table of ARCHITECTURE.md could not be read: {table:?}");
+    for source in sources("src") {
+        let Some(module) = module(&source) else { continue };
+        let allowed = table.get(module).unwrap_or_else(|| panic!("{module} is not in the layer table"));
+        for import in imports(&source.code) {
+            let fine = import == module || allowed.contains(&import);
+            assert!(fine, "{}: {module} may not import {import}", source.path);
+        }
+        let depth = source.path.matches('/').count() - usize::from(source.path.ends_with("/mod.rs"));
+        assert!(
+            !source.code.contains(&"super::".repeat(depth)) || depth == 0,
+            "{}: write crate:: for what lies outside",
+            source.path
+        );
+    }
+}
+
+#[test]
+fn the_table_names_only_modules_that_exist() {
+    for module in table().into_keys() {
+        assert!(root().join("src").join(&module).join("mod.rs").exists(), "{module} has no src/{module}/mod.rs");
+    }
+}
+
+#[test]
+fn the_library_touches_nothing_outside_itself() {
+    let library = sources("src");
+    let speech = ["println!", "print!(", "eprint!(", "dbg!(", "std::env", "std::process", "Instant", "SystemTime"];
+    assert_eq!(found(&library, &speech), Vec::<String>::new());
+    let no_files: Vec<Source> = library.into_iter().filter(|source| module(source) != Some("io")).collect();
+    assert_eq!(found(&no_files, &["std::fs", "fs::", "File::"]), Vec::<String>::new());
+}
+
+#[test]
+fn nothing_gives_up() {
+    let all: Vec<Source> = ["src", "cli/src"].into_iter().flat_map(sources).collect();
+    assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
+    // What comes from outside may be anything; further inside, an `expect` may state what holds.
+    let border = |source: &Source| source.path.starts_with("cli/") || source.path.starts_with("src/io/");
+    let border: Vec<Source> = all.into_iter().filter(border).collect();
+    assert_eq!(found(&border, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
+}
+
+#[test]
+fn unsafe_code_stands_in_kernels_alone() {
+    let elsewhere: Vec<Source> = sources("src").into_iter().filter(|source| module(source) != Some("linalg")).collect();
+    assert_eq!(found(&elsewhere, &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
+    assert_eq!(found(&sources("cli/src"), &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
+}
+
+#[test]
+fn files_say_what_they_are() {
+    for source in ["src", "cli/src", "cli/tests", "tests"].into_iter().flat_map(sources) {
+        assert!(source.text.starts_with("//! "), "{} does not open with //!", source.path);
+        for word in [concat!("TO", "DO"), concat!("FIX", "ME")] {
+            assert!(!source.text.contains(word), "{}: {word}", source.path);
+        }
+    }
+}
+
+#[test]
+fn a_mesh_that_is_not_valid_cannot_be_built() {
+    let corners = || vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    assert!(TriMesh::new(corners(), vec![[0, 1, 2]]).is_ok());
+    assert!(TriMesh::new(corners(), vec![[0, 1, 3]]).is_err());
+    assert!(TriMesh::new(corners(), vec![[0, 1, 1]]).is_err());
+    assert!(TriMesh::new(vec![[0.0, f32::NAN, 0.0]], vec![]).is_err());
+}
+
+#[test]
+fn every_invariant_names_a_test_that_exists() {
+    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let named: Vec<(&str, &str)> = text.split('`').filter_map(|span| span.split_once(".rs::")).collect();
+    assert!(!named.is_empty());
+    for (file, test) in named {
+        let code = std::fs::read_to_string(root().join(format!("{file}.rs"))).unwrap_or_default();
+        let function = test.rsplit("::").next().unwrap();
+        assert!(code.contains(&format!("fn {function}(")), "{file}.rs has no test {test}");
+    }
+}
