@@ -9,6 +9,7 @@ mod load;
 mod measure;
 mod memory;
 mod methods;
+mod pictures;
 mod row;
 mod run;
 mod same_bits;
@@ -35,6 +36,8 @@ enum Command {
     SameBits(same_bits::Args),
     /// Give the program every file of a folder of broken ones.
     BrokenFiles(broken_files::Args),
+    /// Draw meshes before and after, by both methods, and write the page that shows them.
+    Pictures(pictures::Args),
     /// Compare ways to draw the sampled vertices.
     Samplers(samplers::Args),
     /// Write the tables as Markdown.
@@ -47,6 +50,7 @@ fn main() -> anyhow::Result<()> {
         Command::Memory(args) => memory::memory(&args),
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),
+        Command::Pictures(args) => pictures::pictures(&args),
         Command::Samplers(args) => samplers::samplers(&args),
         Command::Summary(args) => summary::summary(&args),
     }
