@@ -85,6 +85,8 @@ pub(super) struct Remains {
     pub positions: Vec<Vec3>,
     /// Faces, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
+    /// Unit normals that the faces had at the start, n_faces x 3; zero where there was none.
+    pub normals: Vec<Vec3>,
     /// For each inner vertex at the start the vertex it was merged into.
     pub vertex_of: Vec<u32>,
 }
@@ -177,7 +179,8 @@ impl Collapse {
             positions.push(self.nodes[v].position.as_vec3());
         }
         let inner = self.faces[..self.n_inner_faces].iter().filter(|f| f.vertices[0] != NONE);
-        let faces = inner.map(|f| f.vertices.map(|v| number[v as usize])).collect();
+        let faces = inner.clone().map(|f| f.vertices.map(|v| number[v as usize])).collect();
+        let normals = inner.map(|f| f.normal).collect();
         let last = |mut v: u32| {
             while self.merged[v as usize] != v {
                 v = self.merged[v as usize];
@@ -185,7 +188,7 @@ impl Collapse {
             number[v as usize]
         };
         let vertex_of = (0..self.n_inner as u32).map(last).collect();
-        Remains { positions, faces, vertex_of }
+        Remains { positions, faces, normals, vertex_of }
     }
 
     fn reached(&self, limit: Limit) -> bool {

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::{area_normal, nearest_weights};
 
+use super::faces_around::FacesAround;
 use super::surface::Surface;
 
 /// Input faces looked at per output vertex, at most.
@@ -22,6 +23,8 @@ const STAY: f32 = 0.01;
 /// Least cosine between a face's normal before and after a step.
 const LEAST_COSINE: f32 = 0.7;
 
+/// Least cosine between a face's normal and where it is meant to look.
+const LEAST_MEANT: f32 = 0.2;
 /// Cosine between normals above which a guess where a point belongs is believed.
 const AGREES: f32 = 0.8;
 
@@ -31,6 +34,8 @@ pub(super) struct Output<'a> {
     pub positions: &'a mut [Vec3],
     /// Faces, n_faces x 3.
     pub faces: &'a [[u32; 3]],
+    /// Which way the faces are meant to look, n_faces x 3: no step turns one away from it.
+    pub meant: &'a [Vec3],
     /// For each input vertex the output vertex that its region became.
     pub vertex_of: &'a [u32],
 }
@@ -99,7 +104,7 @@ impl<'a> Target<'a> {
         let corners = |face: &[u32; 3]| face.map(|v| output.positions[v as usize]);
         let normals = output.faces.par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
         let centroids = output.faces.par_iter().map(|face| corners(face).iter().sum::<Vec3>() / 3.0).collect();
-        let Output { positions, faces, vertex_of } = output;
+        let Output { positions, faces, vertex_of, .. } = output;
         Self { positions, faces, vertex_of, around, normals, centroids }
     }
 
@@ -262,33 +267,6 @@ fn turns_a_face(output: &Output, around: &FacesAround, v: u32, target: Vec3) -> 
         let after = face.map(|w| if w == v { target } else { output.positions[w as usize] });
         let (n, m) = (area_normal(before), area_normal(after));
         n.dot(m) < LEAST_COSINE * (n.length_squared() * m.length_squared()).sqrt()
+            || m.dot(output.meant[f as usize]) < LEAST_MEANT * m.length()
     })
-}
-
-/// The faces around each vertex as compressed rows.
-struct FacesAround {
-    starts: Vec<u32>,
-    rows: Vec<u32>,
-}
-
-impl FacesAround {
-    /// Sorts `faces` under their `n_vertices` corners.
-    fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Self {
-        let mut starts = vec![0u32; n_vertices + 2];
-        faces.as_flattened().iter().for_each(|&v| starts[v as usize + 2] += 1);
-        (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
-        let mut rows = vec![0; 3 * faces.len()];
-        for (f, face) in faces.iter().enumerate() {
-            for &v in face {
-                rows[starts[v as usize + 1] as usize] = f as u32;
-                starts[v as usize + 1] += 1;
-            }
-        }
-        Self { starts, rows }
-    }
-
-    /// The faces that use `vertex`.
-    fn faces(&self, vertex: u32) -> &[u32] {
-        &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
-    }
 }

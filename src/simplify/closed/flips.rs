@@ -10,6 +10,7 @@ use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
 
+use super::collapse::Remains;
 use super::surface::Surface;
 
 /// Squared distance of the other diagonal over that of the edge below which a flip pays.
@@ -31,13 +32,15 @@ struct Diamond {
 /// Flips edges of `faces`, best gains first, each face once; returns how many were flipped.
 ///
 /// `vertex_of` (one per input vertex) names the output vertex that its region became.
-pub(super) fn flip(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
+pub(super) fn flip(surface: &Surface, vertex_of: &[u32], remains: &mut Remains) -> usize {
+    let Remains { positions, faces, normals, .. } = remains;
     let anchors = anchors(surface, positions, vertex_of);
     let diamonds = diamonds(faces);
     let all_edges = faces.iter().flat_map(|&[a, b, c]| [edge(a, b), edge(b, c), edge(c, a)]);
     let mut edges: FxHashSet<[u32; 2]> = all_edges.collect();
     let rate = |diamond: Diamond| {
-        let gain = gain(surface, positions, &anchors, diamond.corners)?;
+        let meant = diamond.faces.map(|f| normals[f as usize]);
+        let gain = gain(surface, positions, &anchors, diamond.corners, meant)?;
         Some(Diamond { gain, ..diamond })
     };
     let mut worthwhile: Vec<Diamond> = diamonds.into_par_iter().filter_map(rate).collect();
@@ -48,6 +51,8 @@ pub(super) fn flip(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], fac
         let (f, g) = (f as usize, g as usize);
         if !touched[f] && !touched[g] && edges.insert(edge(c, d)) {
             (faces[f], faces[g]) = ([c, d, b], [d, c, a]);
+            normals[f] = (normals[f] + normals[g]).normalize_or_zero();
+            normals[g] = normals[f];
             (touched[f], touched[g]) = (true, true);
             n_flipped += 1;
         }
@@ -60,7 +65,7 @@ fn edge(u: u32, v: u32) -> [u32; 2] {
 }
 
 /// For each output vertex the input vertex of its region that lies nearest to it.
-fn anchors(surface: &Surface, positions: &[Vec3], vertex_of: &[u32]) -> Vec<u32> {
+pub(super) fn anchors(surface: &Surface, positions: &[Vec3], vertex_of: &[u32]) -> Vec<u32> {
     let mut best = vec![(f32::INFINITY, 0); positions.len()];
     for (v, &output) in vertex_of.iter().enumerate() {
         let distance = surface.positions[v].distance_squared(positions[output as usize]);
@@ -84,14 +89,15 @@ fn diamonds(faces: &[[u32; 3]]) -> Vec<Diamond> {
 }
 
 /// How much nearer to the original the other diagonal lies (sum of squares), if that is enough.
-fn gain(surface: &Surface, positions: &[Vec3], anchors: &[u32], corners: [u32; 4]) -> Option<f32> {
+fn gain(surface: &Surface, positions: &[Vec3], anchors: &[u32], corners: [u32; 4], meant: [Vec3; 2]) -> Option<f32> {
     let [a, b, c, d] = corners.map(|v| positions[v as usize]);
     let old = [area_normal([a, b, c]), area_normal([b, a, d])];
     let new = [area_normal([c, d, b]), area_normal([d, c, a])];
     if old[0].dot(old[1]) > FLAT * old[0].length() * old[1].length() {
         return None;
     }
-    let allowed = new.iter().all(|n| old.iter().all(|o| n.dot(*o) > LEAST_COSINE * n.length() * o.length()));
+    let like = |n: &Vec3, m: &Vec3| n.dot(*m) > LEAST_COSINE * n.length() * m.length();
+    let allowed = new.iter().all(|n| old.iter().chain(&meant).all(|m| like(n, m)));
     if !allowed {
         return None;
     }
@@ -103,8 +109,8 @@ fn gain(surface: &Surface, positions: &[Vec3], anchors: &[u32], corners: [u32; 4
     (after < GAIN * before).then_some(before - after)
 }
 
-/// Squared distance from `point` to the original, near where a walk from vertex `start` ends.
-fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f32 {
+/// The vertex of the original, and its squared distance, at which a walk toward `point` ends that begins at `start`.
+pub(super) fn nearest_vertex(surface: &Surface, point: Vec3, start: u32) -> (u32, f32) {
     let mut v = start;
     let mut least = surface.positions[v as usize].distance_squared(point);
     loop {
@@ -116,9 +122,14 @@ fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f32 {
             }
         }
         if v == before {
-            break;
+            return (v, least);
         }
     }
+}
+
+/// Squared distance from `point` to the original, near where a walk from vertex `start` ends.
+fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f32 {
+    let (v, mut least) = nearest_vertex(surface, point, start);
     let here = surface.positions[v as usize];
     let ring = surface.neighbors(v);
     let closing = if surface.rings.apex(v).is_none() { ring.len() } else { ring.len() - 1 };

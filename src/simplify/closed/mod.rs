@@ -4,6 +4,7 @@ mod bucket_queue;
 mod collapse;
 mod darts;
 mod edge_lengths;
+mod faces_around;
 mod fit;
 mod flips;
 mod placement;
@@ -11,6 +12,7 @@ mod quotient;
 mod regions;
 mod separate;
 mod surface;
+mod unfold;
 
 use std::ops::ControlFlow;
 
@@ -18,7 +20,7 @@ use crate::mesh::{Frame, TriMesh};
 
 use super::one_pass::Samples;
 use super::options::{Event, SimplifyError};
-use collapse::Collapse;
+use collapse::{Collapse, Remains};
 use darts::Assignment;
 use edge_lengths::EdgeLengths;
 use placement::Placement;
@@ -94,19 +96,16 @@ pub(super) fn simplify_closed(
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
-    let flipped_edges =
-        if coarse { flips::flip(&surface, &remains.positions, &vertex_of, &mut remains.faces) } else { 0 };
+    let flipped_edges = if coarse { flips::flip(&surface, &vertex_of, &mut remains) } else { 0 };
     enter("fit")?;
-    let n_fits = if COARSE * remains.positions.len() > surface.n_vertices() { 1 } else { 2 };
-    fit::fit(
-        &surface,
-        &mut fit::Output { positions: &mut remains.positions, faces: &remains.faces, vertex_of: &vertex_of },
-        n_fits,
-    );
+    let Remains { mut positions, mut faces, normals, .. } = remains;
+    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, vertex_of: &vertex_of };
+    fit::fit(&surface, &mut output, if coarse { 2 } else { 1 });
     enter("finish")?;
-    let mut positions: Vec<[f32; 3]> = remains.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
+    let flipped_edges = flipped_edges + unfold::unfold(&surface, &positions, &vertex_of, &mut faces);
+    let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let separated_vertices = separate::separate(&mut positions, &request.frame);
-    let mesh = TriMesh::new(positions, remains.faces).map_err(|_| SimplifyError::Overflow)?;
+    let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
     Ok(Closed {
         mesh,
         end,

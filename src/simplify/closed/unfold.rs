@@ -1,0 +1,97 @@
+//! The last few folds: a face that looks away from the original gives its longest edge to the other diagonal.
+//!
+//! Collapse and fit turn no face far, but a face can end up where the original looks another way. Such a face
+//! makes a sharp fold with a neighbour, which is what is searched for; thin parts have such folds, too, so that the
+//! original's normal nearby decides.
+
+use glam::Vec3;
+
+use crate::geometry::triangle::area_normal;
+
+use super::faces_around::FacesAround;
+use super::flips::{anchors, nearest_vertex};
+use super::surface::Surface;
+
+/// Flips may make new folds; they are looked for again so many times.
+const ROUNDS: usize = 3;
+
+/// Flips edges of folded faces where that mends them; returns how many it flipped.
+pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
+    let mut n_flipped = 0;
+    let mut starts = Vec::new();
+    for _ in 0..ROUNDS {
+        let around = FacesAround::new(positions.len(), faces);
+        let folded = folded_faces(positions, faces, &around);
+        if folded.is_empty() {
+            break;
+        }
+        if starts.is_empty() {
+            starts = anchors(surface, positions, vertex_of);
+        }
+        let original = Original { surface, positions, starts: &starts };
+        let mut touched = vec![false; positions.len()];
+        let before = n_flipped;
+        for f in folded {
+            n_flipped +=
+                usize::from(original.looks_away(faces[f as usize]) && original.mend(f, faces, &around, &mut touched));
+        }
+        if n_flipped == before {
+            break;
+        }
+    }
+    n_flipped
+}
+
+/// The faces that make an acute angle with a neighbour.
+fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround) -> Vec<u32> {
+    let normal = |face: [u32; 3]| area_normal(face.map(|v| positions[v as usize]));
+    let normals: Vec<Vec3> = faces.iter().map(|&face| normal(face)).collect();
+    let is_folded = |f: &u32| {
+        let face = faces[*f as usize];
+        let beside = |&g: &u32| g != *f && faces[g as usize].iter().filter(|v| face.contains(v)).count() == 2;
+        let against = |g: u32| normals[g as usize].dot(normals[*f as usize]) < 0.0;
+        // Two of the corners see all three neighbours.
+        face[..2].iter().any(|&v| around.faces(v).iter().any(|g| against(*g) && beside(g)))
+    };
+    (0..faces.len() as u32).filter(is_folded).collect()
+}
+
+/// The original as the output's faces see it.
+struct Original<'a> {
+    surface: &'a Surface,
+    positions: &'a [Vec3],
+    /// For each output vertex an input vertex near it.
+    starts: &'a [u32],
+}
+
+impl Original<'_> {
+    /// Whether a face looks away from the original near its centroid, or nowhere.
+    fn looks_away(&self, face: [u32; 3]) -> bool {
+        let corners = face.map(|v| self.positions[v as usize]);
+        let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let (nearest, _) = nearest_vertex(self.surface, centroid, self.starts[face[0] as usize]);
+        area_normal(corners).dot(self.surface.normals[nearest as usize]) <= 0.0
+    }
+
+    /// Flips the longest edge of face `f` whose other diagonal is free and makes two faces that look right.
+    fn mend(&self, f: u32, faces: &mut [[u32; 3]], around: &FacesAround, touched: &mut [bool]) -> bool {
+        let [a, b, c] = faces[f as usize];
+        let length = |u: u32, v: u32| self.positions[u as usize].distance_squared(self.positions[v as usize]);
+        let mut sides = [(a, b, c), (b, c, a), (c, a, b)];
+        sides.sort_by(|x, y| length(y.0, y.1).total_cmp(&length(x.0, x.1)));
+        for (a, b, c) in sides {
+            let directed = |face: [u32; 3]| (0..3).any(|i| face[i] == b && face[(i + 1) % 3] == a);
+            let Some(&g) = around.faces(a).iter().find(|&&g| directed(faces[g as usize])) else { continue };
+            let Some(&d) = faces[g as usize].iter().find(|&&v| v != a && v != b) else { continue };
+            let joined = around.faces(c).iter().any(|&h| faces[h as usize].contains(&d));
+            let new = [[c, d, b], [d, c, a]];
+            if joined || [a, b, c, d].iter().any(|&v| touched[v as usize]) || new.iter().any(|&n| self.looks_away(n)) {
+                continue;
+            }
+            [faces[f as usize], faces[g as usize]] = new;
+            [a, b, c, d].iter().for_each(|&v| touched[v as usize] = true);
+            return true;
+        }
+        false
+    }
+}
