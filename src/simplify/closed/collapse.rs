@@ -12,7 +12,7 @@ use crate::mesh::OneRings;
 
 use super::bucket_queue::BucketQueue;
 
-/// Least cosine between a face's normal and the one it had at the start.
+/// Least cosine between a face's normals before and after a collapse.
 const LEAST_COSINE: f32 = 0.2;
 /// An edge that may not go now is tried again at so many times its price.
 const PATIENCE: f32 = 1.5;
@@ -33,6 +33,8 @@ pub(super) struct Collapse {
     n_vertices: usize,
     n_faces: usize,
     queue: BucketQueue<Edge>,
+    /// Faces around the edge at hand with the normals they would get.
+    turned: Vec<(u32, Vec3)>,
     around: Vec<u32>,
     turn_forbidden: bool,
 }
@@ -56,7 +58,7 @@ struct Node {
 struct Face {
     vertices: [u32; 3],
     next_corner: [u32; 3],
-    /// Unit normal at the start; zero where there was none.
+    /// Unit normal; zero where there is none.
     normal: Vec3,
 }
 
@@ -85,7 +87,7 @@ pub(super) struct Remains {
     pub positions: Vec<Vec3>,
     /// Faces, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Unit normals that the faces had at the start, n_faces x 3; zero where there was none.
+    /// Unit normals of the faces, n_faces x 3; zero where there is none.
     pub normals: Vec<Vec3>,
     /// For each inner vertex at the start the vertex it was merged into.
     pub vertex_of: Vec<u32>,
@@ -143,6 +145,7 @@ impl Collapse {
             n_vertices: n_inner,
             n_faces: n_inner_faces,
             queue: BucketQueue::new([].into_iter()),
+            turned: Vec::new(),
             around: Vec::new(),
             turn_forbidden: false,
         };
@@ -258,6 +261,7 @@ impl Collapse {
     fn try_collapse(&mut self, u: u32, v: u32) -> bool {
         let Some(opposite) = self.link_allows(u, v) else { return false };
         let (x, _) = self.placement(u, v);
+        self.turned.clear();
         if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
             self.turn_forbidden = true;
             return false;
@@ -306,17 +310,21 @@ impl Collapse {
         }
     }
 
-    /// Whether a face around `u` (without `v`) would look away from where it looked when `u` moves to `x`.
-    fn turns_over(&self, u: u32, v: u32, x: DVec3) -> bool {
+    /// Whether a face around `u` (without `v`) would turn when `u` moves to `x`; notes the normals they would get.
+    fn turns_over(&mut self, u: u32, v: u32, x: DVec3) -> bool {
+        let mut turned = std::mem::take(&mut self.turned);
         let mut over = false;
         self.for_faces(u, |corner, face| {
-            let (f, place) = (corner as usize / 4, corner as usize % 4);
-            if !over && f < self.n_inner_faces && !face.vertices.contains(&v) && face.normal != Vec3::ZERO {
+            let (f, place) = (corner / 4, corner as usize % 4);
+            if !over && (f as usize) < self.n_inner_faces && !face.vertices.contains(&v) {
                 let next = self.nodes[face.vertices[(place + 1) % 3] as usize].position;
                 let last = self.nodes[face.vertices[(place + 2) % 3] as usize].position;
-                over = face.normal.dot(unit_normal([x, next, last])) <= LEAST_COSINE;
+                let normal = unit_normal([x, next, last]);
+                over = face.normal != Vec3::ZERO && face.normal.dot(normal) <= LEAST_COSINE;
+                turned.push((f, normal));
             }
         });
+        self.turned = turned;
         over
     }
 
@@ -324,6 +332,7 @@ impl Collapse {
         self.n_vertices -= 1;
         self.n_faces -= opposite.iter().filter(|&&w| (w as usize) < self.n_inner).count();
         self.merged[v as usize] = u;
+        self.turned.iter().for_each(|&(f, normal)| self.faces[f as usize].normal = normal);
         self.rename_corners(u, v);
         let gone = self.nodes[v as usize];
         let node = &mut self.nodes[u as usize];

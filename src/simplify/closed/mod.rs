@@ -35,7 +35,7 @@ const SWEEPS: usize = 2;
 /// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
 const COARSE: usize = 15;
 /// How often the regions at folds of the quotient are cut in two.
-const MOST_CUTS: usize = 4;
+const MOST_CUTS: usize = 1;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 

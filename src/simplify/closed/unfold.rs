@@ -1,8 +1,8 @@
 //! The last few folds: a face that looks away from the original gives its longest edge to the other diagonal.
 //!
 //! Collapse and fit turn no face far, but a face can end up where the original looks another way. Such a face
-//! makes a sharp fold with a neighbour, which is what is searched for; thin parts have such folds, too, so that the
-//! original's normal nearby decides.
+//! looks away from the mean of the faces around it, which is what is searched for; thin parts have such faces, too,
+//! so that the original's normal nearby decides.
 
 use glam::Vec3;
 
@@ -20,11 +20,11 @@ pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], f
     let mut n_flipped = 0;
     let mut starts = Vec::new();
     for _ in 0..ROUNDS {
-        let around = FacesAround::new(positions.len(), faces);
-        let folded = folded_faces(positions, faces, &around);
+        let folded = folded_faces(positions, faces);
         if folded.is_empty() {
             break;
         }
+        let around = FacesAround::new(positions.len(), faces);
         if starts.is_empty() {
             starts = anchors(surface, positions, vertex_of);
         }
@@ -42,18 +42,16 @@ pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], f
     n_flipped
 }
 
-/// The faces that make an acute angle with a neighbour.
-fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround) -> Vec<u32> {
-    let normal = |face: [u32; 3]| area_normal(face.map(|v| positions[v as usize]));
-    let normals: Vec<Vec3> = faces.iter().map(|&face| normal(face)).collect();
-    let is_folded = |f: &u32| {
-        let face = faces[*f as usize];
-        let beside = |&g: &u32| g != *f && faces[g as usize].iter().filter(|v| face.contains(v)).count() == 2;
-        let against = |g: u32| normals[g as usize].dot(normals[*f as usize]) < 0.0;
-        // Two of the corners see all three neighbours.
-        face[..2].iter().any(|&v| around.faces(v).iter().any(|g| against(*g) && beside(g)))
-    };
-    (0..faces.len() as u32).filter(is_folded).collect()
+/// The faces that look away from the mean normal at one of their corners.
+fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
+    let normal = |face: &[u32; 3]| area_normal(face.map(|v| positions[v as usize]));
+    let mut means = vec![Vec3::ZERO; positions.len()];
+    for face in faces {
+        let normal = normal(face);
+        face.iter().for_each(|&v| means[v as usize] += normal);
+    }
+    let is_folded = |face: &[u32; 3]| face.iter().any(|&v| normal(face).dot(means[v as usize]) < 0.0);
+    (0..faces.len() as u32).filter(|&f| is_folded(&faces[f as usize])).collect()
 }
 
 /// The original as the output's faces see it.
