@@ -128,7 +128,7 @@ pub(super) fn nearest_vertex(surface: &Surface, point: Vec3, start: u32) -> (u32
 }
 
 /// Squared distance from `point` to the original, near where a walk from vertex `start` ends.
-fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f32 {
+pub(super) fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f32 {
     let (v, mut least) = nearest_vertex(surface, point, start);
     let here = surface.positions[v as usize];
     let ring = surface.neighbors(v);

@@ -9,17 +9,18 @@ use glam::Vec3;
 use crate::geometry::triangle::area_normal;
 
 use super::faces_around::FacesAround;
-use super::flips::{anchors, nearest_vertex};
+use super::flips::{anchors, distance_squared, nearest_vertex};
 use super::surface::Surface;
 
-/// Flips may make new folds; they are looked for again so many times.
-const ROUNDS: usize = 3;
+/// What counts as looking away, and how much farther from the original (squared) the other diagonal may then lie,
+/// round after round: where all of the original nearby looks the other way, any diagonal is better.
+const ROUNDS: [(Sight, f32); 3] = [(Sight::Nearest, 16.0), (Sight::Nearest, 16.0), (Sight::AllNear, f32::INFINITY)];
 
 /// Flips edges of folded faces where that mends them; returns how many it flipped.
 pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
     let mut n_flipped = 0;
     let mut starts = Vec::new();
-    for _ in 0..ROUNDS {
+    for (sight, most_loss) in ROUNDS {
         let folded = folded_faces(positions, faces);
         if folded.is_empty() {
             break;
@@ -28,18 +29,23 @@ pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], f
         if starts.is_empty() {
             starts = anchors(surface, positions, vertex_of);
         }
-        let original = Original { surface, positions, starts: &starts };
+        let original = Original { surface, positions, starts: &starts, sight, most_loss };
         let mut touched = vec![false; positions.len()];
-        let before = n_flipped;
         for f in folded {
             n_flipped +=
                 usize::from(original.looks_away(faces[f as usize]) && original.mend(f, faces, &around, &mut touched));
         }
-        if n_flipped == before {
-            break;
-        }
     }
     n_flipped
+}
+
+/// Which of the original's vertices decide whether a face looks away.
+#[derive(Clone, Copy, PartialEq)]
+enum Sight {
+    /// The one nearest to its centroid.
+    Nearest,
+    /// That one and all its neighbours.
+    AllNear,
 }
 
 /// The faces that look away from the mean normal at one of their corners.
@@ -60,6 +66,8 @@ struct Original<'a> {
     positions: &'a [Vec3],
     /// For each output vertex an input vertex near it.
     starts: &'a [u32],
+    sight: Sight,
+    most_loss: f32,
 }
 
 impl Original<'_> {
@@ -68,10 +76,20 @@ impl Original<'_> {
         let corners = face.map(|v| self.positions[v as usize]);
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         let (nearest, _) = nearest_vertex(self.surface, centroid, self.starts[face[0] as usize]);
-        area_normal(corners).dot(self.surface.normals[nearest as usize]) <= 0.0
+        let normal = area_normal(corners);
+        let against = |v: &u32| normal.dot(self.surface.normals[*v as usize]) <= 0.0;
+        against(&nearest) && (self.sight == Sight::Nearest || self.surface.neighbors(nearest).iter().all(against))
     }
 
-    /// Flips the longest edge of face `f` whose other diagonal is free and makes two faces that look right.
+    /// How far the original is from two points of a diagonal (sum of squares).
+    fn distance(&self, u: u32, v: u32) -> f32 {
+        let (p, q) = (self.positions[u as usize], self.positions[v as usize]);
+        let start = self.starts[u as usize];
+        [1.0 / 3.0, 2.0 / 3.0].iter().map(|&t| distance_squared(self.surface, p.lerp(q, t), start)).sum()
+    }
+
+    /// Flips the longest edge of face `f` whose other diagonal is free, not much farther from the original, and
+    /// makes two faces that look right.
     fn mend(&self, f: u32, faces: &mut [[u32; 3]], around: &FacesAround, touched: &mut [bool]) -> bool {
         let [a, b, c] = faces[f as usize];
         let length = |u: u32, v: u32| self.positions[u as usize].distance_squared(self.positions[v as usize]);
@@ -83,7 +101,10 @@ impl Original<'_> {
             let Some(&d) = faces[g as usize].iter().find(|&&v| v != a && v != b) else { continue };
             let joined = around.faces(c).iter().any(|&h| faces[h as usize].contains(&d));
             let new = [[c, d, b], [d, c, a]];
-            if joined || [a, b, c, d].iter().any(|&v| touched[v as usize]) || new.iter().any(|&n| self.looks_away(n)) {
+            if joined || self.distance(c, d) > self.most_loss * self.distance(a, b) {
+                continue;
+            }
+            if [a, b, c, d].iter().any(|&v| touched[v as usize]) || new.iter().any(|&n| self.looks_away(n)) {
                 continue;
             }
             [faces[f as usize], faces[g as usize]] = new;
