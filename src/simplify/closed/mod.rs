@@ -2,6 +2,7 @@
 
 mod bucket_queue;
 mod collapse;
+mod costly;
 mod darts;
 mod edge_lengths;
 mod faces_around;
@@ -23,8 +24,6 @@ use super::options::{Event, SimplifyError};
 use collapse::{Collapse, Remains};
 use darts::Assignment;
 use edge_lengths::EdgeLengths;
-use placement::Placement;
-use quotient::Quotient;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
@@ -34,8 +33,8 @@ const SWEEPS: usize = 2;
 /// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
 /// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
 const COARSE: usize = 15;
-/// How often the regions at folds of the quotient are cut in two.
-const MOST_CUTS: usize = 1;
+/// Share of the samples that are darts; the rest is for cutting regions that cost too much.
+const DARTS: f64 = 0.9;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 
@@ -84,11 +83,14 @@ pub(super) fn simplify_closed(
     enter("surface")?;
     let surface = Surface::new(mesh);
     enter("samples")?;
-    let mut assignment = samples(&surface, request);
+    let n_samples = n_samples(&surface, request);
+    let mut assignment = samples(&surface, request, n_samples);
     enter("sweeps")?;
-    regions::sweep(&surface, &mut assignment, SWEEPS);
+    sweep_and_cut(&surface, &mut assignment, n_samples);
     enter("quotient")?;
-    let (quotient, placed) = quotient_without_folds(&surface, &mut assignment);
+    let quotient = quotient::quotient(&surface, &mut assignment);
+    enter("placement")?;
+    let placed = placement::place(&surface, &assignment, &quotient.faces);
     enter("collapse")?;
     let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
     let end = collapse.run(request.limit);
@@ -117,29 +119,35 @@ pub(super) fn simplify_closed(
     })
 }
 
-/// The quotient and where its vertices go; regions at folds are cut in two, for there the samples are too coarse.
-fn quotient_without_folds(surface: &Surface, assignment: &mut Assignment) -> (Quotient, Placement) {
-    let n_before = assignment.n_regions;
-    let mut tries = 0;
-    loop {
-        let quotient = quotient::quotient(surface, assignment);
-        let placed = placement::place(surface, assignment, &quotient.faces);
-        tries += 1;
-        if tries == MOST_CUTS || !quotient::cut(surface, assignment, &placed.turned) {
-            return (Quotient { n_refined: assignment.n_regions - n_before, ..quotient }, placed);
-        }
-    }
+/// How many samples the request comes to; all vertices where nearly all are wanted.
+fn n_samples(surface: &Surface, request: &Request) -> usize {
+    let wanted = request.limit.vertices.min(request.limit.faces / 2 + 2) as f64 * request.oversample;
+    let nearly_all = wanted >= NEARLY_ALL * surface.n_vertices() as f64;
+    if nearly_all { surface.n_vertices() } else { (wanted as usize).max(4) }
 }
 
-/// Throws the darts, or takes every vertex where nearly all are wanted.
-fn samples(surface: &Surface, request: &Request) -> Assignment {
-    let wanted = request.limit.vertices.min(request.limit.faces / 2 + 2) as f64 * request.oversample;
-    if wanted >= NEARLY_ALL * surface.n_vertices() as f64 {
+/// Throws the darts, or takes every vertex where all are wanted.
+fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment {
+    if n_samples >= surface.n_vertices() {
         return Assignment::identity(surface.n_vertices());
     }
     let density: Option<Vec<f32>> = request.density.map(|d| surface.sources().map(|v| d[v as usize]).collect());
     let lengths = EdgeLengths::new(surface, density.as_deref());
-    darts::throw_darts(surface, &lengths, (wanted as usize).max(4), request.seed)
+    let n_darts = ((n_samples as f64 * DARTS) as usize).max(request.limit.vertices.min(n_samples)).max(4);
+    darts::throw_darts(surface, &lengths, n_darts, request.seed)
+}
+
+/// Moves the borders of the regions, cuts those that cost too much, and moves the borders of the parts.
+fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize) {
+    if assignment.n_regions == surface.n_vertices() {
+        return;
+    }
+    regions::sweep(surface, assignment, SWEEPS);
+    let n_before = assignment.n_regions;
+    costly::cut_costly(surface, assignment, n_samples);
+    if assignment.n_regions > n_before {
+        regions::sweep(surface, assignment, 1);
+    }
 }
 
 /// The mesh that the one pass leaves of `mesh`, before any collapse, from `samples` (vertices of the mesh).
@@ -153,7 +161,8 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
     if with_sweeps {
         regions::sweep(&surface, &mut assignment, SWEEPS);
     }
-    let (quotient, placed) = quotient_without_folds(&surface, &mut assignment);
+    let quotient = quotient::quotient(&surface, &mut assignment);
+    let placed = placement::place(&surface, &assignment, &quotient.faces);
     let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
     TriMesh::new(positions, quotient.faces).ok()
 }

@@ -14,7 +14,7 @@ use super::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes. More would round corners off,
 /// less would lose the places of vertices on flat parts in rounding.
-const PULL: f32 = 1e-6;
+pub(super) const PULL: f32 = 1e-6;
 /// The same where the minimum lies far outside the region.
 const FIRM_PULL: f64 = 1e-3;
 /// How far outside is far, in standard deviations of the region's vertices.
@@ -26,8 +26,6 @@ pub(super) struct Placement {
     pub positions: Vec<DVec3>,
     /// The plane quadrics of the regions.
     pub quadrics: Vec<Quadric>,
-    /// Regions at the corners of faces that look away from the original all the same, ascending.
-    pub turned: Vec<u32>,
 }
 
 /// Area-weighted sums over a region's vertices.
@@ -62,17 +60,14 @@ pub(super) fn place(surface: &Surface, assignment: &Assignment, faces: &[[u32; 3
             positions[r as usize] = safe[r as usize];
         }
     }
-    let mut turned: Vec<u32> = turned_regions(&positions, &moments, faces);
-    turned.sort_unstable();
-    turned.dedup();
-    Placement { positions, quadrics, turned }
+    Placement { positions, quadrics }
 }
 
 /// Every vertex where it is, for an assignment that is the identity.
 fn stay(surface: &Surface) -> Placement {
     let positions = surface.positions.iter().map(|p| p.as_dvec3()).collect();
     let quadrics = (0..surface.n_vertices()).map(|v| vertex_quadric(surface, v, PULL)).collect();
-    Placement { positions, quadrics, turned: Vec::new() }
+    Placement { positions, quadrics }
 }
 
 fn sums(surface: &Surface, assignment: &Assignment) -> (Vec<Quadric>, Vec<Moments>) {

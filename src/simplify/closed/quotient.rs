@@ -83,16 +83,6 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     (meeting, broken)
 }
 
-/// Cuts the regions in two that have more than one vertex; returns whether there were any.
-pub(super) fn cut(surface: &Surface, assignment: &mut Assignment, regions: &[u32]) -> bool {
-    let n_before = assignment.n_regions;
-    let members = members(assignment);
-    for vertices in regions.iter().map(|&r| &members[r as usize]).filter(|m| m.len() > 1) {
-        cut_region(surface, assignment, vertices);
-    }
-    assignment.n_regions > n_before
-}
-
 /// Cuts every broken region in two, or the regions around it where it is a single vertex; false if none is broken.
 fn refine(surface: &Surface, assignment: &mut Assignment, broken: &mut [bool], faces: &[[u32; 3]]) -> bool {
     if !broken.contains(&true) {
@@ -117,7 +107,7 @@ fn refine(surface: &Surface, assignment: &mut Assignment, broken: &mut [bool], f
 }
 
 /// The vertices of each region.
-fn members(assignment: &Assignment) -> Vec<Vec<u32>> {
+pub(super) fn members(assignment: &Assignment) -> Vec<Vec<u32>> {
     let mut members = vec![Vec::new(); assignment.n_regions];
     for (v, &r) in assignment.region.iter().enumerate() {
         members[r as usize].push(v as u32);
@@ -126,7 +116,7 @@ fn members(assignment: &Assignment) -> Vec<Vec<u32>> {
 }
 
 /// Gives the half of a region that is nearer to its far end a label of its own, and so each part that is cut off.
-fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) {
+pub(super) fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) {
     let own = assignment.region[vertices[0] as usize];
     let reached = spread(surface, assignment, &[vertices[0]], own);
     let fresh = assignment.n_regions as u32;
