@@ -12,6 +12,9 @@ use crate::mesh::OneRings;
 use super::darts::Assignment;
 use super::surface::Surface;
 
+/// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
+const HALVINGS: usize = 2;
+
 /// The quotient's faces over region indices.
 pub(super) struct Quotient {
     /// Faces, n x 3, wound as in the input.
@@ -29,6 +32,7 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotie
     }
     let apex_faces = surface.rings.apex_faces();
     let n_before = assignment.n_regions;
+    let mut rounds = 0;
     loop {
         let (faces, mut broken) = meeting_faces(surface, assignment, &apex_faces);
         let n_inner = faces.inner.len();
@@ -38,7 +42,9 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotie
             Err(error) => error.vertices.iter().for_each(|&r| broken[r as usize] = true),
             Ok(rings) => (0..assignment.n_regions).for_each(|r| broken[r] |= rings.ring(r as u32).is_empty()),
         }
-        if !refine(surface, assignment, &mut broken, &closed) {
+        let parts = if rounds < HALVINGS { Parts::Halves } else { Parts::Vertices };
+        rounds += 1;
+        if !refine(surface, assignment, &broken, &closed, parts) {
             let faces = closed[..n_inner].to_vec();
             if let Ok(rings) = OneRings::new(assignment.n_regions, &faces) {
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
@@ -83,8 +89,15 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     (meeting, broken)
 }
 
-/// Cuts every broken region in two, or the regions around it where it is a single vertex; false if none is broken.
-fn refine(surface: &Surface, assignment: &mut Assignment, broken: &mut [bool], faces: &[[u32; 3]]) -> bool {
+/// What a broken region is cut into.
+#[derive(Clone, Copy)]
+enum Parts {
+    Halves,
+    Vertices,
+}
+
+/// Cuts every broken region, or the regions around it where it is a single vertex; false if none was cut.
+fn refine(surface: &Surface, assignment: &mut Assignment, broken: &[bool], faces: &[[u32; 3]], parts: Parts) -> bool {
     if !broken.contains(&true) {
         return false;
     }
@@ -99,11 +112,22 @@ fn refine(surface: &Surface, assignment: &mut Assignment, broken: &mut [bool], f
     let mut progressed = false;
     for (r, vertices) in members.iter().enumerate() {
         if cut[r] {
-            cut_region(surface, assignment, vertices);
+            match parts {
+                Parts::Halves => cut_region(surface, assignment, vertices),
+                Parts::Vertices => dissolve(assignment, vertices),
+            }
             progressed = true;
         }
     }
     progressed
+}
+
+/// Gives every vertex of a region but the first a label of its own.
+fn dissolve(assignment: &mut Assignment, vertices: &[u32]) {
+    for &v in &vertices[1..] {
+        assignment.region[v as usize] = assignment.n_regions as u32;
+        assignment.n_regions += 1;
+    }
 }
 
 /// The vertices of each region.
