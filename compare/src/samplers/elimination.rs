@@ -3,23 +3,28 @@
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
+use super::metric::Cells;
+
 /// Exponent of the weights, limit on the smallest distances: the paper's alpha, beta and gamma.
 const ALPHA: f64 = 8.0;
 const BETA: f64 = 0.65;
 const GAMMA: f64 = 1.5;
 
-/// Keeps `n_kept` of the points of a surface of the given area, in order of their indices.
-pub fn eliminate(points: &[[f32; 3]], n_kept: usize, area: f64) -> Vec<u32> {
+/// Keeps `n_kept` of the points, in order of their indices, with a distance between two of them as long as the denser
+/// of the two says (the paper's adaptive sampling).
+///
+/// `areas` are the points' shares of the surface and `density` (1 for plain) how many times larger than on the plain
+/// surface those are.
+pub fn eliminate(points: &[[f32; 3]], cells: &Cells, n_kept: usize) -> Vec<u32> {
     let n_kept = n_kept.min(points.len());
+    let area: f64 = cells.areas.iter().sum();
     let most = (area / (2.0 * 3f64.sqrt() * n_kept.max(1) as f64)).sqrt();
     let least = most * (1.0 - (n_kept as f64 / points.len() as f64).powf(GAMMA)) * BETA;
-    let neighbours = Neighbours::new(points, 2.0 * most);
-    let weight = |a: usize, b: usize| {
-        let distance = distance(points[a], points[b]).clamp(2.0 * least, 2.0 * most);
-        (1.0 - distance / (2.0 * most)).powf(ALPHA)
-    };
-    let sum = |i: usize| neighbours.of(points, i).map(|j| weight(i, j)).sum::<f64>();
-    let mut crowding: Vec<f64> = (0..points.len()).map(sum).collect();
+    let neighbours = Neighbours::new(points, &cells.density, 2.0 * most);
+    let weight = |distance: f64| (1.0 - distance.clamp(2.0 * least, 2.0 * most) / (2.0 * most)).powf(ALPHA);
+    let mut crowding = vec![0.0; points.len()];
+    (0..points.len())
+        .for_each(|i| neighbours.of(i, &mut |j, distance| crowding[i] += if i == j { 0.0 } else { weight(distance) }));
     let mut heap: BinaryHeap<Crowded> = crowding.iter().enumerate().map(|(i, &c)| Crowded(c, i)).collect();
     let mut kept = vec![true; points.len()];
     let mut left = points.len();
@@ -30,10 +35,12 @@ pub fn eliminate(points: &[[f32; 3]], n_kept: usize, area: f64) -> Vec<u32> {
         }
         kept[i] = false;
         left -= 1;
-        for j in neighbours.of(points, i).filter(|&j| kept[j]) {
-            crowding[j] -= weight(i, j);
-            heap.push(Crowded(crowding[j], j));
-        }
+        neighbours.of(i, &mut |j, distance| {
+            if kept[j] {
+                crowding[j] -= weight(distance);
+                heap.push(Crowded(crowding[j], j));
+            }
+        });
     }
     (0..points.len() as u32).filter(|&i| kept[i as usize]).collect()
 }
@@ -56,27 +63,40 @@ impl Ord for Crowded {
     }
 }
 
-/// Points by cells as wide as the reach.
-struct Neighbours {
+/// Points sorted by the boxes of a grid.
+struct Neighbours<'a> {
+    points: &'a [[f32; 3]],
+    /// How much longer than plain distances are at each point, n_points.
+    scale: Vec<f64>,
     reach: f64,
-    cells: HashMap<[i64; 3], Vec<u32>>,
+    width: f64,
+    boxes: HashMap<[i64; 3], Vec<u32>>,
 }
 
-impl Neighbours {
-    fn new(points: &[[f32; 3]], reach: f64) -> Self {
-        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+impl<'a> Neighbours<'a> {
+    fn new(points: &'a [[f32; 3]], density: &[f64], reach: f64) -> Self {
+        let scale: Vec<f64> = density.iter().map(|density| density.sqrt()).collect();
+        let width = reach * points.len() as f64 / scale.iter().sum::<f64>();
+        let mut boxes: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
         for (i, &p) in points.iter().enumerate() {
-            cells.entry(cell(p, reach)).or_default().push(i as u32);
+            boxes.entry(cell(p, width)).or_default().push(i as u32);
         }
-        Self { reach, cells }
+        Self { points, scale, reach, width, boxes }
     }
 
-    /// Points nearer than the reach, without the point itself.
-    fn of(&self, points: &[[f32; 3]], i: usize) -> impl Iterator<Item = usize> {
-        let [x, y, z] = cell(points[i], self.reach);
-        let around = (0..27).map(move |k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]);
-        let near = around.filter_map(|cell| self.cells.get(&cell)).flatten().map(|&j| j as usize);
-        near.filter(move |&j| j != i && distance(points[i], points[j]) < self.reach)
+    /// Visits the points nearer than the reach with their distances, the point itself among them.
+    fn of(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        let around = cell(self.points[i], self.width);
+        let n = (self.reach / self.scale[i] / self.width).ceil() as i64;
+        for [x, y, z] in (-n..=n).flat_map(|x| (-n..=n).flat_map(move |y| (-n..=n).map(move |z| [x, y, z]))) {
+            let in_box = self.boxes.get(&[around[0] + x, around[1] + y, around[2] + z]);
+            for j in in_box.into_iter().flatten().map(|&j| j as usize) {
+                let distance = self.scale[i].max(self.scale[j]) * distance(self.points[i], self.points[j]);
+                if distance < self.reach {
+                    visit(j, distance);
+                }
+            }
+        }
     }
 }
 
@@ -97,7 +117,7 @@ mod tests {
     fn what_is_kept_stands_apart() {
         let sphere = shapes::icosphere(5);
         let points = sphere.positions();
-        let kept = eliminate(points, 500, 4.0 * std::f64::consts::PI);
+        let kept = eliminate(points, &Cells::new(&sphere, 0.0), 500);
         assert_eq!(kept.len(), 500);
         let at = |i: u32| points[i as usize];
         let nearest =
@@ -109,7 +129,18 @@ mod tests {
 
     #[test]
     fn nothing_more_can_be_kept_than_there_is() {
-        assert_eq!(eliminate(&[[0.0; 3], [1.0; 3]], 5, 1.0), [0, 1]);
-        assert!(eliminate(&[], 5, 1.0).is_empty());
+        let plain = |n| Cells { areas: vec![1.0; n], density: vec![1.0; n] };
+        assert_eq!(eliminate(&[[0.0; 3], [1.0; 3]], &plain(2), 5), [0, 1]);
+        assert!(eliminate(&[], &plain(0), 5).is_empty());
+    }
+
+    #[test]
+    fn where_the_density_is_four_times_as_high_stand_about_four_times_as_many() {
+        let side = |x: i32| if x < 100 { 1.0 } else { 4.0 };
+        let plate: Vec<[f32; 3]> = (0..200).flat_map(|x| (0..100).map(move |y| [x as f32, y as f32, 0.0])).collect();
+        let density: Vec<f64> = plate.iter().map(|p| side(p[0] as i32)).collect();
+        let kept = eliminate(&plate, &Cells { areas: density.clone(), density }, 1000);
+        let dense = kept.iter().filter(|&&i| plate[i as usize][0] >= 100.0).count();
+        assert!((740..860).contains(&dense), "{dense}");
     }
 }

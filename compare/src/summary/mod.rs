@@ -3,9 +3,9 @@
 mod asked;
 mod cases;
 mod every_mesh;
-mod markdown;
+pub mod markdown;
 mod program;
-mod statistics;
+pub mod statistics;
 mod surfaces;
 
 use std::path::PathBuf;
