@@ -10,11 +10,10 @@ const ALPHA: f64 = 8.0;
 const BETA: f64 = 0.65;
 const GAMMA: f64 = 1.5;
 
-/// Keeps `n_kept` of the points, in order of their indices, with a distance between two of them as long as the denser
-/// of the two says (the paper's adaptive sampling).
+/// Keeps `n_kept` of the points of a surface with these cells, in order of their indices.
 ///
-/// `areas` are the points' shares of the surface and `density` (1 for plain) how many times larger than on the plain
-/// surface those are.
+/// To draw more where the density is higher, distances between two points are scaled by the root of the larger of their
+/// densities.
 pub fn eliminate(points: &[[f32; 3]], cells: &Cells, n_kept: usize) -> Vec<u32> {
     let n_kept = n_kept.min(points.len());
     let area: f64 = cells.areas.iter().sum();

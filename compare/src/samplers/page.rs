@@ -23,7 +23,7 @@ edge's length with `dn` the difference of the vertex normals and lengths in diag
 | name | what it does |
 |---|---|
 | darts | what the closed assembly does: a vertex that nothing has claimed yet, in random order, claims the vertices within a radius along the edges (dart throwing, Cook 1986, along the mesh); always with bend. The radius is found so that at least the asked number of darts find room |
-| elimination | weighted sample elimination (Yuksel 2015) from all vertices, straight-line distances; with bend, its adaptive form. No randomness |
+| elimination | weighted sample elimination (Yuksel 2015) from all vertices, straight-line distances; with bend, distances are scaled by the root of the density. No randomness |
 | farthest | farthest points (Gonzalez 1985; Moenning and Dodgson 2003): the vertex farthest along the edges from all samples so far; the first at random |
 | Gumbel, equal | Gumbel-top-k (Kool et al. 2019), the paper's sampling, with equal scores: any vertices |
 | Gumbel, area | the same with the logarithm of the vertex's area as its score: random over the surface, however it is meshed |
@@ -41,7 +41,8 @@ otherwise, and darts may be more than asked for.
 in none of the other figures.
 - *draw*: the sampler alone, microseconds per vertex of the input, one thread. Darts leave the regions as they fall, so \
 they have no time of their own. The others are written for comparison and not tuned.
-- *draw and pass*: from the input to the mesh of the pass, the same unit.
+- *draw and pass*: from the input to the mesh of the pass, the same unit. Times are of single runs: good for orders of \
+magnitude.
 ";
 
 /// The page.
@@ -55,7 +56,7 @@ pub fn page(rows: &[SamplerRow]) -> String {
     let sections: String =
         ratios.iter().map(|&ratio| format!("\n## Ratio {ratio}\n\n{}", medians(rows, ratio))).collect();
     format!(
-        "# Samplers\n\nMade by `scripts/samplers DATA_DIR`. {INTRODUCTION}\n{n_meshes} meshes, {n_seeds} seeds: per mesh \
+        "# Samplers\n\nMade by `scripts/samplers DATA_DIR`.\n\n{INTRODUCTION}\n{n_meshes} meshes, {n_seeds} seeds: per mesh \
          the median over the seeds, then the median over the meshes. The ratio is that of samples to vertices.\n{sections}\n\
          ## Every mesh at {LISTED}\n\nDistance over meshoptimizer's, before → after the sweeps, median over the seeds.\n\n{}",
         every_mesh(rows)
