@@ -1,0 +1,43 @@
+//! What the fuzzer found in the simplifier, each find by the name of what it guards.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{assert_closed_manifold, assert_manifold, assert_same_topology};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{RawMesh, TriMesh, shapes};
+use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};
+
+fn run(mesh: &TriMesh, options: &Options) -> Simplified {
+    simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn welded(mesh: TriMesh) -> TriMesh {
+    let (positions, faces) = mesh.into_parts();
+    let positions = positions.into_iter().map(|p| p.map(f64::from)).collect();
+    clean(RawMesh { positions, faces, ..RawMesh::default() }, &CleanOptions::default()).unwrap().mesh
+}
+
+#[test]
+fn a_number_of_faces_is_reached_from_above_where_borders_cost_faces() {
+    let tube = shapes::open_cylinder(12, 4);
+    for oversample in [1.0, 1.2, 2.0] {
+        let options = Options { oversample: Some(oversample), ..Options::new(Target::Faces(64)) };
+        let result = run(&tube, &options);
+        assert_eq!((result.report.outcome, result.mesh.faces().len()), (Outcome::Reached, 64), "{oversample}");
+        assert_manifold(&result.mesh);
+    }
+}
+
+#[test]
+fn a_mesh_that_is_small_enough_still_comes_out_as_a_manifold() {
+    let touching = shapes::touching_spheres(1);
+    for mesh in [touching.clone(), welded(touching)] {
+        let n_vertices = mesh.positions().len();
+        let result = run(&mesh, &Options::new(Target::Vertices(n_vertices)));
+        assert_closed_manifold(&result.mesh);
+        assert_same_topology(&mesh, &result.mesh);
+        assert_eq!(result.mesh.positions().len(), n_vertices);
+    }
+}
