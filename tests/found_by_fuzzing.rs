@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use common::{assert_closed_manifold, assert_manifold, assert_same_topology};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::mesh::{RawMesh, TriMesh, shapes};
+use neural_mesh::mesh::{RawMesh, TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};
 
 fn run(mesh: &TriMesh, options: &Options) -> Simplified {
@@ -39,5 +39,18 @@ fn a_mesh_that_is_small_enough_still_comes_out_as_a_manifold() {
         assert_closed_manifold(&result.mesh);
         assert_same_topology(&mesh, &result.mesh);
         assert_eq!(result.mesh.positions().len(), n_vertices);
+    }
+}
+
+#[test]
+fn surfaces_with_one_side_stay_manifolds() {
+    for mesh in [shapes::moebius_strip(16, 3), shapes::klein_bottle(12, 8)] {
+        let before = topology(&mesh);
+        for target in [4, 12, 30] {
+            let after = topology(&run(&mesh, &Options::new(Target::Vertices(target))).mesh);
+            assert_eq!(after.non_manifold_edges + after.non_manifold_vertices, 0, "{after:?}");
+            assert!(!after.orientable, "{after:?}");
+            assert_eq!((after.euler, after.boundary_loops), (before.euler, before.boundary_loops));
+        }
     }
 }
