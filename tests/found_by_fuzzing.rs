@@ -54,3 +54,25 @@ fn surfaces_with_one_side_stay_manifolds() {
         }
     }
 }
+
+#[test]
+fn narrow_rings_keep_both_borders() {
+    for (segments, rows) in [(12, 4), (24, 1), (48, 2)] {
+        let tube = shapes::open_cylinder(segments, rows);
+        for vertices in [6, 8, 12, 20] {
+            let options = Options { oversample: Some(1.0), ..Options::new(Target::Vertices(vertices)) };
+            let result = run(&tube, &options);
+            assert_manifold(&result.mesh);
+            assert_same_topology(&tube, &result.mesh);
+        }
+    }
+}
+
+#[test]
+fn a_surface_pressed_flat_leaves_no_vertex_without_faces() {
+    let (mut positions, faces) = shapes::chain_of_tori(2).into_parts();
+    positions.iter_mut().for_each(|p| p[0] = 0.0);
+    let flat = welded(TriMesh::new(positions, faces).unwrap());
+    let options = Options { oversample: Some(1.1), ..Options::new(Target::Ratio(0.02)) };
+    assert_manifold(&run(&flat, &options).mesh);
+}
