@@ -1,4 +1,5 @@
-//! Any small mesh and any request: a valid mesh of the asked size or a stated reason, closed where the input was.
+//! Any small mesh and any request: a valid mesh of the asked size or a stated reason, the same surface as the input,
+//! and the same bits a second time.
 
 #![no_main]
 
@@ -6,27 +7,42 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::mesh::{RawMesh, TriMesh, shapes, topology};
-use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};
+use neural_mesh::mesh::{RawMesh, Topology, TriMesh, shapes, topology};
+use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let [shape, size, oversample, flags, edits @ ..] = bytes else { return };
     let (positions, faces) = start(*shape);
-    let mut raw = RawMesh { positions, faces, ..RawMesh::default() };
+    let mut raw = RawMesh { positions, faces, double: flags & 16 != 0, ..RawMesh::default() };
     edits.chunks_exact(4).for_each(|edit| apply([edit[0], edit[1], edit[2], edit[3]], &mut raw));
     let Ok(cleaned) = clean(raw, &CleanOptions { weld: flags & 1 == 0 }) else { return };
-    let mesh = cleaned.mesh;
     let target = match flags >> 1 & 3 {
         0 => Target::Ratio(f64::from(*size) / 255.0),
         1 => Target::Vertices(*size as usize),
         _ => Target::Faces(*size as usize),
     };
-    let oversample = (*oversample > 0).then(|| 1.0 + f64::from(*oversample) / 85.0);
-    let options = Options { oversample, seed: u64::from(*flags), prune: flags & 8 != 0, ..Options::new(target) };
-    if let Ok(result) = simplify(&mesh, &options, &mut |_| ControlFlow::Continue(())) {
-        check(&mesh, &options, &result);
+    let options = Options {
+        oversample: (*oversample > 0).then(|| 1.0 + f64::from(*oversample) / 85.0),
+        seed: u64::from(*flags),
+        prune: flags & 8 != 0,
+        frame: cleaned.frame,
+        ..Options::new(target)
+    };
+    let run = || simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()));
+    let result = run();
+    assert_eq!(result, run());
+    match result {
+        Ok(result) => check(&cleaned.mesh, &options, &result),
+        Err(SimplifyError::BadTarget(_)) => assert_eq!(*size, 0),
+        Err(SimplifyError::Overflow) => assert!(reach(&cleaned.mesh) > 1e37),
+        Err(error) => panic!("{error}"),
     }
 });
+
+/// The largest coordinate.
+fn reach(mesh: &TriMesh) -> f32 {
+    mesh.positions().iter().flatten().fold(0.0, |most, x| most.max(x.abs()))
+}
 
 /// A mesh to start from, as positions and faces.
 fn start(shape: u8) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
@@ -48,39 +64,87 @@ fn start(shape: u8) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (positions.into_iter().map(|p| p.map(f64::from)).collect(), faces)
 }
 
-/// One change: a vertex moves, by little or by far or onto another, or a face comes, goes or turns.
+/// One change: a vertex moves, by little or by far or onto another, all of them shrink or snap to a grid, or a face
+/// comes, goes, turns or falls into three.
 fn apply([kind, a, b, c]: [u8; 4], RawMesh { positions, faces, .. }: &mut RawMesh) {
     let n = positions.len();
-    let (vertex, face) = (a as usize % n, a as usize % faces.len().max(1));
-    match kind % 8 {
-        0 | 1 => faces.push([a, b, c].map(|v| v as u32 % n as u32)),
-        2 if !faces.is_empty() => drop(faces.swap_remove(face)),
-        3 if !faces.is_empty() => faces[face].reverse(),
-        4 => positions[vertex] = positions[b as usize % n],
-        5 => positions[vertex][b as usize % 3] = f64::from(c as i8) / 16.0,
-        6 => positions[vertex][b as usize % 3] *= 10f64.powi(c as i32 % 64 - 32),
-        _ => positions[vertex][b as usize % 3] += f64::from(c as i8) * 1e-6,
+    let (vertex, face, axis) = (a as usize % n, a as usize % faces.len().max(1), b as usize % 3);
+    match kind % 12 {
+        0 => faces.push([a, b, c].map(|v| v as u32 % n as u32)),
+        1 if !faces.is_empty() => drop(faces.swap_remove(face)),
+        2 if !faces.is_empty() => faces[face].reverse(),
+        3 => positions[vertex] = positions[b as usize % n],
+        4 => positions[vertex][axis] = f64::from(c as i8) / 16.0,
+        5 => positions[vertex][axis] *= 10f64.powi(c as i32 % 64 - 32),
+        6 => positions[vertex][axis] += f64::from(c as i8) * 1e-6,
+        7 => positions.iter_mut().for_each(|p| p[axis] *= 10f64.powi(c as i32 % 16 - 12)),
+        8 => positions.iter_mut().for_each(|p| p[axis] = (p[axis] * f64::from(c)).round() / f64::from(c.max(1))),
+        _ if !faces.is_empty() => split(positions, faces, face, [b, c].map(|x| f64::from(x) / 255.0)),
+        _ => {}
     }
+}
+
+/// Cuts a face in three at a point on its median.
+fn split(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, face: usize, [s, t]: [f64; 2]) {
+    let corners = faces[face];
+    let [p, q, r] = corners.map(|v| positions[v as usize]);
+    positions.push(std::array::from_fn(|k| (1.0 - s) * p[k] + s * ((1.0 - t) * q[k] + t * r[k])));
+    let middle = positions.len() as u32 - 1;
+    faces.swap_remove(face);
+    faces.extend((0..3).map(|i| [corners[i], corners[(i + 1) % 3], middle]));
 }
 
 /// What the simplifier promises.
 fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     let (before, after) = (topology(mesh), topology(&result.mesh));
-    let Simplified { mesh: lighter, report, .. } = result;
-    assert!(!lighter.faces().is_empty());
-    let places: BTreeSet<_> = lighter.positions().iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
-    assert_eq!(places.len(), lighter.positions().len(), "positions shared {before:?} {after:?} {report:?}");
-    if before.closed && before.non_manifold_edges == 0 && before.orientable {
-        assert!(after.is_closed_manifold(), "{before:?} {after:?} {report:?}");
+    let story = format!("{before:?} {after:?} {options:?} {:?}", result.report);
+    let places: BTreeSet<_> = result.mesh.positions().iter().map(|&p| options.frame.to_file(p).map(key)).collect();
+    assert_eq!(places.len(), after.vertices, "positions shared, {story}");
+    assert_eq!(after.unreferenced_vertices, 0, "vertices unused, {story}");
+    assert!(after.faces > 0, "nothing left, {story}");
+    assert_eq!(after.non_manifold_edges + after.non_manifold_vertices, 0, "not a manifold, {story}");
+    if before.orientable {
+        assert_eq!(after.inconsistent_edges, 0, "wound differently, {story}");
     }
-    if report.outcome == Outcome::Reached {
-        let (n_vertices, n_faces) = (lighter.positions().len(), lighter.faces().len());
-        match options.target {
-            Target::Ratio(ratio) => {
-                assert!(n_vertices as f64 <= (ratio * mesh.positions().len() as f64).round().max(1.0))
-            }
-            Target::Vertices(target) => assert!(n_vertices <= target),
-            Target::Faces(target) => assert!(n_faces <= target),
-        }
+    if before.non_manifold_edges == 0 {
+        check_topology(&before, &after, result.report.components_pruned, &story);
+    }
+    check_size(&before, &after, options, result, &story);
+}
+
+/// Numbers that are equal as numbers have the same key.
+fn key(x: f64) -> u64 {
+    (x + 0.0).to_bits()
+}
+
+/// The same pieces, holes and handles, without those of pruned components.
+fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &str) {
+    let figures = |t: &Topology| (t.orientable, t.closed, t.components, t.genus, t.boundary_loops);
+    if n_pruned == 0 {
+        assert_eq!(figures(before), figures(after), "another surface, {story}");
+        let euler = |t: &Topology| t.edges as i64 - t.faces as i64 - t.vertices as i64;
+        let is_manifold = before.non_manifold_vertices == 0;
+        assert!(!is_manifold || euler(before) == euler(after), "another surface, {story}");
+    } else {
+        let separate = before.non_manifold_vertices == 0;
+        assert!(!separate || after.components + n_pruned == before.components, "pieces lost, {story}");
+        assert!(after.components < before.components, "{story}");
+        assert!(!before.closed || after.closed, "opened, {story}");
+        assert!(after.boundary_loops <= before.boundary_loops, "{story}");
+    }
+}
+
+/// As small as asked and not smaller, unless parts were pruned or the input was smaller already.
+fn check_size(before: &Topology, after: &Topology, options: &Options, result: &Simplified, story: &str) {
+    let (was, is, asked) = match options.target {
+        Target::Ratio(ratio) => (before.vertices, after.vertices, ((ratio * before.vertices as f64) as usize).max(1)),
+        Target::Vertices(target) => (before.vertices, after.vertices, target),
+        Target::Faces(target) => (before.faces, after.faces, target),
+    };
+    if result.report.outcome == Outcome::Reached {
+        assert!(is <= asked, "too large, {story}");
+        assert!(is + 1 >= asked.min(was) || result.report.components_pruned > 0, "too small, {story}");
+    } else {
+        assert!(is > asked, "stopped below the target, {story}");
     }
 }

@@ -163,10 +163,12 @@ fn join(parent: &mut [u32], x: u32, y: u32) {
     parent[x.max(y) as usize] = x.min(y);
 }
 
-/// The last resort: every face at these vertices gets a corner of its own.
+/// The last resort: every face at these vertices gets a corner of its own, the first one the vertex itself.
 fn separate_corners(n_vertices: usize, faces: &mut [[u32; 3]], vertices: &[u32], copies: &mut Vec<u32>) {
+    let mut is_taken = vec![false; vertices.len()];
     for corner in faces.as_flattened_mut() {
-        if vertices.binary_search(corner).is_ok() {
+        let Ok(place) = vertices.binary_search(corner) else { continue };
+        if std::mem::replace(&mut is_taken[place], true) {
             let source = if (*corner as usize) < n_vertices { *corner } else { copies[*corner as usize - n_vertices] };
             copies.push(source);
             *corner = (n_vertices + copies.len() - 1) as u32;
@@ -177,6 +179,8 @@ fn separate_corners(n_vertices: usize, faces: &mut [[u32; 3]], vertices: &[u32],
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
     #[test]
     fn tetrahedra_that_share_an_edge_come_apart_closed() {
@@ -210,5 +214,28 @@ mod tests {
         let manifold = manifold(5, faces);
         assert!(manifold.copies.is_empty());
         assert!(!manifold.rings.is_oriented());
+    }
+
+    #[test]
+    fn any_soup_comes_apart_with_every_face_and_no_idle_vertex() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        for round in 0..200 {
+            let n = 4 + round % 6;
+            let mut vertex = || rng.next_u32() % n;
+            let soup = (0..4 + round % 30).map(|_| [vertex(), vertex(), vertex()]);
+            let soup: Vec<[u32; 3]> = soup.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+            let apart = manifold(n as usize, soup.clone());
+            let source = |v: u32| if v < n { v } else { apart.copies[(v - n) as usize] };
+            for (face, original) in apart.faces.iter().zip(&soup) {
+                let [mut sources, mut original] = [face.map(source), *original];
+                sources.sort_unstable();
+                original.sort_unstable();
+                assert_eq!(sources, original);
+            }
+            let is_used = |faces: &[[u32; 3]], v: u32| faces.as_flattened().contains(&v);
+            for v in 0..n + apart.copies.len() as u32 {
+                assert_eq!(is_used(&apart.faces, v), is_used(&soup, source(v)), "vertex {v} of {soup:?}");
+            }
+        }
     }
 }

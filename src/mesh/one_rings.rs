@@ -118,10 +118,22 @@ impl OneRings {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// The faces that join the border loops to their apexes, one per border edge, wound like their neighbours.
+    /// The faces that join the border loops to their apexes, one per border edge, wound like their neighbours
+    /// where these are wound the same way around.
     pub fn apex_faces(&self) -> Vec<[u32; 3]> {
         let border = (0..self.n_vertices() as u32).filter_map(|v| self.apex(v).map(|apex| (v, apex)));
-        border.map(|(v, apex)| [self.ring(v)[0], v, apex]).collect()
+        if self.oriented {
+            return border.map(|(v, apex)| [self.ring(v)[0], v, apex]).collect();
+        }
+        // Rings that run either way around: the first neighbours of two vertices may stand for the same edge.
+        let both = border.flat_map(|(v, apex)| self.border_neighbors(v).map(|w| [w, v, apex]));
+        both.filter(|[w, v, _]| w > v).collect()
+    }
+
+    /// The neighbours of a border vertex along its border.
+    fn border_neighbors(&self, vertex: u32) -> [u32; 2] {
+        let ring = self.ring(vertex);
+        [ring[0], ring[ring.len() - 2]]
     }
 
     fn number_border_loops(&mut self, is_open: &[bool]) {
@@ -293,6 +305,16 @@ mod tests {
         let closed = OneRings::new(10, &closed).unwrap();
         assert!(closed.is_oriented());
         assert_eq!(closed.n_apexes(), 0);
+    }
+
+    #[test]
+    fn the_border_of_a_surface_with_one_side_gets_each_apex_face_once() {
+        let strip = crate::mesh::shapes::moebius_strip(16, 3);
+        let n_vertices = strip.positions().len();
+        let rings = OneRings::new(n_vertices, strip.faces()).unwrap();
+        assert!(!rings.is_oriented());
+        let closed = [strip.faces(), &rings.apex_faces()].concat();
+        assert_eq!(OneRings::new(n_vertices + 1, &closed).map(|closed| closed.n_apexes()), Ok(0));
     }
 
     #[test]

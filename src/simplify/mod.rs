@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use closed::{Closed, End, Limit, Request, simplify_closed};
+use closed::{Closed, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
 pub use network_scores::network_scores;
@@ -53,10 +53,10 @@ pub fn simplify(
     let (mesh, sources) = without_unused(mesh)?;
     let oversample = resolve_oversample(options)?;
     let limit = resolve_limit(&mesh, options)?;
+    let is_small = limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len();
     match options.assembly {
-        _ if limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len() => {
-            Ok(unchanged(&mesh, sources, oversample))
-        }
+        Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => Ok(unchanged(&mesh, sources, oversample)),
+        Assembly::Paper if is_small => Ok(unchanged(&mesh, sources, oversample)),
         Assembly::Closed => closed_result(&mesh, weights, options, limit, oversample, progress),
         Assembly::Paper => paper_result(&mesh, sources, weights, options, limit, progress),
     }

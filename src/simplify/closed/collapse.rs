@@ -37,6 +37,7 @@ pub(super) struct Collapse {
     turned: Vec<(u32, Vec3)>,
     around: Vec<u32>,
     turn_forbidden: bool,
+    is_oriented: bool,
 }
 
 /// A vertex: where it is, what it stands for, and the list of its corners (4 x face + place).
@@ -148,6 +149,7 @@ impl Collapse {
             turned: Vec::new(),
             around: Vec::new(),
             turn_forbidden: false,
+            is_oriented: rings.is_oriented(),
         };
         for f in 0..collapse.faces.len() {
             for (place, v) in collapse.faces[f].vertices.into_iter().enumerate() {
@@ -200,10 +202,12 @@ impl Collapse {
 
     fn fill_queue(&mut self) {
         let mut edges = Vec::with_capacity(self.n_faces * 3 / 2);
+        // Two faces wound alike run along their edge both ways; without that, edges are priced once or twice.
+        let once = self.is_oriented;
         for face in self.faces.iter().filter(|f| f.vertices[0] != NONE) {
             let [a, b, c] = face.vertices;
             for (u, v) in [(a, b), (b, c), (c, a)] {
-                if u < v && (v as usize) < self.n_inner {
+                if (u < v || !once) && (u.max(v) as usize) < self.n_inner {
                     edges.push(self.price(u, v));
                 }
             }

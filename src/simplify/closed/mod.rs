@@ -17,7 +17,7 @@ mod unfold;
 
 use std::ops::ControlFlow;
 
-use crate::mesh::{Frame, TriMesh};
+use crate::mesh::{Frame, TriMesh, topology};
 
 use super::one_pass::Samples;
 use super::options::{Event, SimplifyError};
@@ -119,11 +119,23 @@ pub(super) fn simplify_closed(
     })
 }
 
+/// Whether a mesh is already what the assembly promises: a manifold, wound one way, no two vertices in one place.
+pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
+    let topology = topology(mesh);
+    topology.non_manifold_edges + topology.non_manifold_vertices + topology.inconsistent_edges == 0
+        && separate::are_apart(mesh.positions(), frame)
+}
+
 /// How many samples the request comes to; all vertices where nearly all are wanted.
 fn n_samples(surface: &Surface, request: &Request) -> usize {
-    let wanted = request.limit.vertices.min(request.limit.faces / 2 + 2) as f64 * request.oversample;
+    let Limit { vertices, faces } = request.limit;
+    let wanted = vertices.min(faces / 2 + 2) as f64 * request.oversample;
+    // A vertex less is two faces less at most: with fewer samples the one pass could end below the limit.
+    let excess_faces = surface.faces.len().saturating_sub(faces);
+    let least = vertices.min(surface.n_vertices().saturating_sub(excess_faces / 2)).max(4);
+    let wanted = wanted.max(least as f64);
     let nearly_all = wanted >= NEARLY_ALL * surface.n_vertices() as f64;
-    if nearly_all { surface.n_vertices() } else { (wanted as usize).max(4) }
+    if nearly_all { surface.n_vertices() } else { wanted as usize }
 }
 
 /// Throws the darts, or takes every vertex where all are wanted.

@@ -1,9 +1,9 @@
 //! The quotient mesh: one vertex per region, one face where three regions meet, proved to be the same surface.
 //!
-//! If every region is a disc and the faces around every region form one fan, the quotient is a manifold with the
-//! input's genus, borders and components: each region is contracted to a point, each strip of faces between two
-//! regions to an edge. Both conditions are checked; a region that breaks one is cut in two, which ends at the
-//! latest with the input itself.
+//! If every region is a disc that touches one border at most, and the faces around every region form one fan, the
+//! quotient is a manifold with the input's genus, borders and components: each region is contracted to a point,
+//! each strip of faces between two regions to an edge. The conditions are checked; a region that breaks one is cut
+//! in two, which ends at the latest with the input itself.
 
 use std::collections::VecDeque;
 
@@ -86,7 +86,19 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     let meeting = Meeting { inner: collect(&surface.faces), border: collect(apex_faces) };
     let mut broken: Vec<bool> = twice_euler.iter().map(|&euler| euler != 2).collect();
     broken.resize(assignment.n_regions + surface.rings.n_apexes(), false);
+    mark_bridges(&meeting.border, &mut broken);
     (meeting, broken)
+}
+
+/// Marks the regions that touch two borders: contracted to a point, they would make one border of them.
+fn mark_bridges(border: &[[u32; 3]], broken: &mut [bool]) {
+    let mut apex_of = vec![u32::MAX; if border.is_empty() { 0 } else { broken.len() }];
+    for &[w, v, apex] in border {
+        for region in [w as usize, v as usize] {
+            broken[region] |= apex_of[region] != u32::MAX && apex_of[region] != apex;
+            apex_of[region] = apex;
+        }
+    }
 }
 
 /// What a broken region is cut into.

@@ -22,6 +22,13 @@ pub(super) fn separate(positions: &mut [[f32; 3]], frame: &Frame) -> usize {
     n_moved
 }
 
+/// Whether no two vertices would be written at the same position.
+pub(super) fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
+    let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
+    taken.reserve(positions.len());
+    positions.iter().all(|&position| taken.insert(key(frame, position)))
+}
+
 fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }

@@ -123,8 +123,7 @@ fn add_border_planes(positions: &[Vec3], rings: &OneRings, normals: &[Vec3], qua
     if rings.n_apexes() == 0 {
         return;
     }
-    for v in (0..positions.len() as u32).filter(|&v| rings.apex(v).is_some()) {
-        let w = rings.ring(v)[0];
+    for [w, v, _] in rings.apex_faces() {
         let edge = positions[w as usize] - positions[v as usize];
         let across = edge.cross(normals[v as usize] + normals[w as usize]).normalize_or_zero();
         let plane = outer(across, BORDER_WEIGHT * 0.5 * edge.length_squared());

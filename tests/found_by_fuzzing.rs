@@ -1,0 +1,78 @@
+//! What the fuzzer found in the simplifier, each find by the name of what it guards.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{assert_closed_manifold, assert_manifold, assert_same_topology};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{RawMesh, TriMesh, shapes, topology};
+use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};
+
+fn run(mesh: &TriMesh, options: &Options) -> Simplified {
+    simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn welded(mesh: TriMesh) -> TriMesh {
+    let (positions, faces) = mesh.into_parts();
+    let positions = positions.into_iter().map(|p| p.map(f64::from)).collect();
+    clean(RawMesh { positions, faces, ..RawMesh::default() }, &CleanOptions::default()).unwrap().mesh
+}
+
+#[test]
+fn a_number_of_faces_is_reached_from_above_where_borders_cost_faces() {
+    let tube = shapes::open_cylinder(12, 4);
+    for oversample in [1.0, 1.2, 2.0] {
+        let options = Options { oversample: Some(oversample), ..Options::new(Target::Faces(64)) };
+        let result = run(&tube, &options);
+        assert_eq!((result.report.outcome, result.mesh.faces().len()), (Outcome::Reached, 64), "{oversample}");
+        assert_manifold(&result.mesh);
+    }
+}
+
+#[test]
+fn a_mesh_that_is_small_enough_still_comes_out_as_a_manifold() {
+    let touching = shapes::touching_spheres(1);
+    for mesh in [touching.clone(), welded(touching)] {
+        let n_vertices = mesh.positions().len();
+        let result = run(&mesh, &Options::new(Target::Vertices(n_vertices)));
+        assert_closed_manifold(&result.mesh);
+        assert_same_topology(&mesh, &result.mesh);
+        assert_eq!(result.mesh.positions().len(), n_vertices);
+    }
+}
+
+#[test]
+fn surfaces_with_one_side_stay_manifolds() {
+    for mesh in [shapes::moebius_strip(16, 3), shapes::klein_bottle(12, 8)] {
+        let before = topology(&mesh);
+        for target in [4, 12, 30] {
+            let after = topology(&run(&mesh, &Options::new(Target::Vertices(target))).mesh);
+            assert_eq!(after.non_manifold_edges + after.non_manifold_vertices, 0, "{after:?}");
+            assert!(!after.orientable, "{after:?}");
+            assert_eq!((after.euler, after.boundary_loops), (before.euler, before.boundary_loops));
+        }
+    }
+}
+
+#[test]
+fn narrow_rings_keep_both_borders() {
+    for (segments, rows) in [(12, 4), (24, 1), (48, 2)] {
+        let tube = shapes::open_cylinder(segments, rows);
+        for vertices in [6, 8, 12, 20] {
+            let options = Options { oversample: Some(1.0), ..Options::new(Target::Vertices(vertices)) };
+            let result = run(&tube, &options);
+            assert_manifold(&result.mesh);
+            assert_same_topology(&tube, &result.mesh);
+        }
+    }
+}
+
+#[test]
+fn a_surface_pressed_flat_leaves_no_vertex_without_faces() {
+    let (mut positions, faces) = shapes::chain_of_tori(2).into_parts();
+    positions.iter_mut().for_each(|p| p[0] = 0.0);
+    let flat = welded(TriMesh::new(positions, faces).unwrap());
+    let options = Options { oversample: Some(1.1), ..Options::new(Target::Ratio(0.02)) };
+    assert_manifold(&run(&flat, &options).mesh);
+}
