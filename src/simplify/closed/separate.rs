@@ -1,7 +1,7 @@
 //! Keeps the output's vertices apart after rounding: a file that is welded again must stay the same mesh.
 
 use glam::Vec3;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::mesh::Frame;
 
@@ -11,11 +11,12 @@ use crate::mesh::Frame;
 pub(super) fn separate(positions: &mut [[f32; 3]], frame: &Frame) -> usize {
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     taken.reserve(positions.len());
+    let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     let mut n_moved = 0;
     for position in positions {
-        if !taken.insert(key(frame, *position)) {
-            *position = free_place(*position, frame, &taken);
-            taken.insert(key(frame, *position));
+        let written = key(frame, *position);
+        if !taken.insert(written) {
+            *position = free_place(*position, frame, &mut taken, n_tried.entry(written).or_default());
             n_moved += 1;
         }
     }
@@ -33,21 +34,36 @@ fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
-/// The first free position on growing steps along the axes.
-fn free_place(position: [f32; 3], frame: &Frame, taken: &FxHashSet<[u64; 3]>) -> [f32; 3] {
-    let reach = frame.to_file(position).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let unit = if frame.double { Vec3::from(position).abs().max_element() } else { reach as f32 };
-    let mut step = (unit * f32::EPSILON).max(f32::MIN_POSITIVE);
+/// Takes the first free place on a growing grid around `position`, whose first `n_tried` places are known not to be.
+fn free_place(position: [f32; 3], frame: &Frame, taken: &mut FxHashSet<[u64; 3]>, n_tried: &mut u32) -> [f32; 3] {
+    let step = least_step(position, frame);
     loop {
-        for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
-            let mut candidate = position;
-            candidate[axis] += sign * step;
-            if candidate[axis].is_finite() && !taken.contains(&key(frame, candidate)) {
-                return candidate;
-            }
+        *n_tried += 1;
+        let offset = grid_place(*n_tried);
+        let candidate = std::array::from_fn(|axis| position[axis] + offset[axis] * step);
+        if candidate.iter().all(|x| x.is_finite()) && taken.insert(key(frame, candidate)) {
+            return candidate;
         }
-        step *= 2.0;
     }
+}
+
+/// A step that changes the written position on any axis.
+fn least_step(position: [f32; 3], frame: &Frame) -> f32 {
+    let reach = frame.to_file(position).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let local = f64::from(Vec3::from(position).abs().max_element());
+    let rounded_by = |unit: f64, epsilon: f64| (unit * epsilon) as f32;
+    let of_file = rounded_by(reach, if frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) });
+    of_file.max(rounded_by(local, f64::from(f32::EPSILON))).max(f32::MIN_POSITIVE)
+}
+
+/// The places of a grid numbered so that the first n fill a cube around place 0 (Morton order, signs folded in).
+fn grid_place(number: u32) -> [f32; 3] {
+    std::array::from_fn(|axis| {
+        let bits = (0..10).filter(|bit| number >> (3 * bit + axis as u32) & 1 == 1);
+        let folded: u32 = bits.map(|bit| 1 << bit).sum();
+        let size = folded.div_ceil(2) as f32;
+        if folded % 2 == 1 { size } else { -size }
+    })
 }
 
 #[cfg(test)]
@@ -70,5 +86,33 @@ mod tests {
         assert_eq!(separate(&mut positions, &far), 1);
         let mut positions = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]];
         assert_eq!(separate(&mut positions, &Frame { double: true, ..far }), 0);
+    }
+
+    #[test]
+    fn thousands_in_one_place_stay_close() {
+        for point in [[1.0f32, -2.0, 3.0], [0.0; 3], [1e-3, 5e5, 0.0]] {
+            let mut positions = vec![point; 5000];
+            assert_eq!(separate(&mut positions, &Frame::default()), 4999);
+            let distinct: FxHashSet<[u32; 3]> = positions.iter().map(|p| p.map(f32::to_bits)).collect();
+            assert_eq!(distinct.len(), 5000);
+            let reach = Vec3::from(point).abs().max_element().max(1e-30);
+            assert!(positions.iter().all(|p| Vec3::from(*p).distance(Vec3::from(point)) < 1e-5 * reach));
+        }
+    }
+
+    #[test]
+    fn the_largest_coordinates_stay_finite() {
+        let mut positions = vec![[f32::MAX, 0.0, -f32::MAX]; 50];
+        assert_eq!(separate(&mut positions, &Frame::default()), 49);
+        assert!(positions.as_flattened().iter().all(|x| x.is_finite()));
+    }
+
+    #[test]
+    fn doubles_far_from_the_origin_come_apart_in_the_file() {
+        let frame = Frame { origin: [5e9, -3.0, 0.0], double: true };
+        let mut positions = [[1e-12, 0.0, 0.0]; 9];
+        separate(&mut positions, &frame);
+        let distinct: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(&frame, *p)).collect();
+        assert_eq!(distinct.len(), 9);
     }
 }
