@@ -19,6 +19,9 @@ pub(super) struct BucketQueue<T> {
 }
 
 impl<T: Copy> BucketQueue<T> {
+    /// Width of a bucket, relative to its costs.
+    pub const WIDTH: f32 = 1.0 / (1 << MANTISSA_BITS) as f32;
+
     /// A queue that begins with `items` and their costs.
     pub fn new(items: impl ExactSizeIterator<Item = (f32, T)> + Clone) -> Self {
         let mut starts = vec![0u32; N_BUCKETS + 1];

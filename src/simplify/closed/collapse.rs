@@ -33,6 +33,10 @@ pub(super) struct Collapse {
     n_vertices: usize,
     n_faces: usize,
     queue: BucketQueue<Edge>,
+    /// No edge that was not tried since the last merge stands higher in the queue than this.
+    untried_below: f32,
+    /// The highest price so far.
+    highest: f32,
     /// Faces around the edge at hand with the normals they would get.
     turned: Vec<(u32, Vec3)>,
     around: Vec<u32>,
@@ -146,6 +150,8 @@ impl Collapse {
             n_vertices: n_inner,
             n_faces: n_inner_faces,
             queue: BucketQueue::new([].into_iter()),
+            untried_below: 0.0,
+            highest: 0.0,
             turned: Vec::new(),
             around: Vec::new(),
             turn_forbidden: false,
@@ -212,9 +218,12 @@ impl Collapse {
                 }
             }
         }
+        self.highest = edges.iter().map(|edge| edge.cost).fold(0.0, f32::max);
+        self.untried_below = self.highest;
         self.queue = BucketQueue::new(edges.iter().map(|edge| (edge.cost, *edge)));
     }
 
+    /// Collapses edges in the order of their prices, until the limit or until all were tried in vain as they are.
     fn empty_queue(&mut self, limit: Limit) {
         while !self.reached(limit) {
             let Some(edge) = self.queue.pop() else { return };
@@ -224,9 +233,16 @@ impl Collapse {
             }
             if edge.stamp != self.nodes[u as usize].version + self.nodes[v as usize].version {
                 let edge = self.price(u, v);
+                self.highest = self.highest.max(edge.cost);
+                self.untried_below = self.untried_below.max(edge.cost);
                 self.queue.push(edge.cost, edge);
-            } else if !self.try_collapse(u, v) && edge.cost < f32::MAX / PATIENCE {
+            } else if self.try_collapse(u, v) {
+                self.untried_below = self.highest;
+            } else if edge.cost > self.untried_below * (1.0 + 2.0 * BucketQueue::<Edge>::WIDTH) + f32::MIN_POSITIVE {
+                return;
+            } else if edge.cost < f32::MAX / PATIENCE {
                 let cost = edge.cost.max(f32::MIN_POSITIVE) * PATIENCE;
+                self.highest = self.highest.max(cost);
                 self.queue.push(cost, Edge { cost, ..edge });
             }
         }
@@ -384,6 +400,102 @@ impl Collapse {
                 self.append_corners(v, corner, corner);
             }
             corner = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::darts::Assignment;
+    use crate::simplify::closed::placement::place;
+    use crate::simplify::closed::surface::Surface;
+
+    fn begin(mesh: &TriMesh) -> (Surface, Collapse) {
+        let surface = Surface::new(mesh);
+        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &surface.faces);
+        let collapse = Collapse::new(placed.positions, placed.quadrics, surface.faces.clone(), &surface.rings);
+        (surface, collapse)
+    }
+
+    fn down_to(mesh: &TriMesh, vertices: usize) -> (Surface, End, Remains) {
+        let (surface, mut collapse) = begin(mesh);
+        let end = collapse.run(Limit { vertices, faces: usize::MAX });
+        (surface, end, collapse.finish())
+    }
+
+    fn assert_corners_stay(mesh: &TriMesh, corners: &[[f32; 3]]) {
+        let (surface, end, remains) = down_to(mesh, corners.len());
+        assert_eq!((end, remains.positions.len()), (End::Reached, corners.len()));
+        let left: Vec<[f32; 3]> = remains.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
+        for &corner in corners {
+            let nearest = left.iter().map(|&p| Vec3::from(p).distance(corner.into())).fold(f32::INFINITY, f32::min);
+            assert!(nearest < 1e-3, "{corner:?} {nearest}");
+        }
+    }
+
+    #[test]
+    fn corners_are_what_stays_of_flat_parts() {
+        let cube: Vec<[f32; 3]> = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|x| x as f32)).collect();
+        assert_corners_stay(&shapes::cuboid([1.0; 3], 5), &cube);
+        let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+        assert_corners_stay(&shapes::grid(9, 6), &square);
+    }
+
+    #[test]
+    fn the_smallest_surfaces_stay() {
+        let tetrahedra =
+            (0..300u32).flat_map(|i| [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.map(|v| 4 * i + v)));
+        let places = (0..300).flat_map(|i| {
+            let x = 3.0 * i as f32;
+            [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0], [x, 0.0, 1.0]]
+        });
+        let mesh = TriMesh::new(places.collect(), tetrahedra.collect()).unwrap();
+        for shape in [&mesh, &shapes::tetrahedron()] {
+            let (_, end, remains) = down_to(shape, 1);
+            assert_eq!((end, remains.faces.len()), (End::Smallest, shape.faces().len()));
+        }
+        for shape in [shapes::icosphere(2), shapes::cuboid([1.0; 3], 3)] {
+            let (_, end, remains) = down_to(&shape, 1);
+            assert!(end != End::Reached && remains.positions.len() <= 8, "{end:?}");
+        }
+    }
+
+    #[test]
+    fn every_vertex_is_told_what_became_of_it() {
+        let mesh = shapes::torus(24, 10, 1.0, 0.3);
+        let (_, _, remains) = down_to(&mesh, 50);
+        assert_eq!(remains.vertex_of.len(), mesh.positions().len());
+        let mut used = vec![false; 50];
+        remains.vertex_of.iter().for_each(|&v| used[v as usize] = true);
+        assert_eq!(used, [true; 50]);
+        assert_eq!((remains.faces.len(), remains.normals.len()), (100, 100));
+    }
+
+    /// Always the cheapest edge that may go, all edges priced anew each time.
+    fn naive_run(collapse: &mut Collapse, vertices: usize) {
+        while collapse.n_vertices > vertices {
+            collapse.fill_queue();
+            let mut edges: Vec<Edge> = std::iter::from_fn(|| collapse.queue.pop()).collect();
+            edges.sort_by(|x, y| x.cost.total_cmp(&y.cost));
+            let gone = edges.iter().any(|edge| collapse.try_collapse(edge.ends[0], edge.ends[1]));
+            assert!(gone);
+        }
+    }
+
+    #[test]
+    fn the_lazy_queue_is_as_good_as_pricing_all_edges_each_time() {
+        for mesh in [shapes::wavy_sphere(3, 10.0), shapes::open_cylinder(20, 12)] {
+            let error = |collapse: &Collapse| -> f64 {
+                let living = (0..collapse.n_inner).filter(|&v| collapse.merged[v] == v as u32);
+                living.map(|v| collapse.nodes[v].quadric.value(collapse.nodes[v].position)).sum()
+            };
+            let (mut lazy, mut naive) = (begin(&mesh).1, begin(&mesh).1);
+            lazy.run(Limit { vertices: 60, faces: usize::MAX });
+            naive_run(&mut naive, 60);
+            let (lazy, naive) = (error(&lazy), error(&naive));
+            assert!(lazy < 1.2 * naive, "{lazy} {naive}");
         }
     }
 }
