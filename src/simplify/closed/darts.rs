@@ -19,6 +19,8 @@ const AREA_PER_DART: f64 = 1.45;
 const BLOCK: usize = 4096;
 /// How often the radius may shrink until there is room for all darts.
 const MOST_TRIES: usize = 40;
+/// A radius beyond which more changes nothing once it has changed nothing: every component holds one dart.
+const MOST_RADIUS: f64 = 1e3;
 
 /// Which sample each vertex belongs to.
 pub(super) struct Assignment {
@@ -41,11 +43,14 @@ pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: u
     let mut radius = radius_for(lengths, n_samples);
     let mut field = Field::new(surface, lengths);
     field.cover(&order, radius as f32);
+    let mut n_before = 0;
     for _ in 0..MOST_TRIES {
         let share = field.n_samples as f64 / n_samples as f64;
-        if (1.0..1.2).contains(&share) {
+        let one_each = radius > MOST_RADIUS && field.n_samples == n_before;
+        if (1.0..1.2).contains(&share) || one_each {
             break;
         }
+        n_before = field.n_samples;
         if share >= 1.2 {
             radius *= share.sqrt();
             field = Field::new(surface, lengths);
@@ -190,5 +195,79 @@ impl<'a> Field<'a> {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// Distances from one vertex by relaxing all edges until nothing changes.
+    fn naive_distances(surface: &Surface, lengths: &EdgeLengths, from: u32) -> Vec<f32> {
+        let mut distance = vec![f32::INFINITY; surface.n_vertices()];
+        distance[from as usize] = 0.0;
+        let mut changed = true;
+        while std::mem::take(&mut changed) {
+            for v in 0..surface.n_vertices() as u32 {
+                for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(surface, v)) {
+                    let there = distance[v as usize] + length;
+                    if there < distance[w as usize] {
+                        distance[w as usize] = there;
+                        changed = true;
+                    }
+                }
+            }
+        }
+        distance
+    }
+
+    fn assert_nearest(surface: &Surface, lengths: &EdgeLengths, samples: &[u32], owner: &[u32]) {
+        let tables: Vec<Vec<f32>> = samples.iter().map(|&s| naive_distances(surface, lengths, s)).collect();
+        for (v, &own) in owner.iter().enumerate() {
+            let least = tables.iter().map(|table| table[v]).fold(f32::INFINITY, f32::min);
+            assert!(tables[own as usize][v] <= least * (1.0 + 1e-5), "vertex {v}");
+        }
+    }
+
+    #[test]
+    fn every_vertex_belongs_to_its_nearest_sample() {
+        for mesh in [shapes::wavy_sphere(3, 10.0), shapes::grid(20, 9), shapes::thin_sheet(12, 0.01)] {
+            let surface = Surface::new(&mesh);
+            let lengths = EdgeLengths::new(&surface, None);
+            let mut field = Field::new(&surface, &lengths);
+            let order = shuffled(surface.n_vertices(), 5);
+            field.cover(&order, radius_for(&lengths, 30) as f32);
+            field.uncover(radius_for(&lengths, 50) as f32);
+            field.cover(&order, radius_for(&lengths, 50) as f32);
+            let mut samples = vec![u32::MAX; field.n_samples];
+            for v in (0..surface.n_vertices()).filter(|&v| field.distance[v] == 0.0) {
+                samples[field.owner[v] as usize] = v as u32;
+            }
+            assert_nearest(&surface, &lengths, &samples, &field.owner);
+            let given = [0, 7, 33, 101];
+            assert_nearest(&surface, &lengths, &given, &assign_to(&surface, &lengths, &given).region);
+        }
+    }
+
+    #[test]
+    fn there_are_as_many_darts_as_asked_for_and_few_more() {
+        for mesh in [shapes::wavy_sphere(4, 50.0), shapes::bolt(32)] {
+            let surface = Surface::new(&mesh);
+            let lengths = EdgeLengths::new(&surface, None);
+            for n in [20, 100, 700] {
+                let darts = throw_darts(&surface, &lengths, n, 3);
+                assert!((n..=n + n / 5 + 2).contains(&darts.n_regions), "{n}: {}", darts.n_regions);
+                assert_eq!(darts.region, throw_darts(&surface, &lengths, n, 3).region);
+                assert!(darts.region.iter().all(|&r| (r as usize) < darts.n_regions));
+            }
+        }
+    }
+
+    #[test]
+    fn fewer_darts_than_components_end_at_one_for_each() {
+        let surface = Surface::new(&shapes::many_boxes(30));
+        let lengths = EdgeLengths::new(&surface, None);
+        assert_eq!(throw_darts(&surface, &lengths, 10, 1).n_regions, 30);
     }
 }
