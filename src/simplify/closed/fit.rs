@@ -60,7 +60,8 @@ pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize) {
         let chunks = guesses.par_chunks_mut(CHUNK).enumerate();
         let matches: Vec<Vec<Match>> = chunks
             .map(|(chunk, guesses)| {
-                let point = |i: usize| surface.faces[(chunk * CHUNK + i) * n_faces / n_points];
+                let point =
+                    |i: usize| surface.faces[((chunk * CHUNK + i) as u64 * n_faces as u64 / n_points as u64) as usize];
                 guesses
                     .iter_mut()
                     .enumerate()
@@ -269,4 +270,64 @@ fn turns_a_face(output: &Output, around: &FacesAround, v: u32, target: Vec3) -> 
         n.dot(m) < LEAST_COSINE * (n.length_squared() * m.length_squared()).sqrt()
             || m.dot(output.meant[f as usize]) < LEAST_MEANT * m.length()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// For each input vertex the nearest of these.
+    fn nearest_of(surface: &Surface, positions: &[Vec3]) -> Vec<u32> {
+        let nearest = |p: &Vec3| {
+            let by_distance = |&x: &u32, &y: &u32| {
+                let distance = |v: u32| positions[v as usize].distance_squared(*p);
+                distance(x).total_cmp(&distance(y))
+            };
+            (0..positions.len() as u32).min_by(by_distance).unwrap()
+        };
+        surface.positions.iter().map(nearest).collect()
+    }
+
+    /// Fits the vertices of `coarse`, which lie on `fine`, and returns where they were and where they are.
+    fn fitted(fine: &crate::mesh::TriMesh, coarse: &crate::mesh::TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
+        let surface = Surface::new(fine);
+        let of =
+            |p: &[f32; 3]| fine.positions().iter().position(|q| Vec3::from(*q).distance((*p).into()) < 1e-5).unwrap();
+        let before: Vec<Vec3> = coarse.positions().iter().map(|p| surface.positions[of(p)]).collect();
+        let mut positions = before.clone();
+        let normal = |face: &[u32; 3]| area_normal(face.map(|v| before[v as usize])).normalize();
+        let meant: Vec<Vec3> = coarse.faces().iter().map(normal).collect();
+        let vertex_of = nearest_of(&surface, &before);
+        let mut output =
+            Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, vertex_of: &vertex_of };
+        fit(&surface, &mut output, n_steps);
+        (before, positions)
+    }
+
+    #[test]
+    fn an_inscribed_sphere_grows_until_its_faces_cut_the_surface() {
+        let coarse = shapes::icosphere(1);
+        let (before, after) = fitted(&shapes::icosphere(4), &coarse, 3);
+        let radius = before[0].length();
+        assert!(after.iter().all(|p| p.length() > 1.01 * radius && p.length() < 1.2 * radius));
+        let inside = |positions: &[Vec3]| -> f32 {
+            let centroid = |f: &[u32; 3]| f.iter().map(|&v| positions[v as usize]).sum::<Vec3>() / 3.0;
+            coarse.faces().iter().map(|f| radius - centroid(f).length()).sum::<f32>() / coarse.faces().len() as f32
+        };
+        assert!(inside(&after) < 0.5 * inside(&before), "{} {}", inside(&after), inside(&before));
+    }
+
+    #[test]
+    fn a_plane_that_fits_stays_where_it_is() {
+        let (before, after) = fitted(&shapes::grid(12, 12), &shapes::grid(3, 4), 2);
+        assert!(before.iter().zip(&after).all(|(p, q)| p.distance(*q) < 1e-6));
+    }
+
+    #[test]
+    fn a_block_is_solved_and_an_empty_one_gives_no_step() {
+        let x = solve_block(&[2.0, 0.0, 0.0, 1.0, 0.0, 1.0, 4.08, 1.04, -2.08]);
+        assert!(x.distance(Vec3::new(2.0, 1.0, -2.0)) < 1e-5, "{x}");
+        assert_eq!(solve_block(&[0.0; 9]), Vec3::ZERO);
+    }
 }
