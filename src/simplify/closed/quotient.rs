@@ -46,7 +46,9 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotie
         rounds += 1;
         if !refine(surface, assignment, &broken, &closed, parts) {
             let faces = closed[..n_inner].to_vec();
-            if let Ok(rings) = OneRings::new(assignment.n_regions, &faces) {
+            let rings = OneRings::new(assignment.n_regions, &faces);
+            // What is broken and cannot be cut lies in regions of several parts, which no search makes.
+            if let (Ok(rings), false) = (rings, broken.contains(&true)) {
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
             }
             *assignment = Assignment::identity(surface.n_vertices());
@@ -202,4 +204,65 @@ fn spread_two(surface: &Surface, assignment: &Assignment, seeds: [u32; 2], own: 
     let mut second: Vec<u32> = side.into_iter().filter(|&(_, second)| second).map(|(v, _)| v).collect();
     second.sort_unstable();
     second
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes, topology};
+    use crate::simplify::closed::darts::assign_to;
+    use crate::simplify::closed::edge_lengths::EdgeLengths;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+    /// The quotient judged by the naive figures: the same surface as the mesh.
+    fn assert_same_surface(mesh: &TriMesh, surface: &Surface, mut assignment: Assignment) {
+        let quotient = quotient(surface, &mut assignment);
+        let places = (0..assignment.n_regions).map(|r| [r as f32, 0.0, 0.0]).collect();
+        let (before, after) = (topology(mesh), topology(&TriMesh::new(places, quotient.faces).unwrap()));
+        assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
+        assert_eq!((after.euler, after.genus, after.components), (before.euler, before.genus, before.components));
+        assert_eq!((after.boundary_loops, after.orientable), (before.boundary_loops, before.orientable));
+        assert_eq!(quotient.rings.n_apexes(), after.boundary_loops);
+        assert_eq!(after.inconsistent_edges == 0, before.orientable);
+    }
+
+    #[test]
+    fn any_regions_give_the_same_surface() {
+        let meshes = [
+            shapes::torus(24, 8, 1.0, 0.3),
+            shapes::chain_of_tori(2),
+            shapes::plate(3, 0.01),
+            shapes::thin_sheet(10, 1e-3),
+            shapes::many_boxes(12),
+            shapes::open_cylinder(16, 8),
+            shapes::grid(12, 7),
+            shapes::klein_bottle(20, 8),
+            shapes::moebius_strip(20, 4),
+        ];
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(9);
+        let mut below = |n: usize| (random.next_u64() % n as u64) as u32;
+        for mesh in &meshes {
+            let surface = Surface::new(mesh);
+            let lengths = EdgeLengths::new(&surface, None);
+            for n_regions in [1, 3, 8, 40, 90] {
+                let mut samples: Vec<u32> = (0..n_regions).map(|_| below(surface.n_vertices())).collect();
+                samples.sort_unstable();
+                samples.dedup();
+                assert_same_surface(mesh, &surface, assign_to(&surface, &lengths, &samples));
+                let region = (0..surface.n_vertices()).map(|v| if v < n_regions { v as u32 } else { below(n_regions) });
+                assert_same_surface(mesh, &surface, Assignment { region: region.collect(), n_regions });
+            }
+        }
+    }
+
+    #[test]
+    fn good_regions_are_left_alone() {
+        let surface = Surface::new(&shapes::icosphere(3));
+        let lengths = EdgeLengths::new(&surface, None);
+        let corners: Vec<u32> = (0..12).collect();
+        let mut assignment = assign_to(&surface, &lengths, &corners);
+        let quotient = quotient(&surface, &mut assignment);
+        assert_eq!((quotient.n_refined, quotient.faces.len(), assignment.n_regions), (0, 20, 12));
+    }
 }
