@@ -355,4 +355,23 @@ mod tests {
             assert_eq!(steps.count(), n as usize - 1);
         }
     }
+
+    #[test]
+    fn the_hash_map_orders_any_fan_as_scanning_does() {
+        // All ways to take 4 of the edges between 5 vertices, shuffled a little by their number.
+        let edges: Vec<[u32; 2]> = (0..5).flat_map(|a| (a + 1..5).map(move |b| [a, b])).collect();
+        for choice in 0..10_000usize {
+            let picks = [choice % 10, choice / 10 % 10, choice / 100 % 10, choice / 1000];
+            let fan = picks.map(|i| if (choice + i) % 3 == 0 { [edges[i][1], edges[i][0]] } else { edges[i] });
+            let (mut scanned, mut hashed) = (fan, fan);
+            let (mut oriented, mut oriented_hashed) = (true, true);
+            let n = grow_fan(&mut scanned, 1, &mut oriented);
+            let n_hashed = grow_long_fan(&mut hashed, 1, &mut oriented_hashed);
+            // Where a vertex has more than two edges, scanning may end before it sees that.
+            if let (Some(n), Some(n_hashed)) = (n, n_hashed) {
+                assert_eq!((n, oriented, &scanned[..n]), (n_hashed, oriented_hashed, &hashed[..n]), "{fan:?}");
+            }
+            assert!(n.is_some() || n_hashed.is_none() || n_hashed.is_some_and(|n| n < 4), "{fan:?}");
+        }
+    }
 }

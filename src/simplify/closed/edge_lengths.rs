@@ -49,3 +49,40 @@ fn measure(surface: &Surface, density: Option<&[f32]>, v: u32, lengths: &mut Vec
     }
     surface.weight(v as usize) as f32 * if plain > 0.0 { bent / plain } else { 1.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn lengths_are_those_of_the_formula() {
+        let surface = Surface::new(&shapes::wavy_sphere(2, 5.0));
+        let plain = EdgeLengths::new(&surface, None);
+        let denser = EdgeLengths::new(&surface, Some(&vec![4.0; surface.n_vertices()]));
+        for v in 0..surface.n_vertices() as u32 {
+            let own = plain.of(&surface, v);
+            for ((&w, &length), &scaled) in surface.neighbors(v).iter().zip(own).zip(denser.of(&surface, v)) {
+                let edge = f64::from(surface.positions[v as usize].distance(surface.positions[w as usize]));
+                let turn = f64::from(surface.normals[v as usize].distance(surface.normals[w as usize]));
+                let expected = (edge * edge + f64::from(BEND) * turn * edge).sqrt();
+                assert!((f64::from(length) - expected).abs() < 1e-5 * expected);
+                assert!((scaled - 2.0 * length).abs() < 1e-5 * scaled);
+            }
+        }
+    }
+
+    #[test]
+    fn flat_parts_have_their_euclidean_lengths_and_areas() {
+        let surface = Surface::new(&shapes::grid(6, 6));
+        let lengths = EdgeLengths::new(&surface, None);
+        let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.apex(v).is_none());
+        for v in inner {
+            assert!((lengths.areas[v as usize] - surface.weight(v as usize) as f32).abs() < 1e-7);
+            for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(&surface, v)) {
+                let edge = surface.positions[v as usize].distance(surface.positions[w as usize]);
+                assert!((length - edge).abs() < 1e-6);
+            }
+        }
+    }
+}

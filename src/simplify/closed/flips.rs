@@ -139,3 +139,63 @@ pub(super) fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f3
     }
     least
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+
+    /// A gentle roof with its ridge along y, 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
+    fn roof() -> Surface {
+        let flat = shapes::grid(16, 16);
+        let places = flat.positions().iter().map(|&[x, y, _]| [x, y, -0.5 * (x - 0.5).abs()]).collect();
+        Surface::new(&TriMesh::new(places, flat.faces().to_vec()).unwrap())
+    }
+
+    /// Two faces over a diagonal: the corners are vertices of the roof.
+    fn two_faces(surface: &Surface, corners: [u32; 4]) -> (Vec<u32>, Remains) {
+        let positions = corners.map(|v| surface.positions[v as usize]).to_vec();
+        let nearest = |p: &Vec3| {
+            let distance = |&v: &usize| positions[v].distance_squared(*p);
+            (0..4).min_by(|x, y| distance(x).total_cmp(&distance(y))).unwrap() as u32
+        };
+        let vertex_of: Vec<u32> = surface.positions.iter().map(nearest).collect();
+        let faces = vec![[0, 1, 2], [1, 0, 3]];
+        let normals = faces.iter().map(|f: &[u32; 3]| area_normal(f.map(|v| positions[v as usize])).normalize());
+        let normals = normals.collect();
+        (vertex_of.clone(), Remains { positions, faces, normals, vertex_of })
+    }
+
+    #[test]
+    fn a_diagonal_across_the_ridge_turns_to_run_along_it() {
+        let surface = roof();
+        let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
+        let (vertex_of, mut remains) = two_faces(&surface, [left, right, back, front]);
+        assert_eq!(flip(&surface, &vertex_of, &mut remains), 1);
+        assert_eq!(remains.faces, [[2, 3, 1], [3, 2, 0]]);
+        let mut again = two_faces(&surface, [front, back, left, right]);
+        assert_eq!(flip(&surface, &again.0, &mut again.1), 0);
+    }
+
+    #[test]
+    fn a_diagonal_that_exists_is_not_made_twice() {
+        let surface = roof();
+        let (vertex_of, mut remains) = two_faces(&surface, [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8]);
+        remains.positions.push(surface.positions[17 * 4]);
+        remains.faces.push([2, 3, 4]);
+        remains.normals.push(Vec3::Z);
+        assert_eq!(flip(&surface, &vertex_of, &mut remains), 0);
+    }
+
+    #[test]
+    fn distances_are_those_of_the_naive_search() {
+        let surface = Surface::new(&shapes::wavy_sphere(3, 4.0));
+        for v in (0..surface.n_vertices() as u32).step_by(37) {
+            let point = surface.positions[v as usize] + 0.002 * surface.normals[v as usize];
+            let corners = surface.faces.iter().map(|f| f.map(|v| surface.positions[v as usize]));
+            let naive = corners.map(|c| nearest_point(point, c).distance_squared(point)).fold(f32::INFINITY, f32::min);
+            let start = surface.neighbors(v)[0];
+            assert!((distance_squared(&surface, point, start) - naive).abs() <= 1e-3 * naive);
+        }
+    }
+}

@@ -119,3 +119,34 @@ fn turned_regions(positions: &[DVec3], moments: &[Moments], faces: &[[u32; 3]]) 
     };
     faces.iter().filter(turned).flatten().copied().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use glam::Vec3;
+
+    #[test]
+    fn three_sides_meet_at_the_corner() {
+        let mesh = shapes::cuboid([1.0; 3], 8);
+        let surface = Surface::new(&mesh);
+        let near = |p: &[f32; 3]| p.iter().all(|&x| x <= 0.25);
+        let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
+        let placed = place(&surface, &Assignment { region, n_regions: 2 }, &[]);
+        let corner = surface.scale.restore(placed.positions[0]);
+        assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
+    }
+
+    #[test]
+    fn a_region_in_a_plane_goes_to_its_middle_and_a_vertex_stays() {
+        let mesh = shapes::grid(10, 10);
+        let surface = Surface::new(&mesh);
+        let within = |p: &[f32; 3]| (0.25..0.75).contains(&p[0]) && (0.25..0.75).contains(&p[1]);
+        let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
+        let placed = place(&surface, &Assignment { region, n_regions: 2 }, &[]);
+        let middle = Vec3::from(surface.scale.restore(placed.positions[0]));
+        assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
+        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[]);
+        assert!(placed.positions.iter().zip(&surface.positions).all(|(p, q)| p.as_vec3() == *q));
+    }
+}

@@ -139,3 +139,60 @@ impl Runs {
         &self.entries[..self.n]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::simplify::closed::darts::throw_darts;
+    use crate::simplify::closed::edge_lengths::EdgeLengths;
+    use std::collections::HashSet;
+
+    fn total_energy(surface: &Surface, assignment: &Assignment) -> f64 {
+        let mut quadrics = vec![Quadric::default(); assignment.n_regions];
+        for (v, &r) in assignment.region.iter().enumerate() {
+            quadrics[r as usize] += vertex_quadric(surface, v, SWEEP_PULL);
+        }
+        quadrics.iter().map(energy).sum()
+    }
+
+    /// The naive twin of the simple-point test: a region of a closed surface is a disc.
+    fn is_disc(surface: &Surface, assignment: &Assignment, region: u32) -> bool {
+        let inside = |v: u32| assignment.region[v as usize] == region;
+        let vertices: Vec<u32> = (0..surface.n_vertices() as u32).filter(|&v| inside(v)).collect();
+        let mut edges = HashSet::new();
+        let mut n_faces = 0;
+        for &[a, b, c] in &surface.faces {
+            let within = |&[u, v]: &[u32; 2]| inside(u) && inside(v);
+            edges.extend([[a, b], [b, c], [c, a]].into_iter().filter(within).map(|[u, v]| [u.min(v), u.max(v)]));
+            n_faces += i64::from([a, b, c].into_iter().all(inside));
+        }
+        let mut reached = HashSet::from([vertices[0]]);
+        let mut pending = vec![vertices[0]];
+        while let Some(v) = pending.pop() {
+            let joined = surface.neighbors(v).iter().filter(|&&w| inside(w));
+            pending.extend(joined.filter(|&&w| reached.insert(w)));
+        }
+        reached.len() == vertices.len() && vertices.len() as i64 - edges.len() as i64 + n_faces == 1
+    }
+
+    #[test]
+    fn sweeps_lower_the_energy_and_keep_discs() {
+        for (mesh, n) in [(shapes::wavy_sphere(3, 10.0), 60), (shapes::torus(32, 12, 1.0, 0.3), 40)] {
+            let surface = Surface::new(&mesh);
+            let lengths = EdgeLengths::new(&surface, None);
+            for seed in 0..3 {
+                let mut assignment = throw_darts(&surface, &lengths, n, seed);
+                let discs = |a: &Assignment| -> Vec<bool> {
+                    (0..a.n_regions as u32).map(|r| is_disc(&surface, a, r)).collect()
+                };
+                let (before, discs_before) = (total_energy(&surface, &assignment), discs(&assignment));
+                sweep(&surface, &mut assignment, 2);
+                let after = total_energy(&surface, &assignment);
+                assert!(after < 0.9 * before, "{before} {after}");
+                let still: Vec<bool> = discs(&assignment);
+                assert!(discs_before.iter().zip(still).all(|(before, after)| !before || after));
+            }
+        }
+    }
+}

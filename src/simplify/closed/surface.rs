@@ -154,3 +154,58 @@ fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
         *s += o;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    fn area(surface: &Surface) -> f32 {
+        surface.faces.iter().map(|f| 0.5 * area_normal(f.map(|v| surface.positions[v as usize])).length()).sum()
+    }
+
+    #[test]
+    fn quadrics_weigh_the_area_and_normals_are_unit() {
+        for mesh in [shapes::wavy_sphere(3, 5.0), shapes::torus(20, 8, 3.0, 1.0), shapes::cuboid([1e-3; 3], 3)] {
+            let surface = Surface::new(&mesh);
+            let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
+            assert!((weight / f64::from(area(&surface)) - 1.0).abs() < 1e-3);
+            assert!(surface.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn normalised_positions_are_of_unit_size_and_come_back() {
+        for (size, shift) in [(1.0, 0.0), (1e-20, 0.0), (1e30, 0.0), (1.0, 300.0)] {
+            let unit = shapes::icosphere(2);
+            let places = unit.positions().iter().map(|p| p.map(|x| x * size + shift)).collect();
+            let mesh = TriMesh::new(places, unit.faces().to_vec()).unwrap();
+            let surface = Surface::new(&mesh);
+            assert!(surface.positions.iter().all(|p| (0.2..0.8).contains(&p.length())));
+            let near = |p: f32, q: f32| (p - q).abs() <= 4.0 * f32::EPSILON * (size + shift);
+            for (p, local) in surface.positions.iter().zip(mesh.positions()) {
+                let back = surface.scale.restore(p.as_dvec3());
+                assert!(back.iter().zip(local).all(|(&p, &q)| near(p, q)), "{back:?} {local:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn faces_without_area_leave_no_empty_quadric() {
+        let unit = shapes::cuboid([1.0; 3], 2);
+        for flat in [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]] {
+            let places = unit.positions().iter().map(|p| std::array::from_fn(|k| p[k] * flat[k])).collect();
+            let surface = Surface::new(&TriMesh::new(places, unit.faces().to_vec()).unwrap());
+            assert!((0..surface.n_vertices()).all(|v| surface.weight(v) > 0.0));
+            assert!(surface.positions.iter().chain(&surface.normals).all(|p| p.is_finite()));
+        }
+    }
+
+    #[test]
+    fn split_vertices_know_where_they_come_from() {
+        let surface = Surface::new(&shapes::tetrahedra_sharing_vertex());
+        assert_eq!((surface.n_split(), surface.n_vertices()), (1, 8));
+        let last = surface.sources().last().unwrap() as usize;
+        assert_eq!(surface.positions[7], surface.positions[last]);
+    }
+}

@@ -114,3 +114,24 @@ impl Original<'_> {
         false
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn a_fold_in_a_plane_is_mended() {
+        let surface = Surface::new(&shapes::grid(8, 8));
+        // Vertex 3 lies within the triangle of the others, so that the second face looks down.
+        let corners = [[0u32, 0], [8, 0], [4, 8], [4, 2]].map(|[i, j]| 9 * i + j);
+        let positions = corners.map(|v| surface.positions[v as usize]);
+        let vertex_of: Vec<u32> = (0..surface.n_vertices() as u32)
+            .map(|v| corners.iter().position(|&c| c == v).unwrap_or(0) as u32)
+            .collect();
+        let mut faces = vec![[0, 1, 2], [1, 0, 3]];
+        assert_eq!(unfold(&surface, &positions, &vertex_of, &mut faces), 1);
+        assert!(faces.iter().all(|f| area_normal(f.map(|v| positions[v as usize])).z > 0.0), "{faces:?}");
+        assert_eq!(unfold(&surface, &positions, &vertex_of, &mut faces), 0);
+    }
+}

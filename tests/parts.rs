@@ -1,0 +1,96 @@
+//! Parts that careless simplifiers break: flat sides beside fine fillets, thin sheets, touching and many pieces,
+//! surfaces with borders or with one side only.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions};
+use neural_mesh::mesh::{TriMesh, shapes, topology};
+use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};
+
+fn to(mesh: &TriMesh, ratio: f64) -> Simplified {
+    let options = Options { seed: 2, ..Options::new(Target::Ratio(ratio)) };
+    simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// At the size asked for, or larger and the outcome says why.
+#[track_caller]
+fn assert_size(mesh: &TriMesh, ratio: f64, result: &Simplified) {
+    let asked = (mesh.positions().len() as f64 * ratio) as usize;
+    let vertices = result.mesh.positions().len();
+    match &result.report.outcome {
+        Outcome::Reached => assert!((asked.saturating_sub(1)..=asked).contains(&vertices), "{vertices} for {asked}"),
+        Outcome::Stopped(why) => assert!(vertices > asked && !why.is_empty(), "{vertices} for {asked}: {why}"),
+    }
+}
+
+/// Closed, of the same topology, at its size and within a fraction of the diagonal at each ratio.
+fn check(mesh: &TriMesh, ratios_and_fractions: [(f64, f64); 3]) {
+    for (ratio, fraction) in ratios_and_fractions {
+        let result = to(mesh, ratio);
+        assert_closed_manifold(&result.mesh);
+        assert_same_topology(mesh, &result.mesh);
+        assert_size(mesh, ratio, &result);
+        assert_close(mesh, &result.mesh, fraction);
+    }
+}
+
+#[test]
+fn plates_and_bolts_keep_their_shape() {
+    check(&shapes::plate(8, 0.01), [(0.05, 0.01), (0.2, 0.005), (0.5, 0.001)]);
+    check(&shapes::bolt(40), [(0.05, 0.03), (0.2, 0.02), (0.5, 0.01)]);
+}
+
+#[test]
+fn the_sides_of_a_thin_sheet_stay_apart() {
+    check(&shapes::thin_sheet(40, 1e-3), [(0.05, 0.02), (0.2, 0.01), (0.5, 0.005)]);
+}
+
+#[test]
+fn pieces_that_touch_or_hang_in_each_other_stay_pieces() {
+    check(&shapes::touching_spheres(4), [(0.05, 0.01), (0.2, 0.005), (0.5, 0.002)]);
+    check(&shapes::chain_of_tori(3), [(0.05, 0.02), (0.2, 0.005), (0.5, 0.002)]);
+}
+
+#[test]
+fn no_piece_is_lost_where_there_are_too_many() {
+    check(&shapes::many_boxes(94), [(0.05, 0.1), (0.5, 0.1), (0.9, 0.05)]);
+}
+
+#[test]
+fn waves_meshed_unevenly_keep_their_shape() {
+    check(&shapes::wavy_sphere(5, 30.0), [(0.02, 0.02), (0.2, 0.005), (0.5, 0.005)]);
+}
+
+#[test]
+fn surfaces_with_borders_or_one_side_stay_what_they_are() {
+    let open = [shapes::grid(30, 20), shapes::open_cylinder(40, 20)];
+    let one_sided = [shapes::klein_bottle(60, 24), shapes::moebius_strip(60, 8)];
+    for mesh in open.iter().chain(&one_sided) {
+        for (ratio, fraction) in [(0.1, 0.05), (0.5, 0.02)] {
+            let result = to(mesh, ratio);
+            let (before, after) = (topology(mesh), topology(&result.mesh));
+            assert_eq!((after.non_manifold_edges, after.non_manifold_vertices, after.unreferenced_vertices), (0, 0, 0));
+            assert_eq!((after.euler, after.components), (before.euler, before.components));
+            assert_eq!((after.boundary_loops, after.orientable), (before.boundary_loops, before.orientable));
+            assert_eq!(repeated_positions(&result.mesh), 0);
+            assert_size(mesh, ratio, &result);
+            assert_close(mesh, &result.mesh, fraction);
+        }
+    }
+}
+
+#[test]
+fn many_small_pieces_take_no_longer_than_their_number() {
+    let places = (0..3000).flat_map(|i| {
+        let (x, y) = (3.0 * (i % 60) as f32, 3.0 * (i / 60) as f32);
+        [[x, y, 0.0], [x + 1.0, y, 0.0], [x, y + 1.0, 0.0], [x, y, 1.0]]
+    });
+    let faces =
+        (0..3000).flat_map(|i| shapes::tetrahedron().faces().to_vec().into_iter().map(move |f| f.map(|v| v + 4 * i)));
+    let mesh = TriMesh::new(places.collect(), faces.collect()).unwrap();
+    let result = to(&mesh, 0.001);
+    assert_eq!(result.mesh.faces().len(), mesh.faces().len());
+    assert!(matches!(result.report.outcome, Outcome::Stopped(_)));
+}
