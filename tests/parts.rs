@@ -92,5 +92,6 @@ fn many_small_pieces_take_no_longer_than_their_number() {
     let mesh = TriMesh::new(places.collect(), faces.collect()).unwrap();
     let result = to(&mesh, 0.001);
     assert_eq!(result.mesh.faces().len(), mesh.faces().len());
+    assert_close(&mesh, &result.mesh, 1e-5);
     assert!(matches!(result.report.outcome, Outcome::Stopped(_)));
 }

@@ -27,13 +27,16 @@ pub(super) struct Quotient {
 
 /// Builds the quotient, cutting regions of `assignment` where they stand in the way.
 pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotient {
-    if assignment.n_regions == surface.n_vertices() {
-        return Quotient { faces: surface.faces.clone(), rings: surface.rings.clone(), n_refined: 0 };
-    }
     let apex_faces = surface.rings.apex_faces();
     let n_before = assignment.n_regions;
     let mut rounds = 0;
     loop {
+        if assignment.n_regions == surface.n_vertices() {
+            // Every region is a vertex, but not necessarily that of its own number.
+            *assignment = Assignment::identity(surface.n_vertices());
+            let (faces, rings) = (surface.faces.clone(), surface.rings.clone());
+            return Quotient { faces, rings, n_refined: surface.n_vertices() - n_before };
+        }
         let (faces, mut broken) = meeting_faces(surface, assignment, &apex_faces);
         let n_inner = faces.inner.len();
         let closed = [faces.inner, faces.border].concat();
@@ -264,5 +267,15 @@ mod tests {
         let mut assignment = assign_to(&surface, &lengths, &corners);
         let quotient = quotient(&surface, &mut assignment);
         assert_eq!((quotient.n_refined, quotient.faces.len(), assignment.n_regions), (0, 20, 12));
+    }
+
+    #[test]
+    fn regions_of_one_vertex_each_are_numbered_like_the_vertices() {
+        let surface = Surface::new(&shapes::icosphere(1));
+        let n_regions = surface.n_vertices();
+        let mut assignment = Assignment { region: (0..n_regions as u32).rev().collect(), n_regions };
+        let quotient = quotient(&surface, &mut assignment);
+        assert_eq!(quotient.faces, surface.faces);
+        assert_eq!(assignment.region, Assignment::identity(n_regions).region);
     }
 }
