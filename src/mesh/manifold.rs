@@ -6,6 +6,7 @@
 use rustc_hash::FxHashMap;
 
 use super::OneRings;
+use super::union_find::UnionFind;
 
 /// A manifold with the same faces as the input, its rings, and where its vertices come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,20 +122,20 @@ fn spread_side(seed: usize, starts: &[u32], neighbors: &[(u32, bool)], side: &mu
 
 /// Gives each fan of faces around a vertex a vertex of its own; returns what the new ones are copies of.
 fn split_fans(n_vertices: usize, faces: &mut [[u32; 3]], joints: &[(u32, u32)]) -> Vec<u32> {
-    let mut fan: Vec<u32> = (0..3 * faces.len() as u32).collect();
+    let mut fans = UnionFind::new(3 * faces.len());
     for &(h, g) in joints {
         let (face_h, face_g) = (faces[h as usize / 3], faces[g as usize / 3]);
         let ends = [face_h[h as usize % 3], face_h[(h as usize + 1) % 3]];
         for end in ends {
             let corner = |f: u32, face: [u32; 3]| 3 * f + u32::from(face[1] == end) + 2 * u32::from(face[2] == end);
-            join(&mut fan, corner(h / 3, face_h), corner(g / 3, face_g));
+            fans.union(corner(h / 3, face_h), corner(g / 3, face_g));
         }
     }
     let mut first_fan = vec![u32::MAX; n_vertices];
     let mut copy_of_fan: FxHashMap<u32, u32> = FxHashMap::default();
     let mut copies = Vec::new();
-    for corner in 0..fan.len() as u32 {
-        let root = find(&mut fan, corner);
+    for corner in 0..3 * faces.len() as u32 {
+        let root = fans.find(corner);
         let vertex = &mut faces[corner as usize / 3][corner as usize % 3];
         let owner = &mut first_fan[*vertex as usize];
         if *owner == u32::MAX {
@@ -148,19 +149,6 @@ fn split_fans(n_vertices: usize, faces: &mut [[u32; 3]], joints: &[(u32, u32)]) 
         }
     }
     copies
-}
-
-fn find(parent: &mut [u32], mut x: u32) -> u32 {
-    while parent[x as usize] != x {
-        parent[x as usize] = parent[parent[x as usize] as usize];
-        x = parent[x as usize];
-    }
-    x
-}
-
-fn join(parent: &mut [u32], x: u32, y: u32) {
-    let (x, y) = (find(parent, x), find(parent, y));
-    parent[x.max(y) as usize] = x.min(y);
 }
 
 /// The last resort: every face at these vertices gets a corner of its own, the first one the vertex itself.

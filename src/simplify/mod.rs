@@ -17,8 +17,8 @@ use closed::{Closed, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
 pub use network_scores::network_scores;
-pub use one_pass::{Samples, one_pass};
-pub use options::{Assembly, Event, Options, Outcome, Report, ScoreSource, Simplified, SimplifyError, Target};
+pub use one_pass::one_pass;
+pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
 pub use sample_vertices::gumbel_top_k;
 
 /// Samples per vertex asked for, where the caller leaves the choice: as many as still save time. Fewer cost

@@ -2,21 +2,7 @@
 
 use crate::mesh::TriMesh;
 
-use super::closed;
-
-/// Where the samples of a pass come from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Samples<'a> {
-    /// Darts along the mesh, as the closed assembly throws them.
-    Darts {
-        /// How many at least.
-        n: usize,
-        /// Seed of their order.
-        seed: u64,
-    },
-    /// Distinct vertices of the mesh.
-    Vertices(&'a [u32]),
-}
+use super::{Samples, closed};
 
 /// The quotient mesh of the regions of `samples`, its vertices placed, with or without sweeps over the regions'
 /// borders; one vertex per sample, and a few more where the surface would not be a manifold otherwise.

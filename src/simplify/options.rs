@@ -47,6 +47,20 @@ impl Options {
     }
 }
 
+/// Where the samples of a pass come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Samples<'a> {
+    /// Darts along the mesh, as the closed assembly throws them.
+    Darts {
+        /// How many at least.
+        n: usize,
+        /// Seed of their order.
+        seed: u64,
+    },
+    /// Distinct vertices of the mesh.
+    Vertices(&'a [u32]),
+}
+
 /// Where the scores that steer the sampling came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScoreSource {

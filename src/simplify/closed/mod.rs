@@ -19,8 +19,7 @@ use std::ops::ControlFlow;
 
 use crate::mesh::{Frame, TriMesh, topology};
 
-use super::one_pass::Samples;
-use super::options::{Event, SimplifyError};
+use super::options::{Event, Samples, SimplifyError};
 use collapse::{Collapse, Remains};
 use darts::Assignment;
 use edge_lengths::EdgeLengths;
