@@ -103,7 +103,7 @@ pub(super) fn simplify_closed(
     let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, vertex_of: &vertex_of };
     fit::fit(&surface, &mut output, if coarse { 2 } else { 1 });
     enter("finish")?;
-    let flipped_edges = flipped_edges + unfold::unfold(&surface, &positions, &vertex_of, &mut faces);
+    let flipped_edges = flipped_edges + unfold::unfold(&surface, &mut positions, &vertex_of, &mut faces);
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let separated_vertices = separate::separate(&mut positions, &request.frame);
     let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;

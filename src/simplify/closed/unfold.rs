@@ -1,4 +1,5 @@
-//! The last few folds: a face that looks away from the original gives its longest edge to the other diagonal.
+//! The last few folds: a face that looks away from the original gives its longest edge to the other diagonal, or,
+//! where no flip helps, one of its corners another place.
 //!
 //! Collapse and fit turn no face far, but a face can end up where the original looks another way. Such a face
 //! looks away from the mean of the faces around it, which is what is searched for; thin parts have such faces, too,
@@ -16,8 +17,8 @@ use super::surface::Surface;
 /// round after round: where all of the original nearby looks the other way, any diagonal is better.
 const ROUNDS: [(Sight, f32); 3] = [(Sight::Nearest, 16.0), (Sight::Nearest, 16.0), (Sight::AllNear, f32::INFINITY)];
 
-/// Flips edges of folded faces where that mends them; returns how many it flipped.
-pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
+/// Mends folded faces by flips, and by moving a corner where no flip helps; returns how many edges it flipped.
+pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
     let mut n_flipped = 0;
     let mut starts = Vec::new();
     for (sight, most_loss) in ROUNDS {
@@ -36,7 +37,62 @@ pub(super) fn unfold(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], f
                 usize::from(original.looks_away(faces[f as usize]) && original.mend(f, faces, &around, &mut touched));
         }
     }
+    if !starts.is_empty() {
+        move_corners(surface, positions, faces, &starts);
+    }
     n_flipped
+}
+
+/// Moves corners of the faces that still look away, and against all of their neighbours, to where fewer of the faces around them do.
+fn move_corners(surface: &Surface, positions: &mut [Vec3], faces: &[[u32; 3]], starts: &[u32]) {
+    let around = FacesAround::new(positions.len(), faces);
+    let n_away = |positions: &[Vec3], of: &[u32]| {
+        let original = Original { surface, positions, starts, sight: Sight::Nearest, most_loss: 0.0 };
+        of.iter().filter(|&&f| original.looks_away(faces[f as usize])).count()
+    };
+    for f in folded_faces(positions, faces) {
+        if !opposes_all(positions, faces, &around, f) || n_away(positions, &[f]) == 0 {
+            continue;
+        }
+        for v in faces[f as usize] {
+            let before = (n_away(positions, around.faces(v)), positions[v as usize]);
+            let mut best = before;
+            for place in other_places(surface, positions, faces, &around, v, starts[v as usize]) {
+                positions[v as usize] = place;
+                let n = n_away(positions, around.faces(v));
+                best = if n < best.0 { (n, place) } else { best };
+            }
+            positions[v as usize] = best.1;
+            if best.0 < before.0 {
+                break;
+            }
+        }
+    }
+}
+
+/// Whether a face looks against every face that it shares an edge with.
+fn opposes_all(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround, f: u32) -> bool {
+    let face = faces[f as usize];
+    let normal = |face: [u32; 3]| area_normal(face.map(|v| positions[v as usize]));
+    let beside = |g: u32| g != f && faces[g as usize].iter().filter(|v| face.contains(v)).count() == 2;
+    let mut neighbors = face.iter().flat_map(|&v| around.faces(v)).filter(|&&g| beside(g));
+    neighbors.all(|&g| normal(faces[g as usize]).dot(normal(face)) < 0.0)
+}
+
+/// Where else a vertex could be: amid its neighbours, on a vertex of the original near there, or near where it is.
+fn other_places(
+    surface: &Surface,
+    positions: &[Vec3],
+    faces: &[[u32; 3]],
+    around: &FacesAround,
+    v: u32,
+    start: u32,
+) -> [Vec3; 3] {
+    let corners = around.faces(v).iter().flat_map(|&f| faces[f as usize]).filter(|&w| w != v);
+    let (sum, n) = corners.fold((Vec3::ZERO, 0.0), |(sum, n), w| (sum + positions[w as usize], n + 1.0));
+    let amid = sum / n;
+    let on_original = |p: Vec3| surface.positions[nearest_vertex(surface, p, start).0 as usize];
+    [on_original(positions[v as usize]), on_original(amid), amid]
 }
 
 /// Which of the original's vertices decide whether a face looks away.
@@ -125,13 +181,13 @@ mod tests {
         let surface = Surface::new(&shapes::grid(8, 8));
         // Vertex 3 lies within the triangle of the others, so that the second face looks down.
         let corners = [[0u32, 0], [8, 0], [4, 8], [4, 2]].map(|[i, j]| 9 * i + j);
-        let positions = corners.map(|v| surface.positions[v as usize]);
+        let mut positions = corners.map(|v| surface.positions[v as usize]);
         let vertex_of: Vec<u32> = (0..surface.n_vertices() as u32)
             .map(|v| corners.iter().position(|&c| c == v).unwrap_or(0) as u32)
             .collect();
         let mut faces = vec![[0, 1, 2], [1, 0, 3]];
-        assert_eq!(unfold(&surface, &positions, &vertex_of, &mut faces), 1);
+        assert_eq!(unfold(&surface, &mut positions, &vertex_of, &mut faces), 1);
         assert!(faces.iter().all(|f| area_normal(f.map(|v| positions[v as usize])).z > 0.0), "{faces:?}");
-        assert_eq!(unfold(&surface, &positions, &vertex_of, &mut faces), 0);
+        assert_eq!(unfold(&surface, &mut positions, &vertex_of, &mut faces), 0);
     }
 }
