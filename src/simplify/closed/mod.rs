@@ -129,12 +129,15 @@ pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
 fn n_samples(surface: &Surface, request: &Request) -> usize {
     let Limit { vertices, faces } = request.limit;
     let wanted = vertices.min(faces / 2 + 2) as f64 * request.oversample;
-    // A vertex less is two faces less at most: with fewer samples the one pass could end below the limit.
-    let excess_faces = surface.faces.len().saturating_sub(faces);
-    let least = vertices.min(surface.n_vertices().saturating_sub(excess_faces / 2)).max(4);
-    let wanted = wanted.max(least as f64);
+    let wanted = wanted.max(least_samples(surface, request.limit) as f64);
     let nearly_all = wanted >= NEARLY_ALL * surface.n_vertices() as f64;
     if nearly_all { surface.n_vertices() } else { wanted as usize }
+}
+
+/// The samples below which the one pass could end under the limit: a vertex less is two faces less at most.
+fn least_samples(surface: &Surface, Limit { vertices, faces }: Limit) -> usize {
+    let excess_faces = surface.faces.len().saturating_sub(faces);
+    vertices.min(surface.n_vertices().saturating_sub(excess_faces / 2)).max(4)
 }
 
 /// Throws the darts, or takes every vertex where all are wanted.
@@ -144,7 +147,7 @@ fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment
     }
     let density: Option<Vec<f32>> = request.density.map(|d| surface.sources().map(|v| d[v as usize]).collect());
     let lengths = EdgeLengths::new(surface, density.as_deref());
-    let n_darts = ((n_samples as f64 * DARTS) as usize).max(request.limit.vertices.min(n_samples)).max(4);
+    let n_darts = ((n_samples as f64 * DARTS) as usize).max(least_samples(surface, request.limit));
     darts::throw_darts(surface, &lengths, n_darts, request.seed)
 }
 
