@@ -66,9 +66,10 @@ impl Format {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
         let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         match word {
-            _ if bytes.starts_with(b"glTF") || text.starts_with(b"{") => Some(Self::Gltf),
+            _ if bytes.starts_with(b"glTF") => Some(Self::Gltf),
             b"ply" => Some(Self::Ply),
             _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
+            _ if text.starts_with(b"{") => Some(Self::Gltf),
             _ => text.split(|&byte| byte == b'\n' || byte == b'\r').take(10_000).find_map(from_line),
         }
     }
@@ -135,6 +136,15 @@ mod tests {
         for (bytes, format) in cases {
             assert_eq!(Format::from_content(bytes), format, "{}", bytes.escape_ascii());
         }
+    }
+
+    /// Its count begins with the byte of an opening brace; found by fuzzing.
+    #[test]
+    fn a_binary_stl_of_123_faces_under_a_blank_header_is_no_gltf() {
+        let mut bytes = vec![b' '; 80];
+        bytes.extend(123u32.to_le_bytes());
+        bytes.resize(84 + 50 * 123, 0);
+        assert_eq!(Format::from_content(&bytes), Some(Format::Stl));
     }
 
     #[test]
