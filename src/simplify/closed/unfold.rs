@@ -19,45 +19,52 @@ const ROUNDS: [(Sight, f32); 3] = [(Sight::Nearest, 16.0), (Sight::Nearest, 16.0
 
 /// Mends folded faces by flips, and by moving a corner where no flip helps; returns how many edges it flipped.
 pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
+    let mut folded = folded_faces(positions, faces);
+    if folded.is_empty() {
+        return 0;
+    }
+    let mut around = FacesAround::new(positions.len(), faces);
+    let starts = anchors(surface, positions, vertex_of);
     let mut n_flipped = 0;
-    let mut starts = Vec::new();
     for (sight, most_loss) in ROUNDS {
-        let folded = folded_faces(positions, faces);
-        if folded.is_empty() {
-            break;
-        }
-        let around = FacesAround::new(positions.len(), faces);
-        if starts.is_empty() {
-            starts = anchors(surface, positions, vertex_of);
-        }
         let original = Original { surface, positions, starts: &starts, sight, most_loss };
         let mut touched = vec![false; positions.len()];
-        for f in folded {
+        let before = n_flipped;
+        for &f in &folded {
             n_flipped +=
                 usize::from(original.looks_away(faces[f as usize]) && original.mend(f, faces, &around, &mut touched));
         }
+        if n_flipped > before {
+            folded = folded_faces(positions, faces);
+            around = FacesAround::new(positions.len(), faces);
+        }
     }
-    if !starts.is_empty() {
-        move_corners(surface, positions, faces, &starts);
-    }
+    move_corners(surface, positions, faces, &around, &folded, &starts);
     n_flipped
 }
 
-/// Moves corners of the faces that still look away, and against all of their neighbours, to where fewer of the faces around them do.
-fn move_corners(surface: &Surface, positions: &mut [Vec3], faces: &[[u32; 3]], starts: &[u32]) {
-    let around = FacesAround::new(positions.len(), faces);
+/// Moves corners of the faces that still look away, and against all of their neighbours, to where fewer of the faces
+/// around them do.
+fn move_corners(
+    surface: &Surface,
+    positions: &mut [Vec3],
+    faces: &[[u32; 3]],
+    around: &FacesAround,
+    folded: &[u32],
+    starts: &[u32],
+) {
     let n_away = |positions: &[Vec3], of: &[u32]| {
         let original = Original { surface, positions, starts, sight: Sight::Nearest, most_loss: 0.0 };
         of.iter().filter(|&&f| original.looks_away(faces[f as usize])).count()
     };
-    for f in folded_faces(positions, faces) {
-        if !opposes_all(positions, faces, &around, f) || n_away(positions, &[f]) == 0 {
+    for &f in folded {
+        if !opposes_all(positions, faces, around, f) || n_away(positions, &[f]) == 0 {
             continue;
         }
         for v in faces[f as usize] {
             let before = (n_away(positions, around.faces(v)), positions[v as usize]);
             let mut best = before;
-            for place in other_places(surface, positions, faces, &around, v, starts[v as usize]) {
+            for place in other_places(surface, positions, faces, around, v, starts[v as usize]) {
                 positions[v as usize] = place;
                 let n = n_away(positions, around.faces(v));
                 best = if n < best.0 { (n, place) } else { best };
