@@ -2,7 +2,7 @@
 
 use super::ReadError;
 use super::text::Text;
-use super::write::{Content, push_faces};
+use super::write::{Content, push_rows};
 use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
@@ -101,11 +101,7 @@ pub(super) fn write(content: &Content) -> Vec<u8> {
     let (n_vertices, n_faces) = (content.positions.len(), content.faces.len());
     let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);
     out.extend(format!("OFF\n{n_vertices} {n_faces} 0\n").as_bytes());
-    for vertex in 0..n_vertices {
-        content.push_position(&mut out, vertex);
-        out.push(b'\n');
-    }
-    push_faces(&mut out, content.faces);
+    push_rows(&mut out, content);
     out
 }
 

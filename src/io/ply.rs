@@ -10,7 +10,7 @@ use source::Source;
 
 use super::ReadError;
 use super::text::Text;
-use super::write::{Content, push_faces};
+use super::write::{Content, push_rows};
 use crate::mesh::{Fans, RawMesh};
 
 /// Reads a PLY file.
@@ -216,11 +216,7 @@ pub(super) fn write_binary(content: &Content) -> Vec<u8> {
 /// Writes a PLY text with the shortest digits that read back as the same numbers.
 pub(super) fn write_text(content: &Content) -> Vec<u8> {
     let mut out = write_header(content, "ascii").into_bytes();
-    for vertex in 0..content.positions.len() {
-        content.push_position(&mut out, vertex);
-        out.push(b'\n');
-    }
-    push_faces(&mut out, content.faces);
+    push_rows(&mut out, content);
     out
 }
 

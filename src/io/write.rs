@@ -57,8 +57,17 @@ fn without_point(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
 
+/// Appends one line per vertex, then one per face, as OFF and the text of PLY have them.
+pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
+    for vertex in 0..content.positions.len() {
+        content.push_position(out, vertex);
+        out.push(b'\n');
+    }
+    push_faces(out, content.faces);
+}
+
 /// Appends one line per face: 3 and the three vertex indices.
-pub(super) fn push_faces(out: &mut Vec<u8>, faces: &[[u32; 3]]) {
+fn push_faces(out: &mut Vec<u8>, faces: &[[u32; 3]]) {
     let mut digits = itoa::Buffer::new();
     for face in faces {
         out.push(b'3');
