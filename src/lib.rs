@@ -16,6 +16,8 @@ pub mod model;
 pub mod picture;
 pub mod simplify;
 pub mod spatial;
+#[cfg(feature = "train")]
+pub mod train;
 
 // The examples of the README are tested like all others.
 #[cfg(doctest)]

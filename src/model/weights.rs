@@ -104,6 +104,31 @@ impl Weights {
         Ok(Self { architecture, tensors })
     }
 
+    /// Weights made of tensors, checking shapes and numbers: what an optimiser hands back.
+    ///
+    /// # Errors
+    /// [`WeightsError`] names the first tensor that is wrong.
+    ///
+    /// ```
+    /// use neural_mesh::model::Weights;
+    /// let weights = Weights::random(7);
+    /// let same = Weights::from_tensors(*weights.architecture(), weights.tensors().clone());
+    /// assert_eq!(same, Ok(weights));
+    /// ```
+    pub fn from_tensors(architecture: Architecture, tensors: Network<Arc<Matrix>>) -> Result<Self, WeightsError> {
+        let mut found: HashMap<String, Arc<Matrix>> = HashMap::new();
+        tensors.map(|name, matrix| found.insert(name.into(), matrix.clone()));
+        let tensors = architecture.shapes().try_map(|name, &expected| match found.remove(name) {
+            None => Err(WeightsError::Missing(name.into())),
+            Some(matrix) if matrix.shape() != expected => {
+                Err(WeightsError::WrongShape { name: name.into(), expected, found: matrix.shape().to_vec() })
+            }
+            Some(matrix) if !matrix.data().iter().all(|x| x.is_finite()) => Err(WeightsError::NotFinite(name.into())),
+            Some(matrix) => Ok(matrix),
+        })?;
+        Ok(Self { architecture, tensors })
+    }
+
     /// Writes a safetensors file: `f32` tensors, n_in x n_out, with the sizes in the metadata. Equal weights give
     /// equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
@@ -200,6 +225,17 @@ mod tests {
         let wrong_shape = WeightsError::WrongShape { name: score.into(), expected, found: vec![1, 4] };
         assert_eq!(change(Matrix::transposed), wrong_shape);
         assert_eq!(change(|_| Matrix::new(4, 1, vec![0.0, f32::NAN, 0.0, 0.0])), WeightsError::NotFinite(score.into()));
+    }
+
+    #[test]
+    fn tensors_of_other_sizes_are_refused() {
+        let weights = small();
+        let wider = Architecture { face_classifier_width: 7, ..weights.architecture };
+        let refused = Weights::from_tensors(wider, weights.tensors.clone()).unwrap_err();
+        assert!(matches!(refused, WeightsError::WrongShape { name, .. } if name.starts_with("face_classifier")));
+        let deeper = Architecture { face_classifier_layers: 2, ..weights.architecture };
+        let refused = Weights::from_tensors(deeper, weights.tensors).unwrap_err();
+        assert!(matches!(refused, WeightsError::Missing(name) if name.contains("tri_conv_1")));
     }
 
     #[test]

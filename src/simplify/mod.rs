@@ -16,7 +16,7 @@ use crate::model::Weights;
 use closed::{Closed, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
-pub use network_scores::network_scores;
+pub use network_scores::{edge_graph, network_scores};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
 pub use sample_vertices::gumbel_top_k;

@@ -16,8 +16,13 @@ pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     vertex_scores(weights, &normalized(mesh.positions()), &Arc::new(edge_graph(mesh)))
 }
 
-/// The edges of a mesh as a graph, n_vertices x n_vertices.
-pub(super) fn edge_graph(mesh: &TriMesh) -> Csr {
+/// The edges of a mesh as a graph, n_vertices x n_vertices, what the Point Sampler convolves over.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes::tetrahedron, simplify::edge_graph};
+/// assert_eq!(edge_graph(&tetrahedron()).row(0), [1, 2, 3]);
+/// ```
+pub fn edge_graph(mesh: &TriMesh) -> Csr {
     let edges = mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     Csr::from_edges(mesh.positions().len(), edges)
 }

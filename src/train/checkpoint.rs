@@ -1,0 +1,188 @@
+//! A training at rest: one safetensors file with the weights, the moments of the optimiser, the random state, the
+//! position and what it was made with.
+
+use super::data::DataFile;
+use super::watch::Watch;
+use super::{Moments, TrainError};
+use crate::io::write_path;
+use crate::linalg::Matrix;
+use crate::model::{Architecture, Network, Weights};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+const STATE_KEY: &str = "training";
+
+/// What a training was begun with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Origin {
+    /// Version of the program.
+    pub version: String,
+    /// The settings, as TOML.
+    pub settings: String,
+    /// The data set.
+    pub files: Vec<DataFile>,
+    /// SHA-256 of the weights it started from, where it did.
+    pub init: Option<String>,
+}
+
+/// How far a training is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Position {
+    /// Epochs done.
+    pub epoch: usize,
+    /// The meshes of this epoch in their order; none before it begins.
+    pub order: Vec<u32>,
+    /// How many of them are done.
+    pub n_done: usize,
+    /// Steps over all epochs, those passed over too.
+    pub step: u64,
+    /// Where the random numbers are.
+    pub random: Xoshiro256PlusPlus,
+    /// Names of the terms; none before the first step.
+    pub names: Vec<String>,
+    /// Sums of the terms over this epoch.
+    pub sums: Vec<f64>,
+    /// How many steps they are of.
+    pub n_summed: usize,
+    /// Running mean of the totals.
+    pub watch: Watch,
+    /// The least total of the validation, or of the training where there is none.
+    pub best: Option<f64>,
+    /// Lengths of the tables of steps and epochs, in bytes.
+    pub n_bytes: [u64; 2],
+}
+
+/// A training at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Checkpoint {
+    pub origin: Origin,
+    pub position: Position,
+    pub weights: Weights,
+    pub moments: Moments,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    origin: Origin,
+    position: Position,
+    adam_steps: u64,
+}
+
+/// Writes a checkpoint in place of the one before, so that there is always a whole one.
+pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+    let bytes = to_bytes(checkpoint).map_err(|what| TrainError::file(path, what))?;
+    write_path(path, &bytes, true).map_err(|error| TrainError::file(path, error))
+}
+
+/// Reads a checkpoint; `architecture` gives the sizes of the network from its origin.
+pub(super) fn read_checkpoint(
+    path: &Path,
+    architecture: impl FnOnce(&Origin) -> Result<Architecture, TrainError>,
+) -> Result<Checkpoint, TrainError> {
+    let broken = |what: String| TrainError::file(path, format!("is no whole checkpoint ({what}): start anew"));
+    let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
+    let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| broken(error.to_string()))?;
+    let state = metadata.metadata().as_ref().and_then(|entries| entries.get(STATE_KEY));
+    let state = state.ok_or_else(|| broken("it says nothing of a training".into()))?;
+    let State { origin, position, adam_steps } =
+        serde_json::from_str(state).map_err(|error| broken(error.to_string()))?;
+    let sizes = architecture(&origin)?;
+    let file = SafeTensors::deserialize(&bytes).map_err(|error| broken(error.to_string()))?;
+    let network = |prefix: &str| read_network(&file, prefix, &sizes).map_err(broken);
+    let tensors = network("weights")?.map(|_, matrix| Arc::new(matrix.clone()));
+    let weights = Weights::from_tensors(sizes, tensors).map_err(|error| broken(error.to_string()))?;
+    let moments = Moments { first: network("first")?, second: network("second")?, steps: adam_steps };
+    Ok(Checkpoint { origin, position, weights, moments })
+}
+
+fn to_bytes(checkpoint: &Checkpoint) -> Result<Vec<u8>, String> {
+    let Checkpoint { origin, position, weights, moments } = checkpoint;
+    let mut tensors: Vec<(String, [usize; 2], Vec<u8>)> = Vec::new();
+    let mut add = |prefix: &str, name: &str, matrix: &Matrix| {
+        let bytes = matrix.data().iter().flat_map(|x| x.to_le_bytes()).collect();
+        tensors.push((format!("{prefix}.{name}"), matrix.shape(), bytes));
+    };
+    weights.tensors().map(|name, matrix| add("weights", name, matrix));
+    moments.first.map(|name, matrix| add("first", name, matrix));
+    moments.second.map(|name, matrix| add("second", name, matrix));
+    let state = State { origin: origin.clone(), position: position.clone(), adam_steps: moments.steps };
+    let state = serde_json::to_string(&state).map_err(|error| error.to_string())?;
+    let views = tensors.iter().map(|(name, shape, bytes)| {
+        TensorView::new(Dtype::F32, shape.to_vec(), bytes).map(|view| (name, view)).map_err(|error| error.to_string())
+    });
+    let views = views.collect::<Result<Vec<_>, _>>()?;
+    serialize(views, Some(HashMap::from([(STATE_KEY.to_string(), state)]))).map_err(|error| error.to_string())
+}
+
+fn read_network(file: &SafeTensors, prefix: &str, sizes: &Architecture) -> Result<Network<Matrix>, String> {
+    sizes.shapes().try_map(|name, &[n_rows, n_cols]| {
+        let name = format!("{prefix}.{name}");
+        let tensor = file.tensor(&name).map_err(|_| format!("it lacks {name}"))?;
+        if tensor.dtype() != Dtype::F32 || tensor.shape() != [n_rows, n_cols] {
+            return Err(format!("{name} has another shape"));
+        }
+        let (words, _) = tensor.data().as_chunks();
+        Ok(Matrix::new(n_rows, n_cols, words.iter().map(|word| f32::from_le_bytes(*word)).collect()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+    fn checkpoint() -> Checkpoint {
+        let sizes = Architecture { point_sampler_layers: 1, face_classifier_layers: 1, ..Default::default() };
+        let weights = Weights::random_of(sizes, 1);
+        let moments = |seed| Weights::random_of(sizes, seed).tensors().map(|_, matrix| matrix.as_ref().clone());
+        let moments = Moments { first: moments(2), second: moments(3), steps: 9 };
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+        random.next_u64();
+        let position = Position {
+            epoch: 2,
+            order: vec![1, 0, 2],
+            n_done: 1,
+            step: 10,
+            random,
+            names: vec!["a".into()],
+            sums: vec![0.1 + 0.2],
+            n_summed: 1,
+            watch: Watch::default(),
+            best: Some(1.0 / 3.0),
+            n_bytes: [100, 50],
+        };
+        let files = vec![DataFile { name: "a \"quoted\".ply".into(), sha256: "00".into() }];
+        let origin = Origin { version: "1".into(), settings: "epochs = 3\n".into(), files, init: None };
+        Checkpoint { origin, position, weights, moments }
+    }
+
+    #[test]
+    fn every_bit_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.safetensors");
+        let written = checkpoint();
+        write_checkpoint(&path, &written).unwrap();
+        write_checkpoint(&path, &written).unwrap();
+        let mut read = read_checkpoint(&path, |_| Ok(*written.weights.architecture())).unwrap();
+        assert_eq!(read, written);
+        assert_eq!(read.position.random.next_u64(), written.position.random.clone().next_u64());
+        assert_eq!(read.position.sums[0].to_bits(), written.position.sums[0].to_bits());
+    }
+
+    #[test]
+    fn what_is_no_checkpoint_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.safetensors");
+        let written = checkpoint();
+        let bytes = to_bytes(&written).unwrap();
+        for broken in [&bytes[..bytes.len() / 2], b"", &written.weights.to_bytes()] {
+            std::fs::write(&path, broken).unwrap();
+            let error = read_checkpoint(&path, |_| Ok(*written.weights.architecture())).unwrap_err();
+            assert!(error.to_string().contains("no whole checkpoint"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Training: a data set, Adam, epochs, and checkpoints from which a killed training goes on to the same bits.
+//!
+//! What one step learns is not known here: it is a [`StepFunction`], and `objective` chooses it. There is no clock
+//! here either: the caller hears of every step and says when a checkpoint is due.
+
+mod adam;
+mod augment;
+mod checkpoint;
+mod data;
+mod epochs;
+mod error;
+mod objective;
+mod random;
+mod rows;
+mod run;
+mod settings;
+mod step;
+mod uniform_step;
+mod validation;
+mod watch;
+
+pub use adam::{Moments, adam_step, clipped, gradient_norm};
+pub use data::{DataFile, DataSet, Mesh, read_data};
+pub use epochs::{Ending, Event, Wish, train};
+pub use error::TrainError;
+pub use objective::step_function;
+pub use run::{Request, Run, open};
+pub use settings::{DEFAULT_SETTINGS, Settings};
+pub use step::{Item, Step, StepFunction, gradients_of};

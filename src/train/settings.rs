@@ -1,0 +1,283 @@
+//! The settings of a training: one flat TOML whose commented default is `settings.toml` beside this file.
+
+use super::TrainError;
+use crate::model::Architecture;
+use serde::Deserialize;
+use toml::{Table, Value};
+
+/// The default settings with what each of them means.
+pub const DEFAULT_SETTINGS: &str = include_str!("settings.toml");
+/// The largest layer, width or number of neighbours.
+const MAX_SIZE: usize = 1024;
+
+/// All settings; `settings.toml` says what each of them means.
+///
+/// ```
+/// use neural_mesh::train::{Settings, TrainError};
+/// let settings = Settings::from_toml("epochs = 3 # few")?;
+/// assert_eq!((settings.epochs, settings.learning_rate_decay), (3, 0.99));
+/// let error = Settings::from_toml("epoch = 3").unwrap_err();
+/// assert!(error.to_string().contains("there is no setting `epoch`"));
+/// # Ok::<(), TrainError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[allow(missing_docs)] // The file says it once.
+pub struct Settings {
+    pub objective: String,
+    pub seed: u64,
+    pub epochs: usize,
+    pub learning_rate: f64,
+    pub learning_rate_decay: f64,
+    pub adam_beta1: f64,
+    pub adam_beta2: f64,
+    pub adam_epsilon: f64,
+    pub gradient_clip: f64,
+    pub explosion: f64,
+    pub checkpoint_minutes: f64,
+    pub validation: Vec<String>,
+    pub validation_ratios: Vec<f64>,
+    pub ratio_min: f64,
+    pub ratio_max: f64,
+    pub max_vertices: usize,
+    pub max_samples: usize,
+    pub rotation: bool,
+    pub scale: f64,
+    pub noise: f64,
+    pub point_sampler_layers: usize,
+    pub point_sampler_width: usize,
+    pub edge_predictor_width: usize,
+    pub attention_width: usize,
+    pub edge_knn: usize,
+    pub face_classifier_layers: usize,
+    pub face_classifier_width: usize,
+    pub face_knn: usize,
+    /// All of them as TOML values, for [`Settings::to_toml`] and [`Settings::difference`].
+    #[serde(skip)]
+    table: Table,
+}
+
+impl Settings {
+    /// Reads settings; what the text leaves out has its default.
+    ///
+    /// # Errors
+    /// [`TrainError::Settings`] names the setting that is unknown, of the wrong kind or out of range.
+    pub fn from_toml(text: &str) -> Result<Self, TrainError> {
+        let mut table = parsed(DEFAULT_SETTINGS)?;
+        for (name, value) in parsed(text)? {
+            let Some(default) = table.get_mut(&name) else {
+                return refused(format!("there is no setting `{name}`: see docs/training.md for those there are"));
+            };
+            *default = of_kind(&name, value, default)?;
+        }
+        Self::from_table(table)
+    }
+
+    fn from_table(table: Table) -> Result<Self, TrainError> {
+        let settings = table.clone().try_into::<Self>();
+        let settings = settings.map_err(|error| TrainError::Settings(one_line(error.message())))?;
+        let settings = Self { table, ..settings };
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// The settings as a TOML with the comments of the default.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        for line in DEFAULT_SETTINGS.lines() {
+            match line.split_once(" = ").and_then(|(name, _)| Some((name, self.table.get(name)?))) {
+                Some((name, value)) => text.push_str(&format!("{name} = {value}\n")),
+                None => text.push_str(&format!("{line}\n")),
+            }
+        }
+        text
+    }
+
+    /// The first setting that differs, but for `epochs`: its name and the two values.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let differs = |name: &&String| *name != "epochs" && self.table.get(*name) != other.table.get(*name);
+        let name = self.table.keys().find(differs)?;
+        let [old, new] = [self, other].map(|settings| settings.table.get(name).map(Value::to_string));
+        Some(format!("`{name}` was {} and is {} now", old.unwrap_or_default(), new.unwrap_or_default()))
+    }
+
+    /// These settings with another number of epochs.
+    ///
+    /// # Errors
+    /// [`TrainError::Settings`] where there are none.
+    pub fn with_epochs(&self, epochs: usize) -> Result<Self, TrainError> {
+        self.with([("epochs", epochs)])
+    }
+
+    /// These settings with the sizes of a network.
+    ///
+    /// # Errors
+    /// [`TrainError::Settings`] where a size is out of range.
+    pub fn with_architecture(&self, sizes: &Architecture) -> Result<Self, TrainError> {
+        self.with([
+            ("point_sampler_layers", sizes.point_sampler_layers),
+            ("point_sampler_width", sizes.point_sampler_width),
+            ("edge_predictor_width", sizes.edge_predictor_width),
+            ("attention_width", sizes.attention_width),
+            ("edge_knn", sizes.edge_knn),
+            ("face_classifier_layers", sizes.face_classifier_layers),
+            ("face_classifier_width", sizes.face_classifier_width),
+            ("face_knn", sizes.face_knn),
+        ])
+    }
+
+    /// The sizes of the network.
+    pub fn architecture(&self) -> Architecture {
+        Architecture {
+            point_sampler_layers: self.point_sampler_layers,
+            point_sampler_width: self.point_sampler_width,
+            edge_predictor_width: self.edge_predictor_width,
+            attention_width: self.attention_width,
+            edge_knn: self.edge_knn,
+            face_classifier_layers: self.face_classifier_layers,
+            face_classifier_width: self.face_classifier_width,
+            face_knn: self.face_knn,
+        }
+    }
+
+    fn with<const N: usize>(&self, sizes: [(&str, usize); N]) -> Result<Self, TrainError> {
+        let mut table = self.table.clone();
+        for (name, size) in sizes {
+            table.insert(name.into(), Value::Integer(size as i64));
+        }
+        Self::from_table(table)
+    }
+
+    fn check(&self) -> Result<(), TrainError> {
+        let ratios = [("ratio_min", self.ratio_min), ("ratio_max", self.ratio_max)];
+        let ratios = ratios.into_iter().chain(self.validation_ratios.iter().map(|&ratio| ("validation_ratios", ratio)));
+        for (name, ratio) in ratios {
+            within(name, ratio, ratio > 0.0 && ratio <= 1.0, "above 0 and at most 1")?;
+        }
+        within("ratio_min", self.ratio_min, self.ratio_min <= self.ratio_max, "at most `ratio_max`")?;
+        for (name, beta) in [("adam_beta1", self.adam_beta1), ("adam_beta2", self.adam_beta2)] {
+            within(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
+        }
+        let positive = [
+            ("learning_rate", self.learning_rate),
+            ("learning_rate_decay", self.learning_rate_decay),
+            ("adam_epsilon", self.adam_epsilon),
+            ("epochs", self.epochs as f64),
+        ];
+        for (name, x) in positive {
+            within(name, x, x > 0.0 && x.is_finite(), "above 0")?;
+        }
+        let not_negative = [
+            ("gradient_clip", self.gradient_clip),
+            ("explosion", self.explosion),
+            ("checkpoint_minutes", self.checkpoint_minutes),
+            ("scale", self.scale),
+            ("noise", self.noise),
+        ];
+        for (name, x) in not_negative {
+            within(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
+        }
+        self.check_sizes()
+    }
+
+    fn check_sizes(&self) -> Result<(), TrainError> {
+        let sizes = [
+            ("point_sampler_layers", self.point_sampler_layers),
+            ("point_sampler_width", self.point_sampler_width),
+            ("edge_predictor_width", self.edge_predictor_width),
+            ("attention_width", self.attention_width),
+            ("edge_knn", self.edge_knn),
+            ("face_classifier_layers", self.face_classifier_layers),
+            ("face_classifier_width", self.face_classifier_width),
+            ("face_knn", self.face_knn),
+        ];
+        let in_range = |size: usize| (1..=MAX_SIZE).contains(&size);
+        sizes.iter().try_for_each(|&(name, size)| within(name, size as f64, in_range(size), "between 1 and 1024"))
+    }
+}
+
+fn parsed(text: &str) -> Result<Table, TrainError> {
+    text.parse::<Table>().map_err(|error| {
+        let line = error.span().map_or(1, |span| 1 + text.as_bytes()[..span.start].iter().filter(|b| **b == b'\n').count());
+        TrainError::Settings(format!("line {line}: {}: write `name = value`", one_line(error.message())))
+    })
+}
+
+/// The value, if it is of the default's kind; a whole number may stand for any number.
+fn of_kind(name: &str, value: Value, default: &Value) -> Result<Value, TrainError> {
+    match (value, default) {
+        (Value::Integer(n), Value::Float(_)) => Ok(Value::Float(n as f64)),
+        (Value::Array(values), Value::Array(defaults)) => {
+            let first = defaults.first().unwrap_or(&Value::Boolean(false)).clone();
+            let values = values.into_iter().map(|value| of_kind(name, value, &first));
+            values.collect::<Result<_, _>>().map(Value::Array)
+        }
+        (Value::Integer(n), Value::Integer(_)) if n < 0 => refused(format!("`{name}` is {n}: it must be 0 or above")),
+        (value, default) if value.same_type(default) => Ok(value),
+        (value, default) => refused(format!("`{name}` is {value}: it must be a {}", default.type_str())),
+    }
+}
+
+fn within(name: &str, value: f64, holds: bool, range: &str) -> Result<(), TrainError> {
+    if holds { Ok(()) } else { refused(format!("`{name}` is {value}: it must be {range}")) }
+}
+
+fn refused<T>(why: String) -> Result<T, TrainError> {
+    Err(TrainError::Settings(why))
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_written_as_it_stands() {
+        let settings = Settings::from_toml("").unwrap();
+        assert_eq!(Settings::from_toml(DEFAULT_SETTINGS).unwrap(), settings);
+        assert_eq!(Settings::from_toml(&settings.to_toml()).unwrap(), settings);
+        assert_eq!(settings.architecture(), Architecture::default());
+        let lines = |text: &str| text.lines().map(|line| line.split(" = ").next().unwrap().into()).collect::<Vec<String>>();
+        assert_eq!(lines(&settings.to_toml()), lines(DEFAULT_SETTINGS));
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let text = "noise = 0.1\nlearning_rate = 1e-5\nvalidation = []\nrotation = false\nobjective = \"a \\\" b\"";
+        let settings = Settings::from_toml(text).unwrap();
+        assert_eq!(Settings::from_toml(&settings.to_toml()).unwrap(), settings);
+        assert!(settings.to_toml().contains("\nlearning_rate = 1e-5\n") || settings.learning_rate == 1e-5);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let cases = [
+            ("epocs = 3", "`epocs`"),
+            ("epochs = \"many\"", "`epochs`"),
+            ("epochs = 0", "`epochs`"),
+            ("seed = -1", "`seed`"),
+            ("ratio_max = 1.5", "`ratio_max`"),
+            ("ratio_min = 0.9", "`ratio_min`"),
+            ("noise = nan", "`noise`"),
+            ("validation = [3]", "`validation`"),
+            ("validation_ratios = [0]", "`validation_ratios`"),
+            ("face_knn = 5000", "`face_knn`"),
+            ("adam_beta1 = 1", "`adam_beta1`"),
+            ("\nepochs 3", "line 2"),
+        ];
+        for (text, named) in cases {
+            let error = Settings::from_toml(text).unwrap_err().to_string();
+            assert!(error.contains(named) && !error.contains('\n'), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn differences_are_named_but_for_the_epochs() {
+        let one = Settings::from_toml("").unwrap();
+        assert_eq!(one.difference(&one.with_epochs(7).unwrap()), None);
+        let other = Settings::from_toml("noise = 0.5").unwrap();
+        assert_eq!(one.difference(&other).unwrap(), "`noise` was 0.0 and is 0.5 now");
+    }
+}

@@ -1,0 +1,55 @@
+//! The step of the objective "uniform": scores of the Point Sampler that are all equal, so that every vertex is as
+//! probable as any other. Nothing worth keeping is learned; it tries out a machine, a data set, the loop.
+
+use super::{Item, Settings, Step, gradients_of};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::Matrix;
+use crate::model::{Weights, point_sampler};
+use crate::simplify::edge_graph;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::sync::Arc;
+
+/// The variance of the scores, `spread = mean of (s - mean s)^2`, which is least where the sampling is uniform.
+pub(super) fn uniform_step(
+    weights: &Weights,
+    item: &Item,
+    _: &Settings,
+    _: &mut Xoshiro256PlusPlus,
+) -> Result<Step, String> {
+    let mut tape = Tape::default();
+    let parameters = weights.parameters(&mut tape);
+    let points = Value::constant(Matrix::from_points(item.mesh.positions()));
+    let scores = point_sampler(&mut tape, &parameters.point_sampler, &points, &Arc::new(edge_graph(&item.mesh)));
+    let (spread, gradient) = variance(scores.matrix().data());
+    let gradient = Matrix::new(gradient.len(), 1, gradient);
+    let gradients = gradients_of(&parameters, &tape.backward(&[(&scores, gradient)]));
+    Ok(Step { terms: vec![("spread", spread)], gradients })
+}
+
+/// The variance and its gradient, `2 (s - mean s) / n`.
+fn variance(scores: &[f32]) -> (f64, Vec<f32>) {
+    let n = scores.len().max(1) as f64;
+    let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / n;
+    let variance = scores.iter().map(|&s| (f64::from(s) - mean).powi(2)).sum::<f64>() / n;
+    (variance, scores.iter().map(|&s| (2.0 * (f64::from(s) - mean) / n) as f32).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variance_has_its_golden_value_and_gradient() {
+        assert_eq!(variance(&[1.0, 3.0]), (1.0, vec![-1.0, 1.0]));
+        let scores = [0.3f32, -1.2, 2.0, 0.7];
+        for (at, gradient) in variance(&scores).1.into_iter().enumerate() {
+            let moved = |by: f32| {
+                let mut scores = scores;
+                scores[at] += by;
+                variance(&scores).0
+            };
+            let difference = (moved(1e-3) - moved(-1e-3)) / 2e-3;
+            assert!((difference - f64::from(gradient)).abs() < 1e-3);
+        }
+    }
+}

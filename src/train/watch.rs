@@ -1,0 +1,80 @@
+//! Watches over the numbers of a training: what is not finite, and what explodes.
+
+use super::Step;
+use serde::{Deserialize, Serialize};
+
+/// Steps before a running mean says anything.
+const PATIENCE: u64 = 20;
+/// Share of the newest total in the running mean, from then on.
+const FORGETTING: f64 = 0.02;
+
+/// The running mean of the totals.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Watch {
+    mean: f64,
+    n: u64,
+}
+
+impl Watch {
+    /// What is wrong with a step, naming the term or the tensor; a step with nothing wrong moves the mean on.
+    pub fn trouble(&mut self, step: &Step, explosion: f64) -> Option<String> {
+        not_finite(step).or_else(|| self.exploded(step, explosion))
+    }
+
+    fn exploded(&mut self, step: &Step, explosion: f64) -> Option<String> {
+        let total = step.total();
+        if explosion > 0.0 && self.n >= PATIENCE && self.mean > 0.0 && total > explosion * self.mean {
+            let (name, value) = step.terms.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            let factor = total / self.mean;
+            return Some(format!("the loss explodes to {factor:.1} times its running mean, `{name}` is {value}"));
+        }
+        self.n += 1;
+        self.mean += (total - self.mean) * FORGETTING.max(1.0 / self.n as f64);
+        None
+    }
+}
+
+fn not_finite(step: &Step) -> Option<String> {
+    if let Some((name, value)) = step.terms.iter().find(|(_, value)| !value.is_finite()) {
+        return Some(format!("the term `{name}` is {value}"));
+    }
+    let checked = step.gradients.try_map(|name, matrix| {
+        if matrix.data().iter().all(|x| x.is_finite()) { Ok(()) } else { Err(name.to_string()) }
+    });
+    checked.err().map(|name| format!("the gradient of `{name}` has an entry that is not finite"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::Matrix;
+    use crate::model::Architecture;
+
+    fn step(total: f64) -> Step {
+        let shapes = Architecture { point_sampler_layers: 1, face_classifier_layers: 1, ..Default::default() }.shapes();
+        let gradients = shapes.map(|_, &[n_rows, n_cols]| Matrix::zeros(n_rows, n_cols));
+        Step { terms: vec![("small", 0.1 * total), ("large", 0.9 * total)], gradients }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_named() {
+        let mut watch = Watch::default();
+        let bad = Step { terms: vec![("fine", 1.0), ("bad", f64::NAN)], ..step(1.0) };
+        assert!(watch.trouble(&bad, 0.0).unwrap().contains("`bad` is NaN"));
+        let mut bad = step(1.0);
+        bad.gradients.point_sampler.score.bias = Matrix::new(1, 1, vec![f32::INFINITY]);
+        assert!(watch.trouble(&bad, 0.0).unwrap().contains("`point_sampler.score.bias`"));
+    }
+
+    #[test]
+    fn an_explosion_is_seen_after_some_patience() {
+        let mut watch = Watch::default();
+        assert_eq!(watch.trouble(&step(500.0), 10.0), None);
+        for _ in 0..200 {
+            assert_eq!(watch.trouble(&step(1.0), 10.0), None);
+        }
+        let mut careless = watch.clone();
+        assert_eq!(careless.trouble(&step(1e6), 0.0), None);
+        assert!(watch.trouble(&step(1e6), 10.0).unwrap().contains("`large`"));
+    }
+}
