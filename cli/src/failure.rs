@@ -13,6 +13,8 @@ pub enum Failure {
     Usage(String),
     /// Ctrl-C: exit code 130.
     Interrupted,
+    /// Ctrl-C where something was kept; the text says what: exit code 130.
+    Stopped(String),
 }
 
 impl Failure {
@@ -26,7 +28,7 @@ impl Failure {
         ExitCode::from(match self {
             Self::Failed(_) => 1,
             Self::Usage(_) => 2,
-            Self::Interrupted => 130,
+            Self::Interrupted | Self::Stopped(_) => 130,
         })
     }
 }
@@ -35,7 +37,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // A file name or a message from elsewhere may hold line breaks; a failure is one line.
-            Self::Failed(text) | Self::Usage(text) => f.write_str(&text.replace(['\n', '\r'], " ")),
+            Self::Failed(text) | Self::Usage(text) | Self::Stopped(text) => f.write_str(&text.replace(['\n', '\r'], " ")),
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
         }
     }

@@ -1,6 +1,7 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 
 mod args;
+mod curves;
 mod failure;
 mod files;
 mod info;
@@ -9,6 +10,8 @@ mod progress;
 mod report;
 mod request;
 mod simplify;
+mod train;
+mod train_progress;
 mod words;
 
 use std::process::ExitCode;
@@ -21,6 +24,7 @@ fn main() -> ExitCode {
     let done = match Args::parse().command {
         Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
         Command::Info(args) => info::run(&args),
+        Command::Train(args) => train::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -155,7 +155,8 @@ fn family(format: Format) -> Format {
     }
 }
 
-fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
+/// Refuses numbers of threads that no system starts.
+pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
     match n_threads {
         Some(n) if !(1..=MOST_THREADS).contains(&n) => {
             Err(Failure::Usage(format!("--threads {n}: give a number from 1 to {MOST_THREADS}")))

@@ -1,0 +1,102 @@
+//! `neural-mesh train`: learn, say how it goes, draw the curves.
+
+use std::path::Path;
+
+use neural_mesh::train::{Ending, Request, Run, TrainError, open, step_function, train};
+
+use crate::args::TrainArgs;
+use crate::curves;
+use crate::failure::{Failure, name};
+use crate::files;
+use crate::interrupt;
+use crate::request::check_threads;
+use crate::train_progress::TrainProgress;
+use crate::words::Voice;
+
+/// Trains, or draws the curves of a training.
+pub fn run(args: &TrainArgs) -> Result<(), Failure> {
+    match (&args.plot, &args.data, &args.out) {
+        (Some(folder), _, _) => plot(folder, voice(args)),
+        (None, Some(data), Some(out)) => in_pool(args, data, out),
+        _ => Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into())),
+    }
+}
+
+fn in_pool(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
+    check_threads(args.threads)?;
+    if args.epochs == Some(0) {
+        return Err(Failure::Usage("--epochs 0 is no training: ask for at least 1".into()));
+    }
+    interrupt::watch_for_a_good_end();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let pool = pool.map_err(|error| Failure::Failed(format!("threads cannot be started: {error}: ask for fewer")))?;
+    pool.install(|| learn(args, data, out))
+}
+
+fn learn(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
+    let settings = args.config.as_deref().map(read_text).transpose()?;
+    let init = args.init.as_deref().map(files::read).transpose()?;
+    let request = Request {
+        data,
+        folder: out,
+        settings: settings.as_deref(),
+        epochs: args.epochs,
+        resume: args.resume,
+        init: init.as_deref(),
+    };
+    let mut run = open(&request).map_err(|error| refused(error, args))?;
+    let step = step_function(&run.settings).map_err(|error| refused(error, args))?;
+    say_what_is_there(&run, voice(args));
+    let mut progress = TrainProgress::new(&run, voice(args));
+    let ending = train(&mut run, &step, &mut |event| progress.hear(event));
+    drop(progress);
+    match ending.map_err(|error| refused(error, args))? {
+        Ending::Finished => plot(out, voice(args)),
+        Ending::Stopped => Err(stopped(&run)),
+    }
+}
+
+fn voice(args: &TrainArgs) -> Voice {
+    if args.quiet { Voice::Quiet } else { Voice::Out }
+}
+
+fn read_text(path: &Path) -> Result<String, Failure> {
+    String::from_utf8(files::read(path)?).map_err(|_| Failure::of(path, "is no text in UTF-8: save it as such"))
+}
+
+/// The library's refusal as the program's: settings carry the name of their file.
+fn refused(error: TrainError, args: &TrainArgs) -> Failure {
+    match (&error, &args.config) {
+        (TrainError::Settings(what), Some(path)) => Failure::of(path, what),
+        _ => Failure::Failed(error.to_string()),
+    }
+}
+
+fn stopped(run: &Run) -> Failure {
+    let (epochs, steps) = run.position();
+    let place = format!("{epochs} epochs and {steps} steps are done");
+    Failure::Stopped(format!("interrupted: {place} and kept in {}: go on with --resume", name(&run.folder)))
+}
+
+fn say_what_is_there(run: &Run, voice: Voice) {
+    for (mesh, why) in &run.data.left_out {
+        voice.say(&format!("left out  {mesh}: {why}"));
+    }
+    let (training, validation) = (run.data.training.len(), run.data.validation.len());
+    voice.say(&format!("meshes    {training} for training, {validation} for validation"));
+    if run.position() != (0, 0) {
+        let (epochs, steps) = run.position();
+        voice.say(&format!("resumed   after {epochs} epochs and {steps} steps"));
+    }
+}
+
+/// Draws the curves into the folder of a training.
+fn plot(folder: &Path, voice: Voice) -> Result<(), Failure> {
+    let table = folder.join("epochs.csv");
+    let text = read_text(&table)?;
+    let path = folder.join("curves.svg");
+    let picture = curves::draw(&text).map_err(|what| Failure::of(&table, what))?;
+    files::place(vec![files::prepare(&path, picture.as_bytes(), true)?])?;
+    voice.say(&format!("curves    {}", path.display()));
+    Ok(())
+}

@@ -1,0 +1,115 @@
+//! How a training goes: a bar on a terminal, a line per epoch, and the clock that says when a checkpoint is due.
+
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use neural_mesh::train::{Event, Run, Wish};
+
+use crate::interrupt::is_stopping;
+use crate::words::Voice;
+
+/// What is shown while a training runs.
+pub struct TrainProgress {
+    bar: ProgressBar,
+    voice: Voice,
+    began: Instant,
+    /// Steps that were done when this began.
+    n_before: usize,
+    n_steps: usize,
+    n_epochs: usize,
+    saved: Instant,
+    checkpoint_every: Duration,
+}
+
+impl TrainProgress {
+    /// Starts; nothing is ever drawn where standard error is no terminal.
+    pub fn new(run: &Run, voice: Voice) -> Self {
+        let (n_steps, n_epochs) = (run.data.training.len(), run.settings.epochs);
+        let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some((n_steps * n_epochs) as u64), target);
+        if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {msg}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        let (epoch, n_done) = run.position();
+        let checkpoint_every = Duration::try_from_secs_f64(60.0 * run.settings.checkpoint_minutes);
+        Self {
+            bar,
+            voice,
+            began: Instant::now(),
+            n_before: epoch * n_steps + n_done,
+            n_steps,
+            n_epochs,
+            saved: Instant::now(),
+            checkpoint_every: checkpoint_every.unwrap_or(Duration::MAX),
+        }
+    }
+
+    /// Shows what happened and answers what to do next.
+    pub fn hear(&mut self, event: Event) -> Wish {
+        match event {
+            Event::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
+            Event::PassedOver { mesh, why } => self.say(&format!("passed over {mesh}: {why}")),
+            Event::Validated { n_done, n_meshes, .. } => {
+                self.bar.set_message(format!("validation: {n_done} of {n_meshes} meshes"));
+            }
+            Event::Epoch { n_done, training, validation, is_best } => {
+                self.saved = Instant::now();
+                self.epoch(n_done, training, validation, is_best);
+            }
+        }
+        self.wish()
+    }
+
+    fn step(&self, n_done: usize, terms: &[(&str, f64)]) {
+        self.bar.set_position(n_done as u64);
+        let terms: Vec<String> = terms.iter().map(|(name, value)| format!("{name} {}", figures(*value))).collect();
+        self.bar.set_message(format!("{} left, {}", self.left(n_done), terms.join(", ")));
+    }
+
+    fn epoch(&self, n_done: usize, training: f64, validation: Option<f64>, is_best: bool) {
+        let validation = validation.map_or(String::new(), |total| format!(", validation {}", figures(total)));
+        let best = if is_best { ", the best" } else { "" };
+        let (n_epochs, left) = (self.n_epochs, self.left(n_done * self.n_steps));
+        let training = figures(training);
+        self.say(&format!("epoch     {n_done} of {n_epochs}: training {training}{validation}{best}; {left} left"));
+    }
+
+    fn wish(&mut self) -> Wish {
+        if is_stopping() {
+            return Wish::Stop;
+        }
+        if self.saved.elapsed() < self.checkpoint_every {
+            return Wish::Continue;
+        }
+        self.saved = Instant::now();
+        Wish::Checkpoint
+    }
+
+    /// A line above the bar.
+    fn say(&self, line: &str) {
+        self.bar.suspend(|| self.voice.say(line));
+    }
+
+    /// The time that the rest takes at the pace so far.
+    fn left(&self, n_done: usize) -> String {
+        let done = n_done.saturating_sub(self.n_before).max(1);
+        let rest = (self.n_steps * self.n_epochs).saturating_sub(n_done);
+        let seconds = (self.began.elapsed().as_secs_f64() * rest as f64 / done as f64) as u64;
+        format!("{}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
+    }
+}
+
+impl Drop for TrainProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Four significant digits.
+fn figures(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (3.0 - value.abs().max(1e-3).log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{value:.decimals$}")
+}
