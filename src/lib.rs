@@ -9,6 +9,7 @@ pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
 pub mod linalg;
+pub mod loss;
 pub mod mesh;
 pub mod metrics;
 pub mod model;

@@ -28,8 +28,7 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
     in_tree_order.par_chunks_mut(QUERIES * k).enumerate().for_each(|(block, rows)| {
         let mut nearest = Nearest::new(k);
         for (i, row) in rows.chunks_exact_mut(k).enumerate() {
-            nearest.clear();
-            tree.visit(&mut nearest, block * QUERIES + i, Node::root(points.len()), [0.0; 3]);
+            tree.search(&mut nearest, &tree.query_at(block * QUERIES + i));
             row.copy_from_slice(&nearest.indices);
         }
     });
@@ -38,6 +37,36 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
         result[point as usize * k..][..k].copy_from_slice(row);
     }
     result
+}
+
+/// Finds the points nearest to each query, nearest first, of equally near ones the lower index first.
+///
+/// Unlike in [`nearest_neighbours`] a query need not be a point, and a point at its position counts.
+///
+/// # Shapes
+/// - `points`: n x 3, `queries`: n_queries x 3, finite
+/// - returns n_queries x min(k, n) indices, row-major
+///
+/// ```
+/// use neural_mesh::spatial::nearest_to;
+/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+/// assert_eq!(nearest_to(&points, &[[3.0, 0.0, 0.0], [0.9, 0.0, 0.0]], 2), [2, 1, 1, 0]);
+/// ```
+pub fn nearest_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
+    let k = k.min(points.len());
+    if k == 0 {
+        return Vec::new();
+    }
+    let tree = Tree::new(points);
+    let mut indices = vec![0u32; queries.len() * k];
+    indices.par_chunks_mut(QUERIES * k).zip(queries.par_chunks(QUERIES)).for_each(|(rows, queries)| {
+        let mut nearest = Nearest::new(k);
+        for (row, &point) in rows.chunks_exact_mut(k).zip(queries) {
+            tree.search(&mut nearest, &Query { point, skipped: usize::MAX });
+            row.copy_from_slice(&nearest.indices);
+        }
+    });
+    indices
 }
 
 /// Orders points so that near ones stand near each other: what is computed from neighbours then finds them in the
@@ -72,6 +101,12 @@ struct Tree {
     coordinates: [Vec<f32>; 3],
     /// Axis and coordinate of the split of each inner node.
     splits: Vec<(u8, f32)>,
+}
+
+/// Where to search from, and the place in the tree's order of a point that does not count.
+struct Query {
+    point: [f32; 3],
+    skipped: usize,
 }
 
 /// A range of the tree's order; the children of node `i` are `2 i + 1` and `2 i + 2`.
@@ -109,29 +144,40 @@ impl Tree {
         Self { order, coordinates, splits }
     }
 
-    /// Offers the points of `node` that can be among the nearest of the point at `place` in the tree's order.
-    /// `gap` is how far the point lies outside of the node along each axis.
-    fn visit(&self, nearest: &mut Nearest, place: usize, node: Node, gap: [f32; 3]) {
+    /// The query from a point of the tree, which does not find itself.
+    fn query_at(&self, place: usize) -> Query {
+        Query { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
+    }
+
+    /// Puts the nearest points of the query into `nearest`.
+    fn search(&self, nearest: &mut Nearest, query: &Query) {
+        nearest.clear();
+        self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
+    }
+
+    /// Offers the points of `node` that can be among the nearest of the query.
+    /// `gap` is how far the query lies outside of the node along each axis.
+    fn visit(&self, nearest: &mut Nearest, query: &Query, node: Node, gap: [f32; 3]) {
         // The same sums of squares as for points, so that rounding never prunes a point that ties.
         if squared(gap) > nearest.worst {
             return;
         }
         if node.is_leaf() {
-            return self.offer_leaf(nearest, place, node);
+            return self.offer_leaf(nearest, query, node);
         }
         let (axis, split) = self.splits[node.index];
-        let beyond = self.coordinates[axis as usize][place] - split;
+        let beyond = query.point[axis as usize] - split;
         let mut far_gap = gap;
         far_gap[axis as usize] = beyond.abs();
         let [left, right] = node.children();
         let (near, far) = if beyond < 0.0 { (left, right) } else { (right, left) };
-        self.visit(nearest, place, near, gap);
-        self.visit(nearest, place, far, far_gap);
+        self.visit(nearest, query, near, gap);
+        self.visit(nearest, query, far, far_gap);
     }
 
-    fn offer_leaf(&self, nearest: &mut Nearest, place: usize, node: Node) {
+    fn offer_leaf(&self, nearest: &mut Nearest, query: &Query, node: Node) {
         let [x, y, z] = &self.coordinates;
-        let (px, py, pz) = (x[place], y[place], z[place]);
+        let [px, py, pz] = query.point;
         let mut distances = [0.0f32; LEAF];
         let leaf = node.begin..node.end;
         let coordinates = x[leaf.clone()].iter().zip(&y[leaf.clone()]).zip(&z[leaf.clone()]);
@@ -139,7 +185,7 @@ impl Tree {
             *distance = squared([x - px, y - py, z - pz]);
         }
         for (distance, at) in distances.iter().zip(leaf) {
-            if *distance <= nearest.worst && at != place {
+            if *distance <= nearest.worst && at != query.skipped {
                 nearest.offer(*distance, self.order[at]);
             }
         }
@@ -235,6 +281,17 @@ mod tests {
         (0..points.len()).flat_map(row).collect()
     }
 
+    /// The same by sorting all points for each query.
+    fn brute_force_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
+        let row = |q: &[f32; 3]| {
+            let distance = |p: &[f32; 3]| squared([0, 1, 2].map(|axis| p[axis] - q[axis]));
+            let mut all: Vec<(f32, u32)> = points.iter().map(distance).zip(0..).collect();
+            all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            all.into_iter().take(k).map(|(_, j)| j).collect::<Vec<_>>()
+        };
+        queries.iter().flat_map(row).collect()
+    }
+
     fn check(points: &[[f32; 3]]) {
         for k in [0, 1, 7, 20] {
             assert_eq!(nearest_neighbours(points, k), brute_force(points, k));
@@ -247,6 +304,17 @@ mod tests {
         #[test]
         fn agrees_with_brute_force(points in prop::collection::vec(prop::array::uniform3(-1.0f32..1.0), 0..300)) {
             check(&points);
+        }
+
+        #[test]
+        fn queries_anywhere_agree_with_brute_force(
+            points in prop::collection::vec(prop::array::uniform3(-2i8..3), 0..200),
+            queries in prop::collection::vec(prop::array::uniform3(-3i8..4), 0..20),
+        ) {
+            let [points, queries] = [points, queries].map(|all| all.iter().map(|p| p.map(f32::from)).collect::<Vec<_>>());
+            for k in [0, 1, 7, 300] {
+                assert_eq!(nearest_to(&points, &queries, k), brute_force_to(&points, &queries, k));
+            }
         }
 
         #[test]

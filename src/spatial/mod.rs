@@ -5,6 +5,6 @@ mod nearest_on_triangles;
 mod triangle_pieces;
 mod triangle_tree;
 
-pub use knn::{coherent_order, nearest_neighbours};
+pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use triangle_tree::Bounds;

@@ -1,0 +1,88 @@
+//! The expected cost of the first option that is kept, where each is kept or not by itself: what the covering terms share.
+
+use super::Term;
+use rayon::prelude::*;
+
+/// Rows of options, in each row the preferred one first.
+pub(super) struct Rows<'a> {
+    /// n_rows x `width`: which probability keeps the option.
+    pub options: &'a [u32],
+    /// n_rows x `width`: the cost where it is the first one kept.
+    pub costs: &'a [f64],
+    /// n_rows: the cost where none is kept.
+    pub costs_of_none: &'a [f64],
+    /// Options per row.
+    pub width: usize,
+}
+
+/// Computes the mean over the rows of `sum over k of c_k p_k prod_{j<k} (1 - p_j) + c_none prod (1 - p_j)`.
+///
+/// From the end of a row, `E_k = p_k c_k + (1 - p_k) E_{k+1}`; the derivative to p_k is `c_k - E_{k+1}` times the
+/// probability that nothing before k is kept. No division, so that 0 and 1 are as good as others.
+pub(super) fn expected_cost(rows: &Rows, probabilities: &[f32]) -> Term {
+    let Rows { options, costs, costs_of_none, width } = *rows;
+    if width == 0 || costs_of_none.is_empty() {
+        let sum = costs_of_none.iter().sum();
+        return Term::mean(sum, &vec![0.0; probabilities.len()], costs_of_none.len());
+    }
+    let mut slopes = vec![0.0f64; options.len()];
+    let each = slopes.par_chunks_mut(width).zip(options.par_chunks(width)).zip(costs.par_chunks(width));
+    let values: Vec<f64> = each
+        .zip(costs_of_none)
+        .map(|(((slopes, options), costs), &none)| row_cost(slopes, options, costs, none, probabilities))
+        .collect();
+    let mut gradient = vec![0.0f64; probabilities.len()];
+    options.iter().zip(&slopes).for_each(|(&option, slope)| gradient[option as usize] += slope);
+    Term::mean(values.iter().sum(), &gradient, values.len())
+}
+
+/// The expected cost of one row; its derivatives go into `slopes`.
+fn row_cost(slopes: &mut [f64], options: &[u32], costs: &[f64], none: f64, probabilities: &[f32]) -> f64 {
+    let mut rest = none;
+    for ((slope, &option), cost) in slopes.iter_mut().zip(options).zip(costs).rev() {
+        let p = f64::from(probabilities[option as usize]);
+        *slope = cost - rest;
+        rest = p * cost + (1.0 - p) * rest;
+    }
+    let mut none_before = 1.0;
+    for (slope, &option) in slopes.iter_mut().zip(options) {
+        *slope *= none_before;
+        none_before *= 1.0 - f64::from(probabilities[option as usize]);
+    }
+    rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_gradients::{assert_gradient, uniform};
+    use super::*;
+
+    /// The same over all subsets of options that can be kept.
+    fn by_subsets(options: &[u32], costs: &[f64], none: f64, p: &[f32]) -> f64 {
+        let of_subset = |kept: u32| {
+            let chance = (0..p.len()).map(|i| if kept >> i & 1 == 1 { p[i] } else { 1.0 - p[i] });
+            let first = options.iter().position(|&option| kept >> option & 1 == 1);
+            chance.map(f64::from).product::<f64>() * first.map_or(none, |at| costs[at])
+        };
+        (0..1 << p.len()).map(of_subset).sum()
+    }
+
+    #[test]
+    fn agrees_with_all_subsets_and_with_differences() {
+        let options = [2, 0, 1, 3, 1, 4, 3, 0];
+        let costs: Vec<f64> = uniform(8, 5).into_iter().map(f64::from).collect();
+        let none = [1.5, 0.25];
+        let rows = Rows { options: &options, costs: &costs, costs_of_none: &none, width: 4 };
+        let p = uniform(5, 6);
+        let row = |row: usize| by_subsets(&options[4 * row..][..4], &costs[4 * row..][..4], none[row], &p);
+        assert!((expected_cost(&rows, &p).value - (row(0) + row(1)) / 2.0).abs() < 1e-6);
+        assert_gradient(&p, 1e-5, |p| expected_cost(&rows, p));
+    }
+
+    #[test]
+    fn certain_options_end_their_row() {
+        let rows = Rows { options: &[0, 1, 2], costs: &[1.0, 2.0, 4.0], costs_of_none: &[8.0], width: 3 };
+        assert_eq!(expected_cost(&rows, &[0.0, 1.0, 0.5]), Term { value: 2.0, gradient: vec![-1.0, -4.0, 0.0] });
+        assert_eq!(expected_cost(&rows, &[0.0; 3]).value, 8.0);
+    }
+}

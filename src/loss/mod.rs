@@ -1,0 +1,47 @@
+//! The objective of Sec. 3.4, one file per term: its value and its gradient to the probabilities or scores it judges.
+//!
+//! Every loss is a function over plain slices, forward and backward side by side; none knows the network. The
+//! printed terms stand beside the forms that train: `docs/paper.md` says where the print fails and why.
+
+mod chamfer;
+mod first_kept;
+mod forward_distance;
+mod inclusion;
+#[cfg(test)]
+mod test_gradients;
+mod triangles;
+
+pub use chamfer::{coverage_of_samples, probabilistic_chamfer};
+pub use forward_distance::{forward_distance, forward_distances};
+pub use inclusion::{Inclusion, inclusion, inclusion_gradient};
+
+/// A loss and its gradient to the probabilities (or scores) it was given, one entry each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Term {
+    /// The loss.
+    pub value: f64,
+    /// Its derivative to each probability.
+    pub gradient: Vec<f32>,
+}
+
+impl Term {
+    /// The loss of nothing: zero, with a gradient of zeros.
+    pub(crate) fn zero(n: usize) -> Self {
+        Self { value: 0.0, gradient: vec![0.0; n] }
+    }
+
+    /// A value and a gradient that were summed in double precision, both divided by `n`; zero where n is 0.
+    pub(crate) fn mean(sum: f64, gradient: &[f64], n: usize) -> Self {
+        if n == 0 {
+            return Self::zero(gradient.len());
+        }
+        let n = n as f64;
+        Self { value: sum / n, gradient: gradient.iter().map(|&g| (g / n) as f32).collect() }
+    }
+
+    /// The mean of `p_i w_i`, linear in p.
+    pub(crate) fn mean_product(weights: &[f64], probabilities: &[f32]) -> Self {
+        let products = weights.iter().zip(probabilities).map(|(w, &p)| w * f64::from(p));
+        Self::mean(products.sum(), weights, weights.len())
+    }
+}
