@@ -37,7 +37,9 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // A file name or a message from elsewhere may hold line breaks; a failure is one line.
-            Self::Failed(text) | Self::Usage(text) | Self::Stopped(text) => f.write_str(&text.replace(['\n', '\r'], " ")),
+            Self::Failed(text) | Self::Usage(text) | Self::Stopped(text) => {
+                f.write_str(&text.replace(['\n', '\r'], " "))
+            }
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
         }
     }

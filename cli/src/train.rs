@@ -18,7 +18,9 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     match (&args.plot, &args.data, &args.out) {
         (Some(folder), _, _) => plot(folder, voice(args)),
         (None, Some(data), Some(out)) => in_pool(args, data, out),
-        _ => Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into())),
+        _ => {
+            Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into()))
+        }
     }
 }
 

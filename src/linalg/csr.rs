@@ -91,6 +91,18 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
+    /// The same square graph with every node joined to itself as well.
+    ///
+    /// ```
+    /// use neural_mesh::linalg::Csr;
+    /// let edge = Csr::from_edges(2, [[0, 1]]).with_loops();
+    /// assert_eq!((edge.row(0), edge.row(1)), ([0, 1].as_slice(), [0, 1].as_slice()));
+    /// ```
+    pub fn with_loops(&self) -> Self {
+        let loops = (0..self.n_rows() as u32).map(|i| [i, i]);
+        Self::from_entries(self.n_rows(), self.n_cols, self.entries().chain(loops))
+    }
+
     /// Number of rows.
     pub fn n_rows(&self) -> usize {
         self.offsets.len() - 1

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Scores every vertex with the Point Sampler, Sec. 3.1; larger ones are sampled sooner.
 ///
 /// # Shapes
-/// - `points`: n x 3, from [`normalized`](super::normalized)
+/// - `points`: n x 3, from [`in_edge_lengths`](super::in_edge_lengths)
 /// - `rings`: n x n, the edges of the mesh
 /// - returns n scores
 ///
@@ -19,9 +19,9 @@ use std::sync::Arc;
 /// When `rings` has another number of rows.
 ///
 /// ```
-/// use neural_mesh::{linalg::Csr, model::{Weights, normalized, vertex_scores}};
-/// let points = normalized(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+/// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, vertex_scores}};
 /// let rings = Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]).into();
+/// let points = in_edge_lengths(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &rings);
 /// assert_eq!(vertex_scores(&Weights::random(1), &points, &rings).len(), 3);
 /// ```
 pub fn vertex_scores(weights: &Weights, points: &[[f32; 3]], rings: &Arc<Csr>) -> Vec<f32> {
@@ -33,7 +33,7 @@ pub fn vertex_scores(weights: &Weights, points: &[[f32; 3]], rings: &Arc<Csr>) -
 /// G_ext and what the Edge Predictor says of its edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedEdges {
-    /// G_ext, n x n, symmetric.
+    /// G_ext with every sample joined to itself, n x n, symmetric.
     pub graph: Arc<Csr>,
     /// S, Eq. (2), one value per entry of the graph.
     pub attention: Vec<f32>,
@@ -43,8 +43,11 @@ pub struct PredictedEdges {
 
 /// Extends the connectivity of the samples and weighs its edges, Sec. 3.2.
 ///
+/// Every sample is its own neighbour: what it keeps to itself says by how much A_s follows the original connectivity
+/// and by how much that of its neighbours. Without that, A_s is a blur in which the original edges cannot be told apart.
+///
 /// # Shapes
-/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `points`: n x 3, the samples, from [`in_edge_lengths`](super::in_edge_lengths) over `original`
 /// - `original`: n x n, which samples the mesh joins, symmetric
 ///
 /// # Panics
@@ -54,10 +57,10 @@ pub struct PredictedEdges {
 /// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges}};
 /// let points = [[0.0; 3], [0.6, 0.0, 0.0], [0.0, 0.6, 0.0]];
 /// let edges = predict_edges(&Weights::random(1), &points, &Csr::from_edges(3, [[0, 1], [1, 2]]).into());
-/// assert_eq!(edges.adjacency.len(), 6);
+/// assert_eq!(edges.adjacency.len(), 9);
 /// ```
 pub fn predict_edges(weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>) -> PredictedEdges {
-    let graph = Arc::new(extended_graph(points, original, weights.architecture().edge_knn));
+    let graph = Arc::new(extended_graph(points, original, weights.architecture().edge_knn).with_loops());
     let points = Value::constant(Matrix::from_points(points));
     let net = weights.constants().edge_predictor;
     let edges = edge_predictor(&mut Tape::default(), &net, &points, &graph, original);

@@ -1,7 +1,7 @@
 //! The network of the paper, one file per named thing; sees points, graphs and matrices only.
 //!
 //! Every stage is one function over a [`Tape`](crate::autodiff::Tape): with constant weights it is inference and
-//! records nothing, with parameters it is training. Positions are those of [`normalized`] throughout.
+//! records nothing, with parameters it is training. Positions are those of [`in_edge_lengths`] throughout.
 
 mod affine;
 mod architecture;
@@ -10,6 +10,7 @@ mod dev_conv;
 mod edge_predictor;
 mod extended_graph;
 mod face_classifier;
+mod in_edge_lengths;
 mod inference;
 mod network;
 mod normalized;
@@ -25,6 +26,7 @@ pub use dev_conv::{DevConv, dev_conv};
 pub use edge_predictor::{EdgePredictor, Edges, edge_predictor};
 pub use extended_graph::extended_graph;
 pub use face_classifier::{FaceClassifier, face_classifier, triangle_graph};
+pub use in_edge_lengths::{EdgeFrame, in_edge_lengths};
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, vertex_scores};
 pub use network::Network;
 pub use normalized::normalized;

@@ -2,7 +2,7 @@
 
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
-use crate::model::{Weights, normalized, vertex_scores};
+use crate::model::{Weights, in_edge_lengths, vertex_scores};
 use std::sync::Arc;
 
 /// Scores every vertex of a mesh; larger ones are to be sampled sooner, and only differences matter.
@@ -13,7 +13,8 @@ use std::sync::Arc;
 /// assert_eq!(network_scores(&mesh, &Weights::random(1)).len(), 3);
 /// ```
 pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
-    vertex_scores(weights, &normalized(mesh.positions()), &Arc::new(edge_graph(mesh)))
+    let rings = Arc::new(edge_graph(mesh));
+    vertex_scores(weights, &in_edge_lengths(mesh.positions(), &rings), &rings)
 }
 
 /// The edges of a mesh as a graph, n_vertices x n_vertices, what the Point Sampler convolves over.

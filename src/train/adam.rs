@@ -57,9 +57,8 @@ pub fn adam_step(
     moments.first = blended(&moments.first, gradients, |m, g| beta1 * m + (1.0 - beta1) * g);
     moments.second = blended(&moments.second, gradients, |v, g| beta2 * v + (1.0 - beta2) * g * g);
     let [first, second] = [beta1, beta2].map(|beta| 1.0 - beta.powf(moments.steps as f64));
-    let direction = blended(&moments.first, &moments.second, |m, v| {
-        (m / first) / ((v / second).sqrt() + settings.adam_epsilon)
-    });
+    let direction =
+        blended(&moments.first, &moments.second, |m, v| (m / first) / ((v / second).sqrt() + settings.adam_epsilon));
     let mut directions = matrices(&direction).into_iter();
     tensors.map(|_, matrix| {
         let direction = directions.next().unwrap_or_default();
@@ -82,9 +81,7 @@ pub fn clipped(gradients: Network<Matrix>, norm: f64, limit: f64) -> Network<Mat
         return gradients;
     }
     let shrink = |g: &f32| (f64::from(*g) * (limit / norm)) as f32;
-    gradients.map(|_, matrix| {
-        Matrix::new(matrix.n_rows(), matrix.n_cols(), matrix.data().iter().map(shrink).collect())
-    })
+    gradients.map(|_, matrix| Matrix::new(matrix.n_rows(), matrix.n_cols(), matrix.data().iter().map(shrink).collect()))
 }
 
 /// `f(a, b)` entry by entry.

@@ -130,11 +130,7 @@ fn check_something_was_learned(run: &Run) -> Result<(), TrainError> {
 }
 
 /// The step of the next mesh, and what the caller wishes then.
-fn one_mesh(
-    run: &mut Run,
-    step: &StepFunction,
-    progress: &mut dyn FnMut(Event) -> Wish,
-) -> Result<Ending, TrainError> {
+fn one_mesh(run: &mut Run, step: &StepFunction, progress: &mut dyn FnMut(Event) -> Wish) -> Result<Ending, TrainError> {
     let position = &run.state.position;
     let (epoch, n_steps) = (position.epoch, position.order.len());
     let mesh = position.order.get(position.n_done).and_then(|&at| run.data.training.get(at as usize));
@@ -168,8 +164,7 @@ fn one_step(run: &mut Run, mesh: &Mesh, step: &StepFunction) -> Result<Made, Tra
         Ok(found) => found,
         Err(why) => return Ok(Err(why)),
     };
-    let diverged =
-        |number: u64, what: String| TrainError::Diverged { step: number, mesh: mesh.name.clone(), what };
+    let diverged = |number: u64, what: String| TrainError::Diverged { step: number, mesh: mesh.name.clone(), what };
     if let Some(what) = state.position.watch.trouble(&found, settings.explosion) {
         return Err(diverged(state.position.step, what));
     }
@@ -209,11 +204,12 @@ fn name_terms(run: &mut Run, found: &Step) -> Result<(), TrainError> {
     if position.names.is_empty() {
         position.sums = vec![0.0; names.len()];
         position.names = names;
-        return run.steps.push(&columns(&position.names, &["epoch", "step", "mesh", "ratio"], "", &[
-            "total",
-            "gradient_norm",
-            "learning_rate",
-        ]));
+        return run.steps.push(&columns(
+            &position.names,
+            &["epoch", "step", "mesh", "ratio"],
+            "",
+            &["total", "gradient_norm", "learning_rate"],
+        ));
     }
     if position.names == names {
         return Ok(());

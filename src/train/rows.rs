@@ -20,13 +20,17 @@ impl Rows {
         let file = OpenOptions::new().create(true).read(true).write(true).truncate(false).open(path);
         let mut file = file.map_err(|error| problem(path, &error))?;
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(TrainError::file(path, "another training writes to it: wait for its end")),
+            Err(TryLockError::WouldBlock) => {
+                return Err(TrainError::file(path, "another training writes to it: wait for its end"));
+            }
             // A file system without locks is no reason not to train.
             Err(TryLockError::Error(_)) | Ok(()) => {}
         }
         let found = file.metadata().map_err(|error| problem(path, &error))?.len();
         if found < n_bytes {
-            let what = format!("has {found} bytes, fewer than the {n_bytes} of the checkpoint: put the file back or start anew");
+            let what = format!(
+                "has {found} bytes, fewer than the {n_bytes} of the checkpoint: put the file back or start anew"
+            );
             return Err(TrainError::file(path, what));
         }
         file.set_len(n_bytes).map_err(|error| problem(path, &error))?;

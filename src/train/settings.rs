@@ -197,7 +197,8 @@ impl Settings {
 
 fn parsed(text: &str) -> Result<Table, TrainError> {
     text.parse::<Table>().map_err(|error| {
-        let line = error.span().map_or(1, |span| 1 + text.as_bytes()[..span.start].iter().filter(|b| **b == b'\n').count());
+        let line =
+            error.span().map_or(1, |span| 1 + text.as_bytes()[..span.start].iter().filter(|b| **b == b'\n').count());
         TrainError::Settings(format!("line {line}: {}: write `name = value`", one_line(error.message())))
     })
 }
@@ -239,7 +240,8 @@ mod tests {
         assert_eq!(Settings::from_toml(DEFAULT_SETTINGS).unwrap(), settings);
         assert_eq!(Settings::from_toml(&settings.to_toml()).unwrap(), settings);
         assert_eq!(settings.architecture(), Architecture::default());
-        let lines = |text: &str| text.lines().map(|line| line.split(" = ").next().unwrap().into()).collect::<Vec<String>>();
+        let lines =
+            |text: &str| text.lines().map(|line| line.split(" = ").next().unwrap().into()).collect::<Vec<String>>();
         assert_eq!(lines(&settings.to_toml()), lines(DEFAULT_SETTINGS));
     }
 

@@ -29,8 +29,7 @@ pub struct Step {
 
 /// One step: the same for the same weights, item, settings and random state, on any number of threads. The error says
 /// in a few words why the step cannot be made with this mesh; it is then named and passed over.
-pub type StepFunction<'a> =
-    dyn Fn(&Weights, &Item, &Settings, &mut Xoshiro256PlusPlus) -> Result<Step, String> + 'a;
+pub type StepFunction<'a> = dyn Fn(&Weights, &Item, &Settings, &mut Xoshiro256PlusPlus) -> Result<Step, String> + 'a;
 
 impl Step {
     /// The sum of the terms, which is what is minimised.

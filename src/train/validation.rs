@@ -41,12 +41,7 @@ pub(super) fn validated(
 }
 
 /// A mesh at all ratios of the validation; ratios at which it cannot be used are passed over.
-fn measured(
-    run: &Run,
-    mesh: &Mesh,
-    step: &StepFunction,
-    random: &Xoshiro256PlusPlus,
-) -> Result<Vec<Step>, TrainError> {
+fn measured(run: &Run, mesh: &Mesh, step: &StepFunction, random: &Xoshiro256PlusPlus) -> Result<Vec<Step>, TrainError> {
     let at_ratio = |&ratio: &f64| {
         let item = Item { name: mesh.name.clone(), mesh: mesh.mesh.clone(), ratio };
         step(&run.state.weights, &item, &run.settings, &mut random.clone()).ok()

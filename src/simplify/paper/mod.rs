@@ -13,7 +13,9 @@ pub use quotient::{Quotient, quotient};
 use super::network_scores::edge_graph;
 use super::{Event, SimplifyError, gumbel_top_k};
 use crate::mesh::TriMesh;
-use crate::model::{PredictedEdges, PredictedFaces, Weights, normalized, predict_edges, predict_faces, vertex_scores};
+use crate::model::{
+    PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
+};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -99,7 +101,7 @@ pub fn paper_stages(
     }
     begin("scores", progress)?;
     let rings = Arc::new(edge_graph(mesh));
-    let points = normalized(mesh.positions());
+    let points = in_edge_lengths(mesh.positions(), &rings);
     let scores = vertex_scores(weights, &points, &rings);
     begin("sample", progress)?;
     let samples = gumbel_top_k(&scores, n_target_vertices, seed);
@@ -107,7 +109,7 @@ pub fn paper_stages(
     let assignment = assign_to_samples(&points, &rings, &samples);
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
     begin("edges", progress)?;
-    let sampled = gather(&points, &samples);
+    let sampled = in_edge_lengths(&gather(&points, &samples), &quotient.edges);
     let edges = predict_edges(weights, &sampled, &Arc::new(quotient.edges.clone()));
     begin("faces", progress)?;
     let faces = predict_faces(weights, &sampled, &edges, &quotient.triangles);

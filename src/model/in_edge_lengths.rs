@@ -1,0 +1,89 @@
+//! The unit that the network measures in: the mean length of the edges it looks along.
+//!
+//! The paper scales a mesh to a bounding box with diagonal 1. What a vertex sees there shrinks with every refinement, and
+//! a network trained at one density of vertices says little at another; in units of the edges it sees the same.
+
+use crate::linalg::Csr;
+
+/// A shift and a scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeFrame {
+    /// What becomes the origin.
+    pub centre: [f64; 3],
+    /// Factor of every length, above 0.
+    pub scale: f64,
+}
+
+impl EdgeFrame {
+    /// The frame in which the mean of `points` is the origin and the edges of `graph` have mean length 1; where they
+    /// have no length, lengths stay.
+    ///
+    /// # Shapes
+    /// - `points`: n x 3, `graph`: n x n; entries from a point to itself do not count
+    ///
+    /// # Panics
+    /// When `graph` has another number of rows.
+    pub fn of(points: &[[f32; 3]], graph: &Csr) -> Self {
+        assert_eq!(points.len(), graph.n_rows(), "one row per point");
+        let mut sum = [0.0f64; 3];
+        points.iter().for_each(|p| (0..3).for_each(|axis| sum[axis] += f64::from(p[axis])));
+        let length = |[i, j]: [u32; 2]| {
+            let [p, q] = [i, j].map(|v| glam::DVec3::from(points[v as usize].map(f64::from)));
+            p.distance(q)
+        };
+        let joined = || graph.entries().filter(|[i, j]| i != j);
+        let mean = joined().map(length).sum::<f64>() / joined().count().max(1) as f64;
+        let centre = sum.map(|sum| sum / points.len().max(1) as f64);
+        Self { centre, scale: if mean > 0.0 { 1.0 / mean } else { 1.0 } }
+    }
+
+    /// Points in this frame, n x 3.
+    pub fn apply(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let moved = |p: &[f32; 3]| [0, 1, 2].map(|axis| ((f64::from(p[axis]) - self.centre[axis]) * self.scale) as f32);
+        points.iter().map(moved).collect()
+    }
+}
+
+/// Moves points so that their mean is the origin, and scales them so that the edges of `graph` have mean length 1; see
+/// [`EdgeFrame`].
+///
+/// # Shapes
+/// - `points` and the result: n x 3
+/// - `graph`: n x n
+///
+/// # Panics
+/// When `graph` has another number of rows.
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, model::in_edge_lengths};
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// let points = in_edge_lengths(&[[10.0, 0.0, 0.0], [13.0, 4.0, 0.0], [16.0, 8.0, 0.0]], &path);
+/// assert_eq!(points, [[-0.6, -0.8, 0.0], [0.0; 3], [0.6, 0.8, 0.0]]);
+/// ```
+pub fn in_edge_lengths(points: &[[f32; 3]], graph: &Csr) -> Vec<[f32; 3]> {
+    EdgeFrame::of(points, graph).apply(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::test_values::random;
+
+    #[test]
+    fn a_finer_unit_changes_nothing() {
+        let points: Vec<[f32; 3]> = random(20, 3, 1).data().as_chunks().0.to_vec();
+        let graph = Csr::from_edges(20, (0..20).flat_map(|i| [[i, (i + 1) % 20], [i, (i + 7) % 20]]));
+        let large: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| 64.0 * x)).collect();
+        assert_eq!(in_edge_lengths(&points, &graph), in_edge_lengths(&large, &graph));
+        assert_eq!(in_edge_lengths(&points, &graph), in_edge_lengths(&points, &graph.with_loops()));
+    }
+
+    #[test]
+    fn without_lengths_the_scale_stays() {
+        assert_eq!(in_edge_lengths(&[[7.0; 3]; 3], &Csr::from_edges(3, [[0, 1]])), [[0.0; 3]; 3]);
+        assert_eq!(
+            in_edge_lengths(&[[0.0; 3], [2.0, 0.0, 0.0]], &Csr::from_edges(2, [])),
+            [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+        );
+    }
+}

@@ -1,0 +1,53 @@
+//! A piece of a mesh, so that a step at a large ratio costs no more than one at a small ratio.
+
+use crate::linalg::Csr;
+use crate::mesh::TriMesh;
+use std::collections::VecDeque;
+
+/// The faces between the `n_vertices` vertices that a walk over the edges from `start` reaches first; the whole mesh
+/// where it has no more, and `None` where that leaves no face.
+///
+/// # Shapes
+/// - `rings`: the edges of the mesh
+pub(super) fn patch(mesh: &TriMesh, rings: &Csr, n_vertices: usize, start: u32) -> Option<TriMesh> {
+    let n = mesh.positions().len();
+    if n_vertices >= n {
+        return Some(mesh.clone());
+    }
+    let mut number = vec![u32::MAX; n];
+    let mut reached = vec![start];
+    number[start as usize] = 0;
+    let mut pending = VecDeque::from([start]);
+    while let Some(v) = pending.pop_front() {
+        for &w in rings.row(v as usize) {
+            if number[w as usize] == u32::MAX && reached.len() < n_vertices {
+                number[w as usize] = reached.len() as u32;
+                reached.push(w);
+                pending.push_back(w);
+            }
+        }
+    }
+    let renumbered = mesh.faces().iter().map(|face| face.map(|v| number[v as usize]));
+    let faces: Vec<[u32; 3]> = renumbered.filter(|face| !face.contains(&u32::MAX)).collect();
+    let positions = reached.iter().map(|&v| mesh.positions()[v as usize]).collect();
+    if faces.is_empty() { None } else { TriMesh::new(positions, faces).ok() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+    use crate::simplify::edge_graph;
+
+    #[test]
+    fn a_patch_is_one_piece_of_the_surface() {
+        let mesh = shapes::icosphere(4);
+        let rings = edge_graph(&mesh);
+        let piece = patch(&mesh, &rings, 500, 7).unwrap();
+        assert_eq!(piece.positions().len(), 500);
+        let found = topology(&piece);
+        assert_eq!((found.components, found.non_manifold_edges, found.closed), (1, 0, false));
+        assert_eq!(patch(&mesh, &rings, 1 << 20, 7).as_ref(), Some(&mesh));
+        assert_eq!(patch(&mesh, &rings, 1, 7), None);
+    }
+}
