@@ -28,6 +28,27 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     an_edge_passes(a, sides_of_b, b) || an_edge_passes(b, sides_of_a, a)
 }
 
+/// Whether an edge of triangle `a` passes through triangle `b`: from one side of its plane to the other, meeting `b` elsewhere
+/// than at a corner.
+///
+/// Decided exactly, as in [`triangles_cross`]. Triangles that share an edge never do; of those that share a corner only
+/// the edge that lies opposite of it can.
+///
+/// ```
+/// use neural_mesh::geometry::crossing::edge_passes_through;
+/// let flat = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+/// let upright = [[1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [9.0, 9.0, 1.0]];
+/// assert!(edge_passes_through(upright, flat) && edge_passes_through(flat, upright));
+/// let small = [[1.0, 1.0, -1.0], [1.0, 1.1, 1.0], [1.1, 1.0, 1.0]];
+/// assert!(edge_passes_through(small, flat) && !edge_passes_through(flat, small));
+/// ```
+pub fn edge_passes_through(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
+    let sides_of_b = a.map(|p| side(b, p));
+    // Else a touches b at most, or has no area.
+    let a_is_crossed = || !all_on_one_side(b.map(|p| side(a, p)));
+    !all_on_one_side(sides_of_b) && an_edge_passes(a, sides_of_b, b) && a_is_crossed()
+}
+
 fn all_on_one_side(sides: [i8; 3]) -> bool {
     sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
 }
@@ -106,6 +127,26 @@ mod tests {
     #[test]
     fn neighbours_that_share_a_corner_and_pass_through_cross() {
         assert!(cross(FLAT, [FLAT[0], [1.0, 0.5, -1.0], [0.5, 1.0, 1.0]]));
+    }
+
+    #[test]
+    fn edges_pass_through_where_triangles_cross_outside_of_one_plane() {
+        let [a, b, c] = FLAT;
+        let others = [
+            [[0.5, 0.5, -1.0], [0.6, 0.5, 1.0], [0.5, 0.6, 1.0]],
+            [[0.5, 0.5, -1.0], [0.5, 0.5, 1.0], [9.0, 9.0, 1.0]],
+            [a, b, [0.0, 0.0, 1.0]],
+            [a, [1.0, 0.5, -1.0], [0.5, 1.0, 1.0]],
+            [a, [-1.0, 0.0, 1.0], [0.0, -1.0, 1.0]],
+            [[0.5, 0.5, 0.0], [1.0, 0.5, 1.0], [0.5, 1.0, 1.0]],
+            [[0.5, 0.5, -1.0], [0.5, 0.5, 0.5], [0.5, 0.5, 1.0]],
+            [b, c, [3.0, 3.0, -2.0]],
+        ];
+        for other in others {
+            let passes = edge_passes_through(FLAT, other) || edge_passes_through(other, FLAT);
+            assert_eq!(passes, triangles_cross(FLAT, other), "{other:?}");
+        }
+        assert!(!edge_passes_through(FLAT, FLAT));
     }
 
     #[test]

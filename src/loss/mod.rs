@@ -4,16 +4,30 @@
 //! printed terms stand beside the forms that train: `docs/paper.md` says where the print fails and why.
 
 mod chamfer;
+mod closure;
+mod collision;
+mod coverage;
+mod edge_crossings;
 mod first_kept;
 mod forward_distance;
 mod inclusion;
+mod overlap;
+mod pairs;
+mod reverse_distance;
 #[cfg(test)]
 mod test_gradients;
 mod triangles;
 
 pub use chamfer::{coverage_of_samples, probabilistic_chamfer};
+pub use closure::closure;
+pub use collision::collisions;
+pub use coverage::{NearTriangles, coverage, near_triangles};
+pub use edge_crossings::edge_crossings;
 pub use forward_distance::{forward_distance, forward_distances};
 pub use inclusion::{Inclusion, inclusion, inclusion_gradient};
+pub use overlap::{OverlapSettings, overlaps};
+pub use pairs::{conflicts_by_count, conflicts_by_pair};
+pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
 
 /// A loss and its gradient to the probabilities (or scores) it was given, one entry each.
 #[derive(Clone, Debug, PartialEq)]
