@@ -7,6 +7,7 @@ mod one_pass;
 mod options;
 pub mod paper;
 mod sample_vertices;
+mod scattered_samples;
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -20,6 +21,7 @@ pub use network_scores::{edge_graph, network_scores};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
 pub use sample_vertices::gumbel_top_k;
+pub use scattered_samples::scattered_samples;
 
 /// Samples per vertex asked for, where the caller leaves the choice: as many as still save time. Fewer cost
 /// accuracy on parts with sharp edges, where every vertex that the samples leave out may have been a corner.

@@ -20,9 +20,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 /// assert_eq!(gumbel_top_k(&[0.0, 1e9, 0.0, 1e9], 2, 7), [1, 3]);
 /// ```
 pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut keys: Vec<(f64, u32)> =
-        scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect();
+    let mut keys = gumbel_keys(scores, seed);
     let k = k.min(keys.len());
     if k < keys.len() {
         keys.select_nth_unstable_by(k, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -30,6 +28,12 @@ pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
     let mut samples: Vec<u32> = keys[..k].iter().map(|&(_, vertex)| vertex).collect();
     samples.sort_unstable();
     samples
+}
+
+/// Each vertex with its score and Gumbel noise of its own.
+pub(super) fn gumbel_keys(scores: &[f32], seed: u64) -> Vec<(f64, u32)> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect()
 }
 
 /// Standard Gumbel noise from random bits, by way of a uniform number that is neither 0 nor 1.

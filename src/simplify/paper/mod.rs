@@ -11,7 +11,7 @@ pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use quotient::{Quotient, quotient};
 
 use super::network_scores::edge_graph;
-use super::{Event, SimplifyError, gumbel_top_k};
+use super::{Event, SimplifyError, scattered_samples};
 use crate::mesh::TriMesh;
 use crate::model::{
     PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
@@ -104,7 +104,7 @@ pub fn paper_stages(
     let points = in_edge_lengths(mesh.positions(), &rings);
     let scores = vertex_scores(weights, &points, &rings);
     begin("sample", progress)?;
-    let samples = gumbel_top_k(&scores, n_target_vertices, seed);
+    let samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
     begin("assign", progress)?;
     let assignment = assign_to_samples(&points, &rings, &samples);
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());

@@ -1,0 +1,142 @@
+//! The step of the objective "paper": the network of Secs. 3.1 to 3.3 on one mesh, judged by the losses of Sec. 3.4.
+//!
+//! The Point Sampler learns from its own term alone; samples, candidates and their graph are drawn and then held, so
+//! that the gradient reaches Edge Predictor and Face Classifier through the probabilities of the faces.
+
+use super::face_terms::{Faces, face_terms};
+use super::patch::patch;
+use super::random::below;
+use super::sampler_terms::sampler_terms;
+use super::{Item, Settings, Step, gradients_of};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use crate::loss::Term;
+use crate::mesh::TriMesh;
+use crate::model::{
+    CandidateFaces, EdgeFrame, Network, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
+    in_edge_lengths, point_sampler, prior, triangle_graph,
+};
+use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
+use crate::simplify::{edge_graph, scattered_samples};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::Rng;
+use std::sync::Arc;
+
+/// Fewer samples than this make no surface to learn from.
+const LEAST_SAMPLES: usize = 16;
+
+/// One step: its terms, each times its weight in the settings, and the gradient of their sum.
+pub(super) fn paper_step(
+    weights: &Weights,
+    item: &Item,
+    settings: &Settings,
+    random: &mut Xoshiro256PlusPlus,
+) -> Result<Step, String> {
+    let mesh = piece(item, settings, random)?;
+    let n_samples = (mesh.positions().len() as f64 * item.ratio) as usize;
+    if n_samples < LEAST_SAMPLES {
+        return Err(format!("has fewer than {LEAST_SAMPLES} samples at this ratio"));
+    }
+    let rings = Arc::new(edge_graph(&mesh));
+    let points = in_edge_lengths(mesh.positions(), &rings);
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape);
+    let scores = point_sampler(&mut tape, &net.point_sampler, &constant(&points), &rings);
+    let (mut terms, to_scores) = sampler_terms(&points, scores.matrix().data(), n_samples, settings, random);
+    let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
+    let drawn = draw(&mesh, &points, &rings, &samples);
+    let (probabilities, candidates) = classified(&mut tape, &net, &drawn, weights);
+    let faces = Faces { mesh: &mesh, drawn: &drawn, candidates: &candidates };
+    let (of_faces, to_probabilities) = face_terms(&faces, probabilities.matrix().data(), settings, random);
+    terms.extend(of_faces);
+    let results = [(&scores, column(to_scores)), (&probabilities, column(to_probabilities))];
+    Ok(Step { terms, gradients: gradients_of(&net, &tape.backward(&results)) })
+}
+
+/// The mesh, or a piece of it where it would have too many samples.
+fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
+    let most = settings.max_samples as f64 / item.ratio;
+    if settings.max_samples == 0 || item.mesh.positions().len() as f64 <= most {
+        return Ok(item.mesh.clone());
+    }
+    let start = below(random, item.mesh.positions().len());
+    patch(&item.mesh, &edge_graph(&item.mesh), most as usize, start as u32).ok_or("has no face in one piece".into())
+}
+
+/// Samples and what the mesh says of them.
+pub(super) struct Drawn {
+    /// The frame in which the network sees the samples.
+    pub frame: EdgeFrame,
+    /// The samples in that frame, n_samples x 3.
+    pub points: Vec<[f32; 3]>,
+    /// The mesh between their regions.
+    pub quotient: Quotient,
+}
+
+fn draw(mesh: &TriMesh, points: &[[f32; 3]], rings: &Csr, samples: &[u32]) -> Drawn {
+    let assignment = assign_to_samples(points, rings, samples);
+    let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
+    let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
+    let frame = EdgeFrame::of(&sampled, &quotient.edges);
+    Drawn { points: frame.apply(&sampled), frame, quotient }
+}
+
+/// Candidate faces, what they are joined with, and G_ext.
+pub(super) struct Candidates {
+    /// The candidates.
+    pub faces: CandidateFaces,
+    /// G_ext, whose entries they name.
+    pub extended: Arc<Csr>,
+    /// The nearest of them to each.
+    pub neighbours: Arc<Csr>,
+}
+
+/// The Edge Predictor and the Face Classifier on the tape: the probabilities, and of what.
+fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &Weights) -> (Value, Candidates) {
+    let original = Arc::new(drawn.quotient.edges.clone());
+    let sizes = weights.architecture();
+    let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
+    let edges = edge_predictor(tape, &net.edge_predictor, &constant(&drawn.points), &extended, &original);
+    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), &drawn.quotient.triangles);
+    let faces = faces.in_coherent_order(&drawn.points);
+    let neighbours = Arc::new(triangle_graph(&drawn.points, &faces.triangles, sizes.face_knn));
+    let prior = prior(tape, &edges.adjacency, &faces);
+    let net = &net.face_classifier;
+    let points = constant(&drawn.points);
+    let probabilities = face_classifier(tape, net, &points, &faces.triangles, &neighbours, &prior);
+    (probabilities, Candidates { faces, extended, neighbours })
+}
+
+/// Adds terms with their weights: what is left out has the weight 0 and costs nothing.
+#[derive(Default)]
+pub(super) struct Sum {
+    /// Each term times its weight, in the order of addition.
+    pub terms: Vec<(&'static str, f64)>,
+    /// The gradient of the sum.
+    pub gradient: Vec<f32>,
+}
+
+impl Sum {
+    /// The sum of nothing, over `n` values.
+    pub fn new(n: usize) -> Self {
+        Self { terms: Vec::new(), gradient: vec![0.0; n] }
+    }
+
+    /// Adds `weight` times the term, which is made only where the weight is not 0.
+    pub fn add(&mut self, name: &'static str, weight: f64, term: impl FnOnce() -> Term) {
+        if weight == 0.0 {
+            return;
+        }
+        let term = term();
+        self.terms.push((name, weight * term.value));
+        self.gradient.iter_mut().zip(&term.gradient).for_each(|(sum, g)| *sum += weight as f32 * g);
+    }
+}
+
+fn constant(points: &[[f32; 3]]) -> Value {
+    Value::constant(Matrix::from_points(points))
+}
+
+fn column(gradient: Vec<f32>) -> Matrix {
+    Matrix::new(gradient.len(), 1, gradient)
+}
