@@ -64,6 +64,16 @@ impl Golden {
         }
     }
 
+    /// Panics unless the gradient is the golden slope, to a share of the largest entry of it.
+    fn assert_slope(&self, name: &str, found: &[f32]) {
+        let expected = self.numbers(name);
+        assert_eq!(expected.len(), found.len(), "{name}");
+        let scale = expected.iter().fold(0.0f32, |most, x| most.max(x.abs()));
+        for (at, (a, b)) in expected.iter().zip(found).enumerate() {
+            assert!((a - b).abs() <= 1e-4 * scale, "{name}[{at}]: golden {a}, found {b}, largest {scale}");
+        }
+    }
+
     fn assert_equal(&self, name: &str, found: &[f32]) {
         let expected = self.numbers(name);
         assert_eq!(expected.len(), found.len(), "{name}");
@@ -116,10 +126,10 @@ fn equation_3_predicted_adjacency_and_the_prior() {
 #[test]
 fn equation_4_relative_positions() {
     let golden = Golden::load();
-    let rows = triangle_positions(&golden.points(), &golden.indices::<3>("candidates"));
+    let rows = triangle_positions(&mut Tape::default(), &golden.matrix("x"), &golden.indices::<3>("candidates"));
     let pairs = golden.indices::<5>("around").into_iter().enumerate();
     let differences = pairs.flat_map(|(n, around)| {
-        let rows = &rows;
+        let rows = rows.matrix();
         around.into_iter().flat_map(move |k| rows.row(n).iter().zip(rows.row(k as usize)).map(|(n, k)| n - k))
     });
     golden.assert_equal("r", &differences.collect::<Vec<_>>());
@@ -130,12 +140,41 @@ fn equation_5_tri_conv() {
     let golden = Golden::load();
     let (points, triangles) = (golden.points(), golden.indices::<3>("candidates"));
     let graph = Arc::new(triangle_graph(&points, &triangles, 5));
-    let positions = Value::constant(triangle_positions(&points, &triangles));
     let tape = &mut Tape::default();
+    let positions = triangle_positions(tape, &golden.matrix("x"), &triangles);
     let first = golden.tri_conv_layer(["w1", "b1", "w2", "b2"]);
     let features = tri_conv(tape, &first, &positions, golden.matrix("prior"), &graph);
     golden.assert_equal("g_0", features.matrix().data());
     let second = golden.tri_conv_layer(["w3", "b3", "w4", "b4"]);
     let features = tri_conv(tape, &second, &positions, features, &graph);
     golden.assert_equal("g_1", features.matrix().data());
+}
+
+#[test]
+fn gradients_through_all_equations() {
+    let golden = Golden::load();
+    let tape = &mut Tape::default();
+    let [x, theta, w1] = [golden.matrix("x"), golden.weights("theta_0"), golden.weights("w1")]
+        .map(|value| tape.parameter(value.matrix().clone()));
+    let (rings, graph, original) = (golden.graph("edges"), golden.graph("extended"), golden.graph("a_edges"));
+    let features = dev_conv(tape, &DevConv { theta: theta.clone(), phi: golden.weights("phi_0") }, &x, &rings);
+    let second = DevConv { theta: golden.weights("theta_1"), phi: golden.weights("phi_1") };
+    let features = dev_conv(tape, &second, &features, &rings);
+    let layer = SparseAttention { query: golden.weights("query"), key: golden.weights("key") };
+    let s = sparse_attention(tape, &layer, &features, &graph);
+    let adjacency = tape.sparse_product(&s, &graph, &original);
+    let candidates = candidate_faces(&graph, adjacency.matrix().data(), &[]);
+    let triangle_graph = Arc::new(triangle_graph(&golden.points(), &candidates.triangles, 5));
+    let positions = triangle_positions(tape, &x, &candidates.triangles);
+    let prior = prior(tape, &adjacency, &candidates);
+    let mut first = golden.tri_conv_layer(["w1", "b1", "w2", "b2"]);
+    first.hidden.weights = w1.clone();
+    let features = tri_conv(tape, &first, &positions, prior, &triangle_graph);
+    let last = golden.tri_conv_layer(["w3", "b3", "w4", "b4"]);
+    let result = tri_conv(tape, &last, &positions, features, &triangle_graph);
+    let gradients = tape.backward(&[(&result, golden.matrix("loss_weights").matrix().clone())]);
+    let of = |value: &Value| gradients.of(value).unwrap().clone();
+    golden.assert_slope("slope_x", of(&x).data());
+    golden.assert_slope("slope_theta_0", of(&theta).transposed().data());
+    golden.assert_slope("slope_w1", of(&w1).transposed().data());
 }

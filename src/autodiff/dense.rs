@@ -1,7 +1,7 @@
 //! Operations on whole matrices.
 
 use super::{Tape, Value};
-use crate::linalg::{Matrix, concat_product, product, product_input_backward, product_weights_backward};
+use crate::linalg::{self, Matrix, concat_product, product, product_input_backward, product_weights_backward};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -70,6 +70,27 @@ impl Tape {
         })
     }
 
+    /// Rows by index, each as often as it is named: n x n_cols to n_indices x n_cols.
+    ///
+    /// # Panics
+    /// When an index is out of range.
+    pub fn gather(&mut self, x: &Value, indices: &[u32]) -> Value {
+        let result = linalg::gather(&x.matrix, indices);
+        let (n_rows, indices) = (x.matrix.n_rows(), indices.to_vec());
+        self.record(result, [x], move |gradient, _| [Some(linalg::gather_backward(n_rows, &indices, gradient))])
+    }
+
+    /// For each triple of rows the least and largest of their differences and their mean, as in
+    /// [`linalg::triple_extremes`]: n x n_cols to n_triples x (3 n_cols).
+    ///
+    /// # Panics
+    /// When an index is out of range.
+    pub fn triple_extremes(&mut self, x: &Value, triples: &[[u32; 3]]) -> Value {
+        let result = linalg::triple_extremes(&x.matrix, triples);
+        let (kept, triples) = (x.matrix.clone(), triples.to_vec());
+        self.record(result, [x], move |gradient, _| [Some(linalg::triple_extremes_backward(&kept, &triples, gradient))])
+    }
+
     /// The mean of three entries of a column, for each triple of row indices: n x 1 to n_triples x 1.
     ///
     /// # Panics
@@ -132,6 +153,13 @@ mod tests {
         check_gradients(&inputs, |tape, v| tape.softmax(&v[0]));
         let triples: Arc<[[u32; 3]]> = [[0, 1, 2], [2, 7, 11], [2, 0, 3]].into();
         check_gradients(&[random(12, 1, 3)], |tape, v| tape.mean_of_three(&v[0], &triples));
+    }
+
+    #[test]
+    fn gradients_of_rows_by_index() {
+        let inputs = [random(12, 3, 1)];
+        check_gradients(&inputs, |tape, v| tape.gather(&v[0], &[3, 3, 0, 11, 3]));
+        check_gradients(&inputs, |tape, v| tape.triple_extremes(&v[0], &[[0, 1, 2], [2, 7, 11], [2, 0, 3]]));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! order, so results have the same bits on any number of threads (of one instruction set).
 
 mod csr;
+mod gather;
 mod isa;
 mod matrix;
 mod neighbour_max;
@@ -15,6 +16,7 @@ mod sparse_product;
 pub(crate) mod test_values;
 
 pub use csr::{Csr, InvalidCsr};
+pub use gather::{gather, gather_backward, triple_extremes, triple_extremes_backward};
 pub use matrix::Matrix;
 pub use neighbour_max::{neighbour_max, neighbour_max_backward, neighbour_max_product_relu};
 pub use neighbour_softmax::{neighbour_dots, neighbour_dots_backward, neighbour_softmax, neighbour_softmax_backward};

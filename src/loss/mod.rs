@@ -13,6 +13,7 @@ mod forward_distance;
 mod inclusion;
 mod overlap;
 mod pairs;
+mod quotient_agreement;
 mod reverse_distance;
 #[cfg(test)]
 mod test_gradients;
@@ -27,6 +28,7 @@ pub use forward_distance::{forward_distance, forward_distances};
 pub use inclusion::{Inclusion, inclusion, inclusion_gradient};
 pub use overlap::{OverlapSettings, overlaps};
 pub use pairs::{conflicts_by_count, conflicts_by_pair};
+pub use quotient_agreement::quotient_agreement;
 pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
 
 /// A loss and its gradient to the probabilities (or scores) it was given, one entry each.

@@ -56,6 +56,7 @@ pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> 
 /// let triangles = [[0, 1, 2], [1, 2, 3]];
 /// let graph = triangle_graph(&points, &triangles, 20).into();
 /// let prior = Value::constant(Matrix::new(2, 1, vec![0.5, 0.25]));
+/// let points = Value::constant(Matrix::from_points(&points));
 /// let net = weights.constants().face_classifier;
 /// let probabilities = face_classifier(&mut Tape::default(), &net, &points, &triangles, &graph, &prior);
 /// assert!(probabilities.matrix().data().iter().all(|p| (0.0..=1.0).contains(p)));
@@ -63,12 +64,12 @@ pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> 
 pub fn face_classifier(
     tape: &mut Tape,
     net: &FaceClassifier<Value>,
-    points: &[[f32; 3]],
+    points: &Value,
     triangles: &[[u32; 3]],
     graph: &Arc<Csr>,
     prior: &Value,
 ) -> Value {
-    let positions = Value::constant(triangle_positions(points, triangles));
+    let positions = triangle_positions(tape, points, triangles);
     let layers = net.tri_convs.iter();
     let features = layers.fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, f, graph));
     let logits = tape.affine(&features, &net.output.weights, &net.output.bias);

@@ -105,7 +105,8 @@ pub fn predict_faces(
     let adjacency = Value::constant(Matrix::new(edges.adjacency.len(), 1, edges.adjacency.clone()));
     let prior = prior(tape, &adjacency, &candidates);
     let net = weights.constants().face_classifier;
-    let probabilities = face_classifier(tape, &net, points, &candidates.triangles, &graph, &prior);
+    let points = Value::constant(Matrix::from_points(points));
+    let probabilities = face_classifier(tape, &net, &points, &candidates.triangles, &graph, &prior);
     let [prior, probabilities] = [prior, probabilities].map(|values| values.matrix().data().to_vec());
     PredictedFaces { candidates, prior, probabilities }
 }

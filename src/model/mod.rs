@@ -1,7 +1,8 @@
 //! The network of the paper, one file per named thing; sees points, graphs and matrices only.
 //!
 //! Every stage is one function over a [`Tape`](crate::autodiff::Tape): with constant weights it is inference and
-//! records nothing, with parameters it is training. Positions are those of [`in_edge_lengths`] throughout.
+//! records nothing, with parameters it is training; the same over plain slices, with gradients, are the functions that
+//! end in `_forward` and `_backward`. Positions are those of [`in_edge_lengths`] throughout.
 
 mod affine;
 mod architecture;
@@ -14,6 +15,7 @@ mod in_edge_lengths;
 mod inference;
 mod network;
 mod normalized;
+mod passes;
 mod point_sampler;
 mod sparse_attention;
 mod tri_conv;
@@ -30,6 +32,12 @@ pub use in_edge_lengths::{EdgeFrame, in_edge_lengths};
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, vertex_scores};
 pub use network::Network;
 pub use normalized::normalized;
+pub use passes::{
+    Connectivity, EdgePredictorGradients, EdgePredictorPass, FaceClassifierGradients, FaceClassifierPass,
+    NetworkGradients, NetworkPass, Outputs, PointSamplerGradients, PointSamplerPass, edge_predictor_backward,
+    edge_predictor_forward, face_classifier_backward, face_classifier_forward, network_backward, network_forward,
+    point_sampler_backward, point_sampler_forward,
+};
 pub use point_sampler::{PointSampler, inclusion_probabilities, point_sampler};
 pub use sparse_attention::{SparseAttention, sparse_attention};
 pub use tri_conv::{TriConv, tri_conv, triangle_positions};

@@ -91,9 +91,10 @@ mod tests {
     #[test]
     fn gradients_of_the_point_sampler() {
         let weights = Weights::random_of(SIZES, 2);
-        let (points, rings) = (Value::constant(Matrix::from_points(&points())), ring(14));
-        check_gradients(&matrices(&weights), |tape, values| {
-            point_sampler(tape, &of_values(&weights, values).point_sampler, &points, &rings)
+        let rings = ring(14);
+        check_gradients(&[matrices(&weights), vec![Matrix::from_points(&points())]].concat(), |tape, values| {
+            let (points, tensors) = values.split_last().unwrap();
+            point_sampler(tape, &of_values(&weights, tensors).point_sampler, points, &rings)
         });
     }
 
@@ -109,7 +110,7 @@ mod tests {
             let samples = Value::constant(Matrix::from_points(&points));
             let edges = edge_predictor(tape, &net.edge_predictor, &samples, &graph, &original);
             let prior = prior(tape, &edges.adjacency, &candidates);
-            face_classifier(tape, &net.face_classifier, &points, &candidates.triangles, &triangles, &prior)
+            face_classifier(tape, &net.face_classifier, &samples, &candidates.triangles, &triangles, &prior)
         });
     }
 

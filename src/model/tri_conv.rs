@@ -2,7 +2,7 @@
 
 use super::Affine;
 use crate::autodiff::{Tape, Value};
-use crate::linalg::{Csr, Matrix};
+use crate::linalg::Csr;
 use std::sync::Arc;
 
 /// The perceptron of a TriConv: `hidden` acts on differences, then ReLU, then `output`.
@@ -28,22 +28,14 @@ pub struct TriConv<T> {
 /// When a corner is no point.
 ///
 /// ```
-/// use neural_mesh::model::triangle_positions;
-/// let points = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 6.0, 0.0]];
-/// let row = triangle_positions(&points, &[[0, 1, 2]]).into_data();
+/// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::triangle_positions};
+/// let points = Matrix::from_points(&[[0.0; 3], [3.0, 0.0, 0.0], [0.0, 6.0, 0.0]]);
+/// let rows = triangle_positions(&mut Tape::default(), &Value::constant(points), &[[0, 1, 2]]);
 /// // Edges: (-3, 0, 0), (0, -6, 0), (3, -6, 0).
-/// assert_eq!(row, [-3.0, -6.0, 0.0, 3.0, 0.0, 0.0, 1.0, 2.0, 0.0]);
+/// assert_eq!(rows.matrix().data(), [-3.0, -6.0, 0.0, 3.0, 0.0, 0.0, 1.0, 2.0, 0.0]);
 /// ```
-pub fn triangle_positions(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Matrix {
-    let mut rows = Vec::with_capacity(triangles.len() * 9);
-    for &corners in triangles {
-        let [i, j, k] = corners.map(|v| points[v as usize]);
-        let edges = |axis: usize| [i[axis] - j[axis], i[axis] - k[axis], j[axis] - k[axis]];
-        rows.extend((0..3).map(|axis| edges(axis).into_iter().fold(f32::INFINITY, f32::min)));
-        rows.extend((0..3).map(|axis| edges(axis).into_iter().fold(f32::NEG_INFINITY, f32::max)));
-        rows.extend((0..3).map(|axis| (i[axis] + j[axis] + k[axis]) / 3.0));
-    }
-    Matrix::new(triangles.len(), 9, rows)
+pub fn triangle_positions(tape: &mut Tape, points: &Value, triangles: &[[u32; 3]]) -> Value {
+    tape.triple_extremes(points, triangles)
 }
 
 /// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5).
@@ -109,6 +101,7 @@ impl<T> TriConv<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::Matrix;
     use crate::linalg::test_values::{assert_close, ragged_graph, random};
 
     #[test]

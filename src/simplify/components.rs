@@ -37,10 +37,20 @@ pub(super) fn count_components(mesh: &TriMesh) -> (usize, usize) {
     (n, n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
 }
 
-/// Drops, smallest first, the components whose share of `n_target` vertices by area is below four; returns how many.
+/// A mesh without its smallest components.
+pub(super) struct Pruned {
+    /// What is left.
+    pub mesh: TriMesh,
+    /// Where its vertices stood.
+    pub sources: Vec<u32>,
+    /// Number of components dropped.
+    pub n_dropped: usize,
+}
+
+/// Drops, smallest first, the components whose share of `n_target` vertices by area is below four.
 ///
 /// The largest component always stays. `None` where nothing is dropped.
-pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<(TriMesh, usize)> {
+pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<Pruned> {
     let (component, n) = components(mesh);
     let mut areas = vec![0.0f64; n];
     for (face, &c) in mesh.faces().iter().zip(&component) {
@@ -64,7 +74,7 @@ pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<(TriMesh, usize)
     }
     let kept = mesh.faces().iter().zip(&component).filter(|(_, c)| !dropped[**c as usize]);
     let faces: Vec<[u32; 3]> = kept.map(|(face, _)| *face).collect();
-    compact(mesh, faces).map(|(mesh, _)| (mesh, n_dropped))
+    compact(mesh, faces).map(|(mesh, sources)| Pruned { mesh, sources, n_dropped })
 }
 
 /// The mesh of these faces of `mesh` without the vertices that none of them uses, and where the others stood.
@@ -89,10 +99,10 @@ mod tests {
         let boxes = shapes::many_boxes(94);
         assert_eq!(count_components(&boxes), (94, 0));
         assert!(pruned(&boxes, 1_000_000_000).is_none());
-        let (some, n_dropped) = pruned(&boxes, 100).unwrap();
-        assert_eq!(count_components(&some).0, 94 - n_dropped);
-        let (last, n_dropped) = pruned(&boxes, 4).unwrap();
-        assert_eq!((count_components(&last).0, n_dropped), (1, 93));
+        let some = pruned(&boxes, 100).unwrap();
+        assert_eq!(count_components(&some.mesh).0, 94 - some.n_dropped);
+        let last = pruned(&boxes, 4).unwrap();
+        assert_eq!((count_components(&last.mesh).0, last.n_dropped), (1, 93));
     }
 
     #[test]

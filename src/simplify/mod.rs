@@ -6,6 +6,7 @@ mod network_scores;
 mod one_pass;
 mod options;
 pub mod paper;
+mod record;
 mod sample_vertices;
 mod scattered_samples;
 
@@ -14,12 +15,13 @@ use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use closed::{Closed, End, Limit, Request, is_sound, simplify_closed};
+use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
 pub use network_scores::{edge_graph, network_scores};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
+pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
 
@@ -52,39 +54,109 @@ pub fn simplify(
     options: &Options,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
+    run(mesh, weights, &Task { options, differentiable: false }, progress).map(|(simplified, _)| simplified)
+}
+
+/// As [`simplify`], with the record of how the result depends on the positions of the input. Takes longer; the result
+/// is the same.
+///
+/// # Errors
+/// As [`simplify`].
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh::simplify::{Options, Target, simplify_recorded};
+/// let mesh = shapes::icosphere(3);
+/// let options = Options::new(Target::Vertices(100));
+/// let (result, record) =
+///     simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// // Where do the input's vertices have to go for vertex 0 of the result to move along x?
+/// let mut gradient = vec![[0.0; 3]; 100];
+/// gradient[0] = [1.0, 0.0, 0.0];
+/// let to_input = record.backward(mesh.positions(), &gradient);
+/// // If all of them move along x by 1, so does vertex 0.
+/// assert!((to_input.iter().map(|g| g[0]).sum::<f32>() - 1.0).abs() < 1e-3);
+/// assert_eq!(record.positions(mesh.positions()).len(), result.mesh.positions().len());
+/// ```
+pub fn simplify_recorded(
+    mesh: &TriMesh,
+    weights: Option<&Weights>,
+    options: &Options,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<(Simplified, Record), SimplifyError> {
+    let (simplified, derivative) = run(mesh, weights, &Task { options, differentiable: true }, progress)?;
+    let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
+    let record = match derivative {
+        Some(derivative) => Record::closed(n_input, n_output, derivative),
+        None => Record::selected(n_input, simplified.source_vertices.clone().unwrap_or_default()),
+    };
+    Ok((simplified, record))
+}
+
+/// What is asked of a run.
+struct Task<'a> {
+    options: &'a Options,
+    /// Whether the closed result is to be known as a function of the positions.
+    differentiable: bool,
+}
+
+fn run(
+    mesh: &TriMesh,
+    weights: Option<&Weights>,
+    task: &Task,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
+    let options = task.options;
     let (mesh, sources) = without_unused(mesh)?;
     let oversample = resolve_oversample(options)?;
     let limit = resolve_limit(&mesh, options)?;
     let is_small = limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len();
     match options.assembly {
-        Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => Ok(unchanged(&mesh, sources, oversample)),
-        Assembly::Paper if is_small => Ok(unchanged(&mesh, sources, oversample)),
-        Assembly::Closed => closed_result(&mesh, weights, options, limit, oversample, progress),
-        Assembly::Paper => paper_result(&mesh, sources, weights, options, limit, progress),
+        Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => {
+            Ok((unchanged(&mesh, sources, oversample), None))
+        }
+        Assembly::Paper if is_small => Ok((unchanged(&mesh, sources, oversample), None)),
+        Assembly::Closed => {
+            let (simplified, derivative) = closed_result(&mesh, weights, task, limit, oversample, progress)?;
+            Ok((simplified, derivative.map(|derivative| within(derivative, sources))))
+        }
+        Assembly::Paper => Ok((paper_result(&mesh, sources, weights, options, limit, progress)?, None)),
+    }
+}
+
+/// The derivative over the vertices of a larger mesh, where `sources` says which those are.
+fn within(derivative: Derivative, sources: Option<Vec<u32>>) -> Derivative {
+    match sources {
+        Some(sources) => derivative.within(&sources),
+        None => derivative,
     }
 }
 
 fn closed_result(
     mesh: &TriMesh,
     weights: Option<&Weights>,
-    options: &Options,
+    task: &Task,
     limit: Limit,
     oversample: f64,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
-) -> Result<Simplified, SimplifyError> {
+) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
+    let Task { options, differentiable } = *task;
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
     let pruned = if options.prune { pruned(mesh, n_target) } else { None };
-    let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |(mesh, n)| (mesh, *n));
+    let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |pruned| (&pruned.mesh, pruned.n_dropped));
     let density = weights.map(|weights| density(&network_scores(mesh, weights)));
-    let request = Request { limit, oversample, density: density.as_deref(), seed: options.seed, frame: options.frame };
-    let closed = simplify_closed(mesh, &request, progress)?;
+    let (density, seed, frame) = (density.as_deref(), options.seed, options.frame);
+    let request = Request { limit, oversample, density, seed, frame, differentiable };
+    let mut closed = simplify_closed(mesh, &request, progress)?;
     let report = Report {
         outcome: outcome(closed.end),
         scores: if weights.is_some() { ScoreSource::Network } else { ScoreSource::Geometry },
         components_pruned: n_pruned,
         ..closed_report(&closed, oversample)
     };
-    Ok(Simplified { mesh: closed.mesh, source_vertices: None, report })
+    let derivative = closed.derivative.take().map(|derivative| within(derivative, pruned.map(|p| p.sources)));
+    Ok((Simplified { mesh: closed.mesh, source_vertices: None, report }, derivative))
 }
 
 fn paper_result(

@@ -125,7 +125,8 @@ mod tests {
 
     /// Mean squared distance from the vertices to the nearest sample.
     fn spread(points: &[[f32; 3]], samples: &[u32]) -> f64 {
-        let nearest = |p: &[f32; 3]| samples.iter().map(|&s| distance2(*p, points[s as usize])).fold(f64::MAX, f64::min);
+        let nearest =
+            |p: &[f32; 3]| samples.iter().map(|&s| distance2(*p, points[s as usize])).fold(f64::MAX, f64::min);
         points.iter().map(nearest).sum::<f64>() / points.len() as f64
     }
 

@@ -1,5 +1,6 @@
 //! The one place where the settings choose what a step learns.
 
+use super::paper_step::paper_step;
 use super::uniform_step::uniform_step;
 use super::{Settings, StepFunction, TrainError};
 
@@ -15,7 +16,8 @@ use super::{Settings, StepFunction, TrainError};
 /// ```
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
     match settings.objective.as_str() {
+        "paper" => Ok(Box::new(paper_step)),
         "uniform" => Ok(Box::new(uniform_step)),
-        other => Err(TrainError::Settings(format!("`objective` is \"{other}\": it must be \"uniform\""))),
+        other => Err(TrainError::Settings(format!("`objective` is \"{other}\": it must be \"paper\" or \"uniform\""))),
     }
 }

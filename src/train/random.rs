@@ -8,6 +8,11 @@ pub(super) fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
+/// One of the numbers 0 to n - 1, n above 0.
+pub(super) fn below(random: &mut Xoshiro256PlusPlus, n: usize) -> usize {
+    ((uniform(random) * n as f64) as usize).min(n - 1)
+}
+
 /// Between `low` and `high`, evenly on a logarithmic scale.
 pub(super) fn log_uniform(random: &mut Xoshiro256PlusPlus, low: f64, high: f64) -> f64 {
     (low.ln() + uniform(random) * (high.ln() - low.ln())).exp().clamp(low, high)
@@ -24,8 +29,7 @@ pub(super) fn normal_pair(random: &mut Xoshiro256PlusPlus) -> [f64; 2] {
 pub(super) fn shuffled(random: &mut Xoshiro256PlusPlus, n: usize) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     for last in (1..n).rev() {
-        let other = (uniform(random) * (last + 1) as f64) as usize;
-        order.swap(last, other.min(last));
+        order.swap(last, below(random, last + 1));
     }
     order
 }

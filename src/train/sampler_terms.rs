@@ -54,8 +54,7 @@ fn softmax(scores: &[f32]) -> Vec<f32> {
 
 /// The form that trains: the expected distance to the nearest sample, at some of the vertices.
 fn relaxed(points: &[[f32; 3]], scores: &[f32], n_samples: usize, random: &mut Xoshiro256PlusPlus) -> Term {
-    let queries: Vec<[f32; 3]> =
-        (0..QUERIES.min(points.len())).map(|_| points[below(random, points.len())]).collect();
+    let queries: Vec<[f32; 3]> = (0..QUERIES.min(points.len())).map(|_| points[below(random, points.len())]).collect();
     let (share, least, most) = NEIGHBOURS;
     let k = (share * points.len() as f64 / n_samples as f64).clamp(least, most) as usize;
     let nearest = nearest_to(points, &queries, k);

@@ -141,6 +141,30 @@ w3, b3, w4, b4 = weights(7, 16), weights(7), weights(7, 7), weights(7)
 g_0 = tri_conv(triangles, prior, around, w1, b1, w2, b2)
 g_1 = tri_conv(triangles, g_0, around, w3, b3, w4, b4)
 
+# The slope of a loss over the last features, through all equations, toward the positions and two tensors.
+loss_weights = weights(*g_1.shape)
+
+
+def loss(x, theta_0, w1):
+    f = dev_conv(dev_conv(x, rings, theta_0, phi_0), rings, theta_1, phi_1)
+    a_s = predicted_adjacency(attention(f, extended, query, key), a, extended)
+    g = np.array([[(a_s[i, j] + a_s[i, k] + a_s[j, k]) / 3.0] for i, j, k in candidates])
+    triangles = [triangle(x, *corners) for corners in candidates]
+    g = tri_conv(triangles, g, around, w1, b1, w2, b2)
+    return np.sum(loss_weights * tri_conv(triangles, g, around, w3, b3, w4, b4))
+
+
+def slopes(of, at, step=1e-7):
+    """Central differences of `of` at the array `at`, entry by entry."""
+    result = np.zeros_like(at)
+    for entry in np.ndindex(at.shape):
+        moved = [at.copy(), at.copy()]
+        moved[0][entry] += step
+        moved[1][entry] -= step
+        result[entry] = (of(moved[0]) - of(moved[1])) / (2.0 * step)
+    return result
+
+
 save(
     pathlib.Path(__file__).with_suffix(".safetensors"),
     {
@@ -172,6 +196,10 @@ save(
         "w4": w4,
         "b4": b4,
         "g_1": g_1,
+        "loss_weights": loss_weights,
+        "slope_x": slopes(lambda x: loss(x, theta_0, w1), x),
+        "slope_theta_0": slopes(lambda theta_0: loss(x, theta_0, w1), theta_0),
+        "slope_w1": slopes(lambda w1: loss(x, theta_0, w1), w1),
     },
 )
 print(f"{len(candidates)} candidates over {n} samples")

@@ -42,6 +42,32 @@ pub(super) struct Collapse {
     around: Vec<u32>,
     turn_forbidden: bool,
     is_oriented: bool,
+    /// The merges in order, where they are to be remembered.
+    pub history: Option<Vec<Merge>>,
+}
+
+/// A merge of two vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Merge {
+    /// The vertex that stays.
+    pub kept: u32,
+    /// The one merged into it.
+    pub gone: u32,
+    /// Where the merged vertex went.
+    pub place: Place,
+}
+
+/// Where a merged vertex goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place {
+    /// To the minimum of the summed quadrics.
+    Minimum,
+    /// Where the vertex that stays was.
+    Kept,
+    /// Where the other one was.
+    Gone,
+    /// Between them.
+    Middle,
 }
 
 /// A vertex: where it is, what it stands for, and the list of its corners (4 x face + place).
@@ -115,6 +141,17 @@ fn unit_normal([a, b, c]: [DVec3; 3]) -> Vec3 {
     if squared <= 1e-12 * scale * scale { Vec3::ZERO } else { normal / squared.sqrt() }
 }
 
+/// The minimum of the summed quadrics of an edge, if it lies near enough to the edge, and its value.
+fn minimum_within_reach(sum: &Quadric, [p, q]: [DVec3; 2]) -> Option<(DVec3, f64)> {
+    let middle = (p + q) * 0.5;
+    sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * p.distance_squared(q))
+}
+
+/// What else comes into question, and what it costs: the two ends and the middle.
+fn candidates(sum: &Quadric, [p, q]: [DVec3; 2]) -> [(DVec3, f64); 3] {
+    [p, q, (p + q) * 0.5].map(|x| (x, sum.value(x)))
+}
+
 impl Collapse {
     /// Starts from positions and quadrics of the vertices, the faces over them and their rings.
     pub fn new(positions: Vec<DVec3>, quadrics: Vec<Quadric>, inner: Vec<[u32; 3]>, rings: &OneRings) -> Self {
@@ -156,6 +193,7 @@ impl Collapse {
             around: Vec::new(),
             turn_forbidden: false,
             is_oriented: rings.is_oriented(),
+            history: None,
         };
         for f in 0..collapse.faces.len() {
             for (place, v) in collapse.faces[f].vertices.into_iter().enumerate() {
@@ -264,17 +302,26 @@ impl Collapse {
 
     /// Where the merged vertex goes and what that costs.
     fn placement(&self, u: u32, v: u32) -> (DVec3, f64) {
-        let (u, v) = (&self.nodes[u as usize], &self.nodes[v as usize]);
-        let sum = u.quadric + v.quadric;
-        let (p, q) = (u.position, v.position);
-        let middle = (p + q) * 0.5;
-        match sum.minimum() {
-            Some((x, cost)) if x.distance_squared(middle) <= REACH * REACH * p.distance_squared(q) => (x, cost),
-            _ => {
-                let candidates = [p, q, middle].map(|x| (x, sum.value(x)));
-                candidates.into_iter().min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((middle, f64::INFINITY))
-            }
+        let (sum, ends) = self.sum_and_ends(u, v);
+        minimum_within_reach(&sum, ends).unwrap_or_else(|| {
+            let candidates = candidates(&sum, ends);
+            candidates.into_iter().min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or(candidates[2])
+        })
+    }
+
+    /// Which way [`Self::placement`] takes.
+    fn place(&self, u: u32, v: u32) -> Place {
+        let (sum, ends) = self.sum_and_ends(u, v);
+        if minimum_within_reach(&sum, ends).is_some() {
+            return Place::Minimum;
         }
+        let ways = [Place::Kept, Place::Gone, Place::Middle].into_iter().zip(candidates(&sum, ends));
+        ways.min_by(|x, y| x.1.1.total_cmp(&y.1.1)).map_or(Place::Middle, |(place, _)| place)
+    }
+
+    fn sum_and_ends(&self, u: u32, v: u32) -> (Quadric, [DVec3; 2]) {
+        let (u, v) = (&self.nodes[u as usize], &self.nodes[v as usize]);
+        (u.quadric + v.quadric, [u.position, v.position])
     }
 
     /// Merges `v` into `u` if topology and the faces around allow it.
@@ -285,6 +332,10 @@ impl Collapse {
         if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
             self.turn_forbidden = true;
             return false;
+        }
+        if self.history.is_some() {
+            let merge = Merge { kept: u, gone: v, place: self.place(u, v) };
+            self.history.iter_mut().for_each(|history| history.push(merge));
         }
         self.merge(u, v, x, opposite);
         true

@@ -19,7 +19,7 @@ const POINTS_PER_VERTEX: usize = 14;
 /// Points that are matched by one thread in a row.
 const CHUNK: usize = 1024;
 /// Weight of staying in place against the points.
-const STAY: f32 = 0.01;
+pub(super) const STAY: f32 = 0.01;
 /// Least cosine between a face's normal before and after a step.
 const LEAST_COSINE: f32 = 0.7;
 
@@ -41,16 +41,27 @@ pub(super) struct Output<'a> {
 }
 
 /// A point of the original over the output face nearest to it.
-struct Match {
-    face: u32,
+pub(super) struct Match {
+    /// The input face whose centroid the point is.
+    pub point: u32,
+    /// The output face.
+    pub face: u32,
     /// Barycentric weights of the nearest point, scaled with the square root of the point's area.
-    weights: [f32; 3],
+    pub weights: [f32; 3],
     /// Height over the face, scaled likewise.
     height: f32,
 }
 
-/// Moves the output vertices toward the original surface `n_steps` times.
-pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize) {
+/// A step as it was taken.
+pub(super) struct Step {
+    /// The points and where they belonged.
+    pub matches: Vec<Match>,
+    /// For each output vertex whether it moved.
+    pub moved: Vec<bool>,
+}
+
+/// Moves the output vertices toward the original surface `n_steps` times; appends the steps to `history`, if any.
+pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize, mut history: Option<&mut Vec<Step>>) {
     let around = FacesAround::new(output.positions.len(), output.faces);
     let n_faces = surface.faces.len();
     let n_points = n_faces.min(POINTS_PER_VERTEX * output.positions.len());
@@ -60,8 +71,7 @@ pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize) {
         let chunks = guesses.par_chunks_mut(CHUNK).enumerate();
         let matches: Vec<Vec<Match>> = chunks
             .map(|(chunk, guesses)| {
-                let point =
-                    |i: usize| surface.faces[((chunk * CHUNK + i) as u64 * n_faces as u64 / n_points as u64) as usize];
+                let point = |i: usize| ((chunk * CHUNK + i) as u64 * n_faces as u64 / n_points as u64) as u32;
                 guesses
                     .iter_mut()
                     .enumerate()
@@ -70,7 +80,12 @@ pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize) {
             })
             .collect();
         let steps = solve(output, &target.normals, &matches);
+        let before = history.as_ref().map(|_| output.positions.to_vec());
         take_steps(output, &around, &steps);
+        if let (Some(history), Some(before)) = (&mut history, before) {
+            let moved = before.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
+            history.push(Step { matches: matches.into_iter().flatten().collect(), moved });
+        }
     }
 }
 
@@ -110,15 +125,16 @@ impl<'a> Target<'a> {
     }
 
     /// Matches the centroid of an input face; `guess` says where to start, and remembers where the walk ended.
-    fn match_face(&self, surface: &Surface, face: [u32; 3], guess: &mut u32) -> Option<Match> {
+    fn match_face(&self, surface: &Surface, point: u32, guess: &mut u32) -> Option<Match> {
+        let face = surface.faces[point as usize];
         let corners = face.map(|v| surface.positions[v as usize]);
         let normal = area_normal(corners);
-        let point = Point { at: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
-        let reach = self.nearest(&point, *guess, self.vertex_of[face[0] as usize])?;
+        let centroid = Point { at: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
+        let reach = self.nearest(&centroid, *guess, self.vertex_of[face[0] as usize])?;
         *guess = reach.face;
         let scale = (0.5 * normal.length()).sqrt();
         let height = scale * self.normals[reach.face as usize].dot(reach.gap);
-        Some(Match { face: reach.face, weights: reach.weights.map(|w| w * scale), height })
+        Some(Match { point, face: reach.face, weights: reach.weights.map(|w| w * scale), height })
     }
 
     /// The nearest point to which a walk leads, from face `guess` or else from around `vertex`.
@@ -301,7 +317,7 @@ mod tests {
         let vertex_of = nearest_of(&surface, &before);
         let mut output =
             Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, vertex_of: &vertex_of };
-        fit(&surface, &mut output, n_steps);
+        fit(&surface, &mut output, n_steps, None);
         (before, positions)
     }
 

@@ -4,6 +4,7 @@ mod bucket_queue;
 mod collapse;
 mod costly;
 mod darts;
+mod derivative;
 mod edge_lengths;
 mod faces_around;
 mod fit;
@@ -22,10 +23,12 @@ use crate::mesh::{Frame, TriMesh, topology};
 use super::options::{Event, Samples, SimplifyError};
 use collapse::{Collapse, Remains};
 use darts::Assignment;
+use derivative::Choices;
 use edge_lengths::EdgeLengths;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
+pub(super) use derivative::Derivative;
 
 /// Sweeps over the borders of the regions; more move hardly any vertex.
 const SWEEPS: usize = 2;
@@ -49,6 +52,8 @@ pub(super) struct Request<'a> {
     pub seed: u64,
     /// How the result will be written.
     pub frame: Frame,
+    /// Whether the result is to be known as a function of the positions.
+    pub differentiable: bool,
 }
 
 /// What the closed assembly gives.
@@ -67,6 +72,8 @@ pub(super) struct Closed {
     pub flipped_edges: usize,
     /// Vertices moved apart for the file.
     pub separated_vertices: usize,
+    /// The result as a function of the positions, where that was asked for.
+    pub derivative: Option<Derivative>,
 }
 
 /// Simplifies `mesh` to the limit of the request.
@@ -91,30 +98,45 @@ pub(super) fn simplify_closed(
     enter("placement")?;
     let placed = placement::place(&surface, &assignment, &quotient.faces);
     enter("collapse")?;
+    let wanted = request.differentiable;
+    let cases = wanted.then(|| placement::cases(&surface, &assignment, &placed.positions));
     let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
+    collapse.history = wanted.then(Vec::new);
     let end = collapse.run(request.limit);
+    let merges = collapse.history.take();
     let mut remains = collapse.finish();
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
     let flipped_edges = if coarse { flips::flip(&surface, &vertex_of, &mut remains) } else { 0 };
     enter("fit")?;
-    let Remains { mut positions, mut faces, normals, .. } = remains;
+    let Remains { mut positions, mut faces, normals, vertex_of: output_of } = remains;
     let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, vertex_of: &vertex_of };
-    fit::fit(&surface, &mut output, if coarse { 2 } else { 1 });
+    let mut steps = wanted.then(Vec::new);
+    fit::fit(&surface, &mut output, if coarse { 2 } else { 1 }, steps.as_mut());
+    let fitted = wanted.then(|| faces.clone());
     enter("finish")?;
     let flipped_edges = flipped_edges + unfold::unfold(&surface, &mut positions, &vertex_of, &mut faces);
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let separated_vertices = separate::separate(&mut positions, &request.frame);
+    let vertices_after_pass = assignment.n_regions;
+    let derivative = match (cases, merges, fitted, steps) {
+        (Some(cases), Some(merges), Some(faces), Some(steps)) => {
+            let choices = Choices { region: assignment.region, cases, merges, output_of, faces, steps };
+            Some(Derivative::new(&surface, choices, mesh.positions(), &positions))
+        }
+        _ => None,
+    };
     let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
     Ok(Closed {
         mesh,
         end,
-        vertices_after_pass: assignment.n_regions,
+        vertices_after_pass,
         split_vertices: surface.n_split(),
         refined_regions: quotient.n_refined,
         flipped_edges,
         separated_vertices,
+        derivative,
     })
 }
 

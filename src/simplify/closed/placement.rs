@@ -16,9 +16,22 @@ use super::surface::Surface;
 /// less would lose the places of vertices on flat parts in rounding.
 pub(super) const PULL: f32 = 1e-6;
 /// The same where the minimum lies far outside the region.
-const FIRM_PULL: f64 = 1e-3;
+pub(super) const FIRM_PULL: f64 = 1e-3;
 /// How far outside is far, in standard deviations of the region's vertices.
 const FAR: f64 = 4.0;
+
+/// How the vertex of a region was placed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Case {
+    /// At the minimum of its planes.
+    Minimum,
+    /// At the minimum with the harder pull.
+    Firm,
+    /// This far from the mean of its vertices, where that minimum lies too far outside.
+    Offset(DVec3),
+    /// At a vertex of the input.
+    Vertex(u32),
+}
 
 /// A vertex per region.
 pub(super) struct Placement {
@@ -53,14 +66,28 @@ pub(super) fn place(surface: &Surface, assignment: &Assignment, faces: &[[u32; 3
         return stay(surface);
     }
     let (quadrics, moments) = sums(surface, assignment);
-    let mut positions: Vec<DVec3> = quadrics.iter().zip(&moments).map(|(q, m)| best_position(q, m)).collect();
+    let mut positions: Vec<DVec3> = quadrics.iter().zip(&moments).map(|(q, m)| best_position(q, m).1).collect();
     let safe = central_vertices(surface, assignment, &moments);
     for _ in 0..2 {
         for r in turned_regions(&positions, &moments, faces) {
-            positions[r as usize] = safe[r as usize];
+            positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
         }
     }
     Placement { positions, quadrics }
+}
+
+/// How [`place`] came to these positions.
+pub(super) fn cases(surface: &Surface, assignment: &Assignment, positions: &[DVec3]) -> Vec<Case> {
+    if assignment.n_regions == surface.n_vertices() {
+        return (0..surface.n_vertices() as u32).map(Case::Vertex).collect();
+    }
+    let (quadrics, moments) = sums(surface, assignment);
+    let safe = central_vertices(surface, assignment, &moments);
+    let case = |r: usize| {
+        let (case, x) = best_position(&quadrics[r], &moments[r]);
+        if x == positions[r] { case } else { Case::Vertex(safe[r]) }
+    };
+    (0..assignment.n_regions).map(case).collect()
 }
 
 /// Every vertex where it is, for an assignment that is the identity.
@@ -86,28 +113,30 @@ fn sums(surface: &Surface, assignment: &Assignment) -> (Vec<Quadric>, Vec<Moment
     (quadrics, moments)
 }
 
-fn best_position(quadric: &Quadric, moments: &Moments) -> DVec3 {
+fn best_position(quadric: &Quadric, moments: &Moments) -> (Case, DVec3) {
     let mean = moments.mean();
     let far = FAR * FAR * moments.variance();
     if let Some((x, _)) = quadric.minimum().filter(|(x, _)| x.distance_squared(mean) <= far) {
-        return x;
+        return (Case::Minimum, x);
     }
     let firm = quadric.pulled_to(mean, FIRM_PULL * quadric.trace());
-    firm.minimum().map_or(mean, |(x, _)| mean + (x - mean).clamp_length_max(far.sqrt()))
+    let Some((x, _)) = firm.minimum() else { return (Case::Offset(DVec3::ZERO), mean) };
+    let offset = (x - mean).clamp_length_max(far.sqrt());
+    (if offset == x - mean { Case::Firm } else { Case::Offset(offset) }, mean + offset)
 }
 
-/// For each region the position of its vertex nearest to the mean.
-fn central_vertices(surface: &Surface, assignment: &Assignment, moments: &[Moments]) -> Vec<DVec3> {
-    let mut nearest = vec![(f64::INFINITY, DVec3::ZERO); moments.len()];
+/// For each region its vertex nearest to the mean.
+fn central_vertices(surface: &Surface, assignment: &Assignment, moments: &[Moments]) -> Vec<u32> {
+    let mut nearest = vec![(f64::INFINITY, 0); moments.len()];
     for (v, &r) in assignment.region.iter().enumerate() {
         let p = surface.positions[v].as_dvec3();
         let distance = p.distance_squared(moments[r as usize].mean());
         let best = &mut nearest[r as usize];
         if distance < best.0 {
-            *best = (distance, p);
+            *best = (distance, v as u32);
         }
     }
-    nearest.into_iter().map(|(_, p)| p).collect()
+    nearest.into_iter().map(|(_, v)| v).collect()
 }
 
 /// The regions at the corners of faces that look away from what they stand for.

@@ -6,7 +6,7 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
 /// How much a border counts against the surface: weight of the plane that stands on a border edge.
-const BORDER_WEIGHT: f32 = 10.0;
+pub(super) const BORDER_WEIGHT: f32 = 10.0;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
 pub(super) struct Surface {
@@ -45,7 +45,12 @@ impl Normalisation {
     }
 
     fn normalise(&self, local: [f32; 3]) -> Vec3 {
-        ((DVec3::from(local.map(f64::from)) - self.centre) * self.factor).as_vec3()
+        self.to_unit(local).as_vec3()
+    }
+
+    /// The normalised coordinates of a local point, not rounded.
+    pub fn to_unit(self, local: [f32; 3]) -> DVec3 {
+        (DVec3::from(local.map(f64::from)) - self.centre) * self.factor
     }
 
     /// The local coordinates of a normalised point.
@@ -135,12 +140,17 @@ fn add_border_planes(positions: &[Vec3], rings: &OneRings, normals: &[Vec3], qua
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.
 fn support_weightless(quadrics: &mut [[f32; 6]]) {
     let total: f64 = quadrics.iter().map(|q| f64::from(q[0] + q[3] + q[5])).sum();
-    let floor = (1e-4 * total / quadrics.len() as f64).max(1e-20) as f32;
+    let floor = least_weight(total, quadrics.len()) as f32;
     for q in quadrics.iter_mut().filter(|q| q[0] + q[3] + q[5] < floor) {
         for diagonal in [0, 3, 5] {
             q[diagonal] += floor;
         }
     }
+}
+
+/// Below this weight a vertex of a surface with so much weight on so many vertices gets as much along each axis.
+pub(super) fn least_weight(total: f64, n_vertices: usize) -> f64 {
+    (1e-4 * total / n_vertices as f64).max(1e-20)
 }
 
 /// Upper triangle of `weight n n'`.

@@ -1,0 +1,82 @@
+//! The Face Classifier, Sec. 3.3, with gradients.
+
+use super::{column, gradient_of, gradient_of_points, numbers};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use crate::model::{FaceClassifier, Weights, face_classifier};
+use std::convert::Infallible;
+use std::sync::Arc;
+
+/// Probabilities, and what the way back needs.
+pub struct FaceClassifierPass {
+    /// Probability of each triangle, in 0..=1.
+    pub probabilities: Vec<f32>,
+    tape: Tape,
+    net: FaceClassifier<Value>,
+    points: Value,
+    prior: Value,
+    result: Value,
+}
+
+/// Gradients of a loss over the probabilities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaceClassifierGradients {
+    /// To every tensor.
+    pub tensors: FaceClassifier<Matrix>,
+    /// To the positions of the samples, n x 3.
+    pub points: Vec<[f32; 3]>,
+    /// To the prior, n_triangles.
+    pub prior: Vec<f32>,
+}
+
+/// Classifies triangles and remembers the way.
+///
+/// # Shapes
+/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `triangles`: n_triangles x 3, corners ascending by original vertex
+/// - `graph`: n_triangles x n_triangles, from [`triangle_graph`](crate::model::triangle_graph)
+/// - `prior`: n_triangles
+///
+/// # Panics
+/// When the shapes do not match, or a corner is no point.
+///
+/// ```
+/// use neural_mesh::model::{Weights, face_classifier_backward, face_classifier_forward, triangle_graph};
+/// let points = [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.5, 0.5, 0.0]];
+/// let triangles = [[0, 1, 2], [1, 2, 3]];
+/// let graph = triangle_graph(&points, &triangles, 20).into();
+/// let pass = face_classifier_forward(&Weights::random(1), &points, &triangles, &graph, &[0.5, 0.25]);
+/// let gradients = face_classifier_backward(&pass, &[1.0, 0.0]);
+/// // Only differences of priors and of positions matter.
+/// assert!((gradients.prior[0] + gradients.prior[1]).abs() < 1e-6);
+/// ```
+pub fn face_classifier_forward(
+    weights: &Weights,
+    points: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    graph: &Arc<Csr>,
+    prior: &[f32],
+) -> FaceClassifierPass {
+    let mut tape = Tape::default();
+    let Ok(net) =
+        weights.tensors().face_classifier.try_map("", &mut |_, m| Ok::<_, Infallible>(tape.parameter(m.clone())));
+    let [points, prior] = [Matrix::from_points(points), column(prior)].map(|matrix| tape.parameter(matrix));
+    let result = face_classifier(&mut tape, &net, &points, triangles, graph, &prior);
+    FaceClassifierPass { probabilities: numbers(&result), tape, net, points, prior, result }
+}
+
+/// Gradients from those of the probabilities, n_triangles.
+///
+/// # Panics
+/// When there is not one gradient per triangle.
+///
+/// See [`face_classifier_forward`] for an example.
+pub fn face_classifier_backward(
+    pass: &FaceClassifierPass,
+    gradient_of_probabilities: &[f32],
+) -> FaceClassifierGradients {
+    let gradients = pass.tape.backward(&[(&pass.result, column(gradient_of_probabilities))]);
+    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradient_of(&gradients, value)));
+    let points = gradient_of_points(&gradients, &pass.points);
+    FaceClassifierGradients { tensors, points, prior: gradient_of(&gradients, &pass.prior).into_data() }
+}

@@ -1,0 +1,135 @@
+//! The three stages as one function of weights and positions, with gradients.
+
+use super::{column, gradient_of, gradient_of_points, numbers};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use crate::model::{CandidateFaces, Network, Weights, edge_predictor, face_classifier, point_sampler, prior};
+use std::sync::Arc;
+
+/// What was chosen on the way from a mesh to candidate faces; constant while gradients are taken.
+#[derive(Clone, Debug)]
+pub struct Connectivity {
+    /// The edges of the mesh, n x n.
+    pub rings: Arc<Csr>,
+    /// The sampled vertices, n_samples.
+    pub samples: Vec<u32>,
+    /// Which samples the mesh joins, n_samples x n_samples, symmetric.
+    pub original: Arc<Csr>,
+    /// G_ext, n_samples x n_samples, symmetric.
+    pub graph: Arc<Csr>,
+    /// The candidate faces, over samples.
+    pub candidates: CandidateFaces,
+    /// G_tri, n_candidates x n_candidates, from [`triangle_graph`](crate::model::triangle_graph).
+    pub triangle_graph: Arc<Csr>,
+}
+
+/// What the network says; also the gradients of a loss to it, where an empty list stands for zeros.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outputs {
+    /// One score per vertex of the mesh, Sec. 3.1.
+    pub scores: Vec<f32>,
+    /// S, Eq. (2), one value per entry of G_ext.
+    pub attention: Vec<f32>,
+    /// A_s, Eq. (3), one value per entry of G_ext.
+    pub adjacency: Vec<f32>,
+    /// p_init, one value per candidate.
+    pub prior: Vec<f32>,
+    /// One probability per candidate, Sec. 3.3.
+    pub probabilities: Vec<f32>,
+}
+
+/// What the network says, and what the way back needs.
+pub struct NetworkPass {
+    /// The results.
+    pub outputs: Outputs,
+    tape: Tape,
+    net: Network<Value>,
+    points: Value,
+    /// In the order of the fields of [`Outputs`].
+    results: [Value; 5],
+}
+
+/// Gradients of a loss over the outputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkGradients {
+    /// To every tensor.
+    pub tensors: Network<Matrix>,
+    /// To the positions of the mesh, n x 3.
+    pub points: Vec<[f32; 3]>,
+}
+
+impl Network<Matrix> {
+    /// All entries of all tensors in one list, in the order of the walk.
+    ///
+    /// ```
+    /// use neural_mesh::model::Weights;
+    /// let weights = Weights::random(1);
+    /// let tensors = weights.tensors().map(|_, matrix| matrix.as_ref().clone());
+    /// assert_eq!(tensors.flat().len(), weights.architecture().n_parameters());
+    /// ```
+    pub fn flat(&self) -> Vec<f32> {
+        let mut entries = Vec::new();
+        self.map(|_, matrix| entries.extend_from_slice(matrix.data()));
+        entries
+    }
+}
+
+/// Runs the whole network over the vertices of a mesh and remembers the way.
+///
+/// # Shapes
+/// - `points`: n x 3, all vertices of the mesh, from [`normalized`](crate::model::normalized)
+///
+/// # Panics
+/// When the shapes of points and connectivity do not match.
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, model};
+/// use std::sync::Arc;
+/// let points = model::normalized(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+/// let all = Arc::new(Csr::from_edges(4, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]));
+/// let candidates = model::candidate_faces(&all, &[1.0; 12], &[]);
+/// let triangle_graph = model::triangle_graph(&points, &candidates.triangles, 3).into();
+/// let (rings, original, graph) = (all.clone(), all.clone(), all);
+/// let samples = vec![0, 1, 2, 3];
+/// let chosen = model::Connectivity { rings, samples, original, graph, candidates, triangle_graph };
+/// let pass = model::network_forward(&model::Weights::random(1), &points, &chosen);
+/// let loss = model::Outputs { probabilities: vec![1.0; 4], ..model::Outputs::default() };
+/// let gradients = model::network_backward(&pass, &loss);
+/// assert_eq!((gradients.tensors.flat().len(), gradients.points.len()), (119_618, 4));
+/// ```
+pub fn network_forward(weights: &Weights, points: &[[f32; 3]], connectivity: &Connectivity) -> NetworkPass {
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape);
+    let points = tape.parameter(Matrix::from_points(points));
+    let results = results(&mut tape, &net, &points, connectivity);
+    let [scores, attention, adjacency, prior, probabilities] = results.each_ref().map(numbers);
+    let outputs = Outputs { scores, attention, adjacency, prior, probabilities };
+    NetworkPass { outputs, tape, net, points, results }
+}
+
+fn results(tape: &mut Tape, net: &Network<Value>, points: &Value, connectivity: &Connectivity) -> [Value; 5] {
+    let Connectivity { rings, samples, original, graph, candidates, triangle_graph } = connectivity;
+    let scores = point_sampler(tape, &net.point_sampler, points, rings);
+    let samples = tape.gather(points, samples);
+    let edges = edge_predictor(tape, &net.edge_predictor, &samples, graph, original);
+    let prior = prior(tape, &edges.adjacency, candidates);
+    let triangles = &candidates.triangles;
+    let probabilities = face_classifier(tape, &net.face_classifier, &samples, triangles, triangle_graph, &prior);
+    [scores, edges.attention, edges.adjacency, prior, probabilities]
+}
+
+/// Gradients from those of the outputs; an empty list of them stands for zeros.
+///
+/// # Panics
+/// When a list that is not empty has another length than its output.
+///
+/// See [`network_forward`] for an example.
+pub fn network_backward(pass: &NetworkPass, gradient: &Outputs) -> NetworkGradients {
+    let Outputs { scores, attention, adjacency, prior, probabilities } = gradient;
+    let lists = [scores, attention, adjacency, prior, probabilities];
+    let given = pass.results.iter().zip(lists).filter(|(_, list)| !list.is_empty());
+    let given: Vec<(&Value, Matrix)> = given.map(|(value, list)| (value, column(list))).collect();
+    let gradients = pass.tape.backward(&given);
+    let tensors = pass.net.map(|_, value| gradient_of(&gradients, value));
+    NetworkGradients { tensors, points: gradient_of_points(&gradients, &pass.points) }
+}

@@ -1,0 +1,205 @@
+//! One step of the fit as a function of the input's positions and of the output vertices, with derivative.
+//!
+//! Which point of the original belongs to which face, and to which place in it, is constant, and so is which vertices
+//! moved. (That the place in the face does not move with the vertices costs nothing in the heights: they are smallest
+//! there.) Everything else, the common length of the step included, is differentiated.
+
+use glam::{DMat3, DVec3};
+
+use super::algebra::{
+    Form, area_normal_backward, outer, solve, solve_backward, stiffened, stiffened_backward, unit_backward,
+};
+use crate::geometry::triangle::area_normal_f64;
+use crate::simplify::closed::fit::{Match, STAY, Step};
+
+/// A step and the two surfaces between which it was taken.
+pub(super) struct FitStep<'a> {
+    /// Matches and which vertices moved.
+    pub step: &'a Step,
+    /// Faces of the input.
+    pub input_faces: &'a [[u32; 3]],
+    /// Faces of the output.
+    pub output_faces: &'a [[u32; 3]],
+    /// Positions of the input.
+    pub input: &'a [DVec3],
+    /// The output vertices before the step.
+    pub output: &'a [DVec3],
+}
+
+/// One match as a row of the least squares.
+struct Row {
+    /// Corners of the output face, and how much each has of the point.
+    corners: [(usize, f64); 3],
+    /// Area of the input face.
+    area: f64,
+    /// From the place in the output face to the point.
+    gap: DVec3,
+    /// Unit normal of the output face.
+    normal: DVec3,
+    height: f64,
+}
+
+/// What the step comes from.
+struct Solved {
+    systems: Vec<Form>,
+    directions: Vec<DVec3>,
+    /// Sums over the rows of `area height rise` and `area rise^2`.
+    slope: f64,
+    curvature: f64,
+}
+
+impl Solved {
+    fn length(&self) -> f64 {
+        self.slope / self.curvature.max(f64::MIN_POSITIVE)
+    }
+}
+
+impl FitStep<'_> {
+    /// The output vertices after the step.
+    pub fn forward(&self) -> Vec<DVec3> {
+        let solved = self.solve(&self.normals());
+        let length = solved.length();
+        let moves = self.output.iter().zip(&solved.directions).zip(&self.step.moved);
+        moves.map(|((&x, &d), &moved)| if moved { x + d * length } else { x }).collect()
+    }
+
+    /// Adds to `to_input` what gradients to the vertices after the step come to; returns those to the vertices before.
+    pub fn backward(&self, gradient: &[DVec3], to_input: &mut [DVec3]) -> Vec<DVec3> {
+        let normals = self.normals();
+        let solved = self.solve(&normals);
+        let length = solved.length();
+        let moving = |v: usize| if self.step.moved[v] { gradient[v] } else { DVec3::ZERO };
+        let to_length: f64 = (0..gradient.len()).map(|v| moving(v).dot(solved.directions[v])).sum();
+        let curvature = solved.curvature.max(f64::MIN_POSITIVE);
+        let to_slope = to_length / curvature;
+        let to_curvature = -to_length * length / curvature;
+        let mut to_directions: Vec<DVec3> = (0..gradient.len()).map(|v| moving(v) * length).collect();
+        let rows: Vec<Row> = self.step.matches.iter().map(|m| self.row(m, &normals)).collect();
+        let mut to_rows: Vec<ToRow> =
+            rows.iter().map(|row| row.length_backward(&solved, [to_slope, to_curvature], &mut to_directions)).collect();
+        let to_systems: Vec<Form> = (0..gradient.len()).map(|v| solved.system_backward(v, to_directions[v])).collect();
+        rows.iter().zip(&mut to_rows).for_each(|(row, to)| row.systems_backward(&to_systems, to));
+        let mut to_output = gradient.to_vec();
+        self.rows_backward(&rows, &to_rows, to_input, &mut to_output);
+        to_output
+    }
+
+    /// Area normals of the output faces.
+    fn normals(&self) -> Vec<DVec3> {
+        let corners = |face: &[u32; 3]| face.map(|v| self.output[v as usize]);
+        self.output_faces.iter().map(|face| area_normal_f64(corners(face))).collect()
+    }
+
+    fn row(&self, m: &Match, normals: &[DVec3]) -> Row {
+        let point = self.input_faces[m.point as usize].map(|v| self.input[v as usize]);
+        let total: f64 = m.weights.iter().map(|&w| f64::from(w)).sum();
+        let share = |i: usize| if total > 0.0 { f64::from(m.weights[i]) / total } else { 0.0 };
+        let face = self.output_faces[m.face as usize];
+        let corners = [0, 1, 2].map(|i| (face[i] as usize, share(i)));
+        let foot: DVec3 = corners.iter().map(|&(v, share)| self.output[v] * share).sum();
+        let gap = (point[0] + point[1] + point[2]) / 3.0 - foot;
+        let normal = normals[m.face as usize].normalize_or_zero();
+        let area = if total > 0.0 { 0.5 * area_normal_f64(point).length() } else { 0.0 };
+        Row { corners, area, gap, normal, height: normal.dot(gap) }
+    }
+
+    fn solve(&self, normals: &[DVec3]) -> Solved {
+        let rows = || self.step.matches.iter().map(|m| self.row(m, normals));
+        let mut systems = vec![Form::ZERO; self.output.len()];
+        for row in rows() {
+            let whole = Form { a: outer(row.normal, row.normal), b: row.normal * row.height };
+            for (v, share) in row.corners {
+                let weight = row.area * share;
+                systems[v] += Form { a: whole.a * weight, b: whole.b * weight };
+            }
+        }
+        let direction = |system: &Form| solve(&stiffened(&system.a, f64::from(STAY)), system.b);
+        let directions: Vec<DVec3> = systems.iter().map(direction).collect();
+        let (mut slope, mut curvature) = (0.0, 0.0);
+        for row in rows() {
+            let rise = row.rise(&directions);
+            slope += row.area * row.height * rise;
+            curvature += row.area * rise * rise;
+        }
+        Solved { systems, directions, slope, curvature }
+    }
+
+    /// Hands gradients of the rows to the points and vertices that they are made of.
+    fn rows_backward(&self, rows: &[Row], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
+        let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
+        for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
+            to_units[m.face as usize] += to.normal + row.gap * to.height;
+            let to_gap = row.normal * to.height;
+            row.corners.iter().for_each(|&(v, share)| to_output[v] -= to_gap * share);
+            let face = self.input_faces[m.point as usize];
+            let corners = face.map(|v| self.input[v as usize]);
+            let to_normal = area_normal_f64(corners).normalize_or_zero() * (0.5 * to.area);
+            let to_corners = area_normal_backward(corners, to_normal);
+            face.iter().zip(to_corners).for_each(|(&v, to)| to_input[v as usize] += to + to_gap / 3.0);
+        }
+        for (face, to_unit) in self.output_faces.iter().zip(to_units) {
+            let corners = face.map(|v| self.output[v as usize]);
+            let to_corners = area_normal_backward(corners, unit_backward(area_normal_f64(corners), to_unit));
+            face.iter().zip(to_corners).for_each(|(&v, to)| to_output[v as usize] += to);
+        }
+    }
+}
+
+/// Gradients to the parts of a row; the normal's without what would change its length.
+#[derive(Default)]
+struct ToRow {
+    area: f64,
+    height: f64,
+    normal: DVec3,
+}
+
+impl Row {
+    /// How far the point's place rises along the normal when all corners take their directions.
+    fn rise(&self, directions: &[DVec3]) -> f64 {
+        self.normal.dot(self.carried(directions))
+    }
+
+    /// Where the corners' directions carry the point's place.
+    fn carried(&self, directions: &[DVec3]) -> DVec3 {
+        self.corners.iter().map(|&(v, share)| directions[v] * share).sum()
+    }
+
+    /// From gradients to slope and curvature: adds to those of the directions, returns those to the row.
+    fn length_backward(
+        &self,
+        solved: &Solved,
+        [to_slope, to_curvature]: [f64; 2],
+        to_directions: &mut [DVec3],
+    ) -> ToRow {
+        let carried = self.carried(&solved.directions);
+        let rise = self.normal.dot(carried);
+        let to_rise = self.area * (to_slope * self.height + 2.0 * to_curvature * rise);
+        self.corners.iter().for_each(|&(v, share)| to_directions[v] += self.normal * (to_rise * share));
+        ToRow {
+            area: to_slope * self.height * rise + to_curvature * rise * rise,
+            height: to_slope * self.area * rise,
+            normal: carried * to_rise,
+        }
+    }
+
+    /// Adds what gradients to the systems of the corners come to.
+    fn systems_backward(&self, to_systems: &[Form], to: &mut ToRow) {
+        let whole = self
+            .corners
+            .iter()
+            .fold(Form::ZERO, |sum, &(v, share)| sum + Form { a: to_systems[v].a * share, b: to_systems[v].b * share });
+        let along = whole.a * self.normal;
+        to.area += self.normal.dot(along) + self.height * whole.b.dot(self.normal);
+        to.height += self.area * whole.b.dot(self.normal);
+        to.normal += (along * 2.0 + whole.b * self.height) * self.area;
+    }
+}
+
+impl Solved {
+    /// Gradient to the system of vertex `v` from that to its direction.
+    fn system_backward(&self, v: usize, gradient: DVec3) -> Form {
+        let matrix: DMat3 = stiffened(&self.systems[v].a, f64::from(STAY));
+        let Form { a, b } = solve_backward(&matrix, self.directions[v], gradient);
+        Form { a: stiffened_backward(&a, f64::from(STAY)), b }
+    }
+}

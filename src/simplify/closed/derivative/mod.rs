@@ -1,0 +1,234 @@
+//! The closed result as a smooth function of the input's positions, for the connectivity that was chosen.
+//!
+//! Every output vertex is a minimum of summed plane quadrics ([`tree`]), moved by the steps of the fit ([`fit_step`]).
+//! Both are computed again here, in double precision, from choices that the run wrote down: these are constant.
+//! So is what rounding to `f32`, opening folds and keeping vertices apart added: it is kept as an offset.
+
+mod algebra;
+mod fit_step;
+mod planes;
+mod tree;
+
+use glam::DVec3;
+
+use super::collapse::Merge;
+use super::fit::Step;
+use super::placement::Case;
+use super::surface::{Normalisation, Surface};
+use fit_step::FitStep;
+use planes::{Gathered, Planes};
+use tree::{Grown, Tree};
+
+/// What a run chose on its way, as far as its result depends on positions.
+pub(super) struct Choices {
+    /// The region of each vertex of the surface.
+    pub region: Vec<u32>,
+    /// How the vertex of each region was placed.
+    pub cases: Vec<Case>,
+    /// The merges of the collapse, in order.
+    pub merges: Vec<Merge>,
+    /// For each region the output vertex that it became.
+    pub output_of: Vec<u32>,
+    /// The faces that were fitted.
+    pub faces: Vec<[u32; 3]>,
+    /// The steps of the fit.
+    pub steps: Vec<Step>,
+}
+
+/// The closed result as a function of the input's positions.
+pub(in crate::simplify) struct Derivative {
+    scale: Normalisation,
+    /// For each vertex of the surface the vertex of the input that it stands for.
+    sources: Vec<u32>,
+    /// For each vertex of the surface its output vertex.
+    output_of: Vec<u32>,
+    planes: Planes,
+    tree: Tree,
+    faces: Vec<[u32; 3]>,
+    steps: Vec<Step>,
+    /// What the result has beyond the smooth function, n_output x 3.
+    offsets: Vec<DVec3>,
+}
+
+/// The function at one place: all that leads to the result.
+struct State {
+    input: Vec<DVec3>,
+    planes: Gathered,
+    tree: Grown,
+    /// Output vertices before each step of the fit, and after the last.
+    stages: Vec<Vec<DVec3>>,
+}
+
+impl State {
+    fn output(&self) -> &[DVec3] {
+        self.stages.last().map_or(&[], |last| last)
+    }
+}
+
+impl Derivative {
+    /// From a run on `surface` with vertices at `input`, that ended with vertices at `output`; all in local coordinates.
+    pub(super) fn new(surface: &Surface, choices: Choices, input: &[[f32; 3]], output: &[[f32; 3]]) -> Self {
+        let Choices { region, cases, merges, output_of, faces, steps } = choices;
+        let (scale, sources) = (surface.scale, surface.sources().collect::<Vec<u32>>());
+        let positions = gather(&scale, input, &sources);
+        let mut derivative = Self {
+            scale,
+            sources,
+            output_of: region.iter().map(|&r| output_of[r as usize]).collect(),
+            planes: Planes::new(surface, &positions),
+            tree: Tree::new(region, cases, &merges, &output_of),
+            faces,
+            steps,
+            offsets: Vec::new(),
+        };
+        let smooth = derivative.evaluate(positions);
+        let offset = |(&p, x): (&[f32; 3], &DVec3)| scale.to_unit(p) - *x;
+        derivative.offsets = output.iter().zip(smooth.output()).map(offset).collect();
+        derivative
+    }
+
+    /// The same over the vertices of a larger mesh, of which `sources` names those of this one.
+    pub fn within(mut self, sources: &[u32]) -> Self {
+        self.sources.iter_mut().for_each(|v| *v = sources[*v as usize]);
+        self
+    }
+
+    /// The input vertex and the output vertex it went to, for each vertex of the surface.
+    pub fn assignment(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.sources.iter().copied().zip(self.output_of.iter().copied())
+    }
+
+    /// The output vertices for these input vertices.
+    pub fn positions(&self, input: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let state = self.evaluate(gather(&self.scale, input, &self.sources));
+        state.output().iter().zip(&self.offsets).map(|(&x, &offset)| self.scale.restore(x + offset)).collect()
+    }
+
+    /// Gradients to the input vertices from those to the output vertices.
+    pub fn backward(&self, input: &[[f32; 3]], gradient: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let gradient: Vec<DVec3> = gradient.iter().map(|g| DVec3::from(g.map(f64::from))).collect();
+        let to_surface = self.back(&self.evaluate(gather(&self.scale, input, &self.sources)), gradient);
+        let mut to_input = vec![DVec3::ZERO; input.len()];
+        self.sources.iter().zip(to_surface).for_each(|(&v, g)| to_input[v as usize] += g);
+        to_input.into_iter().map(|g| g.as_vec3().to_array()).collect()
+    }
+
+    fn evaluate(&self, input: Vec<DVec3>) -> State {
+        let planes = self.planes.gather(&input);
+        let tree = self.tree.grow(&input, &planes.matrices);
+        let mut stages = vec![self.tree.outputs(&tree)];
+        for step in &self.steps {
+            let last = stages.last().map_or(&[][..], |last| last);
+            let next = self.fit_step(step, &input, last).forward();
+            stages.push(next);
+        }
+        State { input, planes, tree, stages }
+    }
+
+    /// Gradients to the vertices of the surface; both sides of the function scale alike.
+    fn back(&self, at: &State, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
+        let mut to_input = vec![DVec3::ZERO; at.input.len()];
+        for (step, before) in self.steps.iter().zip(&at.stages).rev() {
+            gradient = self.fit_step(step, &at.input, before).backward(&gradient, &mut to_input);
+        }
+        let to_planes = self.tree.backward(&at.tree, &at.input, &at.planes.matrices, &gradient, &mut to_input);
+        self.planes.backward(&at.input, &at.planes, &to_planes, &mut to_input);
+        to_input
+    }
+
+    fn fit_step<'a>(&'a self, step: &'a Step, input: &'a [DVec3], output: &'a [DVec3]) -> FitStep<'a> {
+        FitStep { step, input_faces: &self.planes.faces, output_faces: &self.faces, input, output }
+    }
+}
+
+fn gather(scale: &Normalisation, input: &[[f32; 3]], sources: &[u32]) -> Vec<DVec3> {
+    sources.iter().map(|&v| scale.to_unit(input[v as usize])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Closed, Limit, Request, simplify_closed};
+    use super::*;
+    use crate::linalg::test_values::random;
+    use crate::mesh::{Frame, TriMesh, shapes};
+    use std::ops::ControlFlow;
+
+    fn run(mesh: &TriMesh, vertices: usize) -> (Closed, Derivative) {
+        let limit = Limit { vertices, faces: usize::MAX };
+        let request =
+            Request { limit, oversample: 2.0, density: None, seed: 1, frame: Frame::default(), differentiable: true };
+        let mut closed = simplify_closed(mesh, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+        let derivative = closed.derivative.take().unwrap();
+        (closed, derivative)
+    }
+
+    fn directions(n: usize, seed: u64) -> Vec<DVec3> {
+        random(n, 3, seed).data().as_chunks().0.iter().map(|d: &[f32; 3]| DVec3::from(d.map(f64::from))).collect()
+    }
+
+    fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+        assert_eq!(a.len(), b.len());
+        a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+    }
+
+    /// Meshes with the sizes that lead over every branch: fits of one and two steps, all vertices as samples, borders,
+    /// flat parts, sheets that were split.
+    fn cases() -> Vec<(TriMesh, usize)> {
+        vec![
+            (shapes::icosphere(3), 30),
+            (shapes::icosphere(3), 100),
+            (shapes::wavy_sphere(3, 10.0), 400),
+            (shapes::torus(40, 16, 1.0, 0.3), 60),
+            (shapes::open_cylinder(30, 20), 60),
+            (shapes::grid(16, 12), 20),
+            (shapes::cuboid([1.0, 2.0, 0.5], 8), 40),
+            (shapes::bolt(24), 80),
+            (shapes::moebius_strip(40, 6), 30),
+            (shapes::touching_spheres(3), 70),
+            (shapes::tetrahedra_sharing_edge(), 4),
+        ]
+    }
+
+    /// The mesh with every vertex moved a little: where flat parts fit exactly, the fit has a kink.
+    fn shaken(mesh: &TriMesh) -> TriMesh {
+        let moves = directions(mesh.positions().len(), 3);
+        let moved = |(p, d): (&[f32; 3], DVec3)| (glam::Vec3::from(*p) + d.as_vec3() * 1e-3).to_array();
+        TriMesh::new(mesh.positions().iter().zip(moves).map(moved).collect(), mesh.faces().to_vec()).unwrap()
+    }
+
+    #[test]
+    fn gradients_are_slopes_of_the_function() {
+        for (mesh, n) in cases() {
+            let mesh = shaken(&mesh);
+            let (closed, derivative) = run(&mesh, n);
+            let input = gather(&derivative.scale, mesh.positions(), &derivative.sources);
+            let g = directions(closed.mesh.positions().len(), 7);
+            let gradient = derivative.back(&derivative.evaluate(input.clone()), g.clone());
+            for seed in 0..3 {
+                let along = directions(input.len(), seed);
+                let loss = |step: f64| {
+                    let moved = input.iter().zip(&along).map(|(p, d)| *p + *d * step).collect();
+                    dot(derivative.evaluate(moved).output(), &g)
+                };
+                // Fourth order, in steps far below the edges' lengths.
+                let h = 1e-6;
+                let numeric = (8.0 * (loss(h) - loss(-h)) - (loss(2.0 * h) - loss(-2.0 * h))) / (12.0 * h);
+                let analytic = dot(&gradient, &along);
+                let scale = dot(&gradient, &gradient).sqrt() * 0.1;
+                assert!((numeric - analytic).abs() < 1e-6 * scale, "{n} of a mesh: {numeric} {analytic} {scale}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_function_is_what_the_simplifier_computed() {
+        for (mesh, n) in cases() {
+            let (closed, derivative) = run(&mesh, n);
+            let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
+            assert!(most < 1e-5, "{most} of the size of a mesh with {n} vertices left");
+            let again = derivative.positions(mesh.positions());
+            let near = |p: &[f32; 3], q: &[f32; 3]| (0..3).all(|k| (p[k] - q[k]).abs() <= 1e-6 * q[k].abs().max(1.0));
+            assert!(again.iter().zip(closed.mesh.positions()).all(|(p, q)| near(p, q)));
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Plane quadrics of the input's vertices as a function of the positions, in double precision, with derivative.
+//!
+//! What `surface` gathers in `f32`: a third of every face's plane to each of its corners, planes that stand on border
+//! edges, and a small weight for vertices that have none. Which vertices have none, and that weight, are constant.
+
+use glam::{DMat3, DVec3};
+
+use super::algebra::{area_normal_backward, outer, trace, unit_backward};
+use crate::geometry::triangle::area_normal_f64;
+use crate::simplify::closed::surface::{BORDER_WEIGHT, Surface, least_weight};
+
+/// The faces and border edges whose planes count.
+pub(super) struct Planes {
+    /// Faces of the input, n_faces x 3.
+    pub faces: Vec<[u32; 3]>,
+    /// Border edges, n x 2.
+    borders: Vec<[u32; 2]>,
+    /// Vertices without area.
+    weightless: Vec<u32>,
+    /// What they weigh along each axis.
+    support: f64,
+}
+
+/// The planes at given positions.
+pub(super) struct Gathered {
+    /// Area normals of the faces, n_faces.
+    normals: Vec<DVec3>,
+    /// Their sums at the vertices, n_vertices; empty where there is no border.
+    sums: Vec<DVec3>,
+    /// The quadrics' matrices, n_vertices.
+    pub matrices: Vec<DMat3>,
+}
+
+impl Planes {
+    /// The planes of a surface, whose vertices lie at `positions`.
+    pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
+        let borders = surface.rings.apex_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
+        let faces = surface.faces.clone();
+        let bare = Self { faces, borders, weightless: Vec::new(), support: 0.0 };
+        let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
+        let support = least_weight(weights.iter().sum(), weights.len());
+        let weightless = (0..weights.len() as u32).filter(|&v| weights[v as usize] < support).collect();
+        Self { weightless, support, ..bare }
+    }
+
+    /// Gathers the planes at `positions`.
+    pub fn gather(&self, positions: &[DVec3]) -> Gathered {
+        let mut matrices = vec![DMat3::ZERO; positions.len()];
+        let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
+        let normals: Vec<DVec3> = self.faces.iter().map(|face| area_normal_f64(corners(face))).collect();
+        for (face, &normal) in self.faces.iter().zip(&normals) {
+            let double_area = normal.length();
+            if double_area > 0.0 {
+                let plane = outer(normal, normal) * (1.0 / (6.0 * double_area));
+                face.iter().for_each(|&v| matrices[v as usize] += plane);
+            }
+        }
+        let sums = self.normal_sums(&normals, positions.len());
+        for &[w, v] in &self.borders {
+            let (edge, across) = across(positions, &sums, [w, v]);
+            let unit = across.normalize_or_zero();
+            let plane = outer(unit, unit) * (BORDER_SHARE * edge.length_squared());
+            matrices[w as usize] += plane;
+            matrices[v as usize] += plane;
+        }
+        self.weightless.iter().for_each(|&v| matrices[v as usize] += DMat3::IDENTITY * self.support);
+        Gathered { normals, sums, matrices }
+    }
+
+    fn normal_sums(&self, normals: &[DVec3], n_vertices: usize) -> Vec<DVec3> {
+        if self.borders.is_empty() {
+            return Vec::new();
+        }
+        let mut sums = vec![DVec3::ZERO; n_vertices];
+        for (face, &normal) in self.faces.iter().zip(normals) {
+            face.iter().for_each(|&v| sums[v as usize] += normal);
+        }
+        sums
+    }
+
+    /// Adds to `to_positions` what gradients to the matrices (symmetric) come to.
+    pub fn backward(&self, positions: &[DVec3], at: &Gathered, gradient: &[DMat3], to_positions: &mut [DVec3]) {
+        let mut to_sums = vec![DVec3::ZERO; at.sums.len()];
+        for &[w, v] in &self.borders {
+            let both = gradient[w as usize] + gradient[v as usize];
+            let to = border_backward(positions, &at.sums, [w, v], &both);
+            to_positions[w as usize] += to.edge;
+            to_positions[v as usize] -= to.edge;
+            [w, v].into_iter().for_each(|v| {
+                to_sums[v as usize] += unit_backward(at.sums[v as usize], to.normals);
+            });
+        }
+        for (face, &normal) in self.faces.iter().zip(&at.normals) {
+            let of_planes: DMat3 = face.iter().map(|&v| gradient[v as usize]).sum();
+            let of_sums: DVec3 = face.iter().filter_map(|&v| to_sums.get(v as usize)).sum();
+            let to_normal = plane_backward(normal, &of_planes) + of_sums;
+            let to_corners = area_normal_backward(face.map(|v| positions[v as usize]), to_normal);
+            face.iter().zip(to_corners).for_each(|(&v, to)| to_positions[v as usize] += to);
+        }
+    }
+}
+
+/// Weight of a border edge's plane over its squared length.
+const BORDER_SHARE: f64 = 0.5 * BORDER_WEIGHT as f64;
+
+/// A border edge, and the normal of the plane that stands on it, of any length.
+fn across(positions: &[DVec3], sums: &[DVec3], [w, v]: [u32; 2]) -> (DVec3, DVec3) {
+    let edge = positions[w as usize] - positions[v as usize];
+    let normals = sums[v as usize].normalize_or_zero() + sums[w as usize].normalize_or_zero();
+    (edge, edge.cross(normals))
+}
+
+/// Derivative of `N N' / (6 |N|)` to the area normal N.
+fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
+    let double_area = normal.length();
+    if double_area > 0.0 {
+        let along = *gradient * normal;
+        (along * 2.0 - normal * (normal.dot(along) / (double_area * double_area))) / (6.0 * double_area)
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// Gradients to a border edge (its first end less its second) and to the unit normal of either end.
+struct ToBorder {
+    edge: DVec3,
+    normals: DVec3,
+}
+
+fn border_backward(positions: &[DVec3], sums: &[DVec3], ends: [u32; 2], gradient: &DMat3) -> ToBorder {
+    let (edge, across) = across(positions, sums, ends);
+    let [w, v] = ends.map(|v| sums[v as usize].normalize_or_zero());
+    let unit = across.normalize_or_zero();
+    let weight = BORDER_SHARE * edge.length_squared();
+    let to_across = unit_backward(across, *gradient * unit * (2.0 * weight));
+    let stretch = edge * (2.0 * BORDER_SHARE * unit.dot(*gradient * unit));
+    ToBorder { edge: stretch + (v + w).cross(to_across), normals: to_across.cross(edge) }
+}
