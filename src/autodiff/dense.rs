@@ -49,6 +49,17 @@ impl Tape {
         })
     }
 
+    /// `max(x, 0)`, entry by entry.
+    pub fn relu(&mut self, x: &Value) -> Value {
+        let [n_rows, n_cols] = x.matrix.shape();
+        let result = x.matrix.data().iter().map(|x| x.max(0.0)).collect();
+        let result = Arc::new(Matrix::new(n_rows, n_cols, result));
+        let kept = result.clone();
+        self.record(result, [x], move |gradient, _| {
+            [Some(entrywise(gradient, &kept, |g, y| if y > 0.0 { g } else { 0.0 }))]
+        })
+    }
+
     /// `1 / (1 + exp(-x))`, entry by entry.
     pub fn sigmoid(&mut self, x: &Value) -> Value {
         let [n_rows, n_cols] = x.matrix.shape();
@@ -149,6 +160,7 @@ mod tests {
     #[test]
     fn gradients_of_entrywise_operations() {
         let inputs = [random(12, 3, 1)];
+        check_gradients(&inputs, |tape, v| tape.relu(&v[0]));
         check_gradients(&inputs, |tape, v| tape.sigmoid(&v[0]));
         check_gradients(&inputs, |tape, v| tape.softmax(&v[0]));
         let triples: Arc<[[u32; 3]]> = [[0, 1, 2], [2, 7, 11], [2, 0, 3]].into();

@@ -12,10 +12,14 @@ use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSample
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Architecture {
+    /// Numbers that the Point Sampler is given per vertex: 3, its position, as in the paper; or 6, its normal as well.
+    pub point_sampler_inputs: usize,
     /// DevConv layers of the Point Sampler.
     pub point_sampler_layers: usize,
     /// Their width.
     pub point_sampler_width: usize,
+    /// Width of the layer between them and the score; 0, as in the paper: none.
+    pub point_sampler_hidden: usize,
     /// Width of the Edge Predictor's DevConv.
     pub edge_predictor_width: usize,
     /// Width of its queries and keys.
@@ -33,8 +37,10 @@ pub struct Architecture {
 impl Default for Architecture {
     fn default() -> Self {
         Self {
+            point_sampler_inputs: 3,
             point_sampler_layers: 3,
             point_sampler_width: 64,
+            point_sampler_hidden: 0,
             edge_predictor_width: 64,
             attention_width: 64,
             edge_knn: 15,
@@ -45,6 +51,9 @@ impl Default for Architecture {
     }
 }
 
+/// Sizes that a file may leave out: the network is then the paper's.
+const NOT_IN_THE_PAPER: [&str; 2] = ["point_sampler_inputs", "point_sampler_hidden"];
+
 /// The largest size that a file may ask for, so that no header makes the program allocate without end.
 const MAX_SIZE: usize = 1024;
 
@@ -52,13 +61,18 @@ impl Architecture {
     /// The shapes of all tensors.
     pub fn shapes(&self) -> Network<[usize; 2]> {
         let width = self.point_sampler_width;
-        let dev_convs = (0..self.point_sampler_layers).map(|i| DevConv::shape(if i == 0 { 3 } else { width }, width));
+        let n_in = |i: usize| if i == 0 { self.point_sampler_inputs } else { width };
+        let dev_convs = (0..self.point_sampler_layers).map(|i| DevConv::shape(n_in(i), width)).collect();
+        let (hidden, last) = match self.point_sampler_hidden {
+            0 => (None, width),
+            hidden => (Some(Affine::shape(width, hidden)), hidden),
+        };
         let attention = [self.edge_predictor_width, self.attention_width];
         let face_width = self.face_classifier_width;
         let tri_convs =
             (0..self.face_classifier_layers).map(|i| TriConv::shape(if i == 0 { 1 } else { face_width }, face_width));
         Network {
-            point_sampler: PointSampler { dev_convs: dev_convs.collect(), score: Affine::shape(width, 1) },
+            point_sampler: PointSampler { dev_convs, hidden, score: Affine::shape(last, 1) },
             edge_predictor: EdgePredictor {
                 dev_conv: DevConv::shape(3, self.edge_predictor_width),
                 attention: SparseAttention { query: attention, key: attention },
@@ -80,28 +94,38 @@ impl Architecture {
         words.join(" ")
     }
 
-    /// Reads what [`Architecture::to_text`] writes; each size must be there once, in 1..=1024. `Err` names the trouble.
+    /// Reads what [`Architecture::to_text`] writes; each size must be there once, in its range. `Err` names the trouble.
     pub(super) fn from_text(text: &str) -> Result<Self, String> {
         let mut sizes = Self::default();
         for (name, size) in sizes.fields() {
-            let mut values =
-                text.split_whitespace().filter_map(|word| word.split_once('=')).filter(|(n, _)| *n == name);
+            let words = || text.split_whitespace().filter_map(|word| word.split_once('='));
+            let mut values = words().filter(|(n, _)| *n == name);
+            if NOT_IN_THE_PAPER.contains(&name) && values.clone().next().is_none() {
+                continue;
+            }
             let (Some((_, value)), None) = (values.next(), values.next()) else {
                 return Err(format!("must state `{name}` once"));
             };
             *size = value
                 .parse()
                 .ok()
-                .filter(|size| (1..=MAX_SIZE).contains(size))
-                .ok_or(format!("`{name}={value}` is not a size between 1 and {MAX_SIZE}"))?;
+                .filter(|&size| is_size(name, size))
+                .ok_or(format!("`{name}={value}` is not one of the sizes that it can be"))?;
         }
         Ok(sizes)
     }
 
-    fn fields(&mut self) -> [(&'static str, &mut usize); 8] {
+    /// The first size that is out of range, if there is one.
+    pub fn bad_size(mut self) -> Option<(&'static str, usize)> {
+        self.fields().map(|(name, size)| (name, *size)).into_iter().find(|&(name, size)| !is_size(name, size))
+    }
+
+    fn fields(&mut self) -> [(&'static str, &mut usize); 10] {
         [
+            ("point_sampler_inputs", &mut self.point_sampler_inputs),
             ("point_sampler_layers", &mut self.point_sampler_layers),
             ("point_sampler_width", &mut self.point_sampler_width),
+            ("point_sampler_hidden", &mut self.point_sampler_hidden),
             ("edge_predictor_width", &mut self.edge_predictor_width),
             ("attention_width", &mut self.attention_width),
             ("edge_knn", &mut self.edge_knn),
@@ -109,6 +133,14 @@ impl Architecture {
             ("face_classifier_width", &mut self.face_classifier_width),
             ("face_knn", &mut self.face_knn),
         ]
+    }
+}
+
+fn is_size(name: &str, size: usize) -> bool {
+    match name {
+        "point_sampler_inputs" => size == 3 || size == 6,
+        "point_sampler_hidden" => size <= MAX_SIZE,
+        _ => (1..=MAX_SIZE).contains(&size),
     }
 }
 

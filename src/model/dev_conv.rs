@@ -39,6 +39,17 @@ pub fn dev_conv(tape: &mut Tape, layer: &DevConv<Value>, x: &Value, graph: &Arc<
     tape.neighbour_max_product_relu(&mapped, graph, &layer.phi)
 }
 
+/// As [`dev_conv`] over the rows `[points | normals]`, which are not written next to each other.
+pub(super) fn dev_conv_with_normals(
+    tape: &mut Tape,
+    layer: &DevConv<Value>,
+    [points, normals]: [&Value; 2],
+    graph: &Arc<Csr>,
+) -> Value {
+    let mapped = tape.concat_product(points, normals, &layer.theta);
+    tape.neighbour_max_product_relu(&mapped, graph, &layer.phi)
+}
+
 impl DevConv<[usize; 2]> {
     pub(super) fn shape(n_in: usize, width: usize) -> Self {
         Self { theta: [n_in, width], phi: [width, width] }

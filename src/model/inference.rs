@@ -1,8 +1,8 @@
 //! The three stages over plain slices, weights constant: what a pipeline or an adapter for another framework calls.
 
 use super::{
-    CandidateFaces, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier, point_sampler, prior,
-    triangle_graph,
+    CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier, point_sampler,
+    prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
@@ -12,6 +12,7 @@ use std::sync::Arc;
 ///
 /// # Shapes
 /// - `points`: n x 3, from [`in_edge_lengths`](super::in_edge_lengths)
+/// - `normals`: n x 3, unit vectors, for networks that look at them
 /// - `rings`: n x n, the edges of the mesh
 /// - returns n scores
 ///
@@ -22,11 +23,18 @@ use std::sync::Arc;
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, vertex_scores}};
 /// let rings = Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]).into();
 /// let points = in_edge_lengths(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &rings);
-/// assert_eq!(vertex_scores(&Weights::random(1), &points, &rings).len(), 3);
+/// assert_eq!(vertex_scores(&Weights::random(1), &points, None, &rings).len(), 3);
 /// ```
-pub fn vertex_scores(weights: &Weights, points: &[[f32; 3]], rings: &Arc<Csr>) -> Vec<f32> {
-    let points = Value::constant(Matrix::from_points(points));
-    let scores = point_sampler(&mut Tape::default(), &weights.constants().point_sampler, &points, rings);
+pub fn vertex_scores(
+    weights: &Weights,
+    points: &[[f32; 3]],
+    normals: Option<&[[f32; 3]]>,
+    rings: &Arc<Csr>,
+) -> Vec<f32> {
+    let value = |rows: &[[f32; 3]]| Value::constant(Matrix::from_points(rows));
+    let (points, normals) = (value(points), normals.map(value));
+    let vertices = Vertices { points: &points, normals: normals.as_ref() };
+    let scores = point_sampler(&mut Tape::default(), &weights.constants().point_sampler, vertices, rings);
     scores.matrix().data().to_vec()
 }
 

@@ -38,7 +38,7 @@ pub use passes::{
     edge_predictor_forward, face_classifier_backward, face_classifier_forward, network_backward, network_forward,
     point_sampler_backward, point_sampler_forward,
 };
-pub use point_sampler::{PointSampler, inclusion_probabilities, point_sampler};
+pub use point_sampler::{PointSampler, Vertices, inclusion_probabilities, point_sampler};
 pub use sparse_attention::{SparseAttention, sparse_attention};
 pub use tri_conv::{TriConv, tri_conv, triangle_positions};
 pub use weights::{Weights, WeightsError};

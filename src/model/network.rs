@@ -51,14 +51,16 @@ mod tests {
     use crate::linalg::test_values::random;
     use crate::linalg::{Csr, Matrix};
     use crate::model::{
-        Architecture, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier, point_sampler, prior,
-        triangle_graph,
+        Architecture, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
+        point_sampler, prior, triangle_graph,
     };
     use std::sync::Arc;
 
     const SIZES: Architecture = Architecture {
+        point_sampler_inputs: 6,
         point_sampler_layers: 2,
         point_sampler_width: 5,
+        point_sampler_hidden: 4,
         edge_predictor_width: 5,
         attention_width: 4,
         edge_knn: 4,
@@ -92,9 +94,11 @@ mod tests {
     fn gradients_of_the_point_sampler() {
         let weights = Weights::random_of(SIZES, 2);
         let rings = ring(14);
-        check_gradients(&[matrices(&weights), vec![Matrix::from_points(&points())]].concat(), |tape, values| {
-            let (points, tensors) = values.split_last().unwrap();
-            point_sampler(tape, &of_values(&weights, tensors).point_sampler, points, &rings)
+        let of_vertices = vec![Matrix::from_points(&points()), random(14, 3, 8)];
+        check_gradients(&[matrices(&weights), of_vertices].concat(), |tape, values| {
+            let (tensors, [points, normals]) = values.split_last_chunk().unwrap();
+            let vertices = Vertices { points, normals: Some(normals) };
+            point_sampler(tape, &of_values(&weights, tensors).point_sampler, vertices, &rings)
         });
     }
 
@@ -119,7 +123,8 @@ mod tests {
         let net = Weights::random_of(SIZES, 2).constants();
         let mut tape = Tape::default();
         let points = Value::constant(Matrix::from_points(&points()));
-        assert!(point_sampler(&mut tape, &net.point_sampler, &points, &ring(14)).is_constant());
+        let vertices = Vertices { points: &points, normals: None };
+        assert!(point_sampler(&mut tape, &net.point_sampler, vertices, &ring(14)).is_constant());
         assert!(edge_predictor(&mut tape, &net.edge_predictor, &points, &ring(14), &ring(14)).adjacency.is_constant());
         assert!(tape.is_empty());
     }

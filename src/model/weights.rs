@@ -188,8 +188,10 @@ mod tests {
 
     fn small() -> Weights {
         let sizes = Architecture {
+            point_sampler_inputs: 6,
             point_sampler_layers: 2,
             point_sampler_width: 4,
+            point_sampler_hidden: 0,
             edge_predictor_width: 5,
             attention_width: 3,
             edge_knn: 4,

@@ -18,7 +18,7 @@ use crate::model::Weights;
 use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
-pub use network_scores::{edge_graph, network_scores};
+pub use network_scores::{edge_graph, network_scores, vertex_normals};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
 pub use record::Record;

@@ -1,8 +1,10 @@
 //! Scores of a mesh's vertices from the network's Point Sampler, Sec. 3.1.
 
+use crate::geometry::triangle::area_normal;
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::{Weights, in_edge_lengths, vertex_scores};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Scores every vertex of a mesh; larger ones are to be sampled sooner, and only differences matter.
@@ -14,14 +16,32 @@ use std::sync::Arc;
 /// ```
 pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     let rings = Arc::new(edge_graph(mesh));
-    vertex_scores(weights, &in_edge_lengths(mesh.positions(), &rings), &rings)
+    let points = in_edge_lengths(mesh.positions(), &rings);
+    vertex_scores(weights, &points, Some(&vertex_normals(mesh)), &rings)
 }
 
-/// The edges of a mesh as a graph, n_vertices x n_vertices, what the Point Sampler convolves over.
+/// The unit normals at the vertices of a mesh, n_vertices x 3: the direction of the sum of the faces' area normals,
+/// zero where there is none.
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes::tetrahedron, simplify::edge_graph};
-/// assert_eq!(edge_graph(&tetrahedron()).row(0), [1, 2, 3]);
+/// use neural_mesh::{mesh::TriMesh, simplify::vertex_normals};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// assert_eq!(vertex_normals(&mesh), [[0.0, 0.0, 1.0]; 3]);
+/// ```
+pub fn vertex_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
+    let mut sums = vec![Vec3::ZERO; mesh.positions().len()];
+    for face in mesh.faces() {
+        let normal = area_normal(face.map(|v| Vec3::from(mesh.positions()[v as usize])));
+        face.iter().for_each(|&v| sums[v as usize] += normal);
+    }
+    sums.into_iter().map(|sum| sum.normalize_or_zero().to_array()).collect()
+}
+
+/// The edges of a mesh as a graph, n_vertices x n_vertices: what the Point Sampler looks along.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, simplify::edge_graph};
+/// assert_eq!(edge_graph(&shapes::tetrahedron()).row(0), [1, 2, 3]);
 /// ```
 pub fn edge_graph(mesh: &TriMesh) -> Csr {
     let edges = mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);

@@ -13,11 +13,11 @@ use crate::linalg::{Csr, Matrix};
 use crate::loss::Term;
 use crate::mesh::TriMesh;
 use crate::model::{
-    CandidateFaces, EdgeFrame, Network, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
-    in_edge_lengths, point_sampler, prior, triangle_graph,
+    CandidateFaces, EdgeFrame, Network, Vertices, Weights, candidate_faces, edge_predictor, extended_graph,
+    face_classifier, in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
-use crate::simplify::{edge_graph, scattered_samples};
+use crate::simplify::{edge_graph, scattered_samples, vertex_normals};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use std::sync::Arc;
@@ -41,7 +41,9 @@ pub(super) fn paper_step(
     let points = in_edge_lengths(mesh.positions(), &rings);
     let mut tape = Tape::default();
     let net = weights.parameters(&mut tape);
-    let scores = point_sampler(&mut tape, &net.point_sampler, &constant(&points), &rings);
+    let (positions, normals) = (constant(&points), constant(&vertex_normals(&mesh)));
+    let vertices = Vertices { points: &positions, normals: Some(&normals) };
+    let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
     let (mut terms, to_scores) = sampler_terms(&points, scores.matrix().data(), n_samples, settings, random);
     let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
     let drawn = draw(&mesh, &points, &rings, &samples);

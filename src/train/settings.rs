@@ -7,8 +7,6 @@ use toml::{Table, Value};
 
 /// The default settings with what each of them means.
 pub const DEFAULT_SETTINGS: &str = include_str!("settings.toml");
-/// The largest layer, width or number of neighbours.
-const MAX_SIZE: usize = 1024;
 
 /// All settings; `settings.toml` says what each of them means.
 ///
@@ -53,8 +51,10 @@ pub struct Settings {
     pub rotation: bool,
     pub scale: f64,
     pub noise: f64,
+    pub point_sampler_inputs: usize,
     pub point_sampler_layers: usize,
     pub point_sampler_width: usize,
+    pub point_sampler_hidden: usize,
     pub edge_predictor_width: usize,
     pub attention_width: usize,
     pub edge_knn: usize,
@@ -124,8 +124,10 @@ impl Settings {
     /// [`TrainError::Settings`] where a size is out of range.
     pub fn with_architecture(&self, sizes: &Architecture) -> Result<Self, TrainError> {
         self.with([
+            ("point_sampler_inputs", sizes.point_sampler_inputs),
             ("point_sampler_layers", sizes.point_sampler_layers),
             ("point_sampler_width", sizes.point_sampler_width),
+            ("point_sampler_hidden", sizes.point_sampler_hidden),
             ("edge_predictor_width", sizes.edge_predictor_width),
             ("attention_width", sizes.attention_width),
             ("edge_knn", sizes.edge_knn),
@@ -138,8 +140,10 @@ impl Settings {
     /// The sizes of the network.
     pub fn architecture(&self) -> Architecture {
         Architecture {
+            point_sampler_inputs: self.point_sampler_inputs,
             point_sampler_layers: self.point_sampler_layers,
             point_sampler_width: self.point_sampler_width,
+            point_sampler_hidden: self.point_sampler_hidden,
             edge_predictor_width: self.edge_predictor_width,
             attention_width: self.attention_width,
             edge_knn: self.edge_knn,
@@ -199,18 +203,10 @@ impl Settings {
     }
 
     fn check_sizes(&self) -> Result<(), TrainError> {
-        let sizes = [
-            ("point_sampler_layers", self.point_sampler_layers),
-            ("point_sampler_width", self.point_sampler_width),
-            ("edge_predictor_width", self.edge_predictor_width),
-            ("attention_width", self.attention_width),
-            ("edge_knn", self.edge_knn),
-            ("face_classifier_layers", self.face_classifier_layers),
-            ("face_classifier_width", self.face_classifier_width),
-            ("face_knn", self.face_knn),
-        ];
-        let in_range = |size: usize| (1..=MAX_SIZE).contains(&size);
-        sizes.iter().try_for_each(|&(name, size)| within(name, size as f64, in_range(size), "between 1 and 1024"))
+        match self.architecture().bad_size() {
+            None => Ok(()),
+            Some((name, size)) => refused(format!("`{name}` is {size}: no size of the network")),
+        }
     }
 }
 

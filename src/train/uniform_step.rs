@@ -4,7 +4,7 @@
 use super::{Item, Settings, Step, gradients_of};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Matrix;
-use crate::model::{Weights, point_sampler};
+use crate::model::{Vertices, Weights, point_sampler};
 use crate::simplify::edge_graph;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
@@ -19,7 +19,9 @@ pub(super) fn uniform_step(
     let mut tape = Tape::default();
     let parameters = weights.parameters(&mut tape);
     let points = Value::constant(Matrix::from_points(item.mesh.positions()));
-    let scores = point_sampler(&mut tape, &parameters.point_sampler, &points, &Arc::new(edge_graph(&item.mesh)));
+    let vertices = Vertices { points: &points, normals: None };
+    let rings = Arc::new(edge_graph(&item.mesh));
+    let scores = point_sampler(&mut tape, &parameters.point_sampler, vertices, &rings);
     let (spread, gradient) = variance(scores.matrix().data());
     let gradient = Matrix::new(gradient.len(), 1, gradient);
     let gradients = gradients_of(&parameters, &tape.backward(&[(&scores, gradient)]));

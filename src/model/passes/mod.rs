@@ -55,8 +55,10 @@ mod tests {
 
     fn weights() -> Weights {
         let sizes = Architecture {
+            point_sampler_inputs: 6,
             point_sampler_layers: 2,
             point_sampler_width: 5,
+            point_sampler_hidden: 4,
             edge_predictor_width: 5,
             attention_width: 4,
             edge_knn: 4,
@@ -69,6 +71,10 @@ mod tests {
 
     fn points() -> Vec<[f32; 3]> {
         random(N, 3, 3).data().as_chunks().0.to_vec()
+    }
+
+    fn normals() -> Vec<[f32; 3]> {
+        random(N, 3, 7).data().as_chunks().0.to_vec()
     }
 
     fn gather(points: &[[f32; 3]]) -> Vec<[f32; 3]> {
@@ -85,7 +91,8 @@ mod tests {
         let graph = Arc::new(extended_graph(&sampled, &original, weights.architecture().edge_knn));
         let candidates = candidate_faces(&graph, &vec![1.0; graph.n_entries()], &[]).in_coherent_order(&sampled);
         let triangle_graph = triangle_graph(&sampled, &candidates.triangles, weights.architecture().face_knn).into();
-        Connectivity { rings: ring(N), samples: SAMPLES.into(), original, graph, candidates, triangle_graph }
+        let (rings, normals) = (ring(N), Some(normals()));
+        Connectivity { rings, normals, samples: SAMPLES.into(), original, graph, candidates, triangle_graph }
     }
 
     fn list(n: usize, seed: u64) -> Vec<f32> {
@@ -117,13 +124,16 @@ mod tests {
 
     #[test]
     fn the_point_sampler_is_that_of_inference_and_its_gradients_are_slopes() {
-        let (weights, points, rings) = (weights(), points(), ring(N));
-        let pass = point_sampler_forward(&weights, &points, &rings);
-        assert_eq!(pass.scores, vertex_scores(&weights, &points, &rings));
+        let (weights, points, normals, rings) = (weights(), points(), normals(), ring(N));
+        let pass = point_sampler_forward(&weights, &points, Some(&normals), &rings);
+        assert_eq!(pass.scores, vertex_scores(&weights, &points, Some(&normals), &rings));
         let g = list(N, 5);
         let gradients = point_sampler_backward(&pass, &g);
         assert_gradient(points.as_flattened(), gradients.points.as_flattened(), |x| {
-            dot(&point_sampler_forward(&weights, as_points(x), &rings).scores, &g)
+            dot(&point_sampler_forward(&weights, as_points(x), Some(&normals), &rings).scores, &g)
+        });
+        assert_gradient(normals.as_flattened(), gradients.normals.as_flattened(), |x| {
+            dot(&point_sampler_forward(&weights, &points, Some(as_points(x)), &rings).scores, &g)
         });
     }
 
@@ -183,7 +193,8 @@ mod tests {
                 + dot(&adjacency, &g.adjacency)
                 + dot(&probabilities, &g.probabilities)
         });
-        let sampler = point_sampler_backward(&point_sampler_forward(&weights, &points, &chosen.rings), &g.scores);
+        let pass = point_sampler_forward(&weights, &points, chosen.normals.as_deref(), &chosen.rings);
+        let sampler = point_sampler_backward(&pass, &g.scores);
         assert_eq!(gradients.tensors.point_sampler, sampler.tensors);
     }
 

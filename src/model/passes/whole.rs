@@ -3,7 +3,7 @@
 use super::{column, gradient_of, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
-use crate::model::{CandidateFaces, Network, Weights, edge_predictor, face_classifier, point_sampler, prior};
+use crate::model::{CandidateFaces, Network, Vertices, Weights, edge_predictor, face_classifier, point_sampler, prior};
 use std::sync::Arc;
 
 /// What was chosen on the way from a mesh to candidate faces; constant while gradients are taken.
@@ -11,6 +11,8 @@ use std::sync::Arc;
 pub struct Connectivity {
     /// The edges of the mesh, n x n.
     pub rings: Arc<Csr>,
+    /// Unit normals of its vertices, n x 3, for a Point Sampler that looks at them; constant as well.
+    pub normals: Option<Vec<[f32; 3]>>,
     /// The sampled vertices, n_samples.
     pub samples: Vec<u32>,
     /// Which samples the mesh joins, n_samples x n_samples, symmetric.
@@ -77,7 +79,7 @@ impl Network<Matrix> {
 /// Runs the whole network over the vertices of a mesh and remembers the way.
 ///
 /// # Shapes
-/// - `points`: n x 3, all vertices of the mesh, from [`normalized`](crate::model::normalized)
+/// - `points`: n x 3, all vertices of the mesh, from [`in_edge_lengths`](crate::model::in_edge_lengths)
 ///
 /// # Panics
 /// When the shapes of points and connectivity do not match.
@@ -85,13 +87,13 @@ impl Network<Matrix> {
 /// ```
 /// use neural_mesh::{linalg::Csr, model};
 /// use std::sync::Arc;
-/// let points = model::normalized(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
 /// let all = Arc::new(Csr::from_edges(4, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]));
+/// let points = model::in_edge_lengths(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], &all);
 /// let candidates = model::candidate_faces(&all, &[1.0; 12], &[]);
 /// let triangle_graph = model::triangle_graph(&points, &candidates.triangles, 3).into();
-/// let (rings, original, graph) = (all.clone(), all.clone(), all);
+/// let (rings, original, graph, normals) = (all.clone(), all.clone(), all, None);
 /// let samples = vec![0, 1, 2, 3];
-/// let chosen = model::Connectivity { rings, samples, original, graph, candidates, triangle_graph };
+/// let chosen = model::Connectivity { rings, normals, samples, original, graph, candidates, triangle_graph };
 /// let pass = model::network_forward(&model::Weights::random(1), &points, &chosen);
 /// let loss = model::Outputs { probabilities: vec![1.0; 4], ..model::Outputs::default() };
 /// let gradients = model::network_backward(&pass, &loss);
@@ -108,8 +110,10 @@ pub fn network_forward(weights: &Weights, points: &[[f32; 3]], connectivity: &Co
 }
 
 fn results(tape: &mut Tape, net: &Network<Value>, points: &Value, connectivity: &Connectivity) -> [Value; 5] {
-    let Connectivity { rings, samples, original, graph, candidates, triangle_graph } = connectivity;
-    let scores = point_sampler(tape, &net.point_sampler, points, rings);
+    let Connectivity { rings, normals, samples, original, graph, candidates, triangle_graph } = connectivity;
+    let normals = normals.as_ref().map(|normals| Value::constant(Matrix::from_points(normals)));
+    let vertices = Vertices { points, normals: normals.as_ref() };
+    let scores = point_sampler(tape, &net.point_sampler, vertices, rings);
     let samples = tape.gather(points, samples);
     let edges = edge_predictor(tape, &net.edge_predictor, &samples, graph, original);
     let prior = prior(tape, &edges.adjacency, candidates);

@@ -11,7 +11,7 @@ pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use quotient::{Quotient, quotient};
 
 use super::network_scores::edge_graph;
-use super::{Event, SimplifyError, scattered_samples};
+use super::{Event, SimplifyError, scattered_samples, vertex_normals};
 use crate::mesh::TriMesh;
 use crate::model::{
     PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
@@ -102,7 +102,7 @@ pub fn paper_stages(
     begin("scores", progress)?;
     let rings = Arc::new(edge_graph(mesh));
     let points = in_edge_lengths(mesh.positions(), &rings);
-    let scores = vertex_scores(weights, &points, &rings);
+    let scores = vertex_scores(weights, &points, Some(&vertex_normals(mesh)), &rings);
     begin("sample", progress)?;
     let samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
     begin("assign", progress)?;
