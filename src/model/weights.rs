@@ -72,8 +72,11 @@ impl Weights {
         Self::random_of(Architecture::default(), seed)
     }
 
-    /// Draws weights uniformly with variance `2 / n_in` (He et al. 2015, for layers before a ReLU), biases zero. The
-    /// last layer of a TriConv adds up over neighbours, which count among its inputs.
+    /// Draws weights uniformly with variance `2 / n_in` (He et al. 2015, for layers before a ReLU), biases zero.
+    ///
+    /// The last layer of a TriConv adds up over neighbours what is never negative, so that its sum grows in proportion to their
+    /// number: its weights are divided by it. The classifier's own last layer starts at a tenth, for probabilities near one
+    /// half: a sigmoid that starts at 0 or 1 hardly lets a gradient through.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut uniform = || (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
@@ -82,8 +85,12 @@ impl Weights {
                 return Arc::new(Matrix::zeros(n_in, n_out));
             }
             let is_summed = name.contains("tri_conv") && name.ends_with(".output.weights");
-            let n_terms = if is_summed { n_in * architecture.face_knn } else { n_in };
-            let limit = (6.0 / n_terms as f32).sqrt();
+            let share = match name {
+                _ if is_summed => 1.0 / architecture.face_knn as f32,
+                "face_classifier.output.weights" => 0.1,
+                _ => 1.0,
+            };
+            let limit = share * (6.0 / n_in as f32).sqrt();
             Arc::new(Matrix::from_fn(n_in, n_out, |_, _| limit * uniform()))
         });
         Self { architecture, tensors }
