@@ -136,7 +136,7 @@ pub struct FaceGeometry {
     pub length2: f64,
 }
 
-/// Measures what the terms with a weight need.
+/// Measures what the terms with a weight need; [`face_terms`] has an example.
 ///
 /// # Panics
 /// When a corner is no point.
@@ -174,6 +174,24 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
 ///
 /// # Panics
 /// When an edge does not exist.
+///
+/// ```
+/// use neural_mesh::linalg::Csr;
+/// use neural_mesh::loss::{Candidates, FaceObjective, face_geometry, face_terms, total};
+/// let tetrahedron = Candidates {
+///     points: &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+///     triangles: &[[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
+///     neighbours: &Csr::from_edges(4, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]),
+///     edges: &[[0, 1, 3], [0, 2, 4], [1, 2, 5], [3, 4, 5]],
+///     at_border: &[false; 6],
+///     labels: &[true; 4],
+///     original_barycenters: &[[1.0 / 3.0; 3]],
+///     surface: &[[1.0 / 3.0; 3]],
+/// };
+/// let geometry = face_geometry(&tetrahedron, &FaceObjective::TRAINED);
+/// let loss = |p: f32| total(&face_terms(&tetrahedron, &geometry, &FaceObjective::TRAINED, &[p; 4]), 4);
+/// assert!(loss(1.0).value < loss(0.0).value);
+/// ```
 pub fn face_terms(
     candidates: &Candidates,
     geometry: &FaceGeometry,
