@@ -1,9 +1,11 @@
 //! Points, triangles, segments and quadrics as coordinates; knows no indices and no meshes.
 
 pub mod crossing;
+mod eigenvalues;
 pub mod nearest_on_triangle;
 pub mod polygon;
 pub mod quadric;
 pub mod triangle;
 
+pub use eigenvalues::eigenvalues;
 pub use quadric::Quadric;

@@ -31,7 +31,7 @@ pub struct Inclusion {
 /// ```
 /// use neural_mesh::loss::inclusion;
 /// assert_eq!(inclusion(&[3.0; 4], 1).probabilities, [0.25; 4]);
-/// assert_eq!(inclusion(&[0.0, 50.0, -50.0, 50.0], 2).probabilities, [0.0, 1.0, 0.0, 1.0]);
+/// assert_eq!(inclusion(&[0.0, 200.0, -50.0, 200.0], 2).probabilities, [0.0, 1.0, 0.0, 1.0]);
 /// assert_eq!(inclusion(&[0.0, 1.0], 2).probabilities, [1.0; 2]);
 /// ```
 pub fn inclusion(scores: &[f32], n_samples: usize) -> Inclusion {

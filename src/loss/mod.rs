@@ -7,6 +7,7 @@ mod chamfer;
 mod closure;
 mod collision;
 mod coverage;
+mod curvature;
 mod edge_crossings;
 mod first_kept;
 mod forward_distance;
@@ -17,12 +18,14 @@ mod quotient_agreement;
 mod reverse_distance;
 #[cfg(test)]
 mod test_gradients;
+mod total;
 mod triangles;
 
 pub use chamfer::{coverage_of_samples, probabilistic_chamfer};
 pub use closure::closure;
 pub use collision::collisions;
 pub use coverage::{NearTriangles, coverage, near_triangles};
+pub use curvature::curvature_of_samples;
 pub use edge_crossings::edge_crossings;
 pub use forward_distance::{forward_distance, forward_distances};
 pub use inclusion::{Inclusion, inclusion, inclusion_gradient};
@@ -30,6 +33,7 @@ pub use overlap::{OverlapSettings, overlaps};
 pub use pairs::{conflicts_by_count, conflicts_by_pair};
 pub use quotient_agreement::quotient_agreement;
 pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
+pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 
 /// A loss and its gradient to the probabilities (or scores) it was given, one entry each.
 #[derive(Clone, Debug, PartialEq)]

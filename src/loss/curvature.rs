@@ -1,0 +1,81 @@
+//! The curvature that the samples keep: the term of the fine-tuning in Sec. 4.4 (Potamias et al., 2022, point-cloud simplification).
+
+use super::Term;
+use super::first_kept::{Rows, expected_cost};
+
+/// Computes the expected squared difference between the curvature of a query and that of its nearest sample, where each point is a
+/// sample by itself with probability pi: per query x, over its nearest points from near to far,
+/// `sum over k of (kappa_x - kappa_k)^2 pi_k prod_{j<k} (1 - pi_j)`.
+///
+/// Where none of them is a sample, the last stands for it. The mean over the queries is divided by the variance of the
+/// queries' curvature: 0 where nothing is lost, about 2 where the nearest sample is like any other.
+///
+/// # Shapes
+/// - `of_queries`: n_queries, kappa of each query
+/// - `of_points`: n, kappa of each point, from [`point_curvature`](crate::spatial::point_curvature)
+/// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`](crate::spatial::nearest_to)
+/// - `inclusion`: n, in 0..=1
+/// - returns a number and its gradient to the n probabilities
+///
+/// # Panics
+/// When a point does not exist.
+///
+/// ```
+/// use neural_mesh::loss::curvature_of_samples;
+/// let kappa = [0.0, 0.2];
+/// let term = curvature_of_samples(&kappa, &kappa, &[0, 1, 1, 0], &[1.0, 0.5]);
+/// // Point 0 is a sample. Point 1 is one half of the time; else it has lost 0.2, with a variance of 0.01.
+/// assert!((term.value - 1.0).abs() < 1e-6 && (term.gradient[1] + 2.0).abs() < 1e-6);
+/// ```
+pub fn curvature_of_samples(of_queries: &[f32], of_points: &[f32], nearest: &[u32], inclusion: &[f32]) -> Term {
+    let width = nearest.len() / of_queries.len().max(1);
+    if width == 0 {
+        return Term::zero(inclusion.len());
+    }
+    let variance = variance(of_queries);
+    let scale = if variance > 0.0 { 1.0 / variance } else { 0.0 };
+    let cost = |kappa: f32, x: u32| (f64::from(kappa) - f64::from(of_points[x as usize])).powi(2) * scale;
+    let rows = nearest.chunks_exact(width).zip(of_queries);
+    let costs: Vec<f64> = rows.flat_map(|(row, &kappa)| row.iter().map(move |&x| cost(kappa, x))).collect();
+    let costs_of_none: Vec<f64> = costs.chunks_exact(width).map(|row| row[width - 1]).collect();
+    expected_cost(&Rows { options: nearest, costs: &costs, costs_of_none: &costs_of_none, width }, inclusion)
+}
+
+fn variance(values: &[f32]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
+    values.iter().map(|&x| (f64::from(x) - mean).powi(2)).sum::<f64>() / n
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_gradients::{assert_gradient, points, uniform};
+    use super::*;
+    use crate::spatial::{nearest_to, point_curvature};
+
+    #[test]
+    fn agrees_with_differences() {
+        let points = points(40, 1);
+        let kappa = point_curvature(&points);
+        let nearest = nearest_to(&points, &points[..12], 7);
+        let loss = |p: &[f32]| curvature_of_samples(&kappa[..12], &kappa, &nearest, p);
+        assert_gradient(&uniform(40, 2), 1e-4, loss);
+        assert_eq!(loss(&[1.0; 40]).value, 0.0);
+        assert!(loss(&[0.2; 40]).value > 0.0);
+    }
+
+    #[test]
+    fn it_asks_for_samples_where_curvature_changes_and_not_where_it_is_flat() {
+        let points: Vec<[f32; 3]> = (0..40).map(|i| [i as f32, 0.0, 0.0]).collect();
+        let kappa: Vec<f32> = uniform(20, 3).into_iter().map(|x| x / 3.0).chain([0.0; 20]).collect();
+        let gradient = curvature_of_samples(&kappa, &kappa, &nearest_to(&points, &points, 5), &[0.4; 40]).gradient;
+        assert!(gradient[..20].iter().sum::<f32>() < -0.1);
+        assert_eq!(gradient[25..], [0.0; 15]);
+    }
+
+    #[test]
+    fn nothing_and_flat_things_are_fine() {
+        assert_eq!(curvature_of_samples(&[], &[], &[], &[0.5]), Term::zero(1));
+        assert_eq!(curvature_of_samples(&[0.1; 2], &[0.1; 2], &[0, 1, 1, 0], &[0.5; 2]), Term::zero(2));
+    }
+}
