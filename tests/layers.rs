@@ -151,7 +151,8 @@ fn the_library_touches_nothing_outside_itself() {
     let library = sources("src");
     let speech = ["println!", "print!(", "eprint!(", "dbg!(", "std::env", "std::process", "Instant", "SystemTime"];
     assert_eq!(found(&library, &speech), Vec::<String>::new());
-    let no_files: Vec<Source> = library.into_iter().filter(|source| module(source) != Some("io")).collect();
+    let may_touch = |source: &Source| matches!(module(source), Some("io" | "train"));
+    let no_files: Vec<Source> = library.into_iter().filter(|source| !may_touch(source)).collect();
     assert_eq!(found(&no_files, &["std::fs", "fs::", "File::"]), Vec::<String>::new());
 }
 

@@ -29,7 +29,8 @@ pub fn draw(table: &str) -> Result<String, String> {
         let mut chart = chart.build_cartesian_2d(epochs, values.log_scale()).map_err(|error| problem(&error))?;
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("epoch").y_desc("loss").y_label_formatter(&|value| format!("{value:.1e}"));
-        mesh.x_label_formatter(&|epoch| format!("{epoch:.0}")).light_line_style(BLACK.mix(0.06));
+        mesh.x_label_formatter(&|epoch| if epoch.fract() == 0.0 { format!("{epoch:.0}") } else { String::new() });
+        mesh.light_line_style(BLACK.mix(0.06));
         mesh.draw().map_err(|error| problem(&error))?;
         let names = names(&curves);
         for curve in &curves {

@@ -69,14 +69,14 @@ pub fn adam_step(
 }
 
 /// The length of the gradients over all tensors together.
-pub fn gradient_norm(gradients: &Network<Matrix>) -> f64 {
+pub(super) fn gradient_norm(gradients: &Network<Matrix>) -> f64 {
     let mut square = 0.0;
     gradients.map(|_, matrix| square += matrix.data().iter().map(|&g| f64::from(g).powi(2)).sum::<f64>());
     square.sqrt()
 }
 
 /// The gradients, shortened to the length `limit` where `norm` is larger; 0 is no limit.
-pub fn clipped(gradients: Network<Matrix>, norm: f64, limit: f64) -> Network<Matrix> {
+pub(super) fn clipped(gradients: Network<Matrix>, norm: f64, limit: f64) -> Network<Matrix> {
     if limit == 0.0 || norm <= limit {
         return gradients;
     }

@@ -45,6 +45,14 @@ pub struct DataSet {
 ///
 /// # Errors
 /// [`TrainError::File`] where the folder cannot be read or no mesh is left for training.
+///
+/// ```
+/// use neural_mesh::train::{Settings, read_data};
+/// let folder = tempfile::tempdir().unwrap();
+/// std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+/// let data = read_data(folder.path(), &Settings::from_toml("").unwrap()).unwrap();
+/// assert_eq!(data.training[0].name, "mesh.obj");
+/// ```
 pub fn read_data(folder: &Path, settings: &Settings) -> Result<DataSet, TrainError> {
     let read = mesh_files(folder)?.par_iter().map(|path| read_file(path, settings)).collect::<Result<Vec<_>, _>>()?;
     let mut data = DataSet::default();

@@ -23,7 +23,7 @@ mod uniform_step;
 mod validation;
 mod watch;
 
-pub use adam::{Moments, adam_step, clipped, gradient_norm};
+pub use adam::{Moments, adam_step};
 pub use data::{DataFile, DataSet, Mesh, read_data};
 pub use epochs::{Ending, Event, Wish, train};
 pub use error::TrainError;

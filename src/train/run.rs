@@ -4,7 +4,7 @@ use super::checkpoint::{Checkpoint, Origin, Position, read_checkpoint, write_che
 use super::data::{changed_file, data_table, sha256};
 use super::rows::Rows;
 use super::watch::Watch;
-use super::{DataSet, Moments, Settings, TrainError, read_data};
+use super::{DataSet, Moments, Settings, TrainError, read_data, step_function};
 use crate::io::write_path;
 use crate::model::Weights;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -53,6 +53,15 @@ pub struct Run {
 /// # Errors
 /// [`TrainError`] says what is wrong with settings, data or folder; one that holds a training already is left alone
 /// unless `resume`, and a checkpoint made with other settings, data or program is not taken up.
+///
+/// ```
+/// use neural_mesh::train::{Request, open};
+/// let folder = tempfile::tempdir().unwrap();
+/// let run = folder.path().join("run");
+/// let request =
+///     Request { data: folder.path(), folder: &run, settings: None, epochs: None, resume: false, init: None };
+/// assert!(open(&request).unwrap_err().to_string().contains("no mesh to train on"));
+/// ```
 pub fn open(request: &Request) -> Result<Run, TrainError> {
     let checkpoint = request.folder.join("checkpoint.safetensors");
     let (state, settings, data) = if checkpoint.exists() {
@@ -117,6 +126,8 @@ fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, 
         }
         None => (settings.clone(), Weights::random_of(settings.architecture(), settings.seed)),
     };
+    // What is wrong with the settings is found before anything is written.
+    step_function(&settings).map(drop)?;
     let data = read_data(request.data, &settings)?;
     let origin = Origin {
         version: env!("CARGO_PKG_VERSION").into(),

@@ -1,7 +1,7 @@
 //! The validation: the same step function over meshes that are never trained on, unchanged, at fixed ratios.
 
 use super::epochs::{Event, Wish};
-use super::{Item, Mesh, Run, Step, StepFunction, TrainError};
+use super::{Item, Run, Step, StepFunction, TrainError};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
@@ -18,20 +18,21 @@ pub(super) enum Validation {
 /// Measures the weights as they are. Each mesh has a random state of its own, the same after every epoch, so that
 /// epochs can be compared.
 pub(super) fn validated(
-    run: &Run,
+    run: &mut Run,
     step: &StepFunction,
     progress: &mut dyn FnMut(Event) -> Wish,
 ) -> Result<Validation, TrainError> {
     let mut sums = vec![0.0; run.state.position.names.len()];
     let (mut n_summed, n_meshes) = (0, run.data.validation.len());
-    for (at, mesh) in run.data.validation.iter().enumerate() {
-        let random = Xoshiro256PlusPlus::seed_from_u64(run.settings.seed.wrapping_add(at as u64));
-        for found in measured(run, mesh, step, &random)? {
+    for at in 0..n_meshes {
+        for found in measured(run, at, step)? {
             sums.iter_mut().zip(&found.terms).for_each(|(sum, (_, value))| *sum += value);
             n_summed += 1;
         }
-        if progress(Event::Validated { epoch: run.state.position.epoch, n_done: at + 1, n_meshes }) == Wish::Stop {
-            return Ok(Validation::Stopped);
+        match progress(Event::Validated { epoch: run.state.position.epoch, n_done: at + 1, n_meshes }) {
+            Wish::Continue => {}
+            Wish::Checkpoint => run.save()?,
+            Wish::Stop => return Ok(Validation::Stopped),
         }
     }
     Ok(match n_summed {
@@ -41,7 +42,9 @@ pub(super) fn validated(
 }
 
 /// A mesh at all ratios of the validation; ratios at which it cannot be used are passed over.
-fn measured(run: &Run, mesh: &Mesh, step: &StepFunction, random: &Xoshiro256PlusPlus) -> Result<Vec<Step>, TrainError> {
+fn measured(run: &Run, at: usize, step: &StepFunction) -> Result<Vec<Step>, TrainError> {
+    let mesh = &run.data.validation[at];
+    let random = Xoshiro256PlusPlus::seed_from_u64(run.settings.seed.wrapping_add(at as u64));
     let at_ratio = |&ratio: &f64| {
         let item = Item { name: mesh.name.clone(), mesh: mesh.mesh.clone(), ratio };
         step(&run.state.weights, &item, &run.settings, &mut random.clone()).ok()

@@ -1,0 +1,147 @@
+//! `neural-mesh train`: killed and resumed, refused, what it leaves.
+
+mod common;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
+
+/// A small network that meets every mesh often, and checkpoints within epochs.
+const SETTINGS: &str = "objective = \"uniform\"\nepochs = 40\nvalidation = [\"held_\"]\nnoise = 0.1\n\
+    checkpoint_minutes = 0.0005\npoint_sampler_layers = 2\npoint_sampler_width = 12\nedge_predictor_width = 4\n\
+    attention_width = 3\nface_classifier_layers = 1\nface_classifier_width = 4\n";
+
+/// A folder with small meshes in `data` and settings in `small.toml`.
+fn prepared() -> tempfile::TempDir {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("data")).unwrap();
+    let meshes: [(&str, TriMesh); 5] = [
+        ("ball.ply", shapes::icosphere(2)),
+        ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 4)),
+        ("held_ring.ply", shapes::torus(8, 6, 2.0, 0.7)),
+        ("ring.ply", shapes::torus(16, 8, 2.0, 0.5)),
+        ("sheet.ply", shapes::grid(9, 9)),
+    ];
+    for (name, mesh) in meshes {
+        let bytes = write(&mesh, &Frame::default(), Format::Ply).unwrap();
+        std::fs::write(folder.path().join("data").join(name), bytes).unwrap();
+    }
+    std::fs::write(folder.path().join("small.toml"), SETTINGS).unwrap();
+    folder
+}
+
+/// Arguments of a training into `run`.
+fn training<'a>(run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["train", "--data", "data", "--out", run, "--config", "small.toml"], more].concat()
+}
+
+/// The files of a training that do not depend on interruptions.
+fn left(folder: &Path, run: &str) -> Vec<Vec<u8>> {
+    let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "curves.svg"];
+    files.map(|file| std::fs::read(folder.join(run).join(file)).unwrap()).into()
+}
+
+#[test]
+fn killed_at_any_moment_it_ends_in_the_same_bits() {
+    let folder = prepared();
+    let began = Instant::now();
+    let whole = run(folder.path(), &training("whole", &["--threads", "1"]));
+    assert_eq!(whole.code, Some(0), "{}", whole.words);
+    let took = began.elapsed();
+    // Shares of the time of a whole training after which the program is killed, in no order.
+    let mut n_killed = 0;
+    for share in [0.02, 0.37, 0.11, 0.53, 0.26, 0.44, 0.19, 0.31] {
+        let mut child = program(folder.path(), &training("killed", &["--resume"])).spawn().unwrap();
+        std::thread::sleep(took.mul_f64(share).max(Duration::from_millis(2)));
+        n_killed += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    assert!(n_killed >= 3, "killed only {n_killed} times");
+    let finished = run(folder.path(), &training("killed", &["--resume", "--threads", "2"]));
+    assert_eq!(finished.code, Some(0), "{}", finished.words);
+    assert!(left(folder.path(), "killed") == left(folder.path(), "whole"));
+    let leftovers: Vec<String> = files(&folder.path().join("killed"));
+    assert!(leftovers.iter().all(|name| !name.starts_with('.')), "{leftovers:?}");
+}
+
+#[test]
+fn a_training_leaves_what_the_help_says() {
+    let folder = prepared();
+    let done = run(folder.path(), &training("run", &["--epochs", "2"]));
+    assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
+    let said = String::from_utf8(done.out).unwrap();
+    assert!(said.contains("4 for training, 1 for validation") && said.contains("epoch     2 of 2"), "{said}");
+    let expected = [
+        "best.safetensors",
+        "checkpoint.safetensors",
+        "config.toml",
+        "curves.svg",
+        "data.csv",
+        "epochs.csv",
+        "last.safetensors",
+        "steps.csv",
+    ];
+    assert_eq!(files(&folder.path().join("run")), expected);
+    let help = String::from_utf8(run(folder.path(), &["train", "--help"]).out).unwrap();
+    assert!(expected.iter().all(|name| help.contains(name)), "{help}");
+    std::fs::remove_file(folder.path().join("run/curves.svg")).unwrap();
+    assert_eq!(run(folder.path(), &["train", "--plot", "run", "-q"]).code, Some(0));
+    assert!(std::fs::read_to_string(folder.path().join("run/curves.svg")).unwrap().contains("spread, validation"));
+    let config = std::fs::read_to_string(folder.path().join("run/config.toml")).unwrap();
+    assert!(config.contains("\nepochs = 2\n") && config.contains("# Seed of the first weights"), "{config}");
+    let copy = run(folder.path(), &["train", "--data", "data", "--out", "copy", "--config", "run/config.toml", "-q"]);
+    assert_eq!((copy.code, copy.out), (Some(0), vec![]));
+    assert!(left(folder.path(), "copy") == left(folder.path(), "run"));
+}
+
+#[test]
+fn refusals_say_what_to_do() {
+    let folder = prepared();
+    assert_eq!(run(folder.path(), &training("run", &["--epochs", "1"])).code, Some(0));
+    let refused = |code: i32, arguments: &[&str], words: &str| {
+        let refusal = run(folder.path(), arguments);
+        assert_eq!(refusal.code, Some(code), "{}", refusal.words);
+        let line = the_line(&refusal);
+        assert!(line.contains(words), "{line}");
+    };
+    refused(1, &training("run", &[]), "--resume");
+    refused(1, &training("data", &[]), "no checkpoint");
+    refused(1, &["train", "--data", "none", "--out", "new"], "none");
+    refused(1, &["train", "--plot", "data"], "epochs.csv");
+    refused(2, &training("new", &["--epochs", "0"]), "--epochs");
+    refused(2, &training("new", &["--threads", "0"]), "--threads");
+    for (text, words) in [("epocs = 3", "`epocs`"), ("objective = \"none\"", "`objective`"), ("noise = [", "line 1")] {
+        std::fs::write(folder.path().join("bad.toml"), text).unwrap();
+        refused(1, &["train", "--data", "data", "--out", "new", "--config", "bad.toml"], words);
+        assert!(!folder.path().join("new").exists());
+    }
+    std::fs::write(folder.path().join("small.toml"), SETTINGS.replace("0.1", "0.2")).unwrap();
+    refused(1, &training("run", &["--resume"]), "`noise`");
+    assert_eq!(run(folder.path(), &["train", "--data", "data"]).code, Some(2));
+    assert_eq!(run(folder.path(), &["train", "--plot", "run", "--data", "data"]).code, Some(2));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_after_the_step_with_a_checkpoint() {
+    let folder = prepared();
+    std::fs::write(folder.path().join("small.toml"), SETTINGS.replace("epochs = 40", "epochs = 100000")).unwrap();
+    let child = program(folder.path(), &training("run", &[])).spawn().unwrap();
+    let epochs = folder.path().join("run/epochs.csv");
+    while std::fs::metadata(&epochs).map_or(0, |file| file.len()) < 200 {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let stopped = finish(child);
+    assert_eq!(stopped.code, Some(130), "{}", stopped.words);
+    assert!(the_line(&stopped).contains("--resume"));
+    let rows = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap().lines().count();
+    let steps = rows("run/steps.csv");
+    let done = (rows("run/epochs.csv") - 1).to_string();
+    let resumed = run(folder.path(), &training("run", &["--resume", "--epochs", &done]));
+    assert_eq!((resumed.code, rows("run/steps.csv")), (Some(0), steps), "{}", resumed.words);
+}
