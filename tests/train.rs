@@ -7,7 +7,7 @@ use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::io::{Format, write};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
-use neural_mesh::model::{Architecture, Weights, point_sampler};
+use neural_mesh::model::{Architecture, Vertices, Weights, point_sampler};
 use neural_mesh::simplify::edge_graph;
 use neural_mesh::train::{
     Ending, Event, Item, Request, Run, Settings, Step, TrainError, Wish, gradients_of, open, train,
@@ -55,7 +55,9 @@ fn step(weights: &Weights, item: &Item, _: &Settings, random: &mut Xoshiro256Plu
     let mut tape = Tape::default();
     let parameters = weights.parameters(&mut tape);
     let points = Value::constant(Matrix::from_points(item.mesh.positions()));
-    let scores = point_sampler(&mut tape, &parameters.point_sampler, &points, &Arc::new(edge_graph(&item.mesh)));
+    let vertices = Vertices { points: &points, normals: None };
+    let rings = Arc::new(edge_graph(&item.mesh));
+    let scores = point_sampler(&mut tape, &parameters.point_sampler, vertices, &rings);
     let (values, n) = (scores.matrix().data(), scores.matrix().n_rows() as f64);
     let wanted = (random.next_u64() >> 40) as f64 / (1u64 << 24) as f64 * item.ratio;
     let square = values.iter().map(|&s| f64::from(s).powi(2)).sum::<f64>() / n;
