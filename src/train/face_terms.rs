@@ -1,13 +1,10 @@
-//! What the probabilities of the faces are judged by, Eqs. (7) to (10), in the printed forms or those that train.
+//! What the probabilities of the faces are judged by, Eqs. (7) to (10): gathers what `loss` needs from a mesh and its
+//! samples.
 
 use super::Settings;
-use super::paper_step::{Candidates, Drawn, Sum};
+use super::paper_step::{Candidates, Drawn};
 use crate::linalg::Csr;
-use crate::loss::{
-    OverlapSettings, closure, collisions, conflicts_by_count, conflicts_by_pair, coverage, edge_crossings,
-    forward_distance, forward_distances, near_triangles, overlaps, quotient_agreement, reverse_distance,
-    reverse_distances,
-};
+use crate::loss::{self, FaceObjective, NamedTerm, face_geometry};
 use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -15,16 +12,6 @@ use rand_xoshiro::rand_core::Rng;
 
 /// Points of the original surface per sample at which the coverage is measured.
 const POINTS_PER_SAMPLE: usize = 4;
-/// Candidates looked at from each of them.
-const NEAR: usize = 24;
-/// What a point that nothing covers costs at least: a squared length, in edges between samples.
-const UNCOVERED: f64 = 1.0;
-/// Points on every triangle, and triangles near each, for Eq. (8): the paper's numbers in training.
-const REVERSE: (usize, usize) = (10, 20);
-/// How far out of the plane two edges or triangles may pass and still be in conflict, in their own sizes.
-const FLATNESS: f64 = 0.1;
-/// Points on each triangle with which overlaps are found.
-const OVERLAP_POINTS: usize = 10;
 
 /// What the terms look at.
 pub(super) struct Faces<'a> {
@@ -36,48 +23,46 @@ pub(super) struct Faces<'a> {
     pub candidates: &'a Candidates,
 }
 
-/// The terms of the probabilities, and the gradient of their sum to them.
+/// The terms of the probabilities that have a weight in the settings.
 pub(super) fn face_terms(
     faces: &Faces,
-    p: &[f32],
+    probabilities: &[f32],
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> (Vec<(&'static str, f64)>, Vec<f32>) {
+) -> Vec<NamedTerm> {
     let Faces { mesh, drawn, candidates } = faces;
-    let (points, triangles) = (&drawn.points, &candidates.faces.triangles);
-    let neighbours = &candidates.neighbours;
-    let seed = random.next_u64();
-    let mut sum = Sum::new(p.len());
-    sum.add("forward", settings.lambda_forward, || {
-        forward_distance(&forward_distances(points, triangles, &drawn.frame.apply(&barycenters(mesh))), p)
-    });
-    match settings.literal {
-        true => sum.add("reverse", settings.lambda_reverse, || {
-            let original = drawn.frame.apply(mesh.positions());
-            reverse_distance(&reverse_distances(points, triangles, &original, REVERSE.0, REVERSE.1), p)
-        }),
-        false => sum.add("coverage", settings.lambda_coverage, || {
-            let surface = surface_points(mesh, POINTS_PER_SAMPLE * points.len(), seed);
-            coverage(&near_triangles(points, triangles, &drawn.frame.apply(&surface), NEAR), UNCOVERED, p)
-        }),
+    let triangles = &candidates.faces.triangles;
+    let spanned = &drawn.quotient.triangles;
+    let labels: Vec<bool> = triangles.iter().map(|triangle| spanned.binary_search(triangle).is_ok()).collect();
+    let surface = surface_points(mesh, POINTS_PER_SAMPLE * drawn.points.len(), random.next_u64());
+    let judged = loss::Candidates {
+        points: &drawn.points,
+        triangles,
+        neighbours: &candidates.neighbours,
+        edges: &candidates.faces.entries,
+        at_border: &at_border(spanned, &candidates.extended),
+        labels: &labels,
+        original_barycenters: &drawn.frame.apply(&barycenters(mesh)),
+        surface: &drawn.frame.apply(&surface),
+    };
+    let objective = objective(settings);
+    loss::face_terms(&judged, &face_geometry(&judged, &objective), &objective, probabilities)
+}
+
+fn objective(settings: &Settings) -> FaceObjective {
+    let (literal, trained) = if settings.literal { (1.0, 0.0) } else { (0.0, 1.0) };
+    FaceObjective {
+        forward: settings.lambda_forward,
+        reverse: literal * settings.lambda_reverse,
+        coverage: trained * settings.lambda_coverage,
+        closure: settings.lambda_closure,
+        collision: settings.lambda_collision,
+        crossing: settings.lambda_crossings,
+        overlap: settings.lambda_overlap,
+        agreement: settings.lambda_agreement,
+        by_count: settings.literal,
+        ..FaceObjective::TRAINED
     }
-    let conflicts = if settings.literal { conflicts_by_count } else { conflicts_by_pair };
-    sum.add("collision", settings.lambda_collision, || conflicts(&collisions(points, triangles, neighbours), p));
-    sum.add("crossings", settings.lambda_crossings, || {
-        conflicts(&edge_crossings(points, triangles, neighbours, FLATNESS), p)
-    });
-    sum.add("overlap", settings.lambda_overlap, || {
-        let how = OverlapSettings { per_triangle: OVERLAP_POINTS, flatness: FLATNESS };
-        conflicts(&overlaps(points, triangles, neighbours, how), p)
-    });
-    sum.add("closure", settings.lambda_closure, || {
-        closure(&candidates.faces.entries, &at_border(&drawn.quotient.triangles, &candidates.extended), p)
-    });
-    sum.add("agreement", settings.lambda_agreement, || {
-        let spanned = triangles.iter().map(|triangle| drawn.quotient.triangles.binary_search(triangle).is_ok());
-        quotient_agreement(&spanned.collect::<Vec<_>>(), 1.0, p)
-    });
-    (sum.terms, sum.gradient)
 }
 
 /// The barycenter of each face of the original, n_faces x 3.

@@ -10,7 +10,7 @@ use super::sampler_terms::sampler_terms;
 use super::{Item, Settings, Step, gradients_of};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
-use crate::loss::Term;
+use crate::loss::{NamedTerm, total};
 use crate::mesh::TriMesh;
 use crate::model::{
     CandidateFaces, EdgeFrame, Network, Vertices, Weights, candidate_faces, edge_predictor, extended_graph,
@@ -44,14 +44,14 @@ pub(super) fn paper_step(
     let (positions, normals) = (constant(&points), constant(&vertex_normals(&mesh)));
     let vertices = Vertices { points: &positions, normals: Some(&normals) };
     let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
-    let (mut terms, to_scores) = sampler_terms(&points, scores.matrix().data(), n_samples, settings, random);
+    let of_scores = sampler_terms(&points, scores.matrix().data(), n_samples, settings, random);
     let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
     let drawn = draw(&mesh, &points, &rings, &samples);
     let (probabilities, candidates) = classified(&mut tape, &net, &drawn, weights);
     let faces = Faces { mesh: &mesh, drawn: &drawn, candidates: &candidates };
-    let (of_faces, to_probabilities) = face_terms(&faces, probabilities.matrix().data(), settings, random);
-    terms.extend(of_faces);
-    let results = [(&scores, column(to_scores)), (&probabilities, column(to_probabilities))];
+    let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
+    let terms = of_scores.iter().chain(&of_faces).map(|term| (term.name, term.weight * term.term.value)).collect();
+    let results = [(&scores, gradient(&scores, &of_scores)), (&probabilities, gradient(&probabilities, &of_faces))];
     Ok(Step { terms, gradients: gradients_of(&net, &tape.backward(&results)) })
 }
 
@@ -109,36 +109,12 @@ fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &We
     (probabilities, Candidates { faces, extended, neighbours })
 }
 
-/// Adds terms with their weights: what is left out has the weight 0 and costs nothing.
-#[derive(Default)]
-pub(super) struct Sum {
-    /// Each term times its weight, in the order of addition.
-    pub terms: Vec<(&'static str, f64)>,
-    /// The gradient of the sum.
-    pub gradient: Vec<f32>,
-}
-
-impl Sum {
-    /// The sum of nothing, over `n` values.
-    pub fn new(n: usize) -> Self {
-        Self { terms: Vec::new(), gradient: vec![0.0; n] }
-    }
-
-    /// Adds `weight` times the term, which is made only where the weight is not 0.
-    pub fn add(&mut self, name: &'static str, weight: f64, term: impl FnOnce() -> Term) {
-        if weight == 0.0 {
-            return;
-        }
-        let term = term();
-        self.terms.push((name, weight * term.value));
-        self.gradient.iter_mut().zip(&term.gradient).for_each(|(sum, g)| *sum += weight as f32 * g);
-    }
-}
-
 fn constant(points: &[[f32; 3]]) -> Value {
     Value::constant(Matrix::from_points(points))
 }
 
-fn column(gradient: Vec<f32>) -> Matrix {
-    Matrix::new(gradient.len(), 1, gradient)
+/// The gradient of the weighted sum of terms to a column of values.
+fn gradient(values: &Value, terms: &[NamedTerm]) -> Matrix {
+    let n = values.matrix().n_rows();
+    Matrix::new(n, 1, total(terms, n).gradient)
 }

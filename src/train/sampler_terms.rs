@@ -1,9 +1,8 @@
 //! What the Point Sampler is judged by, Eq. (6): how well the vertices are covered by the samples that its scores draw.
 
 use super::Settings;
-use super::paper_step::Sum;
 use super::random::below;
-use crate::loss::{Term, coverage_of_samples, inclusion, inclusion_gradient, probabilistic_chamfer};
+use crate::loss::{NamedTerm, Term, coverage_of_samples, inclusion, inclusion_gradient, probabilistic_chamfer};
 use crate::simplify::gumbel_top_k;
 use crate::spatial::nearest_to;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -14,21 +13,23 @@ const QUERIES: usize = 1024;
 /// Neighbours of each that are looked at: so many times the vertices per sample, within bounds.
 const NEIGHBOURS: (f64, f64, f64) = (5.0, 8.0, 128.0);
 
-/// The terms of the scores, and the gradient of their sum to the scores.
+/// The terms of the scores that have a weight in the settings.
 pub(super) fn sampler_terms(
     points: &[[f32; 3]],
     scores: &[f32],
     n_samples: usize,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> (Vec<(&'static str, f64)>, Vec<f32>) {
-    let mut sum = Sum::new(scores.len());
-    let seeds = [random.next_u64(), random.next_u64()];
-    match settings.literal {
-        true => sum.add("chamfer", settings.lambda_sampler, || literal(points, scores, n_samples, seeds[0])),
-        false => sum.add("sampler", settings.lambda_sampler, || relaxed(points, scores, n_samples, random)),
+) -> Vec<NamedTerm> {
+    let weight = settings.lambda_sampler;
+    if weight == 0.0 {
+        return Vec::new();
     }
-    (sum.terms, sum.gradient)
+    let (name, term) = match settings.literal {
+        true => ("chamfer", literal(points, scores, n_samples, random.next_u64())),
+        false => ("sampler", relaxed(points, scores, n_samples, random)),
+    };
+    vec![NamedTerm { name, weight, term }]
 }
 
 /// Eq. (6) as printed: softmax probabilities of a drawn set, weighed with distances.
