@@ -16,6 +16,7 @@ mod overlap;
 mod pairs;
 mod quotient_agreement;
 mod reverse_distance;
+mod surface_error;
 #[cfg(test)]
 mod test_gradients;
 mod total;
@@ -33,6 +34,7 @@ pub use overlap::{OverlapSettings, overlaps};
 pub use pairs::{conflicts_by_count, conflicts_by_pair};
 pub use quotient_agreement::quotient_agreement;
 pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
+pub use surface_error::{ErrorSums, PointErrors, error_sums, log_errors, parts, point_errors};
 pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 
 /// A loss and its gradient to the probabilities (or scores) it was given, one entry each.

@@ -9,13 +9,14 @@ pub mod paper;
 mod record;
 mod sample_vertices;
 mod scattered_samples;
+mod weighed;
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
+use closed::{Closed, Derivative, End, Importance, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
 pub use network_scores::{edge_graph, network_scores, vertex_normals};
@@ -24,12 +25,11 @@ pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSourc
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
+pub use weighed::{Weighed, simplify_weighed};
 
 /// Samples per vertex asked for, where the caller leaves the choice: as many as still save time. Fewer cost
 /// accuracy on parts with sharp edges, where every vertex that the samples leave out may have been a corner.
 const OVERSAMPLE: f64 = 2.0;
-/// How much denser or sparser than average the network's scores may make the samples.
-const MOST_DENSITY: f32 = 4.0;
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
 ///
@@ -145,9 +145,9 @@ fn closed_result(
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
     let pruned = if options.prune { pruned(mesh, n_target) } else { None };
     let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |pruned| (&pruned.mesh, pruned.n_dropped));
-    let density = weights.map(|weights| density(&network_scores(mesh, weights)));
-    let (density, seed, frame) = (density.as_deref(), options.seed, options.frame);
-    let request = Request { limit, oversample, density, seed, frame, differentiable };
+    let importance = weights.map_or(Importance::Even, Importance::Network);
+    let (seed, frame) = (options.seed, options.frame);
+    let request = Request { limit, oversample, importance, seed, frame, differentiable };
     let mut closed = simplify_closed(mesh, &request, progress)?;
     let report = Report {
         outcome: outcome(closed.end),
@@ -202,12 +202,6 @@ fn without_unused(mesh: &TriMesh) -> Result<(Cow<'_, TriMesh>, Option<Vec<u32>>)
     }
     let (mesh, sources) = compact(mesh, mesh.faces().to_vec()).ok_or(SimplifyError::Overflow)?;
     Ok((Cow::Owned(mesh), Some(sources)))
-}
-
-/// Scores as densities: their exponentials about the mean, since only differences of scores matter.
-fn density(scores: &[f32]) -> Vec<f32> {
-    let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
-    scores.iter().map(|&s| (s - mean as f32).exp().clamp(1.0 / MOST_DENSITY, MOST_DENSITY)).collect()
 }
 
 fn outcome(end: End) -> Outcome {

@@ -134,6 +134,8 @@ pub enum SimplifyError {
     BadTarget(Target),
     /// `oversample` outside 1 to 4.
     BadOversample(f64),
+    /// Not one positive factor for every vertex, or there are vertices that no face uses.
+    BadImportance,
     /// The paper's assembly was asked for without weights.
     NeedsWeights,
     /// The network's probabilities leave no face.
@@ -152,6 +154,12 @@ impl std::fmt::Display for SimplifyError {
                 write!(f, "{target:?} is no size: give a ratio above 0 and at most 1, or a count of at least 1")
             }
             Self::BadOversample(x) => write!(f, "oversample {x} is outside 1 to 4"),
+            Self::BadImportance => {
+                write!(
+                    f,
+                    "the importance must be one positive number for every vertex, each on a face: check its length"
+                )
+            }
             Self::NeedsWeights => write!(f, "the paper's assembly needs a trained network: give its weights"),
             Self::NothingKept => write!(f, "the network kept no face: these weights do not fit this mesh"),
             Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),

@@ -6,6 +6,7 @@
 mod adam;
 mod augment;
 mod checkpoint;
+mod closed_step;
 mod data;
 mod epochs;
 mod error;

@@ -48,6 +48,9 @@ pub struct Settings {
     pub lambda_overlap: f64,
     pub lambda_closure: f64,
     pub lambda_agreement: f64,
+    pub probes: usize,
+    pub probe_cell: usize,
+    pub probe_step: f64,
     pub rotation: bool,
     pub scale: f64,
     pub noise: f64,
@@ -175,6 +178,9 @@ impl Settings {
             ("learning_rate", self.learning_rate),
             ("learning_rate_decay", self.learning_rate_decay),
             ("adam_epsilon", self.adam_epsilon),
+            ("probes", self.probes as f64),
+            ("probe_cell", self.probe_cell as f64),
+            ("probe_step", self.probe_step),
             ("epochs", self.epochs as f64),
         ];
         for (name, x) in positive {

@@ -234,7 +234,7 @@ mod tests {
     fn every_vertex_belongs_to_its_nearest_sample() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::grid(20, 9), shapes::thin_sheet(12, 0.01)] {
             let surface = Surface::new(&mesh);
-            let lengths = EdgeLengths::new(&surface, None);
+            let lengths = EdgeLengths::new(&surface);
             let mut field = Field::new(&surface, &lengths);
             let order = shuffled(surface.n_vertices(), 5);
             field.cover(&order, radius_for(&lengths, 30) as f32);
@@ -254,7 +254,7 @@ mod tests {
     fn there_are_as_many_darts_as_asked_for_and_few_more() {
         for mesh in [shapes::wavy_sphere(4, 50.0), shapes::bolt(32)] {
             let surface = Surface::new(&mesh);
-            let lengths = EdgeLengths::new(&surface, None);
+            let lengths = EdgeLengths::new(&surface);
             for n in [20, 100, 700] {
                 let darts = throw_darts(&surface, &lengths, n, 3);
                 assert!((n..=n + n / 5 + 2).contains(&darts.n_regions), "{n}: {}", darts.n_regions);
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn fewer_darts_than_components_end_at_one_for_each() {
         let surface = Surface::new(&shapes::many_boxes(30));
-        let lengths = EdgeLengths::new(&surface, None);
+        let lengths = EdgeLengths::new(&surface);
         assert_eq!(throw_darts(&surface, &lengths, 10, 1).n_regions, 30);
     }
 }

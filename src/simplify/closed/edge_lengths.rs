@@ -17,11 +17,11 @@ pub(super) struct EdgeLengths {
 }
 
 impl EdgeLengths {
-    /// Measures all edges; `density` (n_vertices, positive) is how much closer than average samples should lie.
-    pub fn new(surface: &Surface, density: Option<&[f32]>) -> Self {
+    /// Measures all edges.
+    pub fn new(surface: &Surface) -> Self {
         let mut lengths = Vec::with_capacity(surface.rings.n_entries());
         let vertices = 0..surface.n_vertices() as u32;
-        let areas = vertices.map(|v| measure(surface, density, v, &mut lengths)).collect();
+        let areas = vertices.map(|v| measure(surface, v, &mut lengths)).collect();
         Self { lengths, areas }
     }
 
@@ -32,14 +32,13 @@ impl EdgeLengths {
 }
 
 /// Appends the lengths of one vertex's edges and returns the area of its cell.
-fn measure(surface: &Surface, density: Option<&[f32]>, v: u32, lengths: &mut Vec<f32>) -> f32 {
+fn measure(surface: &Surface, v: u32, lengths: &mut Vec<f32>) -> f32 {
     let (p, n) = (surface.positions[v as usize], surface.normals[v as usize]);
     let (mut plain, mut bent) = (0.0, 0.0);
     for &w in surface.neighbors(v) {
         let squared = p.distance_squared(surface.positions[w as usize]);
         let turn = n.distance_squared(surface.normals[w as usize]);
-        let scale = density.map_or(1.0, |d| (d[v as usize] * d[w as usize]).sqrt());
-        let metric = (squared + BEND * (squared * turn).sqrt()) * scale;
+        let metric = squared + BEND * (squared * turn).sqrt();
         lengths.push(metric.sqrt());
         plain += squared;
         bent += metric;
@@ -58,16 +57,13 @@ mod tests {
     #[test]
     fn lengths_are_those_of_the_formula() {
         let surface = Surface::new(&shapes::wavy_sphere(2, 5.0));
-        let plain = EdgeLengths::new(&surface, None);
-        let denser = EdgeLengths::new(&surface, Some(&vec![4.0; surface.n_vertices()]));
+        let lengths = EdgeLengths::new(&surface);
         for v in 0..surface.n_vertices() as u32 {
-            let own = plain.of(&surface, v);
-            for ((&w, &length), &scaled) in surface.neighbors(v).iter().zip(own).zip(denser.of(&surface, v)) {
+            for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(&surface, v)) {
                 let edge = f64::from(surface.positions[v as usize].distance(surface.positions[w as usize]));
                 let turn = f64::from(surface.normals[v as usize].distance(surface.normals[w as usize]));
                 let expected = (edge * edge + f64::from(BEND) * turn * edge).sqrt();
                 assert!((f64::from(length) - expected).abs() < 1e-5 * expected);
-                assert!((scaled - 2.0 * length).abs() < 1e-5 * scaled);
             }
         }
     }
@@ -75,7 +71,7 @@ mod tests {
     #[test]
     fn flat_parts_have_their_euclidean_lengths_and_areas() {
         let surface = Surface::new(&shapes::grid(6, 6));
-        let lengths = EdgeLengths::new(&surface, None);
+        let lengths = EdgeLengths::new(&surface);
         let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.apex(v).is_none());
         for v in inner {
             assert!((lengths.areas[v as usize] - surface.weight(v as usize) as f32).abs() < 1e-7);

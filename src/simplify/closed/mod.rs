@@ -9,6 +9,7 @@ mod edge_lengths;
 mod faces_around;
 mod fit;
 mod flips;
+mod importance;
 mod placement;
 mod quotient;
 mod regions;
@@ -19,6 +20,7 @@ mod unfold;
 use std::ops::ControlFlow;
 
 use crate::mesh::{Frame, TriMesh, topology};
+use crate::model::Weights;
 
 use super::options::{Event, Samples, SimplifyError};
 use collapse::{Collapse, Remains};
@@ -46,14 +48,25 @@ pub(super) struct Request<'a> {
     pub limit: Limit,
     /// Samples per vertex asked for.
     pub oversample: f64,
-    /// How much denser than average samples should lie at each vertex of the mesh, if anyone knows.
-    pub density: Option<&'a [f32]>,
+    /// How much more than its area each vertex of the mesh counts.
+    pub importance: Importance<'a>,
     /// Seed of the darts.
     pub seed: u64,
     /// How the result will be written.
     pub frame: Frame,
     /// Whether the result is to be known as a function of the positions.
     pub differentiable: bool,
+}
+
+/// Where the importance of the vertices comes from.
+#[derive(Clone, Copy)]
+pub(super) enum Importance<'a> {
+    /// All count alike.
+    Even,
+    /// From the Point Sampler of this network.
+    Network(&'a Weights),
+    /// One positive factor per vertex of the mesh.
+    Given(&'a [f32]),
 }
 
 /// What the closed assembly gives.
@@ -70,6 +83,8 @@ pub(super) struct Closed {
     pub refined_regions: usize,
     /// Edges flipped.
     pub flipped_edges: usize,
+    /// For each vertex of the mesh the output vertex that its region became.
+    pub vertex_of: Vec<u32>,
     /// Vertices moved apart for the file.
     pub separated_vertices: usize,
     /// The result as a function of the positions, where that was asked for.
@@ -87,10 +102,12 @@ pub(super) fn simplify_closed(
         ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
     };
     enter("surface")?;
-    let surface = Surface::new(mesh);
+    let mut surface = Surface::new(mesh);
     enter("samples")?;
     let n_samples = n_samples(&surface, request);
     let mut assignment = samples(&surface, request, n_samples);
+    enter("scores")?;
+    importance::weigh(&mut surface, request.importance);
     enter("sweeps")?;
     sweep_and_cut(&surface, &mut assignment, n_samples);
     enter("quotient")?;
@@ -135,6 +152,7 @@ pub(super) fn simplify_closed(
         split_vertices: surface.n_split(),
         refined_regions: quotient.n_refined,
         flipped_edges,
+        vertex_of,
         separated_vertices,
         derivative,
     })
@@ -167,8 +185,7 @@ fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment
     if n_samples >= surface.n_vertices() {
         return Assignment::identity(surface.n_vertices());
     }
-    let density: Option<Vec<f32>> = request.density.map(|d| surface.sources().map(|v| d[v as usize]).collect());
-    let lengths = EdgeLengths::new(surface, density.as_deref());
+    let lengths = EdgeLengths::new(surface);
     let n_darts = ((n_samples as f64 * DARTS) as usize).max(least_samples(surface, request.limit));
     darts::throw_darts(surface, &lengths, n_darts, request.seed)
 }
@@ -189,7 +206,7 @@ fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usiz
 /// The mesh that the one pass leaves of `mesh`, before any collapse, from `samples` (vertices of the mesh).
 pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> Option<TriMesh> {
     let surface = Surface::new(mesh);
-    let lengths = EdgeLengths::new(&surface, None);
+    let lengths = EdgeLengths::new(&surface);
     let mut assignment = match *samples {
         Samples::Darts { n, seed } => darts::throw_darts(&surface, &lengths, n, seed),
         Samples::Vertices(samples) => darts::assign_to(&surface, &lengths, samples),

@@ -247,7 +247,7 @@ mod tests {
         let mut below = |n: usize| (random.next_u64() % n as u64) as u32;
         for mesh in &meshes {
             let surface = Surface::new(mesh);
-            let lengths = EdgeLengths::new(&surface, None);
+            let lengths = EdgeLengths::new(&surface);
             for n_regions in [1, 3, 8, 40, 90] {
                 let mut samples: Vec<u32> = (0..n_regions).map(|_| below(surface.n_vertices())).collect();
                 samples.sort_unstable();
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn good_regions_are_left_alone() {
         let surface = Surface::new(&shapes::icosphere(3));
-        let lengths = EdgeLengths::new(&surface, None);
+        let lengths = EdgeLengths::new(&surface);
         let corners: Vec<u32> = (0..12).collect();
         let mut assignment = assign_to(&surface, &lengths, &corners);
         let quotient = quotient(&surface, &mut assignment);

@@ -180,7 +180,7 @@ mod tests {
     fn sweeps_lower_the_energy_and_keep_discs() {
         for (mesh, n) in [(shapes::wavy_sphere(3, 10.0), 60), (shapes::torus(32, 12, 1.0, 0.3), 40)] {
             let surface = Surface::new(&mesh);
-            let lengths = EdgeLengths::new(&surface, None);
+            let lengths = EdgeLengths::new(&surface);
             for seed in 0..3 {
                 let mut assignment = throw_darts(&surface, &lengths, n, seed);
                 let discs = |a: &Assignment| -> Vec<bool> {

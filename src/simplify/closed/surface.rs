@@ -18,8 +18,11 @@ pub(super) struct Surface {
     pub rings: OneRings,
     /// Unit normals at the vertices, n_vertices x 3; zero where the faces have none.
     pub normals: Vec<Vec3>,
-    /// Plane quadrics of each vertex about its own position, upper triangles; the trace is about its area.
+    /// Plane quadrics of each vertex about its own position, upper triangles; the trace is about its area, times its
+    /// importance.
     pub quadrics: Vec<[f32; 6]>,
+    /// By how much more than its area each vertex counts, n_vertices; empty where all count alike.
+    pub importance: Vec<f32>,
     /// From normalised to local coordinates.
     pub scale: Normalisation,
     /// For the vertices that were split off where sheets met, the vertices they are copies of.
@@ -69,7 +72,15 @@ impl Surface {
         let (normals, mut quadrics) = face_sums(&positions, &faces);
         add_border_planes(&positions, &rings, &normals, &mut quadrics);
         support_weightless(&mut quadrics);
-        Self { positions, faces, rings, normals, quadrics, scale, copies }
+        Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, copies }
+    }
+
+    /// Lets every vertex count by as much more, n_vertices positive factors.
+    pub fn weigh(&mut self, importance: Vec<f32>) {
+        for (quadric, factor) in self.quadrics.iter_mut().zip(&importance) {
+            quadric.iter_mut().for_each(|entry| *entry *= factor);
+        }
+        self.importance = importance;
     }
 
     /// Vertices that were split off where sheets met.
@@ -88,7 +99,7 @@ impl Surface {
         self.positions.len()
     }
 
-    /// The weight of a vertex: its area, and what borders add.
+    /// The weight of a vertex: its area, and what borders add, times its importance.
     pub fn weight(&self, vertex: usize) -> f64 {
         let quadric = self.quadrics[vertex];
         f64::from(quadric[0] + quadric[3] + quadric[5])

@@ -147,7 +147,7 @@ fn gather(scale: &Normalisation, input: &[[f32; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Closed, Limit, Request, simplify_closed};
+    use super::super::{Closed, Importance, Limit, Request, simplify_closed};
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
@@ -155,8 +155,15 @@ mod tests {
 
     fn run(mesh: &TriMesh, vertices: usize) -> (Closed, Derivative) {
         let limit = Limit { vertices, faces: usize::MAX };
-        let request =
-            Request { limit, oversample: 2.0, density: None, seed: 1, frame: Frame::default(), differentiable: true };
+        let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
+        let request = Request {
+            limit,
+            oversample: 2.0,
+            importance: Importance::Given(&factors),
+            seed: 1,
+            frame: Frame::default(),
+            differentiable: true,
+        };
         let mut closed = simplify_closed(mesh, &request, &mut |_| ControlFlow::Continue(())).unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)

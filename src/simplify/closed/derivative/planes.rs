@@ -19,6 +19,8 @@ pub(super) struct Planes {
     weightless: Vec<u32>,
     /// What they weigh along each axis.
     support: f64,
+    /// What every vertex's planes are multiplied with, n_vertices, constant; empty where all count alike.
+    importance: Vec<f64>,
 }
 
 /// The planes at given positions.
@@ -36,11 +38,12 @@ impl Planes {
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
         let borders = surface.rings.apex_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.clone();
-        let bare = Self { faces, borders, weightless: Vec::new(), support: 0.0 };
+        let bare = Self { faces, borders, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());
         let weightless = (0..weights.len() as u32).filter(|&v| weights[v as usize] < support).collect();
-        Self { weightless, support, ..bare }
+        let importance = surface.importance.iter().map(|&factor| f64::from(factor)).collect();
+        Self { weightless, support, importance, ..bare }
     }
 
     /// Gathers the planes at `positions`.
@@ -64,6 +67,7 @@ impl Planes {
             matrices[v as usize] += plane;
         }
         self.weightless.iter().for_each(|&v| matrices[v as usize] += DMat3::IDENTITY * self.support);
+        matrices.iter_mut().zip(&self.importance).for_each(|(matrix, &factor)| *matrix *= factor);
         Gathered { normals, sums, matrices }
     }
 
@@ -80,9 +84,11 @@ impl Planes {
 
     /// Adds to `to_positions` what gradients to the matrices (symmetric) come to.
     pub fn backward(&self, positions: &[DVec3], at: &Gathered, gradient: &[DMat3], to_positions: &mut [DVec3]) {
+        let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
+        let gradient = |v: u32| gradient[v as usize] * factor(v);
         let mut to_sums = vec![DVec3::ZERO; at.sums.len()];
         for &[w, v] in &self.borders {
-            let both = gradient[w as usize] + gradient[v as usize];
+            let both = gradient(w) + gradient(v);
             let to = border_backward(positions, &at.sums, [w, v], &both);
             to_positions[w as usize] += to.edge;
             to_positions[v as usize] -= to.edge;
@@ -91,7 +97,7 @@ impl Planes {
             });
         }
         for (face, &normal) in self.faces.iter().zip(&at.normals) {
-            let of_planes: DMat3 = face.iter().map(|&v| gradient[v as usize]).sum();
+            let of_planes: DMat3 = face.iter().map(|&v| gradient(v)).sum();
             let of_sums: DVec3 = face.iter().filter_map(|&v| to_sums.get(v as usize)).sum();
             let to_normal = plane_backward(normal, &of_planes) + of_sums;
             let to_corners = area_normal_backward(face.map(|v| positions[v as usize]), to_normal);

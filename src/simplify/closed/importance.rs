@@ -1,0 +1,90 @@
+//! How much more than its area each vertex counts, from the network's scores: where the collapse is to leave more vertices.
+//!
+//! The quadrics alone ask for the least sum of squared distances. What looks right asks for more where the surface bends
+//! and less where it is smooth, by how much is what the Point Sampler learns (Sec. 3.1). Importance multiplies the quadrics
+//! once the darts are thrown, so that sweeps, cuts and collapse all follow it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::linalg::Csr;
+use crate::model::{Weights, in_edge_lengths, vertex_scores};
+
+use super::Importance;
+use super::surface::Surface;
+
+/// Scores farther than this from their mean count as if they were not.
+const MOST_SCORE: f32 = 3.5;
+
+/// Weighs the vertices of a surface.
+pub(super) fn weigh(surface: &mut Surface, importance: Importance) {
+    let factors = match importance {
+        Importance::Even => return,
+        Importance::Network(weights) => from_scores(surface, &scores(surface, weights)),
+        Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
+    };
+    surface.weigh(factors);
+}
+
+/// The scores of the vertices, n_vertices.
+fn scores(surface: &Surface, weights: &Weights) -> Vec<f32> {
+    let rings = Arc::new(edges(surface));
+    let rows = |rows: &[Vec3]| -> Vec<[f32; 3]> { rows.iter().map(Vec3::to_array).collect() };
+    let points = in_edge_lengths(&rows(&surface.positions), &rings);
+    vertex_scores(weights, &points, Some(&rows(&surface.normals)), &rings)
+}
+
+/// The rings as sparse rows, apexes left out.
+fn edges(surface: &Surface) -> Csr {
+    let n = surface.n_vertices();
+    let mut offsets = Vec::with_capacity(n + 1);
+    let mut columns = Vec::with_capacity(surface.rings.n_entries());
+    offsets.push(0);
+    for v in 0..n as u32 {
+        let start = columns.len();
+        columns.extend_from_slice(surface.neighbors(v));
+        columns[start..].sort_unstable();
+        offsets.push(columns.len() as u32);
+    }
+    Csr::new(offsets, columns, n).unwrap_or_else(|_| Csr::from_edges(n, []))
+}
+
+/// The exponential of each score about the mean by area; only differences of scores matter.
+fn from_scores(surface: &Surface, scores: &[f32]) -> Vec<f32> {
+    let weight = |v: usize| surface.weight(v);
+    let total: f64 = (0..scores.len()).map(weight).sum();
+    let mean = scores.iter().enumerate().map(|(v, &s)| weight(v) * f64::from(s)).sum::<f64>() / total;
+    scores.par_iter().map(|&s| (s - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::simplify::{edge_graph, network_scores};
+
+    #[test]
+    fn scores_are_those_of_the_mesh() {
+        let mesh = shapes::wavy_sphere(3, 5.0);
+        let surface = Surface::new(&mesh);
+        assert_eq!(edges(&surface), edge_graph(&mesh));
+        let weights = Weights::random(1);
+        for (own, of_mesh) in scores(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
+            assert!((own - of_mesh).abs() < 1e-3, "{own} {of_mesh}");
+        }
+    }
+
+    #[test]
+    fn importance_multiplies_quadrics() {
+        let mesh = shapes::grid(5, 5);
+        let (plain, mut heavy) = (Surface::new(&mesh), Surface::new(&mesh));
+        weigh(&mut heavy, Importance::Given(&[2.0; 36]));
+        assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
+        let even = from_scores(&plain, &[7.0; 36]);
+        assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
+        let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();
+        assert!(from_scores(&plain, &spread)[0] <= MOST_SCORE.exp());
+    }
+}

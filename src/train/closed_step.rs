@@ -1,0 +1,263 @@
+//! The step of the objective "closed": which importance of the vertices makes the closed assembly's result best.
+//!
+//! Assembly and errors are what they are in use; nothing is relaxed. The loss is the measured one, and its gradient to the scores is
+//! estimated: the surface is divided into cells, each cell's scores are moved up or down at random, and the result is measured on
+//! both sides (simultaneous perturbation, Spall 1992). Errors are local, so every cell is credited with the change
+//! within itself: one pair of runs says something about hundreds of cells.
+
+use super::random::{below, uniform};
+use super::{Item, Settings, Step, gradients_of};
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use crate::loss::{PointErrors, error_sums, log_errors, parts, point_errors};
+use crate::mesh::TriMesh;
+use crate::model::{Vertices, Weights, in_edge_lengths, point_sampler};
+use crate::simplify::{Weighed, edge_graph, simplify_weighed, vertex_normals};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::Rng;
+use rayon::prelude::*;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Fewer output vertices than this say little.
+const LEAST_VERTICES: usize = 50;
+/// Scores farther than this from their mean count as if they were not, as in the assembly.
+const MOST_SCORE: f32 = 3.5;
+/// What an output vertex is worth in the sum of the three logarithms times their number: about 1 for each, as errors
+/// fall in proportion to the vertices. Where the cells of a step do not say.
+const WORTH: f64 = 3.0;
+/// Weight of that guess against what the cells say, in shares of all output vertices.
+const BELIEF: f64 = 0.2;
+
+/// One step: the three logarithms, and the gradient that the probes estimate.
+pub(super) fn closed_step(
+    weights: &Weights,
+    item: &Item,
+    settings: &Settings,
+    random: &mut Xoshiro256PlusPlus,
+) -> Result<Step, String> {
+    let mesh = &item.mesh;
+    let n_output = (mesh.positions().len() as f64 * item.ratio) as usize;
+    if n_output < LEAST_VERTICES {
+        return Err(format!("has fewer than {LEAST_VERTICES} vertices left at this ratio"));
+    }
+    let rings = Arc::new(edge_graph(mesh));
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape);
+    let rows = |rows: &[[f32; 3]]| Value::constant(Matrix::from_points(rows));
+    let (points, normals) = (rows(&in_edge_lengths(mesh.positions(), &rings)), rows(&vertex_normals(mesh)));
+    let vertices = Vertices { points: &points, normals: Some(&normals) };
+    let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
+    let probing =
+        Probing { mesh, rings: &rings, areas: &areas(mesh), scores: scores.matrix().data(), n_output, settings };
+    let probes: Vec<Xoshiro256PlusPlus> = (0..settings.probes).map(|_| branched(random)).collect();
+    let found: Vec<Found> =
+        probes.into_par_iter().map(|mut random| probing.probe(&mut random)).collect::<Result<_, _>>()?;
+    let (losses, gradient) = mean(&found, mesh.positions().len());
+    let gradients = gradients_of(&net, &tape.backward(&[(&scores, Matrix::new(gradient.len(), 1, gradient))]));
+    let terms = ["distance", "normals", "peak"].into_iter().zip(losses).collect();
+    Ok(Step { terms, gradients })
+}
+
+/// A generator of its own for each probe.
+fn branched(random: &mut Xoshiro256PlusPlus) -> Xoshiro256PlusPlus {
+    let own = random.clone();
+    random.jump();
+    own
+}
+
+/// The losses and the gradients of all probes, averaged.
+fn mean(found: &[Found], n: usize) -> ([f64; 3], Vec<f32>) {
+    let share = 1.0 / found.len().max(1) as f64;
+    let mut gradient = vec![0.0f64; n];
+    found.iter().for_each(|f| gradient.iter_mut().zip(&f.gradient).for_each(|(sum, g)| *sum += share * g));
+    let losses = [0, 1, 2].map(|k| share * found.iter().map(|f| f.losses[k]).sum::<f64>());
+    (losses, gradient.into_iter().map(|g| g as f32).collect())
+}
+
+/// The area about each vertex, a third of every face's.
+fn areas(mesh: &TriMesh) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.positions().len()];
+    for face in mesh.faces() {
+        let [a, b, c] = face.map(|v| glam::Vec3::from(mesh.positions()[v as usize]));
+        let area = f64::from((b - a).cross(c - a).length()) / 6.0;
+        face.iter().for_each(|&v| areas[v as usize] += area);
+    }
+    areas
+}
+
+struct Probing<'a> {
+    mesh: &'a TriMesh,
+    rings: &'a Csr,
+    areas: &'a [f64],
+    scores: &'a [f32],
+    n_output: usize,
+    settings: &'a Settings,
+}
+
+/// What one pair of runs says.
+struct Found {
+    /// The three logarithms, both runs together.
+    losses: [f64; 3],
+    /// To the scores, n_vertices.
+    gradient: Vec<f64>,
+}
+
+/// One side of a probe.
+struct Side {
+    errors: PointErrors,
+    /// The share of an output vertex in each input vertex, n_vertices.
+    counts: Vec<f64>,
+}
+
+impl Probing<'_> {
+    fn probe(&self, random: &mut Xoshiro256PlusPlus) -> Result<Found, String> {
+        let n_cells = (self.n_output / self.settings.probe_cell.max(1)).max(4);
+        let cells = cells(self.rings, n_cells, random);
+        let signs: Vec<f32> = (0..n_cells).map(|_| if uniform(random) < 0.5 { -1.0 } else { 1.0 }).collect();
+        let seed = random.next_u64();
+        let step = self.settings.probe_step as f32;
+        let moved = |by: f32| -> Vec<f32> { cells.iter().map(|&cell| by * signs[cell as usize]).collect() };
+        let (up, down) = (self.side(&moved(step), seed)?, self.side(&moved(-step), seed)?);
+        let sums = error_sums([&up.errors, &down.errors]);
+        let (of_up, of_down) = (parts(&up.errors, &sums), parts(&down.errors, &sums));
+        let mut changes = vec![0.0f64; n_cells];
+        for ((face, up), down) in self.mesh.faces().iter().zip(of_up).zip(of_down) {
+            changes[cells[face[0] as usize] as usize] += up - down;
+        }
+        let mut counts = vec![0.0f64; n_cells];
+        let n_output = up.counts.iter().sum::<f64>().max(1.0);
+        for (&cell, (up, down)) in cells.iter().zip(up.counts.iter().zip(&down.counts)) {
+            counts[cell as usize] += (up - down) / n_output;
+        }
+        let worth = worth(&changes, &counts, &signs);
+        let slopes: Vec<f64> = (0..n_cells)
+            .map(|c| f64::from(signs[c]) * (changes[c] + worth * counts[c]) / (2.0 * f64::from(step)))
+            .collect();
+        Ok(Found { losses: log_errors(&sums), gradient: self.spread(&cells, &slopes) })
+    }
+
+    /// Simplifies with the scores moved, and measures.
+    fn side(&self, moves: &[f32], seed: u64) -> Result<Side, String> {
+        let importance = importance(self.scores, self.areas, moves);
+        let result =
+            simplify_weighed(self.mesh, self.n_output, &importance, seed).map_err(|error| error.to_string())?;
+        let errors = point_errors(&corners(self.mesh), &corners(&result.mesh));
+        Ok(Side { errors, counts: self.counts(&result) })
+    }
+
+    /// Every output vertex, divided among the input vertices that it stands for by their areas.
+    fn counts(&self, result: &Weighed) -> Vec<f64> {
+        let mut totals = vec![0.0f64; result.mesh.positions().len()];
+        let shares = result.vertex_of.iter().zip(self.areas);
+        shares.clone().for_each(|(&output, area)| totals[output as usize] += area);
+        let share = |(&output, area): (&u32, &f64)| match totals[output as usize] {
+            total if total > 0.0 => area / total,
+            _ => 0.0,
+        };
+        shares.map(share).collect()
+    }
+
+    /// A slope per cell as slopes of its vertices, by area.
+    fn spread(&self, cells: &[u32], slopes: &[f64]) -> Vec<f64> {
+        let mut totals = vec![0.0f64; slopes.len()];
+        cells.iter().zip(self.areas).for_each(|(&cell, area)| totals[cell as usize] += area);
+        let share = |(&cell, area): (&u32, &f64)| match totals[cell as usize] {
+            total if total > 0.0 => slopes[cell as usize] * area / total,
+            _ => 0.0,
+        };
+        cells.iter().zip(self.areas).map(share).collect()
+    }
+}
+
+/// What a vertex more is worth: the number of output vertices is fixed, so a cell pays for those that it draws to itself. Raising
+/// all cells together changes nothing, which says how much.
+fn worth(changes: &[f64], counts: &[f64], signs: &[f32]) -> f64 {
+    let along = |values: &[f64]| values.iter().zip(signs).map(|(x, &sign)| x * f64::from(sign)).sum::<f64>();
+    ((WORTH * BELIEF - along(changes)) / (BELIEF + along(counts).max(0.0))).clamp(0.0, 3.0 * WORTH)
+}
+
+/// The factors of the closed assembly from scores and what they are moved by.
+fn importance(scores: &[f32], areas: &[f64], moves: &[f32]) -> Vec<f32> {
+    let total: f64 = areas.iter().sum();
+    let weighed = scores.iter().zip(areas).map(|(&s, area)| f64::from(s) * area).sum::<f64>();
+    let mean = if total > 0.0 { (weighed / total) as f32 } else { 0.0 };
+    let factor = |(&s, by): (&f32, &f32)| ((s - mean).clamp(-MOST_SCORE, MOST_SCORE) + by).exp();
+    scores.iter().zip(moves).map(factor).collect()
+}
+
+fn corners(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
+    mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect()
+}
+
+/// Divides the vertices into cells that grow over the edges from random places; what none reaches is in cell 0.
+fn cells(rings: &Csr, n_cells: usize, random: &mut Xoshiro256PlusPlus) -> Vec<u32> {
+    const NONE: u32 = u32::MAX;
+    let mut cells = vec![NONE; rings.n_rows()];
+    let mut pending = VecDeque::new();
+    for cell in 0..n_cells as u32 {
+        let start = below(random, rings.n_rows());
+        if cells[start] == NONE {
+            cells[start] = cell;
+            pending.push_back(start);
+        }
+    }
+    while let Some(v) = pending.pop_front() {
+        for &w in rings.row(v) {
+            if cells[w as usize] == NONE {
+                cells[w as usize] = cells[v];
+                pending.push_back(w as usize);
+            }
+        }
+    }
+    cells.into_iter().map(|cell| if cell == NONE { 0 } else { cell }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use rand_xoshiro::rand_core::SeedableRng;
+
+    #[test]
+    fn cells_are_pieces_of_the_surface() {
+        let rings = edge_graph(&shapes::icosphere(3));
+        let cells = cells(&rings, 20, &mut Xoshiro256PlusPlus::seed_from_u64(1));
+        let neighbours_alike = |v: usize| rings.row(v).iter().any(|&w| cells[w as usize] == cells[v]);
+        assert!((0..rings.n_rows()).all(neighbours_alike));
+        assert!((10..=20).contains(&cells.iter().collect::<std::collections::HashSet<_>>().len()));
+    }
+
+    #[test]
+    fn a_vertex_is_worth_what_all_cells_together_gain() {
+        let (signs, counts) = ([1.0, -1.0, 1.0], [2.0, -1.0, 3.0]);
+        let changes = counts.map(|count| -4.0 * count);
+        assert!((worth(&changes, &counts, &signs) - (WORTH * BELIEF + 24.0) / (BELIEF + 6.0)).abs() < 1e-12);
+        assert!((worth(&[0.0; 3], &[0.0; 3], &signs) - WORTH).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_gradient_asks_for_more_where_errors_are() {
+        // A sphere with one rough cap: with even scores its errors are there.
+        let sphere = shapes::icosphere(5);
+        let rough = |p: &[f32; 3]| {
+            let wave = if p[2] > 0.6 { 1.0 + 0.02 * (25.0 * p[0]).sin() * (25.0 * p[1]).sin() } else { 1.0 };
+            p.map(|x| x * wave)
+        };
+        let mesh = TriMesh::new(sphere.positions().iter().map(rough).collect(), sphere.faces().to_vec()).unwrap();
+        let settings = Settings::from_toml("objective = \"closed\"").unwrap();
+        let areas = areas(&mesh);
+        // Scores that say the opposite of what is good.
+        let scores: Vec<f32> = mesh.positions().iter().map(|p| if p[2] > 0.6 { -3.0 } else { 0.0 }).collect();
+        let rings = edge_graph(&mesh);
+        let probing =
+            Probing { mesh: &mesh, rings: &rings, areas: &areas, scores: &scores, n_output: 600, settings: &settings };
+        let mut cap = 0.0;
+        for seed in 0..4 {
+            let found = probing.probe(&mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap();
+            cap +=
+                mesh.positions().iter().zip(&found.gradient).filter(|(p, _)| p[2] > 0.6).map(|(_, g)| g).sum::<f64>();
+        }
+        assert!(cap < -0.05, "{cap}");
+    }
+}
