@@ -1,10 +1,13 @@
-//! Times of the network's kernels on one thread: 25 thousand vertices, 30 thousand triangles, 64 channels.
+//! Times of the network's kernels on one thread: 25 thousand vertices, 30 thousand triangles, 64 channels. Names that end
+//! in `_both` are forward and backward together, to all inputs.
 
 use divan::{Bencher, black_box};
+use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::{
-    Csr, Matrix, concat_product, neighbour_max, neighbour_max_product_relu, neighbour_softmax, pair_relu,
-    pair_relu_product, product, sparse_product,
+    Csr, Matrix, concat_product, neighbour_max, neighbour_max_backward, neighbour_max_product_relu, neighbour_softmax,
+    pair_relu, pair_relu_backward, pair_relu_product, product, sparse_product, sparse_product_backward,
 };
+use neural_mesh::model::{Affine, DevConv, SparseAttention, TriConv, dev_conv, sparse_attention, tri_conv};
 use neural_mesh::spatial::nearest_neighbours;
 
 const WIDTH: usize = 64;
@@ -59,6 +62,47 @@ fn dev_conv_25k(bencher: Bencher) {
     bencher.bench_local(|| neighbour_max_product_relu(&product(black_box(&x), &theta, &[]), &graph, &phi));
 }
 
+/// Runs `f` over parameters and carries a gradient of its result back to all of them.
+fn both(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value]) -> Value) -> Matrix {
+    let mut tape = Tape::default();
+    let parameters: Vec<Value> = inputs.iter().map(|m| tape.parameter(m.clone())).collect();
+    let result = f(&mut tape, &parameters);
+    let gradients = tape.backward(&[(&result, result.matrix().clone())]);
+    gradients.of(&parameters[0]).expect("an input that counts").clone()
+}
+
+#[divan::bench]
+fn neighbour_max_backward_25k(bencher: Bencher) {
+    let (points, faces) = sheet(158);
+    let (u, graph) = (values(points.len(), WIDTH), rings(points.len(), &faces));
+    bencher.bench_local(|| neighbour_max_backward(black_box(&u), &graph, &u));
+}
+
+#[divan::bench]
+fn dev_conv_25k_both(bencher: Bencher) {
+    let (points, faces) = sheet(158);
+    let graph = rings(points.len(), &faces).into();
+    let inputs = [values(points.len(), WIDTH), values(WIDTH, WIDTH), values(WIDTH, WIDTH)];
+    bencher.bench_local(|| {
+        both(black_box(&inputs), |tape, v| {
+            dev_conv(tape, &DevConv { theta: v[1].clone(), phi: v[2].clone() }, &v[0], &graph)
+        })
+    });
+}
+
+#[divan::bench]
+fn attention_25k_both(bencher: Bencher) {
+    let (points, _) = sheet(158);
+    let graph = knn(&points, 15).into();
+    let inputs = [values(points.len(), WIDTH), values(WIDTH, WIDTH), values(WIDTH, WIDTH)];
+    bencher.bench_local(|| {
+        both(black_box(&inputs), |tape, v| {
+            let layer = SparseAttention { query: v[1].clone(), key: v[2].clone() };
+            sparse_attention(tape, &layer, &v[0], &graph)
+        })
+    });
+}
+
 /// The graph of 30 thousand triangles with 20 neighbours each.
 fn triangle_graph() -> Csr {
     let (points, faces) = sheet(123);
@@ -89,6 +133,33 @@ fn pair_relu_30k(bencher: Bencher, width: usize) {
     bencher.bench_local(|| pair_relu(black_box(&u), &bias, &graph));
 }
 
+#[divan::bench(args = [64, 128])]
+fn pair_relu_backward_30k(bencher: Bencher, width: usize) {
+    let (graph, bias) = (triangle_graph(), vec![0.1; width]);
+    let u = values(graph.n_rows(), width);
+    bencher.bench_local(|| pair_relu_backward(black_box(&u), &bias, &graph, &u));
+}
+
+#[divan::bench]
+fn transposed_graph_30k(bencher: Bencher) {
+    let graph = triangle_graph();
+    bencher.bench_local(|| black_box(&graph).transposed());
+}
+
+#[divan::bench(args = [64, 128])]
+fn tri_conv_30k_both(bencher: Bencher, width: usize) {
+    let graph = std::sync::Arc::new(triangle_graph());
+    let n = graph.n_rows();
+    let (rows, square) = (values(n, width), values(width, width));
+    let inputs = [rows, values(n, 9), values(9 + width, width), values(1, width), square, values(1, width)];
+    bencher.bench_local(|| {
+        both(black_box(&inputs), |tape, v| {
+            let affine = |at: usize| Affine { weights: v[at].clone(), bias: v[at + 1].clone() };
+            tri_conv(tape, &TriConv { hidden: affine(2), output: affine(4) }, &v[1], v[0].clone(), &graph)
+        })
+    });
+}
+
 #[divan::bench]
 fn attention_softmax_25k(bencher: Bencher) {
     let (points, _) = sheet(158);
@@ -105,6 +176,18 @@ fn sparse_product_25k(bencher: Bencher, k: usize) {
     let adjacency = rings(points.len(), &faces);
     let s = values(1, graph.n_entries());
     bencher.bench_local(|| sparse_product(black_box(s.data()), &graph, &adjacency));
+}
+
+#[divan::bench(args = [6, 15])]
+fn sparse_product_25k_both(bencher: Bencher, k: usize) {
+    let (points, faces) = sheet(158);
+    let graph = Csr::from_edges(points.len(), knn(&points, k).entries());
+    let adjacency = rings(points.len(), &faces);
+    let s = values(1, graph.n_entries()).into_data();
+    bencher.bench_local(|| {
+        let result = sparse_product(black_box(&s), &graph, &adjacency);
+        sparse_product_backward(&s, &graph, &adjacency, &result)
+    });
 }
 
 #[divan::bench(args = [15, 20])]

@@ -26,7 +26,7 @@ impl Tape {
             [
                 to_x.then(|| product_input_backward(gradient, &weights_kept)),
                 to_weights.then(|| product_weights_backward(&x_kept, gradient)),
-                to_bias.then(|| column_sums(gradient)),
+                to_bias.then(|| linalg::column_sums(gradient)),
             ]
         })
     }
@@ -127,10 +127,6 @@ fn softmax(x: &[f32]) -> Vec<f32> {
     let sum: f64 = result.iter().map(|&y| f64::from(y)).sum();
     result.iter_mut().for_each(|y| *y = (f64::from(*y) / sum) as f32);
     result
-}
-
-fn column_sums(m: &Matrix) -> Matrix {
-    product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
 }
 
 fn rows(m: &Matrix, range: Range<usize>) -> Matrix {

@@ -151,16 +151,21 @@ impl Csr {
 
     /// The transposed rows, and for each of their entries where it stood among the entries of `self`.
     pub fn transposed(&self) -> (Self, Vec<u32>) {
-        let flipped = self.entries().map(|[row, col]| [col, row]);
-        let transposed = Self::from_entries(self.n_cols, self.n_rows(), flipped);
-        let mut next = transposed.offsets.clone();
-        let mut origin = vec![0u32; self.n_entries()];
-        for (position, &col) in self.columns.iter().enumerate() {
-            let slot = &mut next[col as usize];
-            origin[*slot as usize] = position as u32;
-            *slot += 1;
+        let mut offsets = vec![0u32; self.n_cols + 1];
+        self.columns.iter().for_each(|&col| offsets[col as usize + 1] += 1);
+        (0..self.n_cols).for_each(|col| offsets[col + 1] += offsets[col]);
+        let mut next = offsets.clone();
+        let (mut columns, mut origin) = (vec![0u32; self.n_entries()], vec![0u32; self.n_entries()]);
+        // Rows in order, so that each transposed row is ascending, too.
+        for row in 0..self.n_rows() {
+            for position in self.range(row) {
+                let slot = &mut next[self.columns[position] as usize];
+                columns[*slot as usize] = row as u32;
+                origin[*slot as usize] = position as u32;
+                *slot += 1;
+            }
         }
-        (transposed, origin)
+        (Self { offsets, columns, n_cols: self.n_rows() }, origin)
     }
 
     /// Whether every entry has its mirror image.

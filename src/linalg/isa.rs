@@ -39,6 +39,38 @@ pub(crate) const WIDE: usize = 64;
 /// Columns taken at once for what [`WIDE`] leaves.
 pub(crate) const NARROW: usize = 16;
 
+/// Work that computes a row of a result some columns at a time, so that sums stay in registers.
+pub(crate) trait ColumnKernel: Sync {
+    /// Number of columns of the result.
+    fn width(&self) -> usize;
+
+    /// Computes COLS columns of row `row` from `col` on into `out`, which holds exactly those, zeroed. Must be
+    /// `#[inline(always)]`.
+    fn columns<const COLS: usize, const FMA: bool>(&self, row: usize, col: usize, out: &mut [f32; COLS]);
+}
+
+impl<K: ColumnKernel> RowKernel for K {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let width = self.width();
+        for (row, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
+            let (wide, rest) = out.as_chunks_mut::<WIDE>();
+            for (i, out) in wide.iter_mut().enumerate() {
+                self.columns::<WIDE, FMA>(row, i * WIDE, out);
+            }
+            let done = width - rest.len();
+            let (narrow, rest) = rest.as_chunks_mut::<NARROW>();
+            for (i, out) in narrow.iter_mut().enumerate() {
+                self.columns::<NARROW, FMA>(row, done + i * NARROW, out);
+            }
+            let done = width - rest.len();
+            for (i, out) in rest.as_chunks_mut::<1>().0.iter_mut().enumerate() {
+                self.columns::<1, FMA>(row, done + i, out);
+            }
+        }
+    }
+}
+
 /// Rows per task; fixed, so that nothing depends on the number of threads.
 const BLOCK: usize = 64;
 

@@ -2,7 +2,7 @@
 //!
 //! The inner part of DevConv, Eq. (1), after its linear map: one product per vertex, none per edge, and exact.
 
-use super::isa::{Isa, NARROW, RowKernel, WIDE, relu};
+use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::product::multiply_rows;
 use super::{Csr, Matrix};
 use std::ops::Range;
@@ -59,8 +59,10 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
     isa.matrix(&ForwardProduct { largest: Forward { u, graph }, weights }, u.n_rows(), weights.n_cols())
 }
 
-/// Derivative of [`neighbour_max`] to `u`: goes to `u_i` and, with a minus, to the neighbour that gave the maximum
-/// (of equal ones the first).
+/// Derivative of [`neighbour_max`] to `u`: goes to `u_i` and, with a minus, to the neighbour that gave the maximum.
+///
+/// Of equal neighbours the first in the row has it, the one with the least index. A row never names a neighbour twice
+/// ([`Csr`] sees to that); what reaches one neighbour from many rows adds up, in the order of the rows.
 ///
 /// # Panics
 /// When the shapes do not match.
@@ -72,11 +74,15 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
 /// assert_eq!(neighbour_max_backward(&u, &edge, &gradient).data(), [7.0, -7.0]);
 /// ```
 pub fn neighbour_max_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
+    backward_on(Isa::best(), u, graph, gradient)
+}
+
+fn backward_on(isa: Isa, u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
+    assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
-    let isa = Isa::best();
     let winners = isa.matrix(&Winners { u, graph }, u.n_rows(), u.n_cols());
-    let (incoming, _) = graph.transposed();
-    let kernel = Backward { graph, incoming: &incoming, winners: &winners, gradient };
+    let (incoming, origin) = graph.transposed();
+    let kernel = Backward { graph, incoming: &incoming, origin: &origin, winners: &winners, gradient };
     isa.matrix(&kernel, u.n_rows(), u.n_cols())
 }
 
@@ -85,33 +91,16 @@ struct Forward<'a> {
     graph: &'a Csr,
 }
 
-impl RowKernel for Forward<'_> {
-    #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let width = self.u.n_cols();
-        for (i, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
-            if self.graph.row(i).is_empty() {
-                continue;
-            }
-            let mut col = 0;
-            while col + WIDE <= width {
-                self.columns::<WIDE>(i, col, out);
-                col += WIDE;
-            }
-            while col + NARROW <= width {
-                self.columns::<NARROW>(i, col, out);
-                col += NARROW;
-            }
-            for col in col..width {
-                self.columns::<1>(i, col, out);
-            }
-        }
+impl ColumnKernel for Forward<'_> {
+    fn width(&self) -> usize {
+        self.u.n_cols()
     }
-}
 
-impl Forward<'_> {
     #[inline(always)]
-    fn columns<const COLS: usize>(&self, i: usize, col: usize, out: &mut [f32]) {
+    fn columns<const COLS: usize, const FMA: bool>(&self, i: usize, col: usize, out: &mut [f32; COLS]) {
+        if self.graph.row(i).is_empty() {
+            return;
+        }
         let mut smallest = [f32::INFINITY; COLS];
         // Three neighbours at once: a third of the loads and stores of the minima.
         let (groups, rest) = self.graph.row(i).as_chunks();
@@ -128,12 +117,13 @@ impl Forward<'_> {
             }
         }
         let own = self.u.window::<COLS>(i, col);
-        let out = &mut out[col..][..COLS];
         for c in 0..COLS {
             out[c] = own[c] - smallest[c];
         }
     }
+}
 
+impl Forward<'_> {
     #[inline(always)]
     fn other<const COLS: usize>(&self, j: u32, col: usize) -> &[f32; COLS] {
         self.u.window(j as usize, col)
@@ -168,53 +158,63 @@ struct Winners<'a> {
     graph: &'a Csr,
 }
 
-impl RowKernel for Winners<'_> {
+impl ColumnKernel for Winners<'_> {
+    fn width(&self) -> usize {
+        self.u.n_cols()
+    }
+
     #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let mut smallest = vec![0.0f32; self.u.n_cols()];
-        for (i, out) in rows.zip(out.chunks_exact_mut(self.u.n_cols().max(1))) {
-            smallest.fill(f32::INFINITY);
-            for (place, &j) in self.graph.row(i).iter().enumerate() {
-                for ((winner, min), u) in out.iter_mut().zip(&mut smallest).zip(self.u.row(j as usize)) {
-                    let wins = *u < *min;
-                    *winner = if wins { place as f32 } else { *winner };
-                    *min = if wins { *u } else { *min };
-                }
+    fn columns<const COLS: usize, const FMA: bool>(&self, i: usize, col: usize, out: &mut [f32; COLS]) {
+        let mut smallest = [f32::INFINITY; COLS];
+        let mut winner = [0.0f32; COLS];
+        for (place, &j) in self.graph.row(i).iter().enumerate() {
+            let other = self.u.window::<COLS>(j as usize, col);
+            for c in 0..COLS {
+                let wins = other[c] < smallest[c];
+                winner[c] = if wins { place as f32 } else { winner[c] };
+                smallest[c] = if wins { other[c] } else { smallest[c] };
             }
         }
+        *out = winner;
     }
 }
 
 struct Backward<'a> {
     graph: &'a Csr,
     incoming: &'a Csr,
+    /// Where the entries of `incoming` stand in `graph`.
+    origin: &'a [u32],
     winners: &'a Matrix,
     gradient: &'a Matrix,
 }
 
-impl RowKernel for Backward<'_> {
+impl ColumnKernel for Backward<'_> {
+    fn width(&self) -> usize {
+        self.gradient.n_cols()
+    }
+
     #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        for (i, out) in rows.zip(out.chunks_exact_mut(self.gradient.n_cols().max(1))) {
-            if !self.graph.row(i).is_empty() {
-                out.copy_from_slice(self.gradient.row(i));
-            }
-            for &from in self.incoming.row(i) {
-                let from = from as usize;
-                let place = self.graph.row(from).partition_point(|&j| (j as usize) < i) as f32;
-                let sources = self.winners.row(from).iter().zip(self.gradient.row(from));
-                for (out, (winner, gradient)) in out.iter_mut().zip(sources) {
-                    *out -= if *winner == place { *gradient } else { 0.0 };
-                }
+    fn columns<const COLS: usize, const FMA: bool>(&self, i: usize, col: usize, out: &mut [f32; COLS]) {
+        let mut sums = [0.0f32; COLS];
+        if !self.graph.row(i).is_empty() {
+            sums = *self.gradient.window::<COLS>(i, col);
+        }
+        for (&from, &at) in self.incoming.row(i).iter().zip(&self.origin[self.incoming.range(i)]) {
+            let from = from as usize;
+            let place = (at as usize - self.graph.range(from).start) as f32;
+            let (winner, gradient) = (self.winners.window::<COLS>(from, col), self.gradient.window::<COLS>(from, col));
+            for c in 0..COLS {
+                sums[c] -= if winner[c] == place { gradient[c] } else { 0.0 };
             }
         }
+        *out = sums;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::product;
-    use super::super::test_values::{assert_close, ragged_graph, random};
+    use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
     use super::*;
 
     fn naive(u: &Matrix, graph: &Csr) -> Matrix {
@@ -246,5 +246,56 @@ mod tests {
         // Vertex 1 takes its maximum from vertex 0, the first of two equal neighbours.
         let expected = [10.0 - 100.0, 100.0 - 10.0 - 1000.0, 1000.0];
         assert_eq!(neighbour_max_backward(&u, &graph, &gradient).data(), expected);
+    }
+
+    /// The place of the winner in each row, column by column: of equal ones the first.
+    fn naive_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
+        let mut to_u = Matrix::zeros(u.n_rows(), u.n_cols());
+        for i in (0..u.n_rows()).filter(|&i| !graph.row(i).is_empty()) {
+            for c in 0..u.n_cols() {
+                let value = |j: &&u32| u.row(**j as usize)[c];
+                let winner = *graph.row(i).iter().min_by(|j, k| value(j).total_cmp(&value(k))).unwrap() as usize;
+                to_u.data_mut()[i * u.n_cols() + c] += gradient.row(i)[c];
+                to_u.data_mut()[winner * u.n_cols() + c] -= gradient.row(i)[c];
+            }
+        }
+        to_u
+    }
+
+    #[test]
+    fn every_instruction_set_agrees_with_the_naive_derivative_also_where_neighbours_tie() {
+        for isa in Isa::available() {
+            for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37]] {
+                let (u, graph, gradient) = (random(n, width, 5), ragged_graph(n), random(n, width, 6));
+                // Few values, so that many neighbours are equal.
+                let coarse = Matrix::from_fn(n, width, |i, c| (u.row(i)[c] * 2.0).round() + 0.0);
+                for u in [u, coarse] {
+                    let expected = naive_backward(&u, &graph, &gradient);
+                    assert_close(backward_on(isa, &u, &graph, &gradient).data(), expected.data(), 1e-5);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_are_slopes_in_double_precision() {
+        let (u, graph, gradient) = (random(25, 3, 5), ragged_graph(25), random(25, 3, 6));
+        assert_slopes(neighbour_max_backward(&u, &graph, &gradient).data(), u.data(), |u| {
+            let rows = (0..25).filter(|&i| !graph.row(i).is_empty());
+            let entries = rows.flat_map(|i| (0..3).map(move |c| (i, c)));
+            let value = |(i, c): (usize, usize)| {
+                let differences = graph.row(i).iter().map(|&j| u[i * 3 + c] - u[j as usize * 3 + c]);
+                f64::from(gradient.row(i)[c]) * differences.fold(f64::NEG_INFINITY, f64::max)
+            };
+            entries.map(value).sum()
+        });
+    }
+
+    #[test]
+    fn a_neighbour_named_twice_counts_once_and_one_of_many_rows_gets_from_all() {
+        let twice = Csr::from_entries(3, 3, [[0, 2], [0, 2], [1, 2], [1, 2]].into_iter());
+        let (u, gradient) = (Matrix::new(3, 1, vec![5.0, 6.0, 1.0]), Matrix::new(3, 1, vec![1.0, 10.0, 100.0]));
+        assert_eq!(neighbour_max(&u, &twice).data(), [4.0, 5.0, 0.0]);
+        assert_eq!(neighbour_max_backward(&u, &twice, &gradient).data(), [1.0, 10.0, -11.0]);
     }
 }

@@ -1,8 +1,7 @@
 //! Dot products along the edges of a graph, and the softmax over each row of them: attention, Eq. (2).
 
-use super::isa::{Isa, NARROW, RowKernel, fused};
+use super::isa::{ColumnKernel, Isa, NARROW, RowKernel, fused};
 use super::{Csr, Matrix};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Computes `<q_i, k_j>` for every entry (i, j) of the graph.
@@ -41,8 +40,12 @@ fn dots_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
 /// assert_eq!((to_q.data(), to_k.data()), ([7.0, 50.0].as_slice(), [30.0, 2.0].as_slice()));
 /// ```
 pub fn neighbour_dots_backward(q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
+    dots_backward_on(Isa::best(), q, k, graph, gradient)
+}
+
+fn dots_backward_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
+    assert_eq!([graph.n_rows(), graph.n_cols()], [q.n_rows(), k.n_rows()], "one graph node per row");
     assert_eq!(gradient.len(), graph.n_entries(), "one gradient per entry");
-    let isa = Isa::best();
     let (incoming, origin) = graph.transposed();
     let incoming_gradient: Vec<f32> = origin.iter().map(|&at| gradient[at as usize]).collect();
     let to_q = WeightedRows { graph, weights: gradient, rows_of: k };
@@ -80,12 +83,7 @@ pub fn neighbour_softmax(values: &[f32], graph: &Csr) -> Vec<f32> {
 /// ```
 pub fn neighbour_softmax_backward(softmax: &[f32], graph: &Csr, gradient: &[f32]) -> Vec<f32> {
     assert_eq!([softmax.len(), gradient.len()], [graph.n_entries(); 2], "one value per entry");
-    let row_backward = |row: usize| {
-        let (softmax, gradient) = (&softmax[graph.range(row)], &gradient[graph.range(row)]);
-        let mean: f32 = softmax.iter().zip(gradient).map(|(s, g)| s * g).sum();
-        softmax.iter().zip(gradient).map(move |(s, g)| s * (g - mean))
-    };
-    (0..graph.n_rows()).into_par_iter().flat_map_iter(row_backward).collect()
+    Isa::best().entries(&SoftmaxBackward { softmax, graph, gradient }, graph)
 }
 
 struct Dots<'a> {
@@ -148,22 +146,46 @@ struct WeightedRows<'a> {
     rows_of: &'a Matrix,
 }
 
-impl RowKernel for WeightedRows<'_> {
+impl ColumnKernel for WeightedRows<'_> {
+    fn width(&self) -> usize {
+        self.rows_of.n_cols()
+    }
+
+    #[inline(always)]
+    fn columns<const COLS: usize, const FMA: bool>(&self, i: usize, col: usize, out: &mut [f32; COLS]) {
+        let mut sums = [0.0f32; COLS];
+        for (weight, &j) in self.weights[self.graph.range(i)].iter().zip(self.graph.row(i)) {
+            let row = self.rows_of.window::<COLS>(j as usize, col);
+            for c in 0..COLS {
+                sums[c] = fused::<FMA>(*weight, row[c], sums[c]);
+            }
+        }
+        *out = sums;
+    }
+}
+
+struct SoftmaxBackward<'a> {
+    softmax: &'a [f32],
+    graph: &'a Csr,
+    gradient: &'a [f32],
+}
+
+impl RowKernel for SoftmaxBackward<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        for (i, out) in rows.zip(out.chunks_exact_mut(self.rows_of.n_cols().max(1))) {
-            for (weight, &j) in self.weights[self.graph.range(i)].iter().zip(self.graph.row(i)) {
-                for (y, x) in out.iter_mut().zip(self.rows_of.row(j as usize)) {
-                    *y = fused::<FMA>(*weight, *x, *y);
-                }
-            }
+        let start = self.graph.range_of_rows(rows.clone()).start;
+        for range in rows.map(|row| self.graph.range(row)) {
+            let (softmax, gradient) = (&self.softmax[range.clone()], &self.gradient[range.clone()]);
+            let mean: f32 = softmax.iter().zip(gradient).map(|(s, g)| s * g).sum();
+            let out = &mut out[range.start - start..range.end - start];
+            out.iter_mut().zip(softmax.iter().zip(gradient)).for_each(|(out, (s, g))| *out = s * (g - mean));
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, ragged_graph, random};
+    use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
     use super::*;
 
     #[test]
@@ -191,5 +213,56 @@ mod tests {
         }
         let huge: Vec<f32> = values.iter().map(|x| x * 1e30).collect();
         assert!(neighbour_softmax(&huge, &graph).iter().all(|s| (0.0..=1.0).contains(s)));
+    }
+
+    fn naive_dots_backward(q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
+        let width = q.n_cols();
+        let mut to = [Matrix::zeros(q.n_rows(), width), Matrix::zeros(k.n_rows(), width)];
+        for ([i, j], g) in graph.entries().map(|pair| pair.map(|row| row as usize)).zip(gradient) {
+            for c in 0..width {
+                to[0].data_mut()[i * width + c] += g * k.row(j)[c];
+                to[1].data_mut()[j * width + c] += g * q.row(i)[c];
+            }
+        }
+        to
+    }
+
+    #[test]
+    fn every_instruction_set_agrees_with_the_naive_derivative_of_dots() {
+        for isa in Isa::available() {
+            for [n, width] in [[0, 3], [80, 64], [150, 21]] {
+                let (q, k, graph) = (random(n, width, 1), random(n, width, 2), ragged_graph(n));
+                let gradient = random(graph.n_entries(), 1, 3).into_data();
+                let expected = naive_dots_backward(&q, &k, &graph, &gradient);
+                let found = dots_backward_on(isa, &q, &k, &graph, &gradient);
+                found.iter().zip(&expected).for_each(|(a, b)| assert_close(a.data(), b.data(), 1e-5));
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_of_dots_are_slopes_in_double_precision() {
+        let (q, k, graph) = (random(20, 3, 1), random(20, 3, 2), ragged_graph(20));
+        let gradient = random(graph.n_entries(), 1, 3).into_data();
+        let [to_q, to_k] = neighbour_dots_backward(&q, &k, &graph, &gradient);
+        assert_slopes(&[to_q.data(), to_k.data()].concat(), &[q.data(), k.data()].concat(), |x| {
+            let dot =
+                |[i, j]: [u32; 2]| (0..3).map(|c| x[i as usize * 3 + c] * x[60 + j as usize * 3 + c]).sum::<f64>();
+            graph.entries().zip(&gradient).map(|(pair, g)| f64::from(*g) * dot(pair)).sum()
+        });
+    }
+
+    #[test]
+    fn gradients_of_the_softmax_are_slopes_in_double_precision() {
+        let graph = ragged_graph(30);
+        let [values, gradient] = [3, 4].map(|seed| random(1, graph.n_entries(), seed).into_data());
+        let softmax = neighbour_softmax(&values, &graph);
+        assert_slopes(&neighbour_softmax_backward(&softmax, &graph, &gradient), &values, |x| {
+            let row = |i: usize| {
+                let sum: f64 = x[graph.range(i)].iter().map(|x| x.exp()).sum();
+                graph.range(i).map(|at| f64::from(gradient[at]) * x[at].exp() / sum).sum::<f64>()
+            };
+            (0..30).map(row).sum()
+        });
     }
 }

@@ -4,9 +4,9 @@
 //! layer acts on each triangle before the difference, its last layer commutes with the sum. What is left per pair
 //! stands here.
 
-use super::isa::{Isa, NARROW, RowKernel, WIDE, relu};
+use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::matrix::window;
-use super::product::multiply_rows;
+use super::product::{column_sums, multiply_rows};
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -73,7 +73,7 @@ pub struct PairReluGradients {
     pub bias: Matrix,
 }
 
-/// Derivatives of [`pair_relu`] to `u` and the bias.
+/// Derivatives of [`pair_relu`] to `u` and the bias; a pair at exactly zero has none.
 ///
 /// # Panics
 /// When the shapes do not match.
@@ -86,45 +86,23 @@ pub struct PairReluGradients {
 /// assert_eq!((gradients.u.data(), gradients.bias.data()), ([-3.0, 3.0].as_slice(), [3.0].as_slice()));
 /// ```
 pub fn pair_relu_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
+    backward_on(Isa::best(), u, bias, graph, gradient)
+}
+
+fn backward_on(isa: Isa, u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
-    let isa = Isa::best();
-    let (incoming, _) = graph.transposed();
+    let sums = || Forward::new(u, bias, graph);
     let [n, width] = u.shape();
-    let mut to_u = isa.matrix(&BackwardOwn { u, bias, graph, gradient }, n, width);
-    let mut to_bias = vec![0.0; width];
-    for row in 0..n {
-        to_bias.iter_mut().zip(to_u.row(row)).for_each(|(sum, g)| *sum += g);
-    }
-    let from_others = isa.matrix(&BackwardOthers { u, bias, incoming: &incoming, gradient }, n, width);
-    to_u.data_mut().iter_mut().zip(from_others.data()).for_each(|(own, other)| *own -= other);
-    PairReluGradients { u: to_u, bias: Matrix::new(1, width, to_bias) }
+    let as_first = isa.matrix(&BackwardOwn { sums: sums(), gradient }, n, width);
+    let (incoming, _) = graph.transposed();
+    let all = BackwardAll { sums: sums(), incoming: &incoming, gradient, as_first: &as_first };
+    PairReluGradients { u: isa.matrix(&all, n, width), bias: column_sums(&as_first) }
 }
 
 struct Forward<'a> {
     u: &'a Matrix,
     bias: &'a [f32],
     graph: &'a Csr,
-}
-
-impl RowKernel for Forward<'_> {
-    #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let width = self.u.n_cols();
-        for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
-            let mut col = 0;
-            while col + WIDE <= width {
-                self.columns::<WIDE>(n, col, out);
-                col += WIDE;
-            }
-            while col + NARROW <= width {
-                self.columns::<NARROW>(n, col, out);
-                col += NARROW;
-            }
-            for col in col..width {
-                self.columns::<1>(n, col, out);
-            }
-        }
-    }
 }
 
 impl<'a> Forward<'a> {
@@ -134,10 +112,28 @@ impl<'a> Forward<'a> {
         Self { u, bias, graph }
     }
 
+    /// COLS entries of `u_n + bias`.
     #[inline(always)]
-    fn columns<const COLS: usize>(&self, n: usize, col: usize, out: &mut [f32]) {
+    fn own<const COLS: usize>(&self, n: usize, col: usize) -> [f32; COLS] {
         let mut own = *self.u.window::<COLS>(n, col);
         own.iter_mut().zip(window::<COLS>(self.bias, col)).for_each(|(own, bias)| *own += bias);
+        own
+    }
+
+    #[inline(always)]
+    fn other<const COLS: usize>(&self, k: u32, col: usize) -> &[f32; COLS] {
+        self.u.window(k as usize, col)
+    }
+}
+
+impl ColumnKernel for Forward<'_> {
+    fn width(&self) -> usize {
+        self.u.n_cols()
+    }
+
+    #[inline(always)]
+    fn columns<const COLS: usize, const FMA: bool>(&self, n: usize, col: usize, out: &mut [f32; COLS]) {
+        let own = self.own::<COLS>(n, col);
         let mut sums = [0.0f32; COLS];
         // Four neighbours at once: a quarter of the loads and stores of the sums.
         let (groups, rest) = self.graph.row(n).as_chunks();
@@ -153,12 +149,7 @@ impl<'a> Forward<'a> {
                 sums[c] += relu(own[c] - other[c]);
             }
         }
-        out[col..][..COLS].copy_from_slice(&sums);
-    }
-
-    #[inline(always)]
-    fn other<const COLS: usize>(&self, k: u32, col: usize) -> &[f32; COLS] {
-        self.u.window(k as usize, col)
+        *out = sums;
     }
 }
 
@@ -183,47 +174,61 @@ impl RowKernel for ForwardProduct<'_> {
 
 /// What reaches `u_n` as the first of a pair: its gradient times the number of active neighbours.
 struct BackwardOwn<'a> {
-    u: &'a Matrix,
-    bias: &'a [f32],
-    graph: &'a Csr,
+    sums: Forward<'a>,
     gradient: &'a Matrix,
 }
 
-impl RowKernel for BackwardOwn<'_> {
+impl ColumnKernel for BackwardOwn<'_> {
+    fn width(&self) -> usize {
+        self.sums.width()
+    }
+
     #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let width = self.u.n_cols();
-        let mut own = vec![0.0f32; width];
-        for (n, out) in rows.zip(out.chunks_exact_mut(width.max(1))) {
-            own.iter_mut().zip(self.u.row(n)).zip(self.bias).for_each(|((own, u), bias)| *own = u + bias);
-            for &k in self.graph.row(n) {
-                for (count, (own, other)) in out.iter_mut().zip(own.iter().zip(self.u.row(k as usize))) {
-                    *count += if own - other > 0.0 { 1.0 } else { 0.0 };
-                }
+    fn columns<const COLS: usize, const FMA: bool>(&self, n: usize, col: usize, out: &mut [f32; COLS]) {
+        let own = self.sums.own::<COLS>(n, col);
+        let mut counts = [0.0f32; COLS];
+        for &k in self.sums.graph.row(n) {
+            let other = self.sums.other::<COLS>(k, col);
+            for c in 0..COLS {
+                counts[c] += if own[c] - other[c] > 0.0 { 1.0 } else { 0.0 };
             }
-            out.iter_mut().zip(self.gradient.row(n)).for_each(|(count, g)| *count *= g);
+        }
+        let gradient = self.gradient.window::<COLS>(n, col);
+        for c in 0..COLS {
+            out[c] = counts[c] * gradient[c];
         }
     }
 }
 
-/// What reaches `u_k` as the second of a pair, without its minus sign.
-struct BackwardOthers<'a> {
-    u: &'a Matrix,
-    bias: &'a [f32],
+/// What reaches `u_k` in all: as the first of pairs, less what comes to it as the second.
+struct BackwardAll<'a> {
+    sums: Forward<'a>,
     incoming: &'a Csr,
     gradient: &'a Matrix,
+    /// From [`BackwardOwn`].
+    as_first: &'a Matrix,
 }
 
-impl RowKernel for BackwardOthers<'_> {
+impl ColumnKernel for BackwardAll<'_> {
+    fn width(&self) -> usize {
+        self.sums.width()
+    }
+
     #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        for (k, out) in rows.zip(out.chunks_exact_mut(self.u.n_cols().max(1))) {
-            for &n in self.incoming.row(k) {
-                let first = self.u.row(n as usize).iter().zip(self.bias).zip(self.gradient.row(n as usize));
-                for (sum, (((own, bias), gradient), other)) in out.iter_mut().zip(first.zip(self.u.row(k))) {
-                    *sum += if own + bias - other > 0.0 { *gradient } else { 0.0 };
-                }
+    fn columns<const COLS: usize, const FMA: bool>(&self, k: usize, col: usize, out: &mut [f32; COLS]) {
+        let bias = window::<COLS>(self.sums.bias, col);
+        let other = self.sums.u.window::<COLS>(k, col);
+        let mut as_second = [0.0f32; COLS];
+        for &n in self.incoming.row(k) {
+            let first = self.sums.other::<COLS>(n, col);
+            let gradient = self.gradient.window::<COLS>(n as usize, col);
+            for c in 0..COLS {
+                as_second[c] += if first[c] + bias[c] - other[c] > 0.0 { gradient[c] } else { 0.0 };
             }
+        }
+        let as_first = self.as_first.window::<COLS>(k, col);
+        for c in 0..COLS {
+            out[c] = as_first[c] - as_second[c];
         }
     }
 }
@@ -231,7 +236,7 @@ impl RowKernel for BackwardOthers<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::product;
-    use super::super::test_values::{assert_close, ragged_graph, random};
+    use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
     use super::*;
 
     fn naive(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
@@ -255,5 +260,50 @@ mod tests {
                 assert_close(product_on(isa, sums(), &weights, output_bias.data()).data(), expected.data(), 1e-5);
             }
         }
+    }
+
+    fn naive_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> [Matrix; 2] {
+        let width = u.n_cols();
+        let (mut to_u, mut to_bias) = (Matrix::zeros(u.n_rows(), width), Matrix::zeros(1, width));
+        for [n, k] in graph.entries().map(|pair| pair.map(|row| row as usize)) {
+            for c in (0..width).filter(|&c| u.row(n)[c] + bias[c] - u.row(k)[c] > 0.0) {
+                to_u.data_mut()[n * width + c] += gradient.row(n)[c];
+                to_u.data_mut()[k * width + c] -= gradient.row(n)[c];
+                to_bias.data_mut()[c] += gradient.row(n)[c];
+            }
+        }
+        [to_u, to_bias]
+    }
+
+    #[test]
+    fn every_instruction_set_agrees_with_the_naive_derivative_also_at_kinks() {
+        for isa in Isa::available() {
+            for [n, width] in [[0, 4], [1, 3], [90, 64], [300, 37]] {
+                let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
+                let gradient = random(n, width, 7);
+                // Few values, so that many pairs are at zero.
+                let coarse = Matrix::from_fn(n, width, |i, c| (u.row(i)[c] * 2.0).round());
+                for (u, bias) in [(u, bias.data().to_vec()), (coarse, vec![1.0; width])] {
+                    let [to_u, to_bias] = naive_backward(&u, &bias, &graph, &gradient);
+                    let found = backward_on(isa, &u, &bias, &graph, &gradient);
+                    assert_close(found.u.data(), to_u.data(), 1e-5);
+                    assert_close(found.bias.data(), to_bias.data(), 1e-4);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_are_slopes_in_double_precision() {
+        let (u, bias, graph, gradient) = (random(25, 3, 5), random(1, 3, 6), ragged_graph(25), random(25, 3, 7));
+        let found = pair_relu_backward(&u, bias.data(), &graph, &gradient);
+        let inputs = [u.data(), bias.data()].concat();
+        assert_slopes(&[found.u.data(), found.bias.data()].concat(), &inputs, |x| {
+            let pairs = graph.entries().flat_map(|pair| [0, 1, 2].map(|c| (pair.map(|row| row as usize), c)));
+            let value = |([n, k], c): ([usize; 2], usize)| {
+                f64::from(gradient.row(n)[c]) * (x[n * 3 + c] - x[k * 3 + c] + x[75 + c]).max(0.0)
+            };
+            pairs.map(value).sum()
+        });
     }
 }

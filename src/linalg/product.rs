@@ -75,6 +75,11 @@ pub fn product_weights_backward(x: &Matrix, gradient: &Matrix) -> Matrix {
     weights_backward_on(Isa::best(), x, gradient)
 }
 
+/// The sum of each column, 1 x n_cols.
+pub(crate) fn column_sums(m: &Matrix) -> Matrix {
+    product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
+}
+
 fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
     assert_eq!(x.n_cols(), weights.n_rows(), "columns of x and rows of weights");
     assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
@@ -271,7 +276,7 @@ fn add_products<const FMA: bool, const ROWS: usize, const INNER: usize, const CO
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, random};
+    use super::super::test_values::{assert_close, assert_slopes, random};
     use super::*;
 
     fn naive(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
@@ -312,5 +317,16 @@ mod tests {
             assert_close(weights_backward_on(isa, &x, &g).data(), to_weights.data(), 1e-4);
             assert_close(product_input_backward(&g, &w).data(), naive(&g, &w.transposed(), &[]).data(), 1e-5);
         }
+    }
+
+    #[test]
+    fn gradients_are_slopes_in_double_precision() {
+        let (x, w, g) = (random(7, 5, 1), random(5, 3, 2), random(7, 3, 3));
+        let gradients = [product_input_backward(&g, &w), product_weights_backward(&x, &g)];
+        let gradients = gradients.map(Matrix::into_data).concat();
+        assert_slopes(&gradients, &[x.data(), w.data()].concat(), |v| {
+            let entry = |i: usize, c: usize| (0..5).map(|k| v[i * 5 + k] * v[35 + k * 3 + c]).sum::<f64>();
+            (0..7).flat_map(|i| [0, 1, 2].map(|c| f64::from(g.row(i)[c]) * entry(i, c))).sum()
+        });
     }
 }

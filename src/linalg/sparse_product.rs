@@ -135,7 +135,7 @@ fn by_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + S
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, ragged_graph, random};
+    use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
     use super::*;
 
     fn dense(values: &[f32], graph: &Csr) -> Vec<Vec<f32>> {
@@ -168,5 +168,37 @@ mod tests {
         let some: Vec<usize> = (0..graph.n_entries()).step_by(17).collect();
         let naive: Vec<f32> = naive.step_by(17).collect();
         assert_close(&some.iter().map(|&at| result[at]).collect::<Vec<_>>(), &naive, 1e-5);
+    }
+
+    /// Random values on a symmetric graph, and another graph over the same nodes.
+    fn example(n: usize) -> (Csr, Csr, Vec<f32>, Vec<f32>) {
+        let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>());
+        let adjacency = Csr::from_edges(n, (0..n as u32 - 1).map(|i| [i, (i * i + 3) % n as u32]).collect::<Vec<_>>());
+        let [s, gradient] = [1, 2].map(|seed| random(1, graph.n_entries(), seed).into_data());
+        (graph, adjacency, s, gradient)
+    }
+
+    #[test]
+    fn the_derivative_agrees_with_dense_matrices() {
+        // With G the gradient on the pattern: (G + G') S A.
+        let (graph, adjacency, s, gradient) = example(60);
+        let [s_rows, g_rows] = [&s, &gradient].map(|values| dense(values, &graph));
+        let a_rows = dense(&vec![1.0; adjacency.n_entries()], &adjacency);
+        let product = |row: usize, col: usize| {
+            let of_s = |l: usize| (0..60).map(|j| (g_rows[row][j] + g_rows[j][row]) * s_rows[j][l]).sum::<f32>();
+            (0..60).map(|l| of_s(l) * a_rows[l][col]).sum::<f32>()
+        };
+        let naive: Vec<f32> = graph.entries().map(|[i, k]| product(i as usize, k as usize)).collect();
+        assert_close(&sparse_product_backward(&s, &graph, &adjacency, &gradient), &naive, 1e-5);
+    }
+
+    #[test]
+    fn gradients_are_slopes_in_double_precision() {
+        let (graph, adjacency, s, gradient) = example(20);
+        assert_slopes(&sparse_product_backward(&s, &graph, &adjacency, &gradient), &s, |s| {
+            let at = |i: u32, j: u32| graph.position(i as usize, j).map_or(0.0, |at| s[at]);
+            let entry = |[i, j]: [u32; 2]| adjacency.entries().map(|[k, l]| at(i, k) * at(j, l)).sum::<f64>();
+            graph.entries().zip(&gradient).map(|(pair, g)| f64::from(*g) * entry(pair)).sum()
+        });
     }
 }

@@ -24,3 +24,17 @@ pub(crate) fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {
         assert!((x - y).abs() <= tolerance * scale, "entry {i}: {x} and {y}");
     }
 }
+
+/// Panics unless `gradient` holds the slopes of `loss`, computed in double precision, toward every entry of `x`.
+pub(crate) fn assert_slopes(gradient: &[f32], x: &[f32], loss: impl Fn(&[f64]) -> f64) {
+    let x: Vec<f64> = x.iter().map(|&x| f64::from(x)).collect();
+    let slope = |at: usize| {
+        let moved = |step: f64| {
+            let mut x = x.clone();
+            x[at] += step;
+            loss(&x)
+        };
+        ((moved(1e-6) - moved(-1e-6)) / 2e-6) as f32
+    };
+    assert_close(gradient, &(0..x.len()).map(slope).collect::<Vec<f32>>(), 1e-5);
+}
