@@ -142,6 +142,7 @@ fn unit_normal([a, b, c]: [DVec3; 3]) -> Vec3 {
 }
 
 /// The minimum of the summed quadrics of an edge, if it lies near enough to the edge, and its value.
+#[inline(always)]
 fn minimum_within_reach(sum: &Quadric, [p, q]: [DVec3; 2]) -> Option<(DVec3, f64)> {
     let middle = (p + q) * 0.5;
     sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * p.distance_squared(q))
@@ -310,6 +311,7 @@ impl Collapse {
     }
 
     /// Which way [`Self::placement`] takes.
+    #[cold]
     fn place(&self, u: u32, v: u32) -> Place {
         let (sum, ends) = self.sum_and_ends(u, v);
         if minimum_within_reach(&sum, ends).is_some() {
@@ -319,6 +321,7 @@ impl Collapse {
         ways.min_by(|x, y| x.1.1.total_cmp(&y.1.1)).map_or(Place::Middle, |(place, _)| place)
     }
 
+    #[inline(always)]
     fn sum_and_ends(&self, u: u32, v: u32) -> (Quadric, [DVec3; 2]) {
         let (u, v) = (&self.nodes[u as usize], &self.nodes[v as usize]);
         (u.quadric + v.quadric, [u.position, v.position])
