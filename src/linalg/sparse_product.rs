@@ -72,7 +72,7 @@ fn check(s: &[f32], graph: &Csr, adjacency: &Csr) {
     debug_assert!(graph.is_symmetric() && adjacency.is_symmetric(), "symmetric graphs");
 }
 
-/// Entries right of the diagonal; zeros elsewhere.
+/// Entries on the diagonal and right of it; zeros elsewhere.
 fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
     by_rows(graph, |scratch, row, out| {
         for (s, &k) in s[graph.range(row)].iter().zip(graph.row(row)) {
@@ -80,7 +80,7 @@ fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
                 scratch.add(l, *s);
             }
         }
-        for (out, &j) in out.iter_mut().zip(graph.row(row)).filter(|(_, j)| **j as usize > row) {
+        for (out, &j) in out.iter_mut().zip(graph.row(row)).filter(|(_, j)| **j as usize >= row) {
             let entries = s[graph.range(j as usize)].iter().zip(graph.row(j as usize));
             *out = entries.map(|(s, &l)| s * scratch.sums[l as usize]).sum();
         }
@@ -156,9 +156,7 @@ mod tests {
     #[test]
     fn agrees_with_dense_matrices() {
         let n = 120;
-        let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>());
-        let adjacency = Csr::from_edges(n, (0..n as u32 - 1).map(|i| [i, (i * i + 3) % n as u32]).collect::<Vec<_>>());
-        let s = random(1, graph.n_entries(), 1).into_data();
+        let (graph, adjacency, s, _) = example(n);
         let result = sparse_product(&s, &graph, &adjacency);
         let (dense_s, dense_a) = (dense(&s, &graph), dense(&vec![1.0; adjacency.n_entries()], &adjacency));
         let naive = graph.entries().map(|[i, j]| {
@@ -170,9 +168,9 @@ mod tests {
         assert_close(&some.iter().map(|&at| result[at]).collect::<Vec<_>>(), &naive, 1e-5);
     }
 
-    /// Random values on a symmetric graph, and another graph over the same nodes.
+    /// Random values on a symmetric graph with loops, and another graph over the same nodes.
     fn example(n: usize) -> (Csr, Csr, Vec<f32>, Vec<f32>) {
-        let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>());
+        let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>()).with_loops();
         let adjacency = Csr::from_edges(n, (0..n as u32 - 1).map(|i| [i, (i * i + 3) % n as u32]).collect::<Vec<_>>());
         let [s, gradient] = [1, 2].map(|seed| random(1, graph.n_entries(), seed).into_data());
         (graph, adjacency, s, gradient)
@@ -195,6 +193,7 @@ mod tests {
     #[test]
     fn gradients_are_slopes_in_double_precision() {
         let (graph, adjacency, s, gradient) = example(20);
+        assert!(graph.position(3, 3).is_some());
         assert_slopes(&sparse_product_backward(&s, &graph, &adjacency, &gradient), &s, |s| {
             let at = |i: u32, j: u32| graph.position(i as usize, j).map_or(0.0, |at| s[at]);
             let entry = |[i, j]: [u32; 2]| adjacency.entries().map(|[k, l]| at(i, k) * at(j, l)).sum::<f64>();

@@ -104,18 +104,23 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
     }
 
-    /// Panics unless the gradient agrees with central differences of `loss` along at least three of nine directions:
-    /// kinks nearby spoil some, a wrong gradient spoils all.
+    /// Panics unless most entries of the gradient agree with central differences of `loss`, to a share of the largest:
+    /// kinks nearby spoil some, a wrong gradient spoils most.
     fn assert_gradient(x: &[f32], gradient: &[f32], loss: impl Fn(&[f32]) -> f64) {
-        let error = |seed: u64| {
-            let direction = list(x.len(), seed);
-            let moved = |step: f32| loss(&x.iter().zip(&direction).map(|(x, d)| x + step * d).collect::<Vec<f32>>());
-            let (numeric, analytic) = ((moved(5e-4) - moved(-5e-4)) / 1e-3, dot(gradient, &direction));
-            (numeric - analytic).abs() / analytic.abs().max(1.0)
+        let scale = gradient.iter().fold(0.0, |most: f32, g| most.max(g.abs()));
+        let error = |at: usize| {
+            let moved = |step: f32| {
+                let mut x = x.to_vec();
+                x[at] += step;
+                loss(&x)
+            };
+            let numeric = (moved(5e-4) - moved(-5e-4)) / 1e-3;
+            (numeric - f64::from(gradient[at])).abs() / f64::from(scale)
         };
-        let mut errors: Vec<f64> = (100..109).map(error).collect();
+        let mut errors: Vec<f64> = (0..x.len()).map(error).collect();
         errors.sort_by(f64::total_cmp);
-        assert!(errors[2] < 2e-3, "relative errors {errors:?}");
+        let median = errors[errors.len() / 2];
+        assert!(scale > 0.0 && median < 2e-3, "median of the relative errors {median}");
     }
 
     fn as_points(x: &[f32]) -> &[[f32; 3]] {
