@@ -21,7 +21,7 @@ use std::sync::Arc;
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, vertex_scores}};
-/// let rings = Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]).into();
+/// let rings = std::sync::Arc::new(Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]));
 /// let points = in_edge_lengths(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &rings);
 /// assert_eq!(vertex_scores(&Weights::random(1), &points, None, &rings).len(), 3);
 /// ```

@@ -41,7 +41,7 @@ pub struct PointSamplerGradients {
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, point_sampler_backward, point_sampler_forward}};
-/// let rings = Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]).into();
+/// let rings = std::sync::Arc::new(Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]));
 /// let points = in_edge_lengths(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &rings);
 /// let pass = point_sampler_forward(&Weights::random(1), &points, None, &rings);
 /// let gradients = point_sampler_backward(&pass, &[1.0, 0.0, 0.0]);
