@@ -9,6 +9,7 @@ mod load;
 mod measure;
 mod memory;
 mod methods;
+mod paper;
 mod pictures;
 mod row;
 mod run;
@@ -38,6 +39,8 @@ enum Command {
     BrokenFiles(broken_files::Args),
     /// Draw meshes before and after, by both methods, and write the page that shows them.
     Pictures(pictures::Args),
+    /// Make the paper's table: its pipeline against QEM and meshoptimizer.
+    Paper(paper::Args),
     /// Compare ways to draw the sampled vertices.
     Samplers(samplers::Args),
     /// Write the tables as Markdown.
@@ -51,6 +54,7 @@ fn main() -> anyhow::Result<()> {
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),
         Command::Pictures(args) => pictures::pictures(&args),
+        Command::Paper(args) => paper::paper(&args),
         Command::Samplers(args) => samplers::samplers(&args),
         Command::Summary(args) => summary::summary(&args),
     }

@@ -23,6 +23,8 @@ pub struct OneSided {
     pub normal_error: f64,
     /// Mean of `1 - |n.n'|`, the paper's NE, which does not see the side that faces look to; 0 to 1.
     pub unsigned_normal_error: f64,
+    /// Mean angle between the lines of both normals, in radians; 0 to a right angle.
+    pub normal_angle: f64,
 }
 
 /// Distances in both directions, and both together.
@@ -58,6 +60,7 @@ pub fn surface_distance(original: &Surface, simplified: &Surface) -> Option<Surf
         max: forward.max.max(backward.max),
         normal_error: 0.5 * (forward.normal_error + backward.normal_error),
         unsigned_normal_error: 0.5 * (forward.unsigned_normal_error + backward.unsigned_normal_error),
+        normal_angle: 0.5 * (forward.normal_angle + backward.normal_angle),
     };
     Some(SurfaceDistance { forward, backward, both, diagonal: original.diagonal })
 }
@@ -69,6 +72,7 @@ struct Sums {
     max: f64,
     normal_error: f64,
     unsigned_normal_error: f64,
+    normal_angle: f64,
     with_normal: usize,
 }
 
@@ -84,6 +88,7 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
         max: a.max.max(b.max),
         normal_error: a.normal_error + b.normal_error,
         unsigned_normal_error: a.unsigned_normal_error + b.unsigned_normal_error,
+        normal_angle: a.normal_angle + b.normal_angle,
         with_normal: a.with_normal + b.with_normal,
     });
     let n = from.samples.len() as f64;
@@ -94,6 +99,7 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
         max: all.max,
         normal_error: all.normal_error / n_normals,
         unsigned_normal_error: all.unsigned_normal_error / n_normals,
+        normal_angle: all.normal_angle / n_normals,
     })
 }
 
@@ -110,6 +116,8 @@ fn sums(from: &Surface, to: &Surface, start: usize) -> Sums {
         if normal.length_squared() > 0.0 && other.length_squared() > 0.0 {
             sums.normal_error += 1.0 - normal.dot(other);
             sums.unsigned_normal_error += 1.0 - normal.dot(other).abs();
+            // The arc cosine would lose half of the digits of small angles.
+            sums.normal_angle += normal.cross(other).length().atan2(normal.dot(other).abs());
             sums.with_normal += 1;
         }
     }
@@ -177,6 +185,7 @@ mod tests {
         let distance = surface_distance(&square(1.0, 0.0), &square(0.5, 0.75f32.sqrt())).unwrap();
         assert!((distance.both.normal_error - 0.5).abs() < 1e-6, "{distance:?}");
         assert!((distance.both.unsigned_normal_error - 0.5).abs() < 1e-6, "{distance:?}");
+        assert!((distance.both.normal_angle.to_degrees() - 60.0).abs() < 1e-4, "{distance:?}");
     }
 
     #[test]
