@@ -15,6 +15,7 @@ mod row;
 mod run;
 mod same_bits;
 mod samplers;
+mod samplers_paper;
 mod summary;
 mod table;
 
@@ -43,6 +44,8 @@ enum Command {
     Paper(paper::Args),
     /// Compare ways to draw the sampled vertices.
     Samplers(samplers::Args),
+    /// Make the paper's table of samplers: the drawn vertices as a set of points.
+    SamplersPaper(samplers_paper::Args),
     /// Write the tables as Markdown.
     Summary(summary::Args),
 }
@@ -56,6 +59,7 @@ fn main() -> anyhow::Result<()> {
         Command::Pictures(args) => pictures::pictures(&args),
         Command::Paper(args) => paper::paper(&args),
         Command::Samplers(args) => samplers::samplers(&args),
+        Command::SamplersPaper(args) => samplers_paper::samplers_paper(&args),
         Command::Summary(args) => summary::summary(&args),
     }
 }

@@ -14,6 +14,7 @@ use crate::load::name;
 use crate::table;
 use case::Original;
 use contestant::Contestant;
+pub use contestant::farthest;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -97,7 +98,7 @@ impl PaperRow {
 /// Measures every contestant on every mesh and writes table and page.
 pub fn paper(args: &Args) -> Result<()> {
     let weights = args.weights.as_deref().map(read_weights).transpose()?;
-    let meshes = meshes(args)?;
+    let meshes = class_meshes(&args.data, &args.classes, args.summary)?;
     ensure!(!meshes.is_empty(), "no mesh of the classes {} in {}", args.classes.join(", "), args.data.display());
     let ratios = if args.summary { vec![0.05, 0.2] } else { args.ratios.clone() };
     let timed = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
@@ -130,20 +131,21 @@ pub fn paper(args: &Args) -> Result<()> {
     }
 }
 
-fn read_weights(path: &Path) -> Result<Weights> {
+/// Reads the network's weights from their file.
+pub fn read_weights(path: &Path) -> Result<Weights> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     Weights::from_bytes(&bytes).with_context(|| path.display().to_string())
 }
 
 /// The files whose names are a class and a number, sorted; every fifth of them for a quick look.
-fn meshes(args: &Args) -> Result<Vec<PathBuf>> {
+pub fn class_meshes(folder: &Path, classes: &[String], is_quick: bool) -> Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
-    for entry in std::fs::read_dir(&args.data).with_context(|| args.data.display().to_string())? {
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         paths.push(entry?.path());
     }
-    paths.retain(|path| is_of_class(&name(path), &args.classes) && path.extension().is_some_and(|ext| ext == "ply"));
+    paths.retain(|path| is_of_class(&name(path), classes) && path.extension().is_some_and(|ext| ext == "ply"));
     paths.sort();
-    Ok(if args.summary { paths.into_iter().step_by(5).collect() } else { paths })
+    Ok(if is_quick { paths.into_iter().step_by(5).collect() } else { paths })
 }
 
 fn is_of_class(name: &str, classes: &[String]) -> bool {
