@@ -11,6 +11,7 @@ use neural_mesh::model::Weights;
 use serde::{Deserialize, Serialize};
 
 use crate::load::name;
+use crate::summary::markdown::publish;
 use crate::table;
 use case::Original;
 use contestant::Contestant;
@@ -100,35 +101,45 @@ pub fn paper(args: &Args) -> Result<()> {
     let weights = args.weights.as_deref().map(read_weights).transpose()?;
     let meshes = class_meshes(&args.data, &args.classes, args.summary)?;
     ensure!(!meshes.is_empty(), "no mesh of the classes {} in {}", args.classes.join(", "), args.data.display());
-    let ratios = if args.summary { vec![0.05, 0.2] } else { args.ratios.clone() };
-    let timed = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
+    let ratios = if args.summary { &[0.05, 0.2] } else { args.ratios.as_slice() };
+    let contestants = Contestant::all(weights.as_ref(), args.qem.as_deref(), args.network_only);
     let mut rows: Vec<PaperRow> = args.out.as_deref().map(table::read).transpose()?.unwrap_or_default();
     rows.retain(|row| row.faces > 0);
-    let contestants = Contestant::all(weights.as_ref(), args.qem.as_deref(), args.network_only);
     for path in &meshes {
         let mesh = name(path);
-        let mut original = None;
-        for (&ratio, contestant) in ratios.iter().flat_map(|ratio| contestants.iter().map(move |c| (ratio, c))) {
-            for &seed in args.seeds.iter().take(if contestant.is_random() { args.seeds.len() } else { 1 }) {
-                if rows.iter().any(|row| row.is_case(&mesh, ratio, seed, contestant.name())) {
-                    continue;
-                }
-                let original = match &mut original {
-                    Some(original) => original,
-                    none => none.insert(Original::load(path, args.samples)?),
-                };
-                rows.push(original.row(&timed, contestant, ratio, seed)?);
-                args.out.as_deref().map(|out| table::write(out, &rows)).transpose()?;
-            }
+        let missing = missing(&mesh, ratios, &args.seeds, &contestants, &rows);
+        if !missing.is_empty() {
+            rows.extend(measured(args, path, &missing)?);
+            args.out.as_deref().map(|out| table::write(out, &rows)).transpose()?;
         }
         eprintln!("{mesh}");
     }
-    let of_run: Vec<PaperRow> = rows.into_iter().filter(|row| ratios.contains(&row.ratio)).collect();
-    let page = page::page(&of_run, args.samples);
-    match &args.page {
-        Some(path) => Ok(std::fs::write(path, page)?),
-        None => Ok(print!("{page}")),
-    }
+    rows.retain(|row| ratios.contains(&row.ratio));
+    publish(&page::page(&rows, args.samples), args.page.as_deref())
+}
+
+/// A contestant, a ratio and a seed.
+type Case<'a> = (&'a Contestant<'a>, f64, u64);
+
+/// The cases of a mesh that the rows do not have; contestants without randomness run once.
+fn missing<'a>(
+    mesh: &str,
+    ratios: &[f64],
+    seeds: &[u64],
+    contestants: &'a [Contestant<'a>],
+    rows: &[PaperRow],
+) -> Vec<Case<'a>> {
+    let seeds_of = |contestant: &Contestant| seeds.iter().take(if contestant.is_random() { seeds.len() } else { 1 });
+    let of_ratio = |&ratio| contestants.iter().flat_map(move |c| seeds_of(c).map(move |&seed| (c, ratio, seed)));
+    let all = ratios.iter().flat_map(of_ratio);
+    all.filter(|&(c, ratio, seed)| !rows.iter().any(|row| row.is_case(mesh, ratio, seed, c.name()))).collect()
+}
+
+/// The rows of some cases of one mesh.
+fn measured(args: &Args, path: &Path, cases: &[Case]) -> Result<Vec<PaperRow>> {
+    let timed = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
+    let original = Original::load(path, args.samples)?;
+    Ok(cases.iter().map(|&(contestant, ratio, seed)| original.row(&timed, contestant, ratio, seed)).collect())
 }
 
 /// Reads the network's weights from their file.

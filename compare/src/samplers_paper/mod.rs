@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::load::{load, name};
 use crate::methods::compact;
 use crate::paper::{class_meshes, read_weights};
+use crate::summary::markdown::publish;
 use crate::table;
 use draw::{Sampler, with_noise};
 
@@ -89,11 +90,7 @@ pub fn samplers_paper(args: &Args) -> Result<()> {
         args.out.as_deref().map(|out| table::write(out, &rows)).transpose()?;
         eprintln!("{}", name(path));
     }
-    let page = page::page(&rows);
-    match &args.page {
-        Some(path) => Ok(std::fs::write(path, page)?),
-        None => Ok(print!("{page}")),
-    }
+    publish(&page::page(&rows), args.page.as_deref())
 }
 
 /// The mesh without vertices that no face uses.
