@@ -66,15 +66,16 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 
 /// The three numbers of a line; none of a line that is a count, where one may be.
 fn read_point(text: &mut Text, may_be_count: bool) -> Result<Option<[f64; 3]>, ReadError> {
-    let mut point = [0.0; 3];
-    for axis in 0..3 {
-        text.skip_blanks();
-        if axis == 1 && may_be_count && text.is_line_done() {
-            return Ok(None);
-        }
-        point[axis] = text.number().ok_or_else(|| text.error("a point needs three numbers", REMEDY))?;
+    let x = read_number(text)?;
+    if may_be_count && text.is_line_done() {
+        return Ok(None);
     }
-    Ok(Some(point))
+    Ok(Some([x, read_number(text)?, read_number(text)?]))
+}
+
+fn read_number(text: &mut Text) -> Result<f64, ReadError> {
+    text.skip_blanks();
+    text.number().ok_or_else(|| text.error("a point needs three numbers", REMEDY))
 }
 
 #[cfg(test)]

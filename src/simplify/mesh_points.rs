@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use super::components::compact;
 use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
-use super::{Event, SimplifyError, gumbel_top_k};
+use super::{Event, SimplifyError, scattered_samples};
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, consistently_wound};
-use crate::model::{Weights, extended_graph, normalized, predict_edges, predict_faces, vertex_scores};
+use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
 /// Neighbours in the graph of the cloud: about as many as a vertex of a triangle mesh has.
 const NEIGHBOURS: usize = 6;
@@ -30,7 +30,8 @@ pub struct MeshedPoints {
 
 /// Meshes `n_vertices` points of a cloud, or all of it where it has no more, each at its position.
 ///
-/// Of more points the Point Sampler's scores draw the vertices, without replacement.
+/// Of more points the Point Sampler's scores draw the vertices, apart from each other along the graph; normals, for a
+/// network that looks at them, are unknown and zero.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -60,13 +61,14 @@ pub fn mesh_points(
         return Err(SimplifyError::TooFewPoints(n_samples));
     }
     begin("scores", progress)?;
-    let cloud = normalized(points);
-    let graph = Arc::new(cloud_graph(&cloud));
+    let graph = Arc::new(cloud_graph(points));
+    let cloud = in_edge_lengths(points, &graph);
     let samples = drawn(&cloud, &graph, n_samples, weights, seed);
     begin("assign", progress)?;
     let original = Arc::new(region_graph(&cloud, &graph, &samples));
     begin("edges", progress)?;
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
+    let sampled = in_edge_lengths(&sampled, &original);
     let edges = predict_edges(weights, &sampled, &original);
     begin("faces", progress)?;
     let faces = predict_faces(weights, &sampled, &edges, &[]);
@@ -77,8 +79,8 @@ pub fn mesh_points(
 }
 
 /// The k-nn graph of the cloud, each neighbourhood counted from both sides.
-fn cloud_graph(cloud: &[[f32; 3]]) -> Csr {
-    extended_graph(cloud, &Csr::from_edges(cloud.len(), []), NEIGHBOURS)
+fn cloud_graph(points: &[[f32; 3]]) -> Csr {
+    extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
 }
 
 /// The points that become vertices, ascending.
@@ -86,7 +88,7 @@ fn drawn(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed
     if n == cloud.len() {
         return (0..n as u32).collect();
     }
-    gumbel_top_k(&vertex_scores(weights, cloud, graph), n, seed)
+    scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
 }
 
 /// Which regions of the samples an edge of the cloud's graph joins.
@@ -170,8 +172,8 @@ mod tests {
     #[test]
     fn the_graph_of_regions_joins_neighbours_only() {
         let sphere = shapes::icosphere(4);
-        let cloud = normalized(sphere.positions());
-        let graph = cloud_graph(&cloud);
+        let graph = cloud_graph(sphere.positions());
+        let cloud = in_edge_lengths(sphere.positions(), &graph);
         let everyone: Vec<u32> = (0..cloud.len() as u32).collect();
         assert_eq!(region_graph(&cloud, &graph, &everyone), graph);
         let samples: Vec<u32> = (0..cloud.len() as u32).step_by(16).collect();

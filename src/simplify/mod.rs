@@ -20,12 +20,8 @@ use crate::model::Weights;
 use closed::{Closed, Derivative, End, Importance, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
-<<<<<<< HEAD
-pub use network_scores::{edge_graph, network_scores, vertex_normals};
-=======
 pub use mesh_points::{MeshedPoints, mesh_points};
-pub use network_scores::network_scores;
->>>>>>> 6d4f1f3 (Mesh clouds of points: mesh-points, readers of points, consistent winding)
+pub use network_scores::{edge_graph, network_scores, vertex_normals};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
 pub use record::Record;

@@ -6,12 +6,11 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use neural_mesh::io::read_path;
-use neural_mesh::linalg::Csr;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::model::{PredictedFaces, Weights, candidate_faces};
+use neural_mesh::model::{PredictedFaces, Weights, candidate_faces, in_edge_lengths};
 use neural_mesh::simplify::paper::{assign_to_samples, choose_faces, oriented, quotient, simplify_paper};
-use neural_mesh::simplify::{gumbel_top_k, network_scores};
+use neural_mesh::simplify::{edge_graph, gumbel_top_k, network_scores, scattered_samples};
 use serde::Deserialize;
 
 use crate::methods::{Done, compact, meshoptimizer};
@@ -28,8 +27,10 @@ pub enum Contestant<'a> {
     /// The triangles between the regions of samples that the network drew, all of them: what a classifier without
     /// errors would leave.
     NetworkQuotient(&'a Weights),
-    /// The same of vertices drawn evenly.
+    /// The same of vertices drawn evenly, each by itself.
     UniformQuotient,
+    /// The same of vertices drawn evenly and apart from each other, as the network's are.
+    ScatteredQuotient,
     /// The same of farthest points along the edges.
     FarthestQuotient,
     /// Results in a folder.
@@ -42,9 +43,10 @@ impl<'a> Contestant<'a> {
     /// Those that can be measured with what is given.
     pub fn all(weights: Option<&'a Weights>, qem: Option<&'a Path>, network_only: bool) -> Vec<Self> {
         let network = weights.into_iter().flat_map(|weights| [Self::Network(weights), Self::NetworkQuotient(weights)]);
-        let others = [Self::UniformQuotient, Self::FarthestQuotient, Self::Meshoptimizer, Self::Input];
-        let others = others.into_iter().chain(qem.map(Self::Qem)).filter(|_| !network_only);
-        network.chain(others).collect()
+        let others =
+            [Self::UniformQuotient, Self::ScatteredQuotient, Self::FarthestQuotient, Self::Meshoptimizer, Self::Input];
+        let others = others.into_iter().filter(|_| !network_only);
+        network.chain(others).chain(qem.map(Self::Qem)).collect()
     }
 
     /// The name in the tables.
@@ -54,6 +56,7 @@ impl<'a> Contestant<'a> {
             Self::Network(_) => "network",
             Self::NetworkQuotient(_) => "network quotient",
             Self::UniformQuotient => "uniform quotient",
+            Self::ScatteredQuotient => "scattered quotient",
             Self::FarthestQuotient => "farthest quotient",
             Self::Qem(_) => "qem",
             Self::Meshoptimizer => "meshoptimizer",
@@ -62,7 +65,7 @@ impl<'a> Contestant<'a> {
 
     /// Whether another seed gives another result.
     pub fn is_random(&self) -> bool {
-        matches!(self, Self::Network(_) | Self::NetworkQuotient(_) | Self::UniformQuotient | Self::FarthestQuotient)
+        !matches!(self, Self::Input | Self::Qem(_) | Self::Meshoptimizer)
     }
 
     /// Simplifies `mesh`, whose vertices are all used and whose name is given, to a share of its vertices.
@@ -75,9 +78,10 @@ impl<'a> Contestant<'a> {
                 simplify_paper(mesh, n_samples, weights, seed, &mut |_| ControlFlow::Continue(()))?.faces
             }
             Self::NetworkQuotient(weights) => {
-                spanned(mesh, &gumbel_top_k(&network_scores(mesh, weights), n_samples, seed))
+                spanned(mesh, &scattered(mesh, &network_scores(mesh, weights), n_samples, seed))
             }
-            Self::UniformQuotient => spanned(mesh, &gumbel_top_k(&vec![0.0; mesh.positions().len()], n_samples, seed)),
+            Self::UniformQuotient => spanned(mesh, &gumbel_top_k(&even(mesh), n_samples, seed)),
+            Self::ScatteredQuotient => spanned(mesh, &scattered(mesh, &even(mesh), n_samples, seed)),
             Self::FarthestQuotient => spanned(mesh, &farthest(mesh, n_samples, seed)),
             Self::Qem(folder) => return qem(folder, name, ratio),
             Self::Meshoptimizer => {
@@ -94,9 +98,20 @@ pub fn asked(mesh: &TriMesh, ratio: f64) -> usize {
     (mesh.positions().len() as f64 * ratio) as usize
 }
 
+/// The same score for every vertex.
+pub fn even(mesh: &TriMesh) -> Vec<f32> {
+    vec![0.0; mesh.positions().len()]
+}
+
+/// Vertices drawn by their scores, apart from each other, as the pipeline draws them.
+pub fn scattered(mesh: &TriMesh, scores: &[f32], n: usize, seed: u64) -> Vec<u32> {
+    let rings = edge_graph(mesh);
+    scattered_samples(&in_edge_lengths(mesh.positions(), &rings), &rings, scores, n, seed)
+}
+
 /// Farthest points along the edges; the seed draws the first.
 pub fn farthest(mesh: &TriMesh, n: usize, seed: u64) -> Vec<u32> {
-    let first = gumbel_top_k(&vec![0.0; mesh.positions().len()], 1, seed);
+    let first = gumbel_top_k(&even(mesh), 1, seed);
     let mut samples = first.first().map_or(Vec::new(), |&first| farthest_points(&edge_lengths(mesh, 0.0), n, first));
     samples.sort_unstable();
     samples
@@ -104,9 +119,7 @@ pub fn farthest(mesh: &TriMesh, n: usize, seed: u64) -> Vec<u32> {
 
 /// The paper's assembly with the triangles between regions as certain faces, those with opposite copies left out.
 fn spanned(mesh: &TriMesh, samples: &[u32]) -> Vec<[u32; 3]> {
-    let edges = mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let rings = Csr::from_edges(mesh.positions().len(), edges);
-    let assignment = assign_to_samples(mesh.positions(), &rings, samples);
+    let assignment = assign_to_samples(mesh.positions(), &edge_graph(mesh), samples);
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
     let kept = quotient.triangles.iter().zip(&quotient.turns).filter(|(_, turns)| **turns != 0);
     let kept: Vec<[u32; 3]> = kept.map(|(triangle, _)| *triangle).collect();

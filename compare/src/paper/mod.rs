@@ -15,7 +15,7 @@ use crate::summary::markdown::publish;
 use crate::table;
 use case::Original;
 use contestant::Contestant;
-pub use contestant::farthest;
+pub use contestant::{even, farthest, scattered};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -52,7 +52,7 @@ pub struct Args {
     /// A quick look: six meshes of the classes, ratios 0.05 and 0.2, whatever the ratios say.
     #[arg(long)]
     summary: bool,
-    /// Leave out what the weights do not change and the table has no row of.
+    /// Leave out what the weights do not change, but for QEM's results.
     #[arg(long)]
     network_only: bool,
 }
