@@ -15,8 +15,9 @@ The row *input* is the original against other samples of itself: so much of each
 - *NE*: mean of 1 - |n.n'|, n' the normal at the nearest point of the other surface, both ways, percent; *of result*: from the \
 result to the original only; *angle*: the mean angle between the lines of these normals, radians.
 - *WA*: edges without two faces, percent; *open*: those of them that do not lie on a border of the input.
-- *network quotient*, *uniform quotient*, *farthest quotient*: all triangles between the regions of the samples, without a \
-classifier; the samples are the network's, uniform ones, and farthest points along the edges.
+- *network quotient* and so on: all triangles between the regions of the samples, without a classifier. The samples are the \
+network's; *uniform* ones, each drawn by itself; *scattered* ones, drawn evenly in the way the network's are, apart from each \
+other; *farthest* points along the edges.
 - *seconds*: the simplification alone, one thread.
 ";
 
@@ -30,8 +31,16 @@ pub fn page(rows: &[PaperRow], n_samples: usize) -> String {
     format!("{INTRODUCTION}\n{} meshes, {n_samples} samples per surface.\n{sections}", meshes.len())
 }
 
-const METHODS: [&str; 7] =
-    ["network", "network quotient", "uniform quotient", "farthest quotient", "qem", "meshoptimizer", "input"];
+const METHODS: [&str; 8] = [
+    "network",
+    "network quotient",
+    "uniform quotient",
+    "scattered quotient",
+    "farthest quotient",
+    "qem",
+    "meshoptimizer",
+    "input",
+];
 
 fn section(rows: &[PaperRow], ratio: f64) -> String {
     let head = cells(&[

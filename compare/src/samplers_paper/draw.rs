@@ -7,7 +7,7 @@ use neural_mesh::simplify::{gumbel_top_k, network_scores};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use crate::paper::farthest;
+use crate::paper::{even, farthest, scattered};
 
 /// A way to draw vertices.
 #[derive(Clone, Copy)]
@@ -16,15 +16,17 @@ pub enum Sampler<'a> {
     WithReplacement,
     /// Any vertices, each once.
     WithoutReplacement,
+    /// Any vertices, apart from each other along the edges, as the network's are.
+    Scattered,
     /// Farthest points along the edges.
     Farthest,
-    /// Gumbel-top-k of the network's scores.
+    /// By the network's scores, apart from each other.
     Network(&'a Weights),
 }
 
 impl<'a> Sampler<'a> {
     pub fn all(weights: Option<&'a Weights>) -> impl Iterator<Item = Self> {
-        let plain = [Self::WithReplacement, Self::WithoutReplacement, Self::Farthest];
+        let plain = [Self::WithReplacement, Self::WithoutReplacement, Self::Scattered, Self::Farthest];
         plain.into_iter().chain(weights.map(Self::Network))
     }
 
@@ -33,6 +35,7 @@ impl<'a> Sampler<'a> {
         match self {
             Self::WithReplacement => "uniform, with replacement",
             Self::WithoutReplacement => "uniform, without replacement",
+            Self::Scattered => "scattered evenly",
             Self::Farthest => "farthest points",
             Self::Network(_) => "network",
         }
@@ -43,9 +46,10 @@ impl<'a> Sampler<'a> {
         let n_vertices = mesh.positions().len();
         match self {
             Self::WithReplacement => with_replacement(n_vertices, n, seed),
-            Self::WithoutReplacement => gumbel_top_k(&vec![0.0; n_vertices], n, seed),
+            Self::WithoutReplacement => gumbel_top_k(&even(mesh), n, seed),
+            Self::Scattered => scattered(mesh, &even(mesh), n, seed),
             Self::Farthest => farthest(mesh, n, seed),
-            Self::Network(weights) => gumbel_top_k(&network_scores(mesh, weights), n, seed),
+            Self::Network(weights) => scattered(mesh, &network_scores(mesh, weights), n, seed),
         }
     }
 }
