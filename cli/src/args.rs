@@ -18,6 +18,8 @@ pub struct Args {
 pub enum Command {
     /// Write a lighter mesh
     Simplify(SimplifyArgs),
+    /// Make a mesh of a cloud of points, with a trained network
+    MeshPoints(MeshPointsArgs),
     /// Say what a mesh is: counts, bounds, closed, manifold, components, genus, what was cleaned
     Info(InfoArgs),
     /// Learn weights from a folder of meshes
@@ -102,6 +104,50 @@ pub enum AssemblyArg {
     Closed,
     /// As the paper prints it: the network's most probable faces; leaves holes, needs --weights
     Paper,
+}
+
+const MESH_POINTS_NOTES: &str = "\
+Reads the vertices of OBJ, PLY, STL, OFF and GLB, faces or not, and text with x y z on each line; writes OBJ, PLY, STL and \
+OFF. Points keep their positions; points at equal positions are one. The result may have holes: what came of it is said \
+and, with --report, written down. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+
+/// Arguments of `mesh-points`.
+#[derive(Debug, Parser)]
+#[command(after_help = MESH_POINTS_NOTES, group = ArgGroup::new("size").args(["ratio", "vertices"]))]
+pub struct MeshPointsArgs {
+    /// The cloud; - for standard input
+    #[arg(value_name = "CLOUD")]
+    pub input: PathBuf,
+    /// The mesh to write; - for standard output (then all words go to standard error)
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Share of the points that become vertices, above 0 and at most 1 [default: all]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    pub ratio: Option<f64>,
+    /// Number of points that become vertices [default: all]
+    #[arg(long, value_name = "N")]
+    pub vertices: Option<usize>,
+    /// Weights of a trained network (safetensors)
+    #[arg(long, value_name = "FILE")]
+    pub weights: Option<PathBuf>,
+    /// Seed of the sampling; the same seed gives the same mesh
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads to use [default: one per core]; the result is the same with any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Format to write where the name of OUT does not say: obj, ply, ply-ascii, stl, stl-ascii, off
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<String>,
+    /// Write what was done as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Replace files that exist
+    #[arg(short, long)]
+    pub force: bool,
 }
 
 /// Arguments of `info`.

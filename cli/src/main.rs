@@ -6,6 +6,7 @@ mod failure;
 mod files;
 mod info;
 mod interrupt;
+mod mesh_points;
 mod progress;
 mod report;
 mod request;
@@ -23,6 +24,7 @@ use args::{Args, Command};
 fn main() -> ExitCode {
     let done = match Args::parse().command {
         Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
+        Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
         Command::Train(args) => train::run(&args),
     };

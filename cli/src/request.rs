@@ -129,7 +129,7 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
 }
 
 /// The format to write: what the name says, else what `--format` says; the two may not disagree where only one is meant.
-fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
+pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
     let format = named(output).or(given).ok_or_else(|| {
         let where_to = if is_stream(output) { "standard output".into() } else { output.display().to_string() };
         Failure::Usage(format!("{where_to}: the format is not known: give --format obj, ply, stl or off"))

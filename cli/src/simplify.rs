@@ -28,9 +28,14 @@ pub fn run(request: Request) -> Result<(), Failure> {
     let results = [&request.output, &request.report, &request.picture];
     results.into_iter().flatten().try_for_each(|path| files::check_place(path, request.force))?;
     interrupt::watch();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(request.n_threads.unwrap_or(0)).build();
+    in_pool(request.n_threads, || run_in_pool(&request))
+}
+
+/// Does something on so many threads, or on one per core.
+pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failure> + Send) -> Result<(), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads.unwrap_or(0)).build();
     let pool = pool.map_err(|error| Failure::Failed(format!("threads cannot be started: {error}: ask for fewer")))?;
-    pool.install(|| run_in_pool(&request))
+    pool.install(work)
 }
 
 fn run_in_pool(request: &Request) -> Result<(), Failure> {
@@ -67,7 +72,8 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-fn read_weights(path: &Path) -> Result<Weights, Failure> {
+/// Reads the weights of a network.
+pub fn read_weights(path: &Path) -> Result<Weights, Failure> {
     Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))
 }
 

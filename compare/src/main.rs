@@ -1,19 +1,23 @@
 //! Measures neural-mesh against meshoptimizer on mesh files, and writes what came out as Markdown.
 //!
+//! `paper`, `samplers-paper` and `figure5` make the tables and the picture of the paper with given weights.
 //! `run` makes the table of figures, one CSV row per mesh, ratio, seed and method; `memory`, `same-bits` and
 //! `broken-files` make small tables of their own; `summary` turns all of them into a page. Simplification is
 //! timed on one thread, the methods taking turns in one process; metrics use all threads.
 
 mod broken_files;
+mod figure5;
 mod load;
 mod measure;
 mod memory;
 mod methods;
+mod paper;
 mod pictures;
 mod row;
 mod run;
 mod same_bits;
 mod samplers;
+mod samplers_paper;
 mod summary;
 mod table;
 
@@ -38,8 +42,14 @@ enum Command {
     BrokenFiles(broken_files::Args),
     /// Draw meshes before and after, by both methods, and write the page that shows them.
     Pictures(pictures::Args),
+    /// Draw the paper's Figure 5: weights before and after fine-tuning for curvature.
+    Figure5(figure5::Args),
+    /// Make the paper's table: its pipeline against QEM and meshoptimizer.
+    Paper(paper::Args),
     /// Compare ways to draw the sampled vertices.
     Samplers(samplers::Args),
+    /// Make the paper's table of samplers: the drawn vertices as a set of points.
+    SamplersPaper(samplers_paper::Args),
     /// Write the tables as Markdown.
     Summary(summary::Args),
 }
@@ -51,7 +61,10 @@ fn main() -> anyhow::Result<()> {
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),
         Command::Pictures(args) => pictures::pictures(&args),
+        Command::Figure5(args) => figure5::figure5(&args),
+        Command::Paper(args) => paper::paper(&args),
         Command::Samplers(args) => samplers::samplers(&args),
+        Command::SamplersPaper(args) => samplers_paper::samplers_paper(&args),
         Command::Summary(args) => summary::summary(&args),
     }
 }

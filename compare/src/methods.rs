@@ -37,6 +37,11 @@ pub struct Done {
 }
 
 impl Done {
+    /// A result at the size asked for.
+    pub fn reached(mesh: TriMesh, seconds: f64) -> Self {
+        Self { mesh, outcome: "reached".to_owned(), vertices_after_pass: None, oversample: None, seconds }
+    }
+
     /// No result, and why.
     pub fn failed(why: &str) -> Self {
         let outcome = format!("failed: {why}");
@@ -81,7 +86,7 @@ pub fn meshoptimizer(mesh: &TriMesh, n_faces: usize) -> Result<Done> {
 }
 
 /// The faces with the vertices they use.
-fn compact(mesh: &TriMesh, faces: &[[u32; 3]]) -> Result<TriMesh> {
+pub fn compact(mesh: &TriMesh, faces: &[[u32; 3]]) -> Result<TriMesh> {
     let mut new_idx = vec![u32::MAX; mesh.positions().len()];
     let mut positions = Vec::new();
     let mut renumber = |v: u32| {

@@ -15,6 +15,7 @@ mod obj;
 mod off;
 mod path;
 mod ply;
+mod points;
 mod stl;
 mod text;
 mod write;
@@ -22,6 +23,7 @@ mod write;
 pub use error::{Place, ReadError, WriteError};
 pub use format::Format;
 pub use path::{read_path, write_path};
+pub use points::read_points;
 
 use crate::mesh::{Frame, RawMesh, TriMesh};
 use write::Content;

@@ -194,7 +194,7 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
 
 /// The point near the centre of the used vertices whose coordinates are multiples of a power of two not below their
 /// extent: zero for meshes near the origin, and short enough for `origin + local` to be exact as far as possible.
-fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
+pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
         for axis in 0..3 {
@@ -214,7 +214,7 @@ fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
 }
 
 /// Coordinates from the local origin in single precision, n_vertices x 3, without negative zeros.
-fn to_local(positions: Vec<[f64; 3]>, used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
+pub(super) fn to_local(positions: Vec<[f64; 3]>, used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
     let shift = |p: &[f64; 3]| std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0);
     let local: Vec<[f32; 3]> = positions.iter().map(shift).collect();
     let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());

@@ -1,10 +1,16 @@
 //! How far a simplified mesh is from its original; the judge, which knows no method.
 
+mod chamfer;
+mod curvature_error;
+mod open_edges;
 mod self_intersections;
 mod surface;
 mod surface_distance;
 mod turned_faces;
 
+pub use chamfer::{Chamfer, chamfer};
+pub use curvature_error::curvature_error;
+pub use open_edges::{OpenEdges, open_edges};
 pub use self_intersections::self_intersecting_faces;
 pub use surface::Surface;
 pub use surface_distance::{OneSided, SurfaceDistance, surface_distance};

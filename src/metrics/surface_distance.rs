@@ -1,7 +1,7 @@
 //! How far two surfaces are apart, in position and in direction, measured from samples of both.
 //!
 //! The two-sided point-to-surface distance stands beside the paper's CD (Sec. 4), which at 50 thousand samples
-//! measures its own noise; the mean of `1 - n.n'` is the paper's NE, signed.
+//! measures its own noise; the mean of `1 - |n.n'|` is the paper's NE, that of `1 - n.n'` also sees faces that are turned over.
 
 use rayon::prelude::*;
 
@@ -21,6 +21,10 @@ pub struct OneSided {
     pub max: f64,
     /// Mean of `1 - n.n'`, n the normal at the sample and n' that of the nearest face; 0 to 2.
     pub normal_error: f64,
+    /// Mean of `1 - |n.n'|`, the paper's NE, which does not see the side that faces look to; 0 to 1.
+    pub unsigned_normal_error: f64,
+    /// Mean angle between the lines of both normals, in radians; 0 to a right angle.
+    pub normal_angle: f64,
 }
 
 /// Distances in both directions, and both together.
@@ -30,7 +34,7 @@ pub struct SurfaceDistance {
     pub forward: OneSided,
     /// From the simplified mesh to the original.
     pub backward: OneSided,
-    /// The mean of both for `mean` and `normal_error`, the root mean square for `rms`, the larger `max` (Hausdorff).
+    /// The mean of both for `mean` and the normal errors, the root mean square for `rms`, the larger `max` (Hausdorff).
     pub both: OneSided,
     /// Diagonal of the original's bounding box: what the distances are usually divided by.
     pub diagonal: f64,
@@ -55,6 +59,8 @@ pub fn surface_distance(original: &Surface, simplified: &Surface) -> Option<Surf
         rms: (0.5 * (forward.rms.powi(2) + backward.rms.powi(2))).sqrt(),
         max: forward.max.max(backward.max),
         normal_error: 0.5 * (forward.normal_error + backward.normal_error),
+        unsigned_normal_error: 0.5 * (forward.unsigned_normal_error + backward.unsigned_normal_error),
+        normal_angle: 0.5 * (forward.normal_angle + backward.normal_angle),
     };
     Some(SurfaceDistance { forward, backward, both, diagonal: original.diagonal })
 }
@@ -65,6 +71,8 @@ struct Sums {
     distance2: f64,
     max: f64,
     normal_error: f64,
+    unsigned_normal_error: f64,
+    normal_angle: f64,
     with_normal: usize,
 }
 
@@ -79,14 +87,19 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
         distance2: a.distance2 + b.distance2,
         max: a.max.max(b.max),
         normal_error: a.normal_error + b.normal_error,
+        unsigned_normal_error: a.unsigned_normal_error + b.unsigned_normal_error,
+        normal_angle: a.normal_angle + b.normal_angle,
         with_normal: a.with_normal + b.with_normal,
     });
     let n = from.samples.len() as f64;
+    let n_normals = all.with_normal.max(1) as f64;
     Some(OneSided {
         mean: all.distance / n,
         rms: (all.distance2 / n).sqrt(),
         max: all.max,
-        normal_error: all.normal_error / all.with_normal.max(1) as f64,
+        normal_error: all.normal_error / n_normals,
+        unsigned_normal_error: all.unsigned_normal_error / n_normals,
+        normal_angle: all.normal_angle / n_normals,
     })
 }
 
@@ -102,6 +115,9 @@ fn sums(from: &Surface, to: &Surface, start: usize) -> Sums {
         let other = to.normals[hit.triangle as usize];
         if normal.length_squared() > 0.0 && other.length_squared() > 0.0 {
             sums.normal_error += 1.0 - normal.dot(other);
+            sums.unsigned_normal_error += 1.0 - normal.dot(other).abs();
+            // The arc cosine would lose half of the digits of small angles.
+            sums.normal_angle += normal.cross(other).length().atan2(normal.dot(other).abs());
             sums.with_normal += 1;
         }
     }
@@ -156,6 +172,20 @@ mod tests {
         let over = TriMesh::new(cube.positions().to_vec(), over).unwrap();
         let distance = surface_distance(&surface(&cube), &surface(&over)).unwrap();
         assert!((distance.both.normal_error - 2.0).abs() < 1e-9);
+        assert!(distance.both.unsigned_normal_error.abs() < 1e-9);
+    }
+
+    /// A square against the same square tilted by 60 degrees about its lower side.
+    #[test]
+    fn a_tilt_shows_in_both_normal_errors() {
+        let square = |y: f32, z: f32| {
+            let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, y, z], [0.0, y, z]];
+            surface(&TriMesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).unwrap())
+        };
+        let distance = surface_distance(&square(1.0, 0.0), &square(0.5, 0.75f32.sqrt())).unwrap();
+        assert!((distance.both.normal_error - 0.5).abs() < 1e-6, "{distance:?}");
+        assert!((distance.both.unsigned_normal_error - 0.5).abs() < 1e-6, "{distance:?}");
+        assert!((distance.both.normal_angle.to_degrees() - 60.0).abs() < 1e-4, "{distance:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod closed;
 mod components;
+mod mesh_points;
 mod network_scores;
 mod one_pass;
 mod options;
@@ -19,6 +20,7 @@ use crate::model::Weights;
 use closed::{Closed, Derivative, End, Importance, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
+pub use mesh_points::{MeshedPoints, mesh_points};
 pub use network_scores::{edge_graph, network_scores, vertex_normals};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};

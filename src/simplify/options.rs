@@ -130,6 +130,8 @@ pub struct Event {
 pub enum SimplifyError {
     /// The mesh has no face.
     Empty,
+    /// A surface needs three points; so many there are, or are asked for.
+    TooFewPoints(usize),
     /// The target is not a size: zero, not a number, a ratio above 1.
     BadTarget(Target),
     /// `oversample` outside 1 to 4.
@@ -150,6 +152,7 @@ impl std::fmt::Display for SimplifyError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Empty => write!(f, "the mesh has no face: nothing to simplify"),
+            Self::TooFewPoints(n) => write!(f, "{n} points make no surface: give three or more"),
             Self::BadTarget(target) => {
                 write!(f, "{target:?} is no size: give a ratio above 0 and at most 1, or a count of at least 1")
             }

@@ -2,8 +2,8 @@
 
 mod draw;
 mod elimination;
-mod farthest;
-mod metric;
+pub mod farthest;
+pub mod metric;
 mod page;
 
 use std::path::PathBuf;

@@ -1,5 +1,18 @@
 //! Markdown tables.
 
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+/// Writes a page to its file, or to standard output where it has none.
+pub fn publish(page: &str, path: Option<&Path>) -> Result<()> {
+    match path {
+        Some(path) => std::fs::write(path, page).with_context(|| path.display().to_string())?,
+        None => print!("{page}"),
+    }
+    Ok(())
+}
+
 /// A table with a head and rows of cells.
 pub fn table(head: &[String], rows: &[Vec<String>]) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));

@@ -1,0 +1,200 @@
+//! `neural-mesh mesh-points`: read a cloud, mesh it, write, say what surface came of it.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use neural_mesh::io::{self, Format};
+use neural_mesh::mesh::{PointCloud, Topology, point_cloud, topology};
+use neural_mesh::model::Weights;
+use neural_mesh::simplify::{MeshedPoints, SimplifyError, mesh_points};
+use serde::Serialize;
+
+use crate::args::MeshPointsArgs;
+use crate::failure::Failure;
+use crate::files::{self, Pending};
+use crate::interrupt;
+use crate::progress::Progress;
+use crate::request::{check_threads, format_of, is_stream, output_format};
+use crate::simplify::{in_pool, read_weights};
+use crate::words::{Voice, grouped};
+
+/// One run, complete and consistent.
+struct Request {
+    args: MeshPointsArgs,
+    weights: PathBuf,
+    format: Format,
+}
+
+/// All that is reported of a run, in the order of the JSON.
+#[derive(Debug, Serialize)]
+struct Report {
+    /// Different finite points of the cloud.
+    points: usize,
+    /// Points at the position of an earlier one, left out.
+    repeated_points: usize,
+    /// Points with a coordinate that is infinite or not a number, left out.
+    non_finite_points: usize,
+    vertices: usize,
+    faces: usize,
+    /// Points that were to be vertices and ended on no face.
+    unused_points: usize,
+    closed: bool,
+    /// Loops of edges with one face.
+    holes: usize,
+    boundary_edges: usize,
+    non_manifold_edges: usize,
+    non_manifold_vertices: usize,
+    /// Edges whose two faces do not agree on a side, because the surface has only one.
+    inconsistent_edges: usize,
+    components: usize,
+    seed: u64,
+    threads: usize,
+    seconds: f64,
+}
+
+/// Checks the arguments, then does what they ask, on as many threads as asked.
+pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
+    let request = resolve(args)?;
+    let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
+    let mut files_to_be = results.filter(|path| !is_stream(path));
+    files_to_be.try_for_each(|path| files::check_place(path, request.args.force))?;
+    interrupt::watch();
+    in_pool(request.args.threads, || run_in_pool(&request))
+}
+
+fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
+    let given = args.format.as_deref().map(format_of).transpose()?;
+    let format = output_format(&args.output, given)?;
+    check_threads(args.threads)?;
+    if let Some(ratio) = args.ratio.filter(|&ratio| !(ratio > 0.0 && ratio <= 1.0)) {
+        return Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1")));
+    }
+    if args.report.as_deref().is_some_and(is_stream) || args.report.as_ref() == Some(&args.output) {
+        return Err(Failure::Usage("the report is a file of its own: give --report another name".into()));
+    }
+    let why = "faces are a trained network's choice, and none ships yet: give --weights FILE";
+    let weights = args.weights.clone().ok_or_else(|| Failure::Usage(format!("mesh-points: {why}")))?;
+    Ok(Request { args, weights, format })
+}
+
+fn run_in_pool(request: &Request) -> Result<(), Failure> {
+    let Request { args, .. } = request;
+    let began = Instant::now();
+    let mut progress = Progress::new(args.quiet);
+    let weights = read_weights(&request.weights)?;
+    progress.show("read", 0.0);
+    let failed = |error: &dyn std::fmt::Display| Failure::of(&args.input, error);
+    let raw = io::read_points(&files::read(&args.input)?).map_err(|error| failed(&error))?;
+    // Vertices stay in place: of doubles the file gets back what single precision does not hold.
+    let exact = raw.double.then(|| raw.positions.clone());
+    let cloud = point_cloud(raw).map_err(|error| failed(&error))?;
+    let result = meshed(args, &cloud, &weights, &mut progress)?;
+    let (bytes, mut pending) = written(request, &cloud, &result, exact.as_deref())?;
+    let seconds = began.elapsed().as_secs_f64();
+    let report = told(args, &cloud, &result, seconds);
+    pending.extend(reported(args, &report)?);
+    drop(progress);
+    if is_stream(&args.output) {
+        files::write_to_stdout(&bytes)?;
+    }
+    files::place(pending)?;
+    say(args, &report);
+    Ok(())
+}
+
+fn meshed(
+    args: &MeshPointsArgs,
+    cloud: &PointCloud,
+    weights: &Weights,
+    progress: &mut Progress,
+) -> Result<MeshedPoints, Failure> {
+    let n_points = cloud.points.len();
+    let of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
+    let n_vertices = args.vertices.or(of_ratio).unwrap_or(n_points);
+    let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| {
+        progress.event(event);
+        ControlFlow::Continue(())
+    });
+    result.map_err(|error| match error {
+        SimplifyError::Interrupted => Failure::Interrupted,
+        error => Failure::of(&args.input, error),
+    })
+}
+
+/// The mesh as bytes, and as a file on its way unless standard output is its place.
+fn written(
+    request: &Request,
+    cloud: &PointCloud,
+    result: &MeshedPoints,
+    exact: Option<&[[f64; 3]]>,
+) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
+    let Request { args, format, .. } = request;
+    let as_read = |at: &u32| exact?.get(*cloud.source.get(*at as usize)? as usize).copied();
+    let bytes = match result.source_points.iter().map(as_read).collect() {
+        Some(positions) => io::write_exact(&result.mesh, positions, *format),
+        None => io::write(&result.mesh, &cloud.frame, *format),
+    };
+    let bytes = bytes.map_err(|error| Failure::of(&args.output, error))?;
+    let is_file = !is_stream(&args.output);
+    let pending = is_file.then(|| files::prepare(&args.output, &bytes, args.force)).transpose()?;
+    Ok((bytes, pending.into_iter().collect()))
+}
+
+fn told(args: &MeshPointsArgs, cloud: &PointCloud, result: &MeshedPoints, seconds: f64) -> Report {
+    let Topology { vertices, faces, closed, boundary_edges, boundary_loops, components, .. } = topology(&result.mesh);
+    let Topology { non_manifold_edges, non_manifold_vertices, inconsistent_edges, .. } = topology(&result.mesh);
+    Report {
+        points: cloud.points.len(),
+        repeated_points: cloud.repeated,
+        non_finite_points: cloud.non_finite,
+        vertices,
+        faces,
+        unused_points: result.unused_points,
+        closed,
+        holes: boundary_loops,
+        boundary_edges,
+        non_manifold_edges,
+        non_manifold_vertices,
+        inconsistent_edges,
+        components,
+        seed: args.seed,
+        threads: rayon::current_num_threads(),
+        seconds,
+    }
+}
+
+/// The report on its way to its file, where one is asked for.
+fn reported(args: &MeshPointsArgs, report: &Report) -> Result<Option<Pending>, Failure> {
+    let Some(path) = &args.report else { return Ok(None) };
+    let mut json = serde_json::to_vec_pretty(report).map_err(|error| Failure::of(path, error))?;
+    json.push(b'\n');
+    files::prepare(path, &json, args.force).map(Some)
+}
+
+fn say(args: &MeshPointsArgs, report: &Report) {
+    let voice = match (args.quiet, is_stream(&args.output)) {
+        (true, _) => Voice::Quiet,
+        (false, false) => Voice::Out,
+        (false, true) => Voice::Err,
+    };
+    let [points, vertices, faces] = [report.points, report.vertices, report.faces].map(grouped);
+    if report.repeated_points + report.non_finite_points > 0 {
+        let [repeated, non_finite] = [report.repeated_points, report.non_finite_points].map(grouped);
+        voice.say(&format!("left out  {repeated} repeated points, {non_finite} that are not finite"));
+    }
+    if report.unused_points > 0 {
+        voice.say(&format!("unused    {} points are on no face", grouped(report.unused_points)));
+    }
+    voice.say(&format!("size      {points} points -> {vertices} vertices, {faces} faces"));
+    voice.say(&surface(report));
+    voice.say(&format!("time      {:.3} s", report.seconds));
+}
+
+/// `surface   3 holes (12 border edges), 0 non-manifold edges, 2 components`
+fn surface(report: &Report) -> String {
+    let [holes, border, edges, components] =
+        [report.holes, report.boundary_edges, report.non_manifold_edges, report.components].map(grouped);
+    let holes = if report.closed { "closed".into() } else { format!("{holes} holes ({border} border edges)") };
+    format!("surface   {holes}, {edges} non-manifold edges, {components} components")
+}

@@ -1,0 +1,93 @@
+//! A cloud in, a mesh out, whatever the cloud's file: what the network makes of it is judged in the library.
+
+mod common;
+
+use common::*;
+use neural_mesh::mesh::shapes;
+use neural_mesh::model::Weights;
+
+/// A folder with weights drawn at random and a cloud of 162 points, as text; how good the mesh is says nothing.
+fn prepared() -> tempfile::TempDir {
+    let folder = folder();
+    std::fs::write(folder.path().join("w.safetensors"), Weights::random(1).to_bytes()).unwrap();
+    let cloud = shapes::icosphere(2);
+    let lines: String = cloud.positions().iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    std::fs::write(folder.path().join("ball.xyz"), lines).unwrap();
+    folder
+}
+
+const CALL: [&str; 5] = ["mesh-points", "ball.xyz", "--weights", "w.safetensors", "-o"];
+
+#[test]
+fn a_cloud_becomes_a_mesh_and_a_report() {
+    let folder = prepared();
+    let run = run(folder.path(), &[&CALL[..], &["ball.ply", "--report", "r.json", "--ratio", "0.5"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let words = String::from_utf8(run.out).unwrap();
+    assert!(words.contains("162 points -> ") && words.contains(" non-manifold edges"), "{words}");
+    let (report, mesh) = (json(&folder.path().join("r.json")), info(folder.path(), "ball.ply"));
+    for (told, found) in [("vertices", "vertices"), ("faces", "faces"), ("holes", "boundary_loops")] {
+        assert_eq!(report[told], mesh[found], "{told}");
+    }
+    assert_eq!(report["vertices"].as_u64().unwrap() + report["unused_points"].as_u64().unwrap(), 81);
+    assert_eq!((&report["points"], &report["non_manifold_edges"]), (&162.into(), &0.into()));
+}
+
+#[test]
+fn standard_streams_and_threads_change_no_byte() {
+    let folder = prepared();
+    let file = std::fs::read(folder.path().join("ball.xyz")).unwrap();
+    let through = |threads: &str| {
+        let arguments = ["mesh-points", "-", "-o", "-", "--weights", "w.safetensors", "--format", "obj"];
+        run_with_input(folder.path(), &[&arguments[..], &["--threads", threads]].concat(), &file)
+    };
+    let one = through("1");
+    assert_eq!(one.code, Some(0), "{}", one.words);
+    assert!(one.out.starts_with(b"v ") && one.out == through("3").out);
+}
+
+#[test]
+fn points_far_from_the_origin_are_written_as_they_were_read() {
+    let folder = prepared();
+    let cloud = shapes::icosphere(2);
+    let far = |[x, y, z]: [f32; 3]| format!("{} {y} {z}", 5e6 + f64::from(x));
+    let lines: Vec<String> = cloud.positions().iter().map(|&p| far(p)).collect();
+    std::fs::write(folder.path().join("ball.xyz"), lines.join("\n")).unwrap();
+    let run = run(folder.path(), &[&CALL[..], &["ball.obj"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let written = std::fs::read_to_string(folder.path().join("ball.obj")).unwrap();
+    let mut vertices = written.lines().filter_map(|line| line.strip_prefix("v "));
+    assert!(vertices.all(|vertex| lines.iter().any(|line| line == vertex)));
+}
+
+#[test]
+fn what_is_wrong_is_one_line() {
+    let folder = prepared();
+    for (content, reason) in
+        [("", "no points"), ("1 2 3\n4 5\n", "line 2"), ("1 2 3\n4 5 6\n", "2 points make no surface")]
+    {
+        std::fs::write(folder.path().join("ball.xyz"), content).unwrap();
+        let run = run(folder.path(), &[&CALL[..], &["ball.ply"]].concat());
+        assert_eq!(run.code, Some(1), "{}", run.words);
+        let line = the_line(&run);
+        assert!(line.contains("ball.xyz") && line.contains(reason), "{line}");
+    }
+    assert_eq!(files(folder.path()), ["ball.xyz", "w.safetensors"]);
+}
+
+#[test]
+fn usage_is_checked_before_any_file() {
+    let folder = folder();
+    for bad in [
+        &["-o", "a.ply"][..],
+        &["-o", "a.ply", "--weights", "w", "--ratio", "0"],
+        &["-o", "a.ply", "--weights", "w", "--ratio", "0.5", "--vertices", "9"],
+        &["-o", "a.ply", "--weights", "w", "--threads", "0"],
+        &["-o", "a.ply", "--weights", "w", "--report", "a.ply"],
+        &["-o", "a.glb", "--weights", "w"],
+        &["-o", "a.doc", "--weights", "w"],
+    ] {
+        let run = run(folder.path(), &[&["mesh-points", "missing.xyz"], bad].concat());
+        assert_eq!(run.code, Some(2), "{bad:?}: {}", run.words);
+    }
+}

@@ -1,0 +1,146 @@
+//! Faces turned so that neighbours agree, and outward: for surfaces that come without a side.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+
+/// Turns faces over until any two that share an edge with no third run along it in opposite directions, as far as that
+/// can be, and every component outward.
+///
+/// The first face of a component says how its neighbours turn, they say how theirs do (breadth first). Then the
+/// component is turned over as a whole where the volume that its faces span with the mean of their corners is
+/// negative: outward where the component is closed, away from its middle on the whole where it is not. On a
+/// surface with one side, such as a Moebius strip, some edges are left whose faces disagree.
+///
+/// # Shapes
+/// - `positions`: n x 3, `faces`: n_faces x 3, each with three different corners below n
+/// - returns n_faces x 3, in the order given
+///
+/// # Panics
+/// When an index is out of range.
+///
+/// ```
+/// use neural_mesh::mesh::consistently_wound;
+/// let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let faces = consistently_wound(&corners, &[[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]]);
+/// assert_eq!(faces, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
+/// ```
+pub fn consistently_wound(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let across = faces_across(faces);
+    let mut wound = faces.to_vec();
+    let mut is_reached = vec![false; faces.len()];
+    for first in 0..faces.len() {
+        if !is_reached[first] {
+            let component = wind_component(first, &across, &mut wound, &mut is_reached);
+            if spanned_volume(positions, &wound, &component) < 0.0 {
+                component.iter().for_each(|&face| turn(&mut wound[face]));
+            }
+        }
+    }
+    wound
+}
+
+/// For each side of each face the face that shares it with no third, n_faces x 3; none is the face itself.
+fn faces_across(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * faces.len());
+    for (face, &corners) in (0..).zip(faces) {
+        sides.extend((0..3u8).zip(edges_of(corners)).map(|(side, [a, b])| ([a.min(b), a.max(b)], face, side)));
+    }
+    sides.sort_unstable();
+    let mut across: Vec<[u32; 3]> = (0..faces.len() as u32).map(|face| [face; 3]).collect();
+    for same_edge in sides.chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, f, side_of_f), (_, g, side_of_g)] = *same_edge {
+            across[f as usize][usize::from(side_of_f)] = g;
+            across[g as usize][usize::from(side_of_g)] = f;
+        }
+    }
+    across
+}
+
+fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+/// Turns the faces that hang together with the first to agree with it; returns them.
+fn wind_component(first: usize, across: &[[u32; 3]], wound: &mut [[u32; 3]], is_reached: &mut [bool]) -> Vec<usize> {
+    let mut component = Vec::new();
+    let mut queue = VecDeque::from([first]);
+    is_reached[first] = true;
+    while let Some(face) = queue.pop_front() {
+        component.push(face);
+        for other in across[face].map(|other| other as usize) {
+            if !std::mem::replace(&mut is_reached[other], true) {
+                if runs_along(wound[face], wound[other]) {
+                    turn(&mut wound[other]);
+                }
+                queue.push_back(other);
+            }
+        }
+    }
+    component
+}
+
+/// Whether two faces run along an edge in the same direction.
+fn runs_along(face: [u32; 3], other: [u32; 3]) -> bool {
+    let edges = edges_of(other);
+    edges_of(face).iter().any(|edge| edges.contains(edge))
+}
+
+fn turn(face: &mut [u32; 3]) {
+    face.swap(1, 2);
+}
+
+/// Six times the volume between some faces and the mean of their corners.
+fn spanned_volume(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> f64 {
+    let corners = |face: usize| faces[face].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
+    let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();
+    let middle = sum / (3 * component.len()) as f64;
+    let volume = |face: &usize| {
+        let [a, b, c] = corners(*face).map(|corner| corner - middle);
+        a.dot(b.cross(c))
+    };
+    component.iter().map(volume).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes, topology};
+    use proptest::prelude::*;
+
+    fn is_turned(face: [u32; 3], original: [u32; 3]) -> bool {
+        !edges_of(original).contains(&[face[0], face[1]])
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn faces_turned_at_random_come_back_outward(turned in prop::collection::vec(any::<bool>(), 80)) {
+            for mesh in [shapes::icosphere(2), shapes::chain_of_tori(2), shapes::touching_spheres(2)] {
+                let faces: Vec<[u32; 3]> = mesh.faces().iter().zip(turned.iter().cycle()).map(|(&face, &turned)| {
+                    let [a, b, c] = face;
+                    if turned { [a, c, b] } else { face }
+                }).collect();
+                let wound = consistently_wound(mesh.positions(), &faces);
+                prop_assert!(wound.iter().zip(mesh.faces()).all(|(&face, &original)| !is_turned(face, original)));
+            }
+        }
+    }
+
+    #[test]
+    fn one_sided_surfaces_keep_a_seam_and_nothing_worse() {
+        let bottle = shapes::klein_bottle(16, 8);
+        let wound = consistently_wound(bottle.positions(), bottle.faces());
+        let seam = topology(&TriMesh::new(bottle.positions().to_vec(), wound).unwrap()).inconsistent_edges;
+        assert!((1..200).contains(&seam), "{seam}");
+    }
+
+    #[test]
+    fn edges_with_three_faces_bind_nothing() {
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        let fan = [[0, 1, 2], [0, 1, 3], [0, 1, 4]];
+        assert_eq!(consistently_wound(&positions, &fan), fan);
+        assert!(consistently_wound(&[], &[]).is_empty());
+    }
+}

@@ -1,0 +1,147 @@
+//! Edges of a result without two faces: the paper's WA (Sec. 4.1), and the share of them that is the result's own doing.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::TriMesh;
+use crate::spatial::NearestOnTriangles;
+
+/// How far from the input's border, in lengths of the edge, an edge may run and still lie on it.
+///
+/// A result has fewer vertices than the input, and those at a border need not lie on it: sampled vertices stand up to
+/// about one edge inside. Borders are thin, so that few holes hide there.
+const REACH: f64 = 1.0;
+
+/// Counts of edges of a simplified mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenEdges {
+    /// All edges.
+    pub edges: usize,
+    /// Edges with one, three or more faces.
+    pub without_two_faces: usize,
+    /// Those of them that do not lie on a border of the input.
+    pub open: usize,
+}
+
+impl OpenEdges {
+    /// The paper's WA: the share of edges without two faces, in percent; 0 without edges.
+    pub fn wa_percent(&self) -> f64 {
+        self.percent(self.without_two_faces)
+    }
+
+    /// The share of edges without two faces that do not lie on a border of the input, in percent; 0 without edges.
+    pub fn open_percent(&self) -> f64 {
+        self.percent(self.open)
+    }
+
+    fn percent(&self, count: usize) -> f64 {
+        100.0 * count as f64 / self.edges.max(1) as f64
+    }
+}
+
+/// Counts the edges of `simplified` that lack two faces, and those of them away from the borders of `original`.
+///
+/// An edge lies on a border of the original when both its ends and its middle are at most one length of the edge away
+/// from the original's border edges, those with a single face. So the same rule serves results that keep vertices where
+/// they were and results that move them. Edges with three or more faces never lie on a border.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, metrics::open_edges};
+/// let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let tetrahedron = TriMesh::new(corners.clone(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
+/// let opened = TriMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3]]).unwrap();
+/// let edges = open_edges(&tetrahedron, &opened);
+/// assert_eq!((edges.edges, edges.without_two_faces, edges.open), (6, 3, 3));
+/// assert_eq!((edges.wa_percent(), open_edges(&opened, &opened).open_percent()), (50.0, 0.0));
+/// ```
+pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
+    let counted = edges_with_counts(simplified);
+    let border = border_of(original);
+    let lacking: Vec<([u32; 2], usize)> = counted.iter().copied().filter(|&(_, n_faces)| n_faces != 2).collect();
+    let is_open = |&&(edge, n_faces): &&([u32; 2], usize)| n_faces > 2 || !lies_on(&border, ends(simplified, edge));
+    let open = lacking.par_iter().filter(is_open).count();
+    OpenEdges { edges: counted.len(), without_two_faces: lacking.len(), open }
+}
+
+/// Every edge once, the smaller vertex first, with its number of faces.
+fn edges_with_counts(mesh: &TriMesh) -> Vec<([u32; 2], usize)> {
+    let sides = mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    edges.par_sort_unstable();
+    edges.chunk_by(|a, b| a == b).map(|copies| (copies[0], copies.len())).collect()
+}
+
+/// The border edges, as triangles without area.
+fn border_of(mesh: &TriMesh) -> NearestOnTriangles {
+    let edges = edges_with_counts(mesh).into_iter().filter(|&(_, n_faces)| n_faces == 1);
+    let corners: Vec<[[f32; 3]; 3]> =
+        edges.map(|([a, b], _)| [a, b, b].map(|v| mesh.positions()[v as usize])).collect();
+    NearestOnTriangles::new(&corners)
+}
+
+fn ends(mesh: &TriMesh, edge: [u32; 2]) -> [DVec3; 2] {
+    edge.map(|v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)))
+}
+
+fn lies_on(border: &NearestOnTriangles, [a, b]: [DVec3; 2]) -> bool {
+    let reach = REACH * a.distance(b);
+    let is_near = |p: DVec3| border.nearest(p).is_some_and(|hit| hit.distance2 <= reach * reach);
+    is_near(a) && is_near(b) && is_near(a.midpoint(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+
+    /// The mesh without some of its faces.
+    fn without(mesh: &TriMesh, gone: &[usize]) -> TriMesh {
+        let kept = (0..mesh.faces().len()).filter(|face| !gone.contains(face)).map(|face| mesh.faces()[face]);
+        TriMesh::new(mesh.positions().to_vec(), kept.collect()).unwrap()
+    }
+
+    #[test]
+    fn a_closed_result_of_a_closed_mesh_has_none() {
+        let edges = open_edges(&shapes::icosphere(3), &shapes::icosphere(1));
+        assert_eq!(edges, OpenEdges { edges: 120, without_two_faces: 0, open: 0 });
+    }
+
+    #[test]
+    fn every_missing_face_of_a_closed_mesh_opens_three_edges() {
+        let sphere = shapes::icosphere(2);
+        let apart: Vec<usize> = (0..sphere.faces().len()).step_by(40).collect();
+        let edges = open_edges(&sphere, &without(&sphere, &apart));
+        assert_eq!((edges.without_two_faces, edges.open), (3 * apart.len(), 3 * apart.len()));
+        assert!((edges.open_percent() - 100.0 * 3.0 * 8.0 / 480.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn borders_of_the_input_are_forgiven_and_holes_away_from_them_not() {
+        let sphere = shapes::icosphere(4);
+        let cap = |mesh: &TriMesh| {
+            let above = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.8);
+            let gone: Vec<usize> = (0..mesh.faces().len()).filter(|&face| above(&mesh.faces()[face])).collect();
+            without(mesh, &gone)
+        };
+        let original = cap(&sphere);
+        let coarse = cap(&shapes::icosphere(2));
+        let edges = open_edges(&original, &coarse);
+        assert_eq!((edges.without_two_faces, edges.open), (topology(&coarse).boundary_edges, 0));
+        let low = coarse.faces().iter().position(|face| coarse.positions()[face[0] as usize][2] < -0.5).unwrap();
+        let holed = open_edges(&original, &without(&coarse, &[low]));
+        assert_eq!(holed.open, 3);
+    }
+
+    #[test]
+    fn edges_with_three_faces_never_lie_on_a_border() {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        let fan = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
+        assert_eq!(open_edges(&fan, &fan), OpenEdges { edges: 7, without_two_faces: 7, open: 1 });
+    }
+
+    #[test]
+    fn nothing_has_no_edges() {
+        let edges = open_edges(&shapes::icosphere(0), &TriMesh::default());
+        assert_eq!((edges, edges.wa_percent()), (OpenEdges::default(), 0.0));
+    }
+}

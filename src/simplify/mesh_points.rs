@@ -1,0 +1,219 @@
+//! Clouds without faces, meshed by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
+//!
+//! What the mesh says of its samples, the cloud's own k-nn graph says here: the Point Sampler looks at it, regions grow
+//! along it, and A of Eq. (3) is which regions it joins, or the graph itself where every point is kept. No triangle is
+//! a candidate but those of A_s. Nothing here promises a closed surface.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::components::compact;
+use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
+use super::{Event, SimplifyError, scattered_samples};
+use crate::linalg::Csr;
+use crate::mesh::{TriMesh, consistently_wound};
+use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
+
+/// Neighbours in the graph of the cloud: about as many as a vertex of a triangle mesh has.
+const NEIGHBOURS: usize = 6;
+
+/// A mesh over points of a cloud.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshedPoints {
+    /// The mesh; each edge on at most two faces, faces turned alike across edges as far as that can be.
+    pub mesh: TriMesh,
+    /// The point of the cloud that each vertex is, ascending.
+    pub source_points: Vec<u32>,
+    /// Points that were to be vertices and ended on no face.
+    pub unused_points: usize,
+}
+
+/// Meshes `n_vertices` points of a cloud, or all of it where it has no more, each at its position.
+///
+/// Of more points the Point Sampler's scores draw the vertices, apart from each other along the graph; normals, for a
+/// network that looks at them, are unknown and zero.
+///
+/// # Shapes
+/// - `points`: n x 3, finite
+///
+/// # Errors
+/// [`SimplifyError::TooFewPoints`] for fewer than three points or vertices, [`SimplifyError::NothingKept`] where no face
+/// is above one half, [`SimplifyError::Interrupted`] when `progress` breaks.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, model::Weights, simplify::{SimplifyError, mesh_points}};
+/// use std::ops::ControlFlow;
+/// let cloud = shapes::icosphere(2);
+/// match mesh_points(cloud.positions(), 100, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())) {
+///     Ok(result) => assert_eq!(result.source_points.len() + result.unused_points, 100),
+///     Err(error) => assert_eq!(error, SimplifyError::NothingKept),
+/// }
+/// ```
+pub fn mesh_points(
+    points: &[[f32; 3]],
+    n_vertices: usize,
+    weights: &Weights,
+    seed: u64,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<MeshedPoints, SimplifyError> {
+    let n_samples = n_vertices.min(points.len());
+    if n_samples < 3 {
+        return Err(SimplifyError::TooFewPoints(n_samples));
+    }
+    begin("scores", progress)?;
+    let graph = Arc::new(cloud_graph(points));
+    let cloud = in_edge_lengths(points, &graph);
+    let samples = drawn(&cloud, &graph, n_samples, weights, seed);
+    begin("assign", progress)?;
+    let original = Arc::new(region_graph(&cloud, &graph, &samples));
+    begin("edges", progress)?;
+    let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
+    let sampled = in_edge_lengths(&sampled, &original);
+    let edges = predict_edges(weights, &sampled, &original);
+    begin("faces", progress)?;
+    let faces = predict_faces(weights, &sampled, &edges, &[]);
+    begin("assemble", progress)?;
+    let chosen = choose_faces(&faces, edges.graph.n_entries());
+    let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
+    assembled(points, &samples, &consistently_wound(&sampled, &chosen))
+}
+
+/// The k-nn graph of the cloud, each neighbourhood counted from both sides.
+fn cloud_graph(points: &[[f32; 3]]) -> Csr {
+    extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
+}
+
+/// The points that become vertices, ascending.
+fn drawn(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
+    if n == cloud.len() {
+        return (0..n as u32).collect();
+    }
+    scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
+}
+
+/// Which regions of the samples an edge of the cloud's graph joins.
+fn region_graph(cloud: &[[f32; 3]], graph: &Csr, samples: &[u32]) -> Csr {
+    let assignment = assign_to_samples(cloud, graph, samples);
+    let regions = graph.entries().map(|edge| edge.map(|at| assignment[at as usize]));
+    Csr::from_edges(samples.len(), regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
+}
+
+/// The faces (n_faces x 3 samples) over the points that they use.
+fn assembled(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
+    if faces.is_empty() {
+        return Err(SimplifyError::NothingKept);
+    }
+    let positions = samples.iter().map(|&at| points[at as usize]).collect();
+    let whole = TriMesh::new(positions, faces.to_vec()).map_err(|_| SimplifyError::Overflow)?;
+    let (mesh, used) = compact(&whole, faces.to_vec()).ok_or(SimplifyError::Overflow)?;
+    let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
+    Ok(MeshedPoints { mesh, unused_points: samples.len() - source_points.len(), source_points })
+}
+
+fn begin(stage: &'static str, progress: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<(), SimplifyError> {
+    match progress(Event { stage, done: 0.0 }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+    use crate::model::Architecture;
+
+    fn go_on(_: Event) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn small_weights(seed: u64) -> Weights {
+        let sizes = Architecture {
+            point_sampler_width: 16,
+            edge_predictor_width: 16,
+            attention_width: 8,
+            edge_knn: 8,
+            face_classifier_width: 16,
+            face_knn: 8,
+            ..Default::default()
+        };
+        Weights::random_of(sizes, seed)
+    }
+
+    /// Some of the weights drawn at random leave faces.
+    fn results(points: &[[f32; 3]], n: usize) -> Vec<MeshedPoints> {
+        let results: Vec<MeshedPoints> =
+            (0..6).filter_map(|seed| mesh_points(points, n, &small_weights(seed), seed, &mut go_on).ok()).collect();
+        assert!(results.len() > 1);
+        results
+    }
+
+    #[test]
+    fn every_edge_has_at_most_two_faces_and_vertices_are_points_of_the_cloud() {
+        for (shape, n) in [(shapes::icosphere(3), 642), (shapes::torus(24, 12, 1.0, 0.4), 150)] {
+            for result in results(shape.positions(), n) {
+                assert_eq!(topology(&result.mesh).non_manifold_edges, 0);
+                assert_eq!(result.source_points.len() + result.unused_points, n.min(shape.positions().len()));
+                assert!(result.source_points.is_sorted_by(|a, b| a < b));
+                let moved = |(p, &at): (&[f32; 3], &u32)| *p != shape.positions()[at as usize];
+                assert!(!result.mesh.positions().iter().zip(&result.source_points).any(moved));
+            }
+        }
+    }
+
+    #[test]
+    fn faces_agree_across_edges_wherever_they_can() {
+        for result in results(shapes::icosphere(3).positions(), 200) {
+            let figures = topology(&result.mesh);
+            assert!(!figures.orientable || figures.inconsistent_edges == 0);
+        }
+    }
+
+    #[test]
+    fn the_graph_of_regions_joins_neighbours_only() {
+        let sphere = shapes::icosphere(4);
+        let graph = cloud_graph(sphere.positions());
+        let cloud = in_edge_lengths(sphere.positions(), &graph);
+        let everyone: Vec<u32> = (0..cloud.len() as u32).collect();
+        assert_eq!(region_graph(&cloud, &graph, &everyone), graph);
+        let samples: Vec<u32> = (0..cloud.len() as u32).step_by(16).collect();
+        let regions = region_graph(&cloud, &graph, &samples);
+        let degree = regions.n_entries() as f64 / samples.len() as f64;
+        assert!((5.0..8.0).contains(&degree), "{degree}");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_mesh_on_any_number_of_threads() {
+        let torus = shapes::torus(24, 12, 1.0, 0.4);
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| mesh_points(torus.positions(), 120, &small_weights(1), 3, &mut go_on))
+        };
+        assert_eq!(on(1), on(3));
+    }
+
+    #[test]
+    fn tiny_clouds_are_refused_and_flat_or_distant_parts_are_fine() {
+        let weights = small_weights(1);
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 9.0]];
+        for n in 0..3 {
+            let refused = mesh_points(&points[..n], 9, &weights, 0, &mut go_on);
+            assert_eq!(refused, Err(SimplifyError::TooFewPoints(n)));
+            assert_eq!(mesh_points(&points, n, &weights, 0, &mut go_on), Err(SimplifyError::TooFewPoints(n)));
+        }
+        for n in 3..5 {
+            let result = mesh_points(&points[..n], 9, &weights, 0, &mut go_on);
+            assert!(result.is_ok() || result == Err(SimplifyError::NothingKept));
+        }
+    }
+
+    #[test]
+    fn progress_can_stop_every_stage() {
+        let sphere = shapes::icosphere(1);
+        for name in ["scores", "assign", "edges", "faces", "assemble"] {
+            let mut stop = |event: Event| if event.stage == name { ControlFlow::Break(()) } else { go_on(event) };
+            let result = mesh_points(sphere.positions(), 40, &small_weights(1), 0, &mut stop);
+            assert_eq!(result, Err(SimplifyError::Interrupted), "{name}");
+        }
+    }
+}
