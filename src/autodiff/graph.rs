@@ -23,12 +23,20 @@ impl Tape {
         })
     }
 
-    /// `<q_i, k_j>` for every entry (i, j): two n x width to n_entries x 1.
-    pub fn neighbour_dots(&mut self, q: &Value, k: &Value, graph: &Arc<Csr>) -> Value {
-        let result = column(linalg::neighbour_dots(&q.matrix, &k.matrix, graph));
+    /// `-|q_i - k_j|^2 / 2` for every entry (i, j): two n x width to n_entries x 1.
+    pub fn neighbour_closeness(&mut self, q: &Value, k: &Value, graph: &Arc<Csr>) -> Value {
+        let result = column(closeness(&q.matrix, &k.matrix, graph));
         let (q_kept, k_kept, graph) = (q.matrix.clone(), k.matrix.clone(), graph.clone());
         self.record(result, [q, k], move |gradient, _| {
-            linalg::neighbour_dots_backward(&q_kept, &k_kept, &graph, gradient.data()).map(Some)
+            let [mut to_q, mut to_k] = linalg::neighbour_dots_backward(&q_kept, &k_kept, &graph, gradient.data());
+            let (mut of_rows, mut of_columns) = (vec![0.0; graph.n_rows()], vec![0.0; graph.n_rows()]);
+            for ([i, j], g) in graph.entries().zip(gradient.data()) {
+                of_rows[i as usize] += g;
+                of_columns[j as usize] += g;
+            }
+            subtract_rows(&mut to_q, &q_kept, &of_rows);
+            subtract_rows(&mut to_k, &k_kept, &of_columns);
+            [Some(to_q), Some(to_k)]
         })
     }
 
@@ -77,6 +85,28 @@ impl Tape {
     }
 }
 
+/// The dot products, less half the squared length of either row.
+fn closeness(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
+    let half = |m: &Matrix| -> Vec<f32> {
+        (0..m.n_rows()).map(|row| 0.5 * m.row(row).iter().map(|x| x * x).sum::<f32>()).collect()
+    };
+    let (of_q, of_k) = (half(q), half(k));
+    let mut values = linalg::neighbour_dots(q, k, graph);
+    for (value, [i, j]) in values.iter_mut().zip(graph.entries()) {
+        *value -= of_q[i as usize] + of_k[j as usize];
+    }
+    values
+}
+
+/// Subtracts `factors[row]` times the rows of `from`.
+fn subtract_rows(to: &mut Matrix, from: &Matrix, factors: &[f32]) {
+    let n_cols = from.n_cols().max(1);
+    let rows = to.data_mut().chunks_exact_mut(n_cols).zip(from.data().chunks_exact(n_cols));
+    for ((to, from), factor) in rows.zip(factors) {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to -= factor * from);
+    }
+}
+
 fn column(values: Vec<f32>) -> Matrix {
     Matrix::new(values.len(), 1, values)
 }
@@ -105,7 +135,9 @@ mod tests {
         let graph = Arc::new(ragged_graph(25));
         let values = [random(graph.n_entries(), 1, 1)];
         check_gradients(&values, |tape, v| tape.neighbour_softmax(&v[0], &graph));
-        check_gradients(&[random(25, 6, 1), random(25, 6, 2)], |tape, v| tape.neighbour_dots(&v[0], &v[1], &graph));
+        check_gradients(&[random(25, 6, 1), random(25, 6, 2)], |tape, v| {
+            tape.neighbour_closeness(&v[0], &v[1], &graph)
+        });
     }
 
     #[test]

@@ -13,10 +13,12 @@ pub struct SparseAttention<T> {
     pub key: T,
 }
 
-/// Computes `S[i, j] = softmax over j in N_ext(i) of <W_q f_i, W_k f_j>`, Eq. (2).
+/// Computes `S[i, j] = softmax over j in N_ext(i) of <q_i, k_j> - |k_j|^2 / 2` with `q_i = W_q f_i`, `k_j = W_k f_j`, Eq. (2).
 ///
 /// The print mixes the indices of rows and columns; this is the reading in which each row of S is a distribution over
-/// the neighbours of its sample.
+/// the neighbours of its sample. It has no term for the length of the keys: then a sample with a long key is looked at
+/// most by all others around it, whatever they are. With it, what counts is the distance, `-|q_i - k_j|^2 / 2` but for a
+/// constant of the row, and a sample can look at itself.
 ///
 /// # Shapes
 /// - `features`: n x n_in, `graph`: n x n
@@ -28,18 +30,18 @@ pub struct SparseAttention<T> {
 /// use neural_mesh::model::{SparseAttention, sparse_attention};
 /// let scalar = |x: f32| Value::constant(Matrix::new(1, 1, vec![x]));
 /// let layer = SparseAttention { query: scalar(1.0), key: scalar(1.0) };
-/// let features = Value::constant(Matrix::new(3, 1, vec![1.0, 3.0_f32.ln(), 0.0]));
+/// let features = Value::constant(Matrix::new(3, 1, vec![1.0, 1.0, 1.0 + (2.0 * 3.0_f32.ln()).sqrt()]));
 /// let star = Csr::from_edges(3, [[0, 1], [0, 2]]).into();
 /// let s = sparse_attention(&mut Tape::default(), &layer, &features, &star);
-/// // Sample 0 weighs its neighbours exp(ln 3) to exp(0); the others have one neighbour each.
+/// // Sample 0 weighs its neighbours exp(0) to exp(-ln 3); the others have one neighbour each.
 /// assert!((s.matrix().data()[0] - 0.75).abs() < 1e-6);
 /// assert_eq!(s.matrix().data()[2..], [1.0, 1.0]);
 /// ```
 pub fn sparse_attention(tape: &mut Tape, layer: &SparseAttention<Value>, features: &Value, graph: &Arc<Csr>) -> Value {
     let queries = tape.product(features, &layer.query);
     let keys = tape.product(features, &layer.key);
-    let dots = tape.neighbour_dots(&queries, &keys, graph);
-    tape.neighbour_softmax(&dots, graph)
+    let closeness = tape.neighbour_closeness(&queries, &keys, graph);
+    tape.neighbour_softmax(&closeness, graph)
 }
 
 impl<T> SparseAttention<T> {

@@ -93,7 +93,7 @@ impl Weights {
             let limit = share * (6.0 / n_in as f32).sqrt();
             Arc::new(Matrix::from_fn(n_in, n_out, |_, _| limit * uniform()))
         });
-        Self { architecture, tensors }
+        Self { architecture, tensors: looking_at_itself(tensors) }
     }
 
     /// Reads a safetensors file, checking sizes, shapes and numbers. Tensors of other names are passed over.
@@ -171,6 +171,14 @@ impl Weights {
     pub fn parameters(&self, tape: &mut Tape) -> Network<Value> {
         self.tensors.map(|_, matrix| tape.parameter(matrix.clone()))
     }
+}
+
+/// Starts the keys of the attention where its queries are: each sample then looks most at those that are like it, itself first, and
+/// A_s starts out as the original connectivity.
+fn looking_at_itself(mut tensors: Network<Arc<Matrix>>) -> Network<Arc<Matrix>> {
+    let attention = &mut tensors.edge_predictor.attention;
+    attention.key = attention.query.clone();
+    tensors
 }
 
 fn read_tensor(file: &SafeTensors, name: &str, expected: [usize; 2]) -> Result<Arc<Matrix>, WeightsError> {

@@ -28,10 +28,10 @@ def dev_conv(x, neighbours, theta, phi):
 
 
 def attention(f, neighbours, query, key):
-    """Eq. (2), read as a distribution over the neighbours of each row; dense, zero elsewhere."""
+    """Eq. (2), read as a distribution over the neighbours of each row, by closeness; dense, zero elsewhere."""
     s = np.zeros((len(f), len(f)))
     for i in range(len(f)):
-        weights = {j: np.exp((query @ f[i]) @ (key @ f[j])) for j in neighbours[i]}
+        weights = {j: np.exp(-0.5 * np.sum((query @ f[i] - key @ f[j]) ** 2)) for j in neighbours[i]}
         for j in neighbours[i]:
             s[i, j] = weights[j] / sum(weights.values())
     return s
