@@ -49,6 +49,13 @@ pub(super) fn face_terms(
     loss::face_terms(&judged, &face_geometry(&judged, &objective), &objective, probabilities)
 }
 
+/// Whether any term over faces has a weight.
+pub(super) fn judges_faces(settings: &Settings) -> bool {
+    let FaceObjective { forward, reverse, coverage, closure, collision, crossing, overlap, agreement, .. } =
+        objective(settings);
+    [forward, reverse, coverage, closure, collision, crossing, overlap, agreement].iter().any(|&weight| weight != 0.0)
+}
+
 fn objective(settings: &Settings) -> FaceObjective {
     let (literal, trained) = if settings.literal { (1.0, 0.0) } else { (0.0, 1.0) };
     FaceObjective {

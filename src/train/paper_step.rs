@@ -3,10 +3,10 @@
 //! The Point Sampler learns from its own term alone; samples, candidates and their graph are drawn and then held, so
 //! that the gradient reaches Edge Predictor and Face Classifier through the probabilities of the faces.
 
-use super::face_terms::{Faces, face_terms};
+use super::face_terms::{Faces, face_terms, judges_faces};
 use super::patch::patch;
 use super::random::below;
-use super::sampler_terms::sampler_terms;
+use super::sampler_terms::{Surface, sampler_terms};
 use super::{Item, Settings, Step, gradients_of};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
@@ -41,18 +41,25 @@ pub(super) fn paper_step(
     let points = in_edge_lengths(mesh.positions(), &rings);
     let mut tape = Tape::default();
     let net = weights.parameters(&mut tape);
-    let (positions, normals) = (constant(&points), constant(&vertex_normals(&mesh)));
-    let vertices = Vertices { points: &positions, normals: Some(&normals) };
+    let normals = vertex_normals(&mesh);
+    let (positions, directions) = (constant(&points), constant(&normals));
+    let vertices = Vertices { points: &positions, normals: Some(&directions) };
     let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
-    let of_scores = sampler_terms(&points, scores.matrix().data(), n_samples, settings, random);
-    let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
-    let drawn = draw(&mesh, &points, &rings, &samples);
-    let (probabilities, candidates) = classified(&mut tape, &net, &drawn, weights);
-    let faces = Faces { mesh: &mesh, drawn: &drawn, candidates: &candidates };
-    let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
-    let terms = of_scores.iter().chain(&of_faces).map(|term| (term.name, term.weight * term.term.value)).collect();
-    let results = [(&scores, gradient(&scores, &of_scores)), (&probabilities, gradient(&probabilities, &of_faces))];
-    Ok(Step { terms, gradients: gradients_of(&net, &tape.backward(&results)) })
+    let surface = Surface { points: &points, normals: &normals };
+    let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
+    let mut results = vec![(scores.clone(), of_scores)];
+    if judges_faces(settings) {
+        let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
+        let drawn = draw(&mesh, &points, &rings, &samples);
+        let (probabilities, candidates) = classified(&mut tape, &net, &drawn, weights);
+        let faces = Faces { mesh: &mesh, drawn: &drawn, candidates: &candidates };
+        let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
+        results.push((probabilities, of_faces));
+    }
+    let terms = results.iter().flat_map(|(_, terms)| terms);
+    let terms = terms.map(|term| (term.name, term.weight * term.term.value)).collect();
+    let gradients: Vec<_> = results.iter().map(|(values, terms)| (values, gradient(values, terms))).collect();
+    Ok(Step { terms, gradients: gradients_of(&net, &tape.backward(&gradients)) })
 }
 
 /// The mesh, or a piece of it where it would have too many samples.

@@ -1,10 +1,14 @@
-//! What the Point Sampler is judged by, Eq. (6): how well the vertices are covered by the samples that its scores draw.
+//! What the Point Sampler is judged by, Eq. (6): how well the vertices are covered by the samples that its scores draw, and what
+//! else the samples are to keep.
 
 use super::Settings;
 use super::random::below;
-use crate::loss::{NamedTerm, Term, coverage_of_samples, inclusion, inclusion_gradient, probabilistic_chamfer};
+use crate::loss::{
+    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_samples, inclusion, inclusion_gradient,
+    probabilistic_chamfer,
+};
 use crate::simplify::gumbel_top_k;
-use crate::spatial::nearest_to;
+use crate::spatial::{nearest_to, point_curvature};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
@@ -13,23 +17,54 @@ const QUERIES: usize = 1024;
 /// Neighbours of each that are looked at: so many times the vertices per sample, within bounds.
 const NEIGHBOURS: (f64, f64, f64) = (5.0, 8.0, 128.0);
 
+/// The vertices of a mesh as the Point Sampler sees them.
+pub(super) struct Surface<'a> {
+    /// n x 3, in edge lengths.
+    pub points: &'a [[f32; 3]],
+    /// n x 3, unit vectors.
+    pub normals: &'a [[f32; 3]],
+}
+
 /// The terms of the scores that have a weight in the settings.
 pub(super) fn sampler_terms(
-    points: &[[f32; 3]],
+    surface: &Surface,
     scores: &[f32],
     n_samples: usize,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Vec<NamedTerm> {
-    let weight = settings.lambda_sampler;
-    if weight == 0.0 {
-        return Vec::new();
+    let points = surface.points;
+    let seed = random.next_u64();
+    if settings.literal {
+        let term = || literal(points, scores, n_samples, seed);
+        return weighed([("chamfer", settings.lambda_sampler, &term)]);
     }
-    let (name, term) = match settings.literal {
-        true => ("chamfer", literal(points, scores, n_samples, random.next_u64())),
-        false => ("sampler", relaxed(points, scores, n_samples, random)),
+    let queries: Vec<u32> = (0..QUERIES.min(points.len())).map(|_| below(random, points.len()) as u32).collect();
+    let (share, least, most) = NEIGHBOURS;
+    let k = (share * points.len() as f64 / n_samples as f64).clamp(least, most) as usize;
+    let places: Vec<[f32; 3]> = queries.iter().map(|&v| points[v as usize]).collect();
+    let nearest = nearest_to(points, &places, k);
+    let included = inclusion(scores, n_samples);
+    let pi = &included.probabilities;
+    let to_scores = |term: Term| Term { value: term.value, gradient: inclusion_gradient(&included, &term.gradient) };
+    let coverage = || to_scores(coverage_of_samples(points, &places, &nearest, pi));
+    let bending = || to_scores(bending_of_samples(points, surface.normals, &queries, &nearest, pi));
+    let curvature = || {
+        let of_points = point_curvature(points);
+        let of_queries: Vec<f32> = queries.iter().map(|&v| of_points[v as usize]).collect();
+        to_scores(curvature_of_samples(&of_queries, &of_points, &nearest, pi))
     };
-    vec![NamedTerm { name, weight, term }]
+    weighed([
+        ("sampler", settings.lambda_sampler, &coverage),
+        ("bending", settings.lambda_bending, &bending),
+        ("curvature", settings.lambda_curvature, &curvature),
+    ])
+}
+
+/// The terms whose weight is not 0; no other is computed.
+fn weighed<const N: usize>(terms: [(&'static str, f64, &dyn Fn() -> Term); N]) -> Vec<NamedTerm> {
+    let of_weight = terms.into_iter().filter(|(_, weight, _)| *weight != 0.0);
+    of_weight.map(|(name, weight, term)| NamedTerm { name, weight, term: term() }).collect()
 }
 
 /// Eq. (6) as printed: softmax probabilities of a drawn set, weighed with distances.
@@ -51,15 +86,4 @@ fn softmax(scores: &[f32]) -> Vec<f32> {
     let rates: Vec<f64> = scores.iter().map(|s| f64::from(s - largest).exp()).collect();
     let sum: f64 = rates.iter().sum();
     rates.iter().map(|rate| (rate / sum) as f32).collect()
-}
-
-/// The form that trains: the expected distance to the nearest sample, at some of the vertices.
-fn relaxed(points: &[[f32; 3]], scores: &[f32], n_samples: usize, random: &mut Xoshiro256PlusPlus) -> Term {
-    let queries: Vec<[f32; 3]> = (0..QUERIES.min(points.len())).map(|_| points[below(random, points.len())]).collect();
-    let (share, least, most) = NEIGHBOURS;
-    let k = (share * points.len() as f64 / n_samples as f64).clamp(least, most) as usize;
-    let nearest = nearest_to(points, &queries, k);
-    let included = inclusion(scores, n_samples);
-    let term = coverage_of_samples(points, &queries, &nearest, &included.probabilities);
-    Term { value: term.value, gradient: inclusion_gradient(&included, &term.gradient) }
 }

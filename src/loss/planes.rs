@@ -1,0 +1,85 @@
+//! The bending that the samples miss, ours: how far a point lies off the tangent plane of its nearest sample.
+//!
+//! Eq. (6) asks for samples that are near in space, the same everywhere. A surface between samples is off by what it bends
+//! over the distance, so that flat parts need few of them and bent parts many.
+
+use super::Term;
+use super::first_kept::{Rows, expected_cost};
+use glam::DVec3;
+
+/// Computes the expected squared distance between a query and its nearest sample along their normals, where each point is a
+/// sample by itself with probability pi: per query x, over its nearest points y from near to far,
+/// `sum over k of c_k pi_k prod_{j<k} (1 - pi_j)` with `c = ((x - y).n_x)^2 / 2 + ((x - y).n_y)^2 / 2`.
+///
+/// Where none of them is a sample, the last stands for it. The mean over the queries is divided by that of the last costs: 0
+/// where nothing is missed, about 1 where no point is a sample.
+///
+/// # Shapes
+/// - `points`: n x 3; `normals`: n x 3, unit vectors
+/// - `queries`: n_queries points
+/// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`](crate::spatial::nearest_to)
+/// - `inclusion`: n, in 0..=1
+/// - returns a number and its gradient to the n probabilities
+///
+/// # Panics
+/// When a point does not exist.
+///
+/// ```
+/// use neural_mesh::loss::bending_of_samples;
+/// // Two points of a floor, one above it.
+/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 2.0]];
+/// let normals = [[0.0, 0.0, 1.0]; 3];
+/// let term = bending_of_samples(&points, &normals, &[0], &[0, 1, 2], &[0.0, 0.5, 0.5]);
+/// // Costs 0, 0, 4: half of the time point 1 is the nearest sample.
+/// assert_eq!((term.value, term.gradient), (0.5, vec![-0.5, -1.0, 0.0]));
+/// ```
+pub fn bending_of_samples(
+    points: &[[f32; 3]],
+    normals: &[[f32; 3]],
+    queries: &[u32],
+    nearest: &[u32],
+    inclusion: &[f32],
+) -> Term {
+    let width = nearest.len() / queries.len().max(1);
+    if width == 0 {
+        return Term::zero(inclusion.len());
+    }
+    let rows = nearest.chunks_exact(width).zip(queries);
+    let mut costs: Vec<f64> =
+        rows.flat_map(|(row, &x)| row.iter().map(move |&y| cost(points, normals, [x, y]))).collect();
+    let last_of = |costs: &[f64]| costs.chunks_exact(width).map(|row| row[width - 1]).collect::<Vec<f64>>();
+    let mean = last_of(&costs).iter().sum::<f64>() / queries.len() as f64;
+    if mean > 0.0 {
+        costs.iter_mut().for_each(|cost| *cost /= mean);
+    }
+    expected_cost(&Rows { options: nearest, costs: &costs, costs_of_none: &last_of(&costs), width }, inclusion)
+}
+
+fn cost(points: &[[f32; 3]], normals: &[[f32; 3]], pair: [u32; 2]) -> f64 {
+    let [p, q] = pair.map(|v| DVec3::from(points[v as usize].map(f64::from)));
+    let along = pair.map(|v| DVec3::from(normals[v as usize].map(f64::from)).dot(p - q));
+    0.5 * (along[0] * along[0] + along[1] * along[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_gradients::{assert_gradient, points, uniform};
+    use super::*;
+    use crate::spatial::nearest_to;
+
+    #[test]
+    fn agrees_with_differences() {
+        let (points, normals) = (points(40, 1), points(40, 2));
+        let queries: Vec<u32> = (0..12).collect();
+        let nearest = nearest_to(&points, &points[..12], 7);
+        assert_gradient(&uniform(40, 3), 1e-4, |p| bending_of_samples(&points, &normals, &queries, &nearest, p));
+    }
+
+    #[test]
+    fn a_plane_needs_no_sample() {
+        let points: Vec<[f32; 3]> = (0..20).map(|i| [i as f32, (i * i % 7) as f32, 0.0]).collect();
+        let nearest = nearest_to(&points, &points[..5], 6);
+        let term = bending_of_samples(&points, &[[0.0, 0.0, 1.0]; 20], &[0, 1, 2, 3, 4], &nearest, &[0.3; 20]);
+        assert_eq!((term.value, term.gradient), (0.0, vec![0.0; 20]));
+    }
+}
