@@ -17,6 +17,7 @@ mod pairs;
 mod planes;
 mod quotient_agreement;
 mod reverse_distance;
+mod smoothness;
 mod surface_error;
 #[cfg(test)]
 mod test_gradients;
@@ -36,6 +37,7 @@ pub use pairs::{conflicts_by_count, conflicts_by_pair};
 pub use planes::bending_of_samples;
 pub use quotient_agreement::quotient_agreement;
 pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
+pub use smoothness::smoothness;
 pub use surface_error::{ErrorSums, PointErrors, error_sums, log_errors, parts, point_errors};
 pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 

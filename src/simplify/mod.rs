@@ -21,7 +21,7 @@ use closed::{Closed, Derivative, End, Importance, Limit, Request, is_sound, simp
 use components::{compact, count_components, pruned};
 
 pub use mesh_points::{MeshedPoints, mesh_points};
-pub use network_scores::{edge_graph, network_scores, vertex_normals};
+pub use network_scores::{edge_graph, network_scores, vertex_areas, vertex_normals};
 pub use one_pass::one_pass;
 pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
 pub use record::Record;

@@ -37,6 +37,22 @@ pub fn vertex_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
     sums.into_iter().map(|sum| sum.normalize_or_zero().to_array()).collect()
 }
 
+/// The area about each vertex of a mesh, n_vertices: a third of every face's.
+///
+/// ```
+/// use neural_mesh::{mesh::TriMesh, simplify::vertex_areas};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 3.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// assert_eq!(vertex_areas(&mesh), [0.5; 3]);
+/// ```
+pub fn vertex_areas(mesh: &TriMesh) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.positions().len()];
+    for face in mesh.faces() {
+        let normal = area_normal(face.map(|v| Vec3::from(mesh.positions()[v as usize])));
+        face.iter().for_each(|&v| areas[v as usize] += f64::from(normal.length()) / 6.0);
+    }
+    areas
+}
+
 /// The edges of a mesh as a graph, n_vertices x n_vertices: what the Point Sampler looks along.
 ///
 /// ```

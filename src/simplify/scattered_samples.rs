@@ -1,24 +1,23 @@
 //! Sampling of vertices from their scores that keeps samples apart, Sec. 3.1: the multinomial's density in blue noise.
 //!
-//! Independent draws clump and leave gaps, whatever their probabilities are. Here a vertex is drawn as in
-//! [`gumbel_top_k`](super::gumbel_top_k), but only where no earlier sample lies within the radius at which its probability
-//! says that the next one should be.
+//! Independent draws clump and leave gaps, whatever their probabilities are. Here the first vertex is drawn as in
+//! [`gumbel_top_k`](super::gumbel_top_k); every further one is that which lies farthest from all before it, in a metric in which
+//! samples of the wanted density lie equally far apart (farthest point sampling, Eldar et al. 1997).
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// How often the unit of the radius is halved between its bounds.
-const ROUNDS: usize = 14;
-/// Scores farther than this from their mean count as if they were not: radii span a factor of `exp(2 * 3)`.
+/// Scores farther than this from their mean count as if they were not.
 const MOST_SCORE: f64 = 6.0;
 
-/// Draws k different vertices with a density proportional to `exp(score)` per vertex, none near another.
+/// Draws k different vertices with a density proportional to `exp(score)` per vertex, each as far from those before it as
+/// there is room.
 ///
-/// Vertices are visited in the order of their Gumbel keys. One is taken where no sample before it lies closer, along the
-/// edges, than that sample's radius, `unit * sqrt(area / exp(score))` with the area about a vertex from its edges. The unit is
-/// the largest found that leaves room for k.
+/// Distances run along the edges; one of length l counts `l sqrt(exp(score) / area)`, the area about a vertex from its edges, the
+/// mean of both ends. What no sample reaches is farthest, so that every component gets one as long as there are k. Equally far
+/// vertices are taken in the order of their Gumbel keys.
 ///
 /// # Shapes
 /// - `points`: n x 3, `rings`: n x n, the edges
@@ -39,38 +38,36 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     assert!(points.len() == rings.n_rows() && points.len() == scores.len(), "one row and one score per point");
     let mut keys = gumbel_keys(scores, seed);
     keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let order: Vec<u32> = keys.into_iter().map(|(_, vertex)| vertex).collect();
-    if k >= order.len() {
-        return (0..order.len() as u32).collect();
-    }
-    let field = Field { points, rings, radii: relative_radii(points, rings, scores) };
-    let mut best = order.clone();
-    let (mut low, mut high) = (0.0, 4.0 * (points.len() as f64 / k.max(1) as f64).sqrt());
-    for _ in 0..ROUNDS {
-        let unit = 0.5 * (low + high);
-        let taken = field.taken(&order, unit);
-        if taken.len() < k {
-            high = unit;
+    let mut field =
+        Field { points, rings, stretch: stretches(points, rings, scores), distance: vec![f64::INFINITY; points.len()] };
+    // Nothing is nearer than infinitely far: all wait in the order of their keys.
+    let rank = |(at, (_, vertex)): (usize, (f64, u32))| (f64::INFINITY.to_bits(), Reverse(at as u32), vertex);
+    let mut waiting: BinaryHeap<(u64, Reverse<u32>, u32)> = keys.into_iter().enumerate().map(rank).collect();
+    let mut samples = Vec::with_capacity(k.min(points.len()));
+    while samples.len() < k {
+        let Some((bits, rank, vertex)) = waiting.pop() else { break };
+        let distance = field.distance[vertex as usize];
+        if distance.to_bits() < bits {
+            waiting.push((distance.to_bits(), rank, vertex));
         } else {
-            low = unit;
-            best = taken;
+            samples.push(vertex);
+            field.plant(vertex);
         }
     }
-    best.truncate(k);
-    best.sort_unstable();
-    best
+    samples.sort_unstable();
+    samples
 }
 
-/// `sqrt(area / exp(score))`, the area that of a hexagon's share of the mean squared edge, the score about the mean.
-fn relative_radii(points: &[[f32; 3]], rings: &Csr, scores: &[f32]) -> Vec<f64> {
+/// `sqrt(exp(score) / area)`, the area as the mean squared edge, the score about the mean; 0 where there is no area.
+fn stretches(points: &[[f32; 3]], rings: &Csr, scores: &[f32]) -> Vec<f64> {
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
-    let radius = |(v, &score): (usize, &f32)| {
+    let stretch = |(v, &score): (usize, &f32)| {
         let ring = rings.row(v);
         let squared: f64 = ring.iter().map(|&w| distance2(points[v], points[w as usize])).sum();
         let score = (f64::from(score) - mean).clamp(-MOST_SCORE, MOST_SCORE);
-        (squared / ring.len().max(1) as f64 / score.exp()).sqrt()
+        if squared > 0.0 { (score.exp() * ring.len() as f64 / squared).sqrt() } else { 0.0 }
     };
-    scores.iter().enumerate().map(radius).collect()
+    scores.iter().enumerate().map(stretch).collect()
 }
 
 fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
@@ -80,40 +77,35 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
 struct Field<'a> {
     points: &'a [[f32; 3]],
     rings: &'a Csr,
-    radii: Vec<f64>,
+    /// Metric over Euclidean length at each vertex.
+    stretch: Vec<f64>,
+    /// To the nearest sample so far.
+    distance: Vec<f64>,
 }
 
 impl Field<'_> {
-    /// The vertices of `order` that no earlier one of them covers, at this unit of the radius.
-    fn taken(&self, order: &[u32], unit: f64) -> Vec<u32> {
-        let mut distance = vec![f64::INFINITY; order.len()];
-        let mut taken = Vec::new();
-        for &v in order {
-            if distance[v as usize] == f64::INFINITY {
-                taken.push(v);
-                self.cover(&mut distance, v, unit * self.radii[v as usize]);
-            }
-        }
-        taken
-    }
-
-    /// Marks what lies within `radius` of `from` along the edges and is not nearer to another sample.
-    fn cover(&self, distance: &mut [f64], from: u32, radius: f64) {
-        let mut front = BinaryHeap::from([Reverse((0u64, from))]);
-        distance[from as usize] = 0.0;
+    /// Makes a vertex a sample, and lets it claim what is nearer to it than to the others.
+    fn plant(&mut self, sample: u32) {
+        let mut front = BinaryHeap::from([Reverse((0u64, sample))]);
+        self.distance[sample as usize] = 0.0;
         while let Some(Reverse((bits, v))) = front.pop() {
             let here = f64::from_bits(bits);
-            if here > distance[v as usize] {
+            if here > self.distance[v as usize] {
                 continue;
             }
             for &w in self.rings.row(v as usize) {
-                let there = here + distance2(self.points[v as usize], self.points[w as usize]).sqrt();
-                if there <= radius && there < distance[w as usize] {
-                    distance[w as usize] = there;
+                let there = here + self.length(v, w);
+                if there < self.distance[w as usize] {
+                    self.distance[w as usize] = there;
                     front.push(Reverse((there.to_bits(), w)));
                 }
             }
         }
+    }
+
+    fn length(&self, v: u32, w: u32) -> f64 {
+        let [v, w] = [v, w].map(|v| v as usize);
+        0.5 * (self.stretch[v] + self.stretch[w]) * distance2(self.points[v], self.points[w]).sqrt()
     }
 }
 

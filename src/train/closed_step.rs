@@ -12,7 +12,7 @@ use crate::linalg::{Csr, Matrix};
 use crate::loss::{PointErrors, error_sums, log_errors, parts, point_errors};
 use crate::mesh::TriMesh;
 use crate::model::{Vertices, Weights, in_edge_lengths, point_sampler};
-use crate::simplify::{Weighed, edge_graph, simplify_weighed, vertex_normals};
+use crate::simplify::{Weighed, edge_graph, simplify_weighed, vertex_areas, vertex_normals};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use rayon::prelude::*;
@@ -49,7 +49,7 @@ pub(super) fn closed_step(
     let vertices = Vertices { points: &points, normals: Some(&normals) };
     let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
     let probing =
-        Probing { mesh, rings: &rings, areas: &areas(mesh), scores: scores.matrix().data(), n_output, settings };
+        Probing { mesh, rings: &rings, areas: &vertex_areas(mesh), scores: scores.matrix().data(), n_output, settings };
     let probes: Vec<Xoshiro256PlusPlus> = (0..settings.probes).map(|_| branched(random)).collect();
     let found: Vec<Found> =
         probes.into_par_iter().map(|mut random| probing.probe(&mut random)).collect::<Result<_, _>>()?;
@@ -73,17 +73,6 @@ fn mean(found: &[Found], n: usize) -> ([f64; 3], Vec<f32>) {
     found.iter().for_each(|f| gradient.iter_mut().zip(&f.gradient).for_each(|(sum, g)| *sum += share * g));
     let losses = [0, 1, 2].map(|k| share * found.iter().map(|f| f.losses[k]).sum::<f64>());
     (losses, gradient.into_iter().map(|g| g as f32).collect())
-}
-
-/// The area about each vertex, a third of every face's.
-fn areas(mesh: &TriMesh) -> Vec<f64> {
-    let mut areas = vec![0.0; mesh.positions().len()];
-    for face in mesh.faces() {
-        let [a, b, c] = face.map(|v| glam::Vec3::from(mesh.positions()[v as usize]));
-        let area = f64::from((b - a).cross(c - a).length()) / 6.0;
-        face.iter().for_each(|&v| areas[v as usize] += area);
-    }
-    areas
 }
 
 struct Probing<'a> {
@@ -246,7 +235,7 @@ mod tests {
         };
         let mesh = TriMesh::new(sphere.positions().iter().map(rough).collect(), sphere.faces().to_vec()).unwrap();
         let settings = Settings::from_toml("objective = \"closed\"").unwrap();
-        let areas = areas(&mesh);
+        let areas = vertex_areas(&mesh);
         // Scores that say the opposite of what is good.
         let scores: Vec<f32> = mesh.positions().iter().map(|p| if p[2] > 0.6 { -3.0 } else { 0.0 }).collect();
         let rings = edge_graph(&mesh);

@@ -5,6 +5,7 @@
 
 mod adam;
 mod augment;
+mod bending_step;
 mod checkpoint;
 mod closed_step;
 mod data;

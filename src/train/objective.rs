@@ -1,5 +1,6 @@
 //! The one place where the settings choose what a step learns.
 
+use super::bending_step::bending_step;
 use super::closed_step::closed_step;
 use super::paper_step::paper_step;
 use super::uniform_step::uniform_step;
@@ -17,11 +18,12 @@ use super::{Settings, StepFunction, TrainError};
 /// ```
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
     match settings.objective.as_str() {
+        "bending" => Ok(Box::new(bending_step)),
         "closed" => Ok(Box::new(closed_step)),
         "paper" => Ok(Box::new(paper_step)),
         "uniform" => Ok(Box::new(uniform_step)),
         other => Err(TrainError::Settings(format!(
-            "`objective` is \"{other}\": it must be \"closed\", \"paper\" or \"uniform\""
+            "`objective` is \"{other}\": it must be \"bending\", \"closed\", \"paper\" or \"uniform\""
         ))),
     }
 }

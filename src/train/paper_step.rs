@@ -45,7 +45,7 @@ pub(super) fn paper_step(
     let (positions, directions) = (constant(&points), constant(&normals));
     let vertices = Vertices { points: &positions, normals: Some(&directions) };
     let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
-    let surface = Surface { points: &points, normals: &normals };
+    let surface = Surface { points: &points, normals: &normals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
     if judges_faces(settings) {

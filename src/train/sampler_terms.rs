@@ -3,9 +3,10 @@
 
 use super::Settings;
 use super::random::below;
+use crate::linalg::Csr;
 use crate::loss::{
     NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_samples, inclusion, inclusion_gradient,
-    probabilistic_chamfer,
+    probabilistic_chamfer, smoothness,
 };
 use crate::simplify::gumbel_top_k;
 use crate::spatial::{nearest_to, point_curvature};
@@ -23,6 +24,8 @@ pub(super) struct Surface<'a> {
     pub points: &'a [[f32; 3]],
     /// n x 3, unit vectors.
     pub normals: &'a [[f32; 3]],
+    /// n x n, the edges.
+    pub rings: &'a Csr,
 }
 
 /// The terms of the scores that have a weight in the settings.
@@ -58,6 +61,7 @@ pub(super) fn sampler_terms(
         ("sampler", settings.lambda_sampler, &coverage),
         ("bending", settings.lambda_bending, &bending),
         ("curvature", settings.lambda_curvature, &curvature),
+        ("smoothness", settings.lambda_smoothness, &|| smoothness(scores, surface.rings)),
     ])
 }
 

@@ -1,0 +1,49 @@
+//! How evenly the scores vary over the surface, ours: what keeps them a density.
+//!
+//! Without it the relaxation of Eq. (6) rewards scores that jump from vertex to vertex by so much that they pick single vertices.
+//! That is no density, and means nothing at another ratio.
+
+use super::Term;
+use crate::linalg::Csr;
+
+/// Computes the mean over the entries (i, j) of a graph of `(s_i - s_j)^2`.
+///
+/// # Shapes
+/// - `scores`: n, `rings`: n x n, symmetric
+/// - returns a number and its gradient to the n scores
+///
+/// # Panics
+/// When there is not one score per row.
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, loss::smoothness};
+/// let term = smoothness(&[1.0, 4.0, 4.0], &Csr::from_edges(3, [[0, 1], [1, 2]]));
+/// assert_eq!((term.value, term.gradient), (4.5, vec![-3.0, 3.0, 0.0]));
+/// ```
+pub fn smoothness(scores: &[f32], rings: &Csr) -> Term {
+    assert_eq!(scores.len(), rings.n_rows(), "one score per row");
+    let mut gradient = vec![0.0f64; scores.len()];
+    let mut sum = 0.0;
+    for [i, j] in rings.entries().map(|pair| pair.map(|v| v as usize)) {
+        let difference = f64::from(scores[i]) - f64::from(scores[j]);
+        sum += difference * difference;
+        gradient[i] += 2.0 * difference;
+        gradient[j] -= 2.0 * difference;
+    }
+    Term::mean(sum, &gradient, rings.n_entries())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_gradients::{assert_gradient, uniform};
+    use super::*;
+    use crate::linalg::test_values::ragged_graph;
+
+    #[test]
+    fn agrees_with_differences() {
+        let entries: Vec<_> = ragged_graph(20).entries().collect();
+        let graph = Csr::from_edges(20, entries);
+        assert_gradient(&uniform(20, 1), 1e-4, |scores| smoothness(scores, &graph));
+        assert_eq!(smoothness(&[3.0; 20], &graph).value, 0.0);
+    }
+}
