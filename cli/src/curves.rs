@@ -1,13 +1,20 @@
-//! The curves of a training as a picture: each loss term and their total over the epochs, on a logarithmic scale.
+//! The curves of a training as a picture: each loss term and their total over the epochs, on a logarithmic scale where
+//! no value lies below 0.
 
+use std::fmt::Display;
 use std::ops::Range;
 
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (1000, 620);
 
-/// One curve: the values of a column that lie above 0, by epoch.
+/// A chart over the epochs, whatever the scale of its values.
+type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, Y>>;
+
+/// One curve: the values of a column, by epoch.
 struct Curve {
     name: String,
     is_validation: bool,
@@ -17,36 +24,59 @@ struct Curve {
 /// Draws the table of epochs (CSV) as SVG: training thin, validation thick, totals black. The error says what is
 /// wrong with the table.
 pub fn draw(table: &str) -> Result<String, String> {
-    let curves = curves(table)?;
+    let mut curves = curves(table)?;
     let mut picture = String::new();
-    let problem = |error: &dyn std::fmt::Display| format!("cannot be drawn: {error}: check its numbers");
     {
         let root = SVGBackend::with_string(&mut picture, SIZE).into_drawing_area();
-        root.fill(&WHITE).map_err(|error| problem(&error))?;
-        let (epochs, values) = ranges(&curves);
-        let mut chart = ChartBuilder::on(&root);
-        chart.margin(16).x_label_area_size(40).y_label_area_size(70);
-        let mut chart = chart.build_cartesian_2d(epochs, values.log_scale()).map_err(|error| problem(&error))?;
-        let mut mesh = chart.configure_mesh();
-        mesh.x_desc("epoch").y_desc("loss").y_label_formatter(&|value| format!("{value:.1e}"));
-        mesh.x_label_formatter(&|epoch| if epoch.fract() == 0.0 { format!("{epoch:.0}") } else { String::new() });
-        mesh.light_line_style(BLACK.mix(0.06));
-        mesh.draw().map_err(|error| problem(&error))?;
-        let names = names(&curves);
-        for curve in &curves {
-            let colour = colour(&curve.name, &names);
-            let width = if curve.is_validation { 3 } else { 1 };
-            let style = ShapeStyle { color: colour, filled: true, stroke_width: width };
-            let line = LineSeries::new(curve.points.iter().copied(), style).point_size(width);
-            let label = format!("{}, {}", curve.name, if curve.is_validation { "validation" } else { "training" });
-            let series = chart.draw_series(line).map_err(|error| problem(&error))?;
-            series.label(label).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+        root.fill(&WHITE).map_err(problem)?;
+        let mut builder = ChartBuilder::on(&root);
+        builder.margin(16).x_label_area_size(40).y_label_area_size(70);
+        if is_logarithmic(&curves) {
+            curves.iter_mut().for_each(|curve| curve.points.retain(|(_, value)| *value > 0.0));
+            let (epochs, (low, high)) = (epochs(&curves), bounds(&curves));
+            let values = (low / 1.3..high * 1.3).log_scale();
+            fill(builder.build_cartesian_2d(epochs, values).map_err(problem)?, &curves)?;
+        } else {
+            let (epochs, (low, high)) = (epochs(&curves), bounds(&curves));
+            let margin = if high > low { 0.05 * (high - low) } else { 0.05 * high.abs() + f64::MIN_POSITIVE.sqrt() };
+            fill(builder.build_cartesian_2d(epochs, low - margin..high + margin).map_err(problem)?, &curves)?;
         }
-        let mut legend = chart.configure_series_labels();
-        legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(|error| problem(&error))?;
-        root.present().map_err(|error| problem(&error))?;
+        root.present().map_err(problem)?;
     }
     Ok(picture)
+}
+
+fn problem(error: impl Display) -> String {
+    format!("cannot be drawn: {error}: check its numbers")
+}
+
+/// Draws axes, curves and legend.
+fn fill<'a, 'b: 'a, Y>(mut chart: Chart<'a, 'b, Y>, curves: &[Curve]) -> Result<(), String>
+where
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    let mut mesh = chart.configure_mesh();
+    mesh.x_desc("epoch").y_desc("loss").y_label_formatter(&|value| format!("{value:.1e}"));
+    mesh.x_label_formatter(&|epoch| if epoch.fract() == 0.0 { format!("{epoch:.0}") } else { String::new() });
+    mesh.light_line_style(BLACK.mix(0.06)).draw().map_err(problem)?;
+    let names = names(curves);
+    for curve in curves {
+        let width = if curve.is_validation { 3 } else { 1 };
+        let style = ShapeStyle { color: colour(&curve.name, &names), filled: true, stroke_width: width };
+        let line = LineSeries::new(curve.points.iter().copied(), style).point_size(width);
+        let label = format!("{}, {}", curve.name, if curve.is_validation { "validation" } else { "training" });
+        let series = chart.draw_series(line).map_err(problem)?;
+        series.label(label).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+    }
+    let mut legend = chart.configure_series_labels();
+    legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(problem)
+}
+
+/// Whether a logarithmic scale suits: no value below 0, as logarithms of errors are, and one above. Zeros are then left
+/// out.
+fn is_logarithmic(curves: &[Curve]) -> bool {
+    let (low, high) = bounds(curves);
+    low >= 0.0 && high > 0.0
 }
 
 /// The columns that are terms, of training and validation.
@@ -63,7 +93,7 @@ fn curves(table: &str) -> Result<Vec<Curve>, String> {
             (None, None) => continue,
         };
         let points = rows.iter().filter_map(|row| Some((number(row, 0)?, number(row, at)?)));
-        let points: Vec<(f64, f64)> = points.filter(|(_, value)| *value > 0.0 && value.is_finite()).collect();
+        let points: Vec<(f64, f64)> = points.filter(|(_, value)| value.is_finite()).collect();
         if !points.is_empty() {
             curves.push(Curve { name: name.into(), is_validation, points });
         }
@@ -71,13 +101,15 @@ fn curves(table: &str) -> Result<Vec<Curve>, String> {
     if curves.is_empty() { Err("holds no losses yet: wait for the first epoch".into()) } else { Ok(curves) }
 }
 
-/// What the axes reach over.
-fn ranges(curves: &[Curve]) -> (Range<f64>, Range<f64>) {
-    let all = || curves.iter().flat_map(|curve| &curve.points);
-    let last = all().map(|(epoch, _)| *epoch).fold(2.0, f64::max);
-    let low = all().map(|(_, value)| *value).fold(f64::INFINITY, f64::min);
-    let high = all().map(|(_, value)| *value).fold(0.0, f64::max);
-    (1.0..last, low / 1.3..high * 1.3)
+/// From the first epoch to the last, at least two.
+fn epochs(curves: &[Curve]) -> Range<f64> {
+    1.0..curves.iter().flat_map(|curve| &curve.points).map(|(epoch, _)| *epoch).fold(2.0, f64::max)
+}
+
+/// The least and the largest value.
+fn bounds(curves: &[Curve]) -> (f64, f64) {
+    let values = || curves.iter().flat_map(|curve| &curve.points).map(|(_, value)| *value);
+    (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// Names of the terms, each once.
@@ -115,9 +147,27 @@ mod tests {
 
     #[test]
     fn tables_without_losses_are_refused_and_odd_ones_drawn() {
-        for table in ["", "epoch,train_a\n", "epoch,train_a\n1,0\n", "epoch,train_a\n1,nan\n", "words\n"] {
+        for table in ["", "epoch,train_a\n", "epoch,train_a\n1,nan\n", "words\n"] {
             assert!(draw(table).is_err(), "{table}");
         }
-        assert!(draw("epoch,train_a,validation_a\n1,0.5,\n").is_ok());
+        for table in ["epoch,train_a,validation_a\n1,0.5,\n", "epoch,train_a\n1,0\n", "epoch,train_a\n1,1e300\n"] {
+            assert!(draw(table).is_ok(), "{table}");
+        }
+    }
+
+    /// Heights of the points that were drawn, from the top of the picture.
+    fn heights(picture: &str) -> Vec<f64> {
+        let circles = picture.split("<circle").skip(1);
+        circles.filter_map(|rest| rest.split("cy=\"").nth(1)?.split('"').next()?.parse().ok()).collect()
+    }
+
+    #[test]
+    fn losses_below_zero_are_drawn_on_a_linear_scale() {
+        let below = heights(&draw("epoch,train_a\n1,-1\n2,-2\n3,-3\n").unwrap());
+        assert_eq!(below.len(), 3, "{below:?}");
+        assert!(((below[1] - below[0]) - (below[2] - below[1])).abs() <= 1.0, "{below:?}");
+        let above = heights(&draw("epoch,train_a\n1,1\n2,0.1\n3,0.01\n4,0\n").unwrap());
+        assert_eq!(above.len(), 3, "the logarithm of 0 is left out: {above:?}");
+        assert!(((above[1] - above[0]) - (above[2] - above[1])).abs() <= 1.0, "{above:?}");
     }
 }

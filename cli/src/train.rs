@@ -11,7 +11,7 @@ use crate::files;
 use crate::interrupt;
 use crate::request::check_threads;
 use crate::train_progress::TrainProgress;
-use crate::words::Voice;
+use crate::words::{Voice, complain};
 
 /// Trains, or draws the curves of a training.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
@@ -53,7 +53,13 @@ fn learn(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     let ending = train(&mut run, &step, &mut |event| progress.hear(event));
     drop(progress);
     match ending.map_err(|error| refused(error, args))? {
-        Ending::Finished => plot(out, voice(args)),
+        Ending::Finished => {
+            // The weights are there: curves that cannot be drawn do not make the training fail.
+            if let Err(failure) = plot(out, voice(args)) {
+                complain(&Failure::Failed(format!("the training is done, without its curves: {failure}")));
+            }
+            Ok(())
+        }
         Ending::Stopped => Err(stopped(&run)),
     }
 }

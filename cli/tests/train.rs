@@ -99,6 +99,17 @@ fn a_training_leaves_what_the_help_says() {
 }
 
 #[test]
+fn a_training_without_curves_is_a_training() {
+    let folder = prepared();
+    assert_eq!(run(folder.path(), &training("run", &["--epochs", "1"])).code, Some(0));
+    std::fs::remove_file(folder.path().join("run/curves.svg")).unwrap();
+    std::fs::create_dir(folder.path().join("run/curves.svg")).unwrap();
+    let done = run(folder.path(), &training("run", &["--epochs", "2", "--resume"]));
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert!(the_line(&done).contains("without its curves"), "{}", done.words);
+}
+
+#[test]
 fn refusals_say_what_to_do() {
     let folder = prepared();
     assert_eq!(run(folder.path(), &training("run", &["--epochs", "1"])).code, Some(0));
