@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use neural_mesh::io::{self, Format};
-use neural_mesh::mesh::{PointCloud, Topology, point_cloud, topology};
+use neural_mesh::mesh::{PointCloud, point_cloud, topology};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{MeshedPoints, SimplifyError, mesh_points};
 use serde::Serialize;
@@ -142,22 +142,21 @@ fn written(
 }
 
 fn told(args: &MeshPointsArgs, cloud: &PointCloud, result: &MeshedPoints, seconds: f64) -> Report {
-    let Topology { vertices, faces, closed, boundary_edges, boundary_loops, components, .. } = topology(&result.mesh);
-    let Topology { non_manifold_edges, non_manifold_vertices, inconsistent_edges, .. } = topology(&result.mesh);
+    let found = topology(&result.mesh);
     Report {
         points: cloud.points.len(),
         repeated_points: cloud.repeated,
         non_finite_points: cloud.non_finite,
-        vertices,
-        faces,
+        vertices: found.vertices,
+        faces: found.faces,
         unused_points: result.unused_points,
-        closed,
-        holes: boundary_loops,
-        boundary_edges,
-        non_manifold_edges,
-        non_manifold_vertices,
-        inconsistent_edges,
-        components,
+        closed: found.closed,
+        holes: found.boundary_loops,
+        boundary_edges: found.boundary_edges,
+        non_manifold_edges: found.non_manifold_edges,
+        non_manifold_vertices: found.non_manifold_vertices,
+        inconsistent_edges: found.inconsistent_edges,
+        components: found.components,
         seed: args.seed,
         threads: rayon::current_num_threads(),
         seconds,

@@ -10,6 +10,7 @@ use crate::failure::{Failure, name};
 use crate::files;
 use crate::interrupt;
 use crate::request::check_threads;
+use crate::simplify::in_pool;
 use crate::train_progress::TrainProgress;
 use crate::words::{Voice, complain};
 
@@ -17,22 +18,20 @@ use crate::words::{Voice, complain};
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     match (&args.plot, &args.data, &args.out) {
         (Some(folder), _, _) => plot(folder, voice(args)),
-        (None, Some(data), Some(out)) => in_pool(args, data, out),
+        (None, Some(data), Some(out)) => checked(args, data, out),
         _ => {
             Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into()))
         }
     }
 }
 
-fn in_pool(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
+fn checked(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     check_threads(args.threads)?;
     if args.epochs == Some(0) {
         return Err(Failure::Usage("--epochs 0 is no training: ask for at least 1".into()));
     }
     interrupt::watch_for_a_good_end();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
-    let pool = pool.map_err(|error| Failure::Failed(format!("threads cannot be started: {error}: ask for fewer")))?;
-    pool.install(|| learn(args, data, out))
+    in_pool(args.threads, || learn(args, data, out))
 }
 
 fn learn(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {

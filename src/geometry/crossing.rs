@@ -6,8 +6,7 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 ///
 /// Touching is not crossing: not at common vertices and edges, not where a corner or an edge of one just reaches
 /// the other. So the answer is right for neighbours in a mesh as they are. A triangle without area crosses
-/// nothing. Decided without rounding, over the
-/// signs of determinants (Shewchuk 1997).
+/// nothing. Decided without rounding, over the signs of determinants (Shewchuk 1997).
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::triangles_cross;
@@ -28,8 +27,8 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     an_edge_passes(a, sides_of_b, b) || an_edge_passes(b, sides_of_a, a)
 }
 
-/// Whether an edge of triangle `a` passes through triangle `b`: from one side of its plane to the other, meeting `b` elsewhere
-/// than at a corner.
+/// Whether an edge of triangle `a` passes through triangle `b`: from one side of its plane to the other, meeting `b`
+/// elsewhere than at a corner.
 ///
 /// Decided exactly, as in [`triangles_cross`]. Triangles that share an edge never do; of those that share a corner only
 /// the edge that lies opposite of it can.

@@ -11,8 +11,8 @@ const REMEDY: &str = "give a mesh file, or text with x y z on each line";
 /// Reads points from the bytes of a file, whose content shows what it is.
 ///
 /// Mesh formats give their vertices, whether faces use them or not. Anything else has to be text: three numbers per
-/// line, between them blanks, commas or semicolons, and whatever may follow on the line; `#` and `//` open comments, and a
-/// first line with one number only is a count.
+/// line, between them blanks, commas or semicolons, and whatever may follow on the line; `#` and `//` open comments,
+/// and a first line with one number only is a count.
 ///
 /// # Errors
 /// [`ReadError`] says in one line what is wrong, where, and what to do; a file without points is wrong, too.

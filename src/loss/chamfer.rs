@@ -5,11 +5,11 @@ use super::first_kept::{Rows, expected_cost};
 use super::triangles::distance2;
 use crate::spatial::nearest_to;
 
-/// Computes Eq. (6) as it is printed:
-/// `sum over y of p(y) min_x |x - y|^2 + sum over x of p(y) min_y |x - y|^2`, in the second sum with the y nearest to x.
+/// Computes Eq. (6) as it is printed: `sum over y of p(y) min_x |x - y|^2 + sum over x of p(y) min_y |x - y|^2`, in the
+/// second sum with the y nearest to x.
 ///
-/// Where the samples are points themselves, the first sum is 0. Where p sums to 1 the second falls when mass moves AWAY from
-/// samples with badly covered surroundings; [`coverage_of_samples`] is what trains.
+/// Where the samples are points themselves, the first sum is 0. Where p sums to 1 the second falls when mass moves AWAY
+/// from samples with badly covered surroundings; [`coverage_of_samples`] is what trains.
 ///
 /// # Shapes
 /// - `points`: n x 3, `samples`: n_samples x 3, `probabilities`: n_samples
@@ -37,13 +37,13 @@ pub fn probabilistic_chamfer(points: &[[f32; 3]], samples: &[[f32; 3]], probabil
     Term { value, gradient: weights.into_iter().map(|w| w as f32).collect() }
 }
 
-/// Computes the expected squared distance from a query to its nearest sample, where each point is a sample by itself with
-/// probability pi: the second sum of Eq. (6) under the relaxation of [`inclusion`](super::inclusion).
+/// Computes the expected squared distance from a query to its nearest sample, where each point is a sample by itself
+/// with probability pi: the second sum of Eq. (6) under the relaxation of [`inclusion`](super::inclusion).
 ///
-/// Per query, over its nearest points from near to far, `sum over k of d_k^2 pi_k prod_{j<k} (1 - pi_j)`; where none of them is a
-/// sample, the last distance stands for what lies beyond, so k should be a few times n / n_samples. The mean over the queries is
-/// divided by the mean of the last squared distances: 0 where every query is a sample, 1 where no point is one, whatever
-/// the size of the mesh.
+/// Per query, over its nearest points from near to far, `sum over k of d_k^2 pi_k prod_{j<k} (1 - pi_j)`; where none of
+/// them is a sample, the last distance stands for what lies beyond, so k should be a few times n / n_samples. The mean
+/// over the queries is divided by the mean of the last squared distances: 0 where every query is a sample, 1 where no
+/// point is one, whatever the size of the mesh.
 ///
 /// # Shapes
 /// - `points`: n x 3, `queries`: n_queries x 3, often a random part of the points

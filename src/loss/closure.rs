@@ -1,12 +1,13 @@
-//! Whether every edge has the faces that it should have: two, or one at a border of the input. Ours; Eq. (10) asks for none.
+//! Whether every edge has the faces that it should have: two, or one at a border of the input. Ours; Eq. (10) asks for
+//! none.
 
 use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
 /// Computes the expected share of edges that end up with a wrong number of faces, each face kept by itself with
-/// probability p: for an edge inside, `P(exactly one) + P(more than two)`; for one at a border, `P(more than one)`. An edge
-/// that no kept face uses is as it should be.
+/// probability p: for an edge inside, `P(exactly one) + P(more than two)`; for one at a border, `P(more than one)`. An
+/// edge that no kept face uses is as it should be.
 ///
 /// Exact: the number of faces of an edge follows a Poisson binomial distribution. The mean over the edges of at least
 /// one candidate. Smallest where no face is kept, as it must be; it stands beside [`coverage`](super::coverage).

@@ -7,9 +7,9 @@ use crate::linalg::Csr;
 
 /// Finds the near triangles that collide: pairs (t, u) where an edge of t passes through u.
 ///
-/// Decided exactly (Shewchuk's predicates). Triangles that share an edge do not collide, whatever their angle; where they share a
-/// vertex only the edges opposite of it can. Contact is no collision, nor is overlap in a plane, which [`overlaps`](super::overlaps)
-/// finds. A triangle without area takes no part.
+/// Decided exactly (Shewchuk's predicates). Triangles that share an edge do not collide, whatever their angle; where
+/// they share a vertex only the edges opposite of it can. Contact is no collision, nor is overlap in a plane, which
+/// [`overlaps`](super::overlaps) finds. A triangle without area takes no part.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3

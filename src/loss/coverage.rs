@@ -62,8 +62,8 @@ fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
     x.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
 }
 
-/// Computes the expected squared distance from a point of the original surface to the nearest face that is kept, the mean over the
-/// points:
+/// Computes the expected squared distance from a point of the original surface to the nearest face that is kept, the
+/// mean over the points:
 ///
 /// `sum over k of d_k^2 p_k prod_{j<k} (1 - p_j) + max(penalty, d_last^2) prod (1 - p_j)`.
 ///

@@ -1,10 +1,11 @@
-//! The curvature that the samples keep: the term of the fine-tuning in Sec. 4.4 (Potamias et al., 2022, point-cloud simplification).
+//! The curvature that the samples keep: the term of the fine-tuning in Sec. 4.4 (Potamias et al., 2022, point-cloud
+//! simplification).
 
 use super::Term;
 use super::first_kept::{Rows, expected_cost};
 
-/// Computes the expected squared difference between the curvature of a query and that of its nearest sample, where each point is a
-/// sample by itself with probability pi: per query x, over its nearest points from near to far,
+/// Computes the expected squared difference between the curvature of a query and that of its nearest sample, where each
+/// point is a sample by itself with probability pi: per query x, over its nearest points from near to far,
 /// `sum over k of (kappa_x - kappa_k)^2 pi_k prod_{j<k} (1 - pi_j)`.
 ///
 /// Where none of them is a sample, the last stands for it. The mean over the queries is divided by the variance of the

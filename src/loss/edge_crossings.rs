@@ -1,4 +1,5 @@
-//! Edges of near triangles that cross each other, Sec. 3.4: what collisions miss where triangles lie in nearly one plane.
+//! Edges of near triangles that cross each other, Sec. 3.4: what collisions miss where triangles lie in nearly one
+//! plane.
 
 use super::pairs::near_pairs;
 use super::triangles::corners_f64;
@@ -7,10 +8,10 @@ use glam::DVec3;
 
 /// Finds the near triangles whose edges cross: pairs (t, u), each in both orders.
 ///
-/// Two edges without a common vertex cross where, seen along the direction at right angles to both, they meet inside of both, and
-/// pass each other at a distance of no more than `flatness` times the shorter edge. Edges that run in the same direction do not
-/// cross; what then lies on top of each other is an overlap. So the two diagonals of a quadrilateral cross, also
-/// where their triangles share a side.
+/// Two edges without a common vertex cross where, seen along the direction at right angles to both, they meet inside of
+/// both, and pass each other at a distance of no more than `flatness` times the shorter edge. Edges that run in the
+/// same direction do not cross; what then lies on top of each other is an overlap. So the two diagonals of a
+/// quadrilateral cross, also where their triangles share a side.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3

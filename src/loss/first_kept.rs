@@ -1,4 +1,5 @@
-//! The expected cost of the first option that is kept, where each is kept or not by itself: what the covering terms share.
+//! The expected cost of the first option that is kept, where each is kept or not by itself: what the covering terms
+//! share.
 
 use super::Term;
 use rayon::prelude::*;

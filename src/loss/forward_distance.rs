@@ -6,8 +6,8 @@ use super::Term;
 use super::triangles::{barycenters, distance2};
 use crate::spatial::nearest_to;
 
-/// Computes `min over b of |b^ - b|^2` of Eq. (7) for each candidate: from its barycenter b^ to the nearest barycenter b of the
-/// original faces.
+/// Computes `min over b of |b^ - b|^2` of Eq. (7) for each candidate: from its barycenter b^ to the nearest barycenter
+/// b of the original faces.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3

@@ -87,8 +87,8 @@ const BLOCK: usize = 4096;
 
 /// Solves `sum of pi_i = wanted` for the logarithm of the time: Newton's steps, halving where they leave the bracket.
 fn log_time_of(log_rates: &[f64], wanted: f64) -> f64 {
-    // At first the `wanted - 1` fastest give at most 1 each and the n others at most 1 / n. At last the `wanted` fastest, of
-    // rate 1 or more, lack no more than `exp(-33)` each.
+    // At first the `wanted - 1` fastest give at most 1 each and the n others at most 1 / n. At last the `wanted`
+    // fastest, of rate 1 or more, lack no more than `exp(-33)` each.
     let (mut low, mut high) = (-(log_rates.len() as f64).ln(), 3.5);
     let mut log_time = 0.0;
     for _ in 0..STEPS {

@@ -11,16 +11,17 @@ use glam::DVec3;
 pub struct OverlapSettings {
     /// Points on each triangle, the same pattern in each.
     pub per_triangle: usize,
-    /// How far a point may lie from the plane of a triangle and still be over it, as a share of the square root of its area.
+    /// How far a point may lie from the plane of a triangle and still be over it, as a share of the square root of its
+    /// area.
     pub flatness: f64,
 }
 
 /// Finds the near triangles that overlap: pairs (t, u) where one of the points on t lies over u.
 ///
-/// A point y lies over the triangle a b c where its foot y' in the plane of a b c is inside, that is where the areas of y' a b,
-/// y' b c and y' c a sum up to the area of a b c, and is not far. Only triangles in nearly parallel planes (25 degrees)
-/// overlap, so that two that share an edge do where they are folded onto each other, not where they meet at a crease. A
-/// triangle without area takes no part.
+/// A point y lies over the triangle a b c where its foot y' in the plane of a b c is inside, that is where the areas of
+/// y' a b, y' b c and y' c a sum up to the area of a b c, and is not far. Only triangles in nearly parallel planes (25
+/// degrees) overlap, so that two that share an edge do where they are folded onto each other, not where they meet at a
+/// crease. A triangle without area takes no part.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3

@@ -1,5 +1,5 @@
-//! What a triangle costs for the triangles it is in conflict with: Eq. (9), which collisions, edge crossings and overlaps
-//! share, and the form that trains.
+//! What a triangle costs for the triangles it is in conflict with: Eq. (9), which collisions, edge crossings and
+//! overlaps share, and the form that trains.
 //!
 //! Conflicts are ordered pairs (t, u): t passes through u, crosses u, lies over u.
 
@@ -43,7 +43,8 @@ pub fn conflicts_by_count(conflicts: &[[u32; 2]], probabilities: &[f32]) -> Term
     Term::mean_product(&counts, probabilities)
 }
 
-/// Computes `1/|F_s| sum over (t, u) of p_t p_u`: the expected number of conflicts per candidate among the faces that are kept.
+/// Computes `1/|F_s| sum over (t, u) of p_t p_u`: the expected number of conflicts per candidate among the faces that
+/// are kept.
 ///
 /// Only conflicts in which both triangles are likely cost anything, so one of them can stay.
 ///

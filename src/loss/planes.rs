@@ -1,18 +1,18 @@
 //! The bending that the samples miss, ours: how far a point lies off the tangent plane of its nearest sample.
 //!
-//! Eq. (6) asks for samples that are near in space, the same everywhere. A surface between samples is off by what it bends
-//! over the distance, so that flat parts need few of them and bent parts many.
+//! Eq. (6) asks for samples that are near in space, the same everywhere. A surface between samples is off by what it
+//! bends over the distance, so that flat parts need few of them and bent parts many.
 
 use super::Term;
 use super::first_kept::{Rows, expected_cost};
 use glam::DVec3;
 
-/// Computes the expected squared distance between a query and its nearest sample along their normals, where each point is a
-/// sample by itself with probability pi: per query x, over its nearest points y from near to far,
+/// Computes the expected squared distance between a query and its nearest sample along their normals, where each point
+/// is a sample by itself with probability pi: per query x, over its nearest points y from near to far,
 /// `sum over k of c_k pi_k prod_{j<k} (1 - pi_j)` with `c = ((x - y).n_x)^2 / 2 + ((x - y).n_y)^2 / 2`.
 ///
-/// Where none of them is a sample, the last stands for it. The mean over the queries is divided by that of the last costs: 0
-/// where nothing is missed, about 1 where no point is a sample.
+/// Where none of them is a sample, the last stands for it. The mean over the queries is divided by that of the last
+/// costs: 0 where nothing is missed, about 1 where no point is a sample.
 ///
 /// # Shapes
 /// - `points`: n x 3; `normals`: n x 3, unit vectors

@@ -1,4 +1,5 @@
-//! Agreement with the triangles that the mesh itself spans between the regions of the samples: ours, a label that costs nothing.
+//! Agreement with the triangles that the mesh itself spans between the regions of the samples: ours, a label that costs
+//! nothing.
 
 use super::Term;
 

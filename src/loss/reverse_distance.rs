@@ -74,8 +74,8 @@ fn sums(mut found: Vec<(u32, f64)>) -> (Vec<u32>, Vec<f64>) {
     groups.map(|group| (group[0].0, group.iter().map(|(_, d2)| d2).sum::<f64>())).unzip()
 }
 
-/// Computes Eq. (8), `sum over y of p_y min_x |x - y|^2 + (1 - p_y) 1/k sum_k p_{t_k} |x_{t_k} - y|^2`, divided by the number of
-/// points y. p_y is the probability of the triangle that y lies on.
+/// Computes Eq. (8), `sum over y of p_y min_x |x - y|^2 + (1 - p_y) 1/k sum_k p_{t_k} |x_{t_k} - y|^2`, divided by the
+/// number of points y. p_y is the probability of the triangle that y lies on.
 ///
 /// # Shapes
 /// - `probabilities`: n_triangles

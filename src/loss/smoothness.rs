@@ -1,7 +1,7 @@
 //! How evenly the scores vary over the surface, ours: what keeps them a density.
 //!
-//! Without it the relaxation of Eq. (6) rewards scores that jump from vertex to vertex by so much that they pick single vertices.
-//! That is no density, and means nothing at another ratio.
+//! Without it the relaxation of Eq. (6) rewards scores that jump from vertex to vertex by so much that they pick single
+//! vertices. That is no density, and means nothing at another ratio.
 
 use super::Term;
 use crate::linalg::Csr;

@@ -1,5 +1,5 @@
-//! What the closed assembly is judged by, ours: how far its result is from the original in distance, direction and at the worst
-//! place, and how much of that each place is to blame for.
+//! What the closed assembly is judged by, ours: how far its result is from the original in distance, direction and at
+//! the worst place, and how much of that each place is to blame for.
 //!
 //! The three are wanted small together, so their logarithms are added: a change by one percent counts the same in each.
 
@@ -87,7 +87,8 @@ pub fn error_sums(errors: [&PointErrors; 2]) -> ErrorSums {
     sums
 }
 
-/// Computes `ln` of the mean distance, of the mean turn, and of the 8-norm of the distances, which stands for the largest.
+/// Computes `ln` of the mean distance, of the mean turn, and of the 8-norm of the distances, which stands for the
+/// largest.
 ///
 /// ```
 /// use neural_mesh::loss::{PointErrors, error_sums, log_errors};
@@ -135,6 +136,27 @@ mod tests {
         assert!(parts(&errors, &sums).iter().all(|x| x.is_finite()));
         let none = point_errors(&[triangle], &[]);
         assert!(log_errors(&error_sums([&none, &none])).iter().all(|x| x.is_finite()));
+    }
+
+    #[test]
+    fn parts_are_the_slopes_of_the_logarithms() {
+        let at = |k: usize, d: f32, turn: f32| {
+            let mut errors =
+                PointErrors { areas: vec![0.5, 1.0, 2.0], distances: vec![0.3, 0.5, 0.4], turns: vec![0.2, 0.1, 0.4] };
+            errors.distances[k] += d;
+            errors.turns[k] += turn;
+            errors
+        };
+        let loss = |errors: &PointErrors| log_errors(&error_sums([errors, errors])).iter().sum::<f64>();
+        for k in 0..3 {
+            for (d, turn) in [(1e-3, 0.0), (0.0, 1e-3)] {
+                let [up, down] = [at(k, d, turn), at(k, -d, -turn)];
+                let sums = error_sums([&up, &down]);
+                let found = parts(&up, &sums)[k] - parts(&down, &sums)[k];
+                let difference = loss(&up) - loss(&down);
+                assert!((found - difference).abs() < 1e-3 * difference, "{k}: {found} {difference}");
+            }
+        }
     }
 
     #[test]

@@ -165,8 +165,8 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
     if mean > 0.0 { mean } else { 1.0 }
 }
 
-/// Computes the terms with a weight, squared lengths in units of the candidates' mean squared edge, so that weights hold for meshes
-/// and ratios of every size.
+/// Computes the terms with a weight, squared lengths in units of the candidates' mean squared edge, so that weights
+/// hold for meshes and ratios of every size.
 ///
 /// # Shapes
 /// - `geometry`: from [`face_geometry`] with the same candidates and objective

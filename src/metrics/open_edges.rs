@@ -1,4 +1,5 @@
-//! Edges of a result without two faces: the paper's WA (Sec. 4.1), and the share of them that is the result's own doing.
+//! Edges of a result without two faces: the paper's WA (Sec. 4.1), and the share of them that is the result's own
+//! doing.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! How far two surfaces are apart, in position and in direction, measured from samples of both.
 //!
-//! The two-sided point-to-surface distance stands beside the paper's CD (Sec. 4), which at 50 thousand samples
-//! measures its own noise; the mean of `1 - |n.n'|` is the paper's NE, that of `1 - n.n'` also sees faces that are turned over.
+//! The two-sided point-to-surface distance stands beside the paper's CD (Sec. 4), which at 50 thousand samples measures
+//! its own noise; the mean of `1 - |n.n'|` is the paper's NE, that of `1 - n.n'` also sees faces that are turned over.
 
 use rayon::prelude::*;
 

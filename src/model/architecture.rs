@@ -94,7 +94,8 @@ impl Architecture {
         words.join(" ")
     }
 
-    /// Reads what [`Architecture::to_text`] writes; each size must be there once, in its range. `Err` names the trouble.
+    /// Reads what [`Architecture::to_text`] writes; each size must be there once, in its range. `Err` names the
+    /// trouble.
     pub(super) fn from_text(text: &str) -> Result<Self, String> {
         let mut sizes = Self::default();
         for (name, size) in sizes.fields() {

@@ -29,7 +29,7 @@ pub struct Edges {
 /// mesh's own adjacency between samples is nearly empty.)
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `points`: n x 3, the samples, in units of their edges
 /// - `graph`: n x n, the extended graph, symmetric
 /// - `original`: n x n, A, symmetric
 ///

@@ -43,7 +43,7 @@ pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> 
 /// The paper's softmax over all triangles would leave none above one half; two classes per triangle are a sigmoid.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `points`: n x 3, the samples, in units of their edges
 /// - `triangles`: n_triangles x 3, corners ascending by original vertex
 /// - `graph`: from [`triangle_graph`]
 /// - `prior`: n_triangles x 1

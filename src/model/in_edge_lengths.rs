@@ -1,7 +1,7 @@
 //! The unit that the network measures in: the mean length of the edges it looks along.
 //!
-//! The paper scales a mesh to a bounding box with diagonal 1. What a vertex sees there shrinks with every refinement, and
-//! a network trained at one density of vertices says little at another; in units of the edges it sees the same.
+//! The paper scales a mesh to a bounding box with diagonal 1. What a vertex sees there shrinks with every refinement,
+//! and a network trained at one density of vertices says little at another; in units of the edges it sees the same.
 
 use crate::linalg::Csr;
 

@@ -52,7 +52,8 @@ pub struct PredictedEdges {
 /// Extends the connectivity of the samples and weighs its edges, Sec. 3.2.
 ///
 /// Every sample is its own neighbour: what it keeps to itself says by how much A_s follows the original connectivity
-/// and by how much that of its neighbours. Without that, A_s is a blur in which the original edges cannot be told apart.
+/// and by how much that of its neighbours. Without that, A_s is a blur in which the original edges cannot be told
+/// apart.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, from [`in_edge_lengths`](super::in_edge_lengths) over `original`
@@ -90,7 +91,7 @@ pub struct PredictedFaces {
 /// Finds candidate faces and classifies them, Secs. 3.2 and 3.3.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in the normalized frame of the mesh, in the order of their original indices
+/// - `points`: n x 3, the samples, in units of their edges, in the order of their original indices
 /// - `original`: n_original x 3, triangles that the mesh spans between regions, each ascending, the list sorted
 ///
 /// ```

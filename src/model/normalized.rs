@@ -1,4 +1,5 @@
-//! The frame that the network works in.
+//! A frame for meshes of any size and place, in which trainings hold their data; the network itself measures in
+//! [`in_edge_lengths`](super::in_edge_lengths).
 
 /// Moves points so that their mean is the origin, and scales them to a bounding box with diagonal 1.
 ///

@@ -13,12 +13,13 @@ pub struct SparseAttention<T> {
     pub key: T,
 }
 
-/// Computes `S[i, j] = softmax over j in N_ext(i) of <q_i, k_j> - |k_j|^2 / 2` with `q_i = W_q f_i`, `k_j = W_k f_j`, Eq. (2).
+/// Computes `S[i, j] = softmax over j in N_ext(i) of <q_i, k_j> - |k_j|^2 / 2` with `q_i = W_q f_i`, `k_j = W_k f_j`,
+/// Eq. (2).
 ///
 /// The print mixes the indices of rows and columns; this is the reading in which each row of S is a distribution over
 /// the neighbours of its sample. It has no term for the length of the keys: then a sample with a long key is looked at
-/// most by all others around it, whatever they are. With it, what counts is the distance, `-|q_i - k_j|^2 / 2` but for a
-/// constant of the row, and a sample can look at itself.
+/// most by all others around it, whatever they are. With it, what counts is the distance, `-|q_i - k_j|^2 / 2` but for
+/// a constant of the row, and a sample can look at itself.
 ///
 /// # Shapes
 /// - `features`: n x n_in, `graph`: n x n

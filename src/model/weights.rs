@@ -74,9 +74,9 @@ impl Weights {
 
     /// Draws weights uniformly with variance `2 / n_in` (He et al. 2015, for layers before a ReLU), biases zero.
     ///
-    /// The last layer of a TriConv adds up over neighbours what is never negative, so that its sum grows in proportion to their
-    /// number: its weights are divided by it. The classifier's own last layer starts at a tenth, for probabilities near one
-    /// half: a sigmoid that starts at 0 or 1 hardly lets a gradient through.
+    /// The last layer of a TriConv adds up over neighbours what is never negative, so that its sum grows in proportion
+    /// to their number: its weights are divided by it. The classifier's own last layer starts at a tenth, for
+    /// probabilities near one half: a sigmoid that starts at 0 or 1 hardly lets a gradient through.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut uniform = || (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
@@ -173,8 +173,8 @@ impl Weights {
     }
 }
 
-/// Starts the keys of the attention where its queries are: each sample then looks most at those that are like it, itself first, and
-/// A_s starts out as the original connectivity.
+/// Starts the keys of the attention where its queries are: each sample then looks most at those that are like it,
+/// itself first, and A_s starts out as the original connectivity.
 fn looking_at_itself(mut tensors: Network<Arc<Matrix>>) -> Network<Arc<Matrix>> {
     let attention = &mut tensors.edge_predictor.attention;
     attention.key = attention.query.clone();

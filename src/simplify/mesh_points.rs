@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::components::compact;
-use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
+use super::paper::{NO_SAMPLE, assign_to_samples, begin, choose_faces};
 use super::{Event, SimplifyError, scattered_samples};
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, consistently_wound};
@@ -37,8 +37,8 @@ pub struct MeshedPoints {
 /// - `points`: n x 3, finite
 ///
 /// # Errors
-/// [`SimplifyError::TooFewPoints`] for fewer than three points or vertices, [`SimplifyError::NothingKept`] where no face
-/// is above one half, [`SimplifyError::Interrupted`] when `progress` breaks.
+/// [`SimplifyError::TooFewPoints`] for fewer than three points or vertices, [`SimplifyError::NothingKept`] where no
+/// face is above one half, [`SimplifyError::Interrupted`] when `progress` breaks.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, model::Weights, simplify::{SimplifyError, mesh_points}};
@@ -108,13 +108,6 @@ fn assembled(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result
     let (mesh, used) = compact(&whole, faces.to_vec()).ok_or(SimplifyError::Overflow)?;
     let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
     Ok(MeshedPoints { mesh, unused_points: samples.len() - source_points.len(), source_points })
-}
-
-fn begin(stage: &'static str, progress: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<(), SimplifyError> {
-    match progress(Event { stage, done: 0.0 }) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
-    }
 }
 
 #[cfg(test)]

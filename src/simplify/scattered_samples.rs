@@ -1,8 +1,8 @@
 //! Sampling of vertices from their scores that keeps samples apart, Sec. 3.1: the multinomial's density in blue noise.
 //!
 //! Independent draws clump and leave gaps, whatever their probabilities are. Here the first vertex is drawn as in
-//! [`gumbel_top_k`](super::gumbel_top_k); every further one is that which lies farthest from all before it, in a metric in which
-//! samples of the wanted density lie equally far apart (farthest point sampling, Eldar et al. 1997).
+//! [`gumbel_top_k`](super::gumbel_top_k); every further one is that which lies farthest from all before it, in a metric
+//! in which samples of the wanted density lie equally far apart (farthest point sampling, Eldar et al. 1997).
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
@@ -12,12 +12,12 @@ use std::collections::BinaryHeap;
 /// Scores farther than this from their mean count as if they were not.
 const MOST_SCORE: f64 = 6.0;
 
-/// Draws k different vertices with a density proportional to `exp(score)` per vertex, each as far from those before it as
-/// there is room.
+/// Draws k different vertices with a density proportional to `exp(score)` per vertex, each as far from those before it
+/// as there is room.
 ///
-/// Distances run along the edges; one of length l counts `l sqrt(exp(score) / area)`, the area about a vertex from its edges, the
-/// mean of both ends. What no sample reaches is farthest, so that every component gets one as long as there are k. Equally far
-/// vertices are taken in the order of their Gumbel keys.
+/// Distances run along the edges; one of length l counts `l sqrt(exp(score) / area)`, the area about a vertex from its
+/// edges, the mean of both ends. What no sample reaches is farthest, so that every component gets one as long as there
+/// are k. Equally far vertices are taken in the order of their Gumbel keys.
 ///
 /// # Shapes
 /// - `points`: n x 3, `rings`: n x n, the edges

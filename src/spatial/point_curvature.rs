@@ -8,7 +8,8 @@ use rayon::prelude::*;
 /// Neighbours of a point that its curvature is taken from.
 const NEIGHBOURS: usize = 10;
 
-/// Computes the curvature of each point: the share of the least eigenvalue in the covariance of the point and its 10 nearest,
+/// Computes the curvature of each point: the share of the least eigenvalue in the covariance of the point and its 10
+/// nearest,
 ///
 /// `kappa = l0 / (l0 + l1 + l2)`,
 ///

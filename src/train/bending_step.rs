@@ -39,8 +39,8 @@ pub(super) fn bending_step(
     Ok(Step { terms: vec![("teacher", error)], gradients })
 }
 
-/// `ln(b / mean b) / 2`, b the largest turn of the normal per length along the edges of a vertex, averaged once over them;
-/// `None` where nothing bends.
+/// `ln(b / mean b) / 2`, b the largest turn of the normal per length along the edges of a vertex, averaged once over
+/// them; `None` where nothing bends.
 fn teacher(points: &[[f32; 3]], normals: &[[f32; 3]], areas: &[f64], rings: &Csr) -> Option<Vec<f32>> {
     let apart = |rows: &[[f32; 3]], v: usize, w: u32| Vec3::from(rows[v]).distance(rows[w as usize].into());
     let largest = |v: usize| {

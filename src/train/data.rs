@@ -131,7 +131,7 @@ fn read_mesh(path: &Path, max_vertices: usize) -> Result<TriMesh, String> {
     }
 }
 
-/// The mesh in the frame that the network works in.
+/// The mesh with its mean in the origin and a bounding box with diagonal 1.
 fn in_frame(mesh: TriMesh) -> Result<TriMesh, InvalidMesh> {
     let (positions, faces) = mesh.into_parts();
     TriMesh::new(normalized(&positions), faces)

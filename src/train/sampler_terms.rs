@@ -1,13 +1,15 @@
-//! What the Point Sampler is judged by, Eq. (6): how well the vertices are covered by the samples that its scores draw, and what
-//! else the samples are to keep.
+//! What the Point Sampler is judged by, Eq. (6): how well the vertices are covered by the samples that its scores draw,
+//! and what else the samples are to keep.
 
 use super::Settings;
 use super::random::below;
-use crate::linalg::Csr;
+use crate::autodiff::Tape;
+use crate::linalg::{Csr, Matrix};
 use crate::loss::{
     NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_samples, inclusion, inclusion_gradient,
     probabilistic_chamfer, smoothness,
 };
+use crate::model::inclusion_probabilities;
 use crate::simplify::gumbel_top_k;
 use crate::spatial::{nearest_to, point_curvature};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -73,21 +75,39 @@ fn weighed<const N: usize>(terms: [(&'static str, f64, &dyn Fn() -> Term); N]) -
 
 /// Eq. (6) as printed: softmax probabilities of a drawn set, weighed with distances.
 fn literal(points: &[[f32; 3]], scores: &[f32], n_samples: usize, seed: u64) -> Term {
-    let probabilities = softmax(scores);
+    let mut tape = Tape::default();
+    let drawn_from = tape.parameter(Matrix::new(scores.len(), 1, scores.to_vec()));
+    let probabilities = inclusion_probabilities(&mut tape, &drawn_from);
     let samples = gumbel_top_k(scores, n_samples, seed);
-    let at = |v: &u32| points[*v as usize];
-    let of_samples: Vec<f32> = samples.iter().map(|&v| probabilities[v as usize]).collect();
-    let term = probabilistic_chamfer(points, &samples.iter().map(at).collect::<Vec<_>>(), &of_samples);
+    let of_samples: Vec<f32> = samples.iter().map(|&v| probabilities.matrix().data()[v as usize]).collect();
+    let places: Vec<[f32; 3]> = samples.iter().map(|&v| points[v as usize]).collect();
+    let term = probabilistic_chamfer(points, &places, &of_samples);
     let mut gradient = vec![0.0f32; scores.len()];
     samples.iter().zip(&term.gradient).for_each(|(&v, g)| gradient[v as usize] = *g);
-    let mean: f64 = gradient.iter().zip(&probabilities).map(|(g, p)| f64::from(*g) * f64::from(*p)).sum();
-    let through_softmax = gradient.iter().zip(&probabilities).map(|(g, p)| p * (g - mean as f32));
-    Term { value: term.value, gradient: through_softmax.collect() }
+    let gradients = tape.backward(&[(&probabilities, Matrix::new(scores.len(), 1, gradient))]);
+    let to_scores = gradients.of(&drawn_from).map_or(vec![0.0; scores.len()], |matrix| matrix.data().to_vec());
+    Term { value: term.value, gradient: to_scores }
 }
 
-fn softmax(scores: &[f32]) -> Vec<f32> {
-    let largest = scores.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let rates: Vec<f64> = scores.iter().map(|s| f64::from(s - largest).exp()).collect();
-    let sum: f64 = rates.iter().sum();
-    rates.iter().map(|rate| (rate / sum) as f32).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn the_print_has_the_gradient_of_its_value() {
+        let points = shapes::icosphere(1).positions().to_vec();
+        let scores: Vec<f32> = (0..points.len()).map(|v| (v % 5) as f32 * 0.1).collect();
+        // So small a step leaves the drawn set as it is.
+        let moved = |at: usize, by: f32| {
+            let mut scores = scores.clone();
+            scores[at] += by;
+            literal(&points, &scores, 12, 3).value
+        };
+        let gradient = literal(&points, &scores, 12, 3).gradient;
+        for at in 0..points.len() {
+            let difference = (moved(at, 2e-3) - moved(at, -2e-3)) / 4e-3;
+            assert!((difference - f64::from(gradient[at])).abs() < 1e-3, "{at}: {difference} {}", gradient[at]);
+        }
+    }
 }

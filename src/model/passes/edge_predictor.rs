@@ -31,7 +31,7 @@ pub struct EdgePredictorGradients {
 /// Weighs the edges of the extended graph and remembers the way.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `points`: n x 3, the samples, in units of their edges
 /// - `graph`: n x n, from [`extended_graph`](crate::model::extended_graph), symmetric
 /// - `original`: n x n, which samples the mesh joins, symmetric
 ///

@@ -32,7 +32,7 @@ pub struct FaceClassifierGradients {
 /// Classifies triangles and remembers the way.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in the normalized frame of the mesh
+/// - `points`: n x 3, the samples, in units of their edges
 /// - `triangles`: n_triangles x 3, corners ascending by original vertex
 /// - `graph`: n_triangles x n_triangles, from [`triangle_graph`](crate::model::triangle_graph)
 /// - `prior`: n_triangles

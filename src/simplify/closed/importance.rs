@@ -1,8 +1,9 @@
-//! How much more than its area each vertex counts, from the network's scores: where the collapse is to leave more vertices.
+//! How much more than its area each vertex counts, from the network's scores: where the collapse is to leave more
+//! vertices.
 //!
-//! The quadrics alone ask for the least sum of squared distances. What looks right asks for more where the surface bends
-//! and less where it is smooth, by how much is what the Point Sampler learns (Sec. 3.1). Importance multiplies the quadrics
-//! once the darts are thrown, so that sweeps, cuts and collapse all follow it.
+//! The quadrics alone ask for the least sum of squared distances. What looks right asks for more where the surface
+//! bends and less where it is smooth; by how much is what the Point Sampler learns (Sec. 3.1). Importance multiplies
+//! the quadrics once the darts are thrown, so that sweeps, cuts and collapse all follow it.
 
 use std::sync::Arc;
 
@@ -51,12 +52,14 @@ fn edges(surface: &Surface) -> Csr {
     Csr::new(offsets, columns, n).unwrap_or_else(|_| Csr::from_edges(n, []))
 }
 
-/// The exponential of each score about the mean by area; only differences of scores matter.
+/// The exponential of each score about the mean by area; only differences of scores matter. Weights may be so large that a
+/// score is not finite: it then counts as 0.
 fn from_scores(surface: &Surface, scores: &[f32]) -> Vec<f32> {
     let weight = |v: usize| surface.weight(v);
     let total: f64 = (0..scores.len()).map(weight).sum();
-    let mean = scores.iter().enumerate().map(|(v, &s)| weight(v) * f64::from(s)).sum::<f64>() / total;
-    scores.par_iter().map(|&s| (s - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
+    let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
+    let mean = scores.iter().enumerate().map(|(v, &s)| weight(v) * f64::from(finite(s))).sum::<f64>() / total;
+    scores.par_iter().map(|&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
 }
 
 #[cfg(test)]
@@ -86,5 +89,7 @@ mod tests {
         assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
         let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();
         assert!(from_scores(&plain, &spread)[0] <= MOST_SCORE.exp());
+        let wild: Vec<f32> = (0..36).map(|v| [1.0, f32::NAN, f32::INFINITY][v % 3]).collect();
+        assert!(from_scores(&plain, &wild).iter().all(|factor| factor.is_finite() && *factor > 0.0));
     }
 }

@@ -128,7 +128,10 @@ fn gather(points: &[[f32; 3]], samples: &[u32]) -> Vec<[f32; 3]> {
     samples.iter().map(|&vertex| points[vertex as usize]).collect()
 }
 
-fn begin(stage: &'static str, progress: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<(), SimplifyError> {
+pub(super) fn begin(
+    stage: &'static str,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<(), SimplifyError> {
     match progress(Event { stage, done: 0.0 }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
