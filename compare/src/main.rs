@@ -1,11 +1,14 @@
 //! Measures neural-mesh against meshoptimizer on mesh files, and writes what came out as Markdown.
 //!
+//! `closed` and `ablation` make the tables of what the scores and the parts of the closed assembly are worth;
 //! `paper`, `samplers-paper` and `figure5` make the tables and the picture of the paper with given weights.
 //! `run` makes the table of figures, one CSV row per mesh, ratio, seed and method; `memory`, `same-bits` and
 //! `broken-files` make small tables of their own; `summary` turns all of them into a page. Simplification is
 //! timed on one thread, the methods taking turns in one process; metrics use all threads.
 
+mod ablation;
 mod broken_files;
+mod closed;
 mod figure5;
 mod load;
 mod measure;
@@ -20,6 +23,7 @@ mod samplers;
 mod samplers_paper;
 mod summary;
 mod table;
+mod turns;
 
 use clap::{Parser, Subcommand};
 
@@ -34,6 +38,10 @@ struct Args {
 enum Command {
     /// Simplify meshes with both methods and measure every result.
     Run(run::Args),
+    /// Measure what learned scores are worth in the closed assembly.
+    Closed(closed::Args),
+    /// Measure what each part of the closed assembly is worth.
+    Ablation(closed::Args),
     /// Measure the peak memory of the program on one mesh.
     Memory(memory::Args),
     /// Check that results do not depend on threads and are the same on a second run.
@@ -57,6 +65,8 @@ enum Command {
 fn main() -> anyhow::Result<()> {
     match Args::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Closed(args) => closed::closed(&args),
+        Command::Ablation(args) => ablation::ablation(&args),
         Command::Memory(args) => memory::memory(&args),
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{RawMesh, TriMesh};
+use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Options, Outcome, Target, simplify};
 
 /// Who simplifies.
@@ -51,11 +52,16 @@ impl Done {
 
 /// neural-mesh with its defaults, from parsed arrays down to a share of the vertices.
 pub fn ours(raw: &RawMesh, ratio: f64, oversample: Option<f64>, seed: u64) -> Result<Done> {
+    simplified(raw, None, Options { oversample, seed, ..Options::new(Target::Ratio(ratio)) })
+}
+
+/// neural-mesh with these weights and options, from parsed arrays.
+pub fn simplified(raw: &RawMesh, weights: Option<&Weights>, options: Options) -> Result<Done> {
     let raw = raw.clone();
     let start = Instant::now();
     let cleaned = clean(raw, &CleanOptions::default())?;
-    let options = Options { oversample, seed, frame: cleaned.frame, ..Options::new(Target::Ratio(ratio)) };
-    let simplified = simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()))?;
+    let options = Options { frame: cleaned.frame, ..options };
+    let simplified = simplify(&cleaned.mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?;
     let seconds = start.elapsed().as_secs_f64();
     let outcome = match simplified.report.outcome {
         Outcome::Reached => "reached".to_owned(),

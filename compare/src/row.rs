@@ -9,7 +9,7 @@ pub struct Row {
     /// Share of the vertices asked for; 1 for the input itself.
     pub ratio: f64,
     pub seed: u64,
-    /// `input`, `ours` or `meshoptimizer`.
+    /// `input`, or who made the result.
     pub method: String,
     pub vertices: usize,
     pub faces: usize,

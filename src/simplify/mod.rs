@@ -17,13 +17,16 @@ use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use closed::{Closed, Derivative, End, Importance, Limit, Request, is_sound, simplify_closed};
+use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
+pub use closed::Importance;
 pub use mesh_points::{MeshedPoints, mesh_points};
 pub use network_scores::{edge_graph, network_scores, vertex_areas, vertex_normals};
 pub use one_pass::one_pass;
-pub use options::{Assembly, Event, Options, Outcome, Report, Samples, ScoreSource, Simplified, SimplifyError, Target};
+pub use options::{
+    Assembly, Event, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified, SimplifyError, Target,
+};
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
@@ -148,8 +151,8 @@ fn closed_result(
     let pruned = if options.prune { pruned(mesh, n_target) } else { None };
     let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |pruned| (&pruned.mesh, pruned.n_dropped));
     let importance = weights.map_or(Importance::Even, Importance::Network);
-    let (seed, frame) = (options.seed, options.frame);
-    let request = Request { limit, oversample, importance, seed, frame, differentiable };
+    let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
+    let request = Request { limit, oversample, importance, parts, seed, frame, differentiable };
     let mut closed = simplify_closed(mesh, &request, progress)?;
     let report = Report {
         outcome: outcome(closed.end),

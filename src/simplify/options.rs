@@ -61,6 +61,27 @@ pub enum Samples<'a> {
     Vertices(&'a [u32]),
 }
 
+/// What the closed assembly does beside darts, quotient and collapse: switches for measuring what each is worth.
+/// [`simplify`](super::simplify) does all of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// Draws more samples than vertices asked for, so that the collapse can choose.
+    pub oversampling: bool,
+    /// Moves the borders of the regions.
+    pub sweeps: bool,
+    /// Flips edges whose other diagonal lies nearer to the original.
+    pub flips: bool,
+    /// Moves the vertices of the result toward the original.
+    pub fit: bool,
+}
+
+impl Default for Parts {
+    /// All of it.
+    fn default() -> Self {
+        Self { oversampling: true, sweeps: true, flips: true, fit: true }
+    }
+}
+
 /// Where the scores that steer the sampling came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScoreSource {

@@ -1,11 +1,12 @@
-//! The closed assembly under a given importance of the vertices: for learning which importance is best.
+//! The closed assembly under any importance of the vertices, whole or without one of its parts: for learning which importance
+//! is best, and for measuring what each part is worth.
 
 use std::ops::ControlFlow;
 
 use crate::mesh::{Frame, TriMesh};
 
 use super::closed::{Importance, Limit, Request, simplify_closed};
-use super::{OVERSAMPLE, SimplifyError};
+use super::{OVERSAMPLE, Parts, SimplifyError};
 
 /// What an importance leads to.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,40 +17,42 @@ pub struct Weighed {
     pub vertex_of: Vec<u32>,
 }
 
-/// Simplifies `mesh` to `n_vertices` where vertex v counts `importance[v]` times its area.
+/// Simplifies `mesh` to `n_vertices` where vertices count by their area times their importance, with these parts of the
+/// assembly.
 ///
 /// # Shapes
-/// - `importance`: n_input positive factors; only their ratios matter
+/// - `importance`, where given: n_input positive factors; only their ratios matter
 ///
 /// # Errors
 /// [`SimplifyError::BadImportance`] where the factors are none, or the mesh has vertices that no face uses;
 /// [`SimplifyError::Overflow`] as in [`simplify`](super::simplify).
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes, simplify::simplify_weighed};
+/// use neural_mesh::{mesh::shapes, simplify::{Importance, Parts, simplify_weighed}};
 /// let sphere = shapes::icosphere(4);
 /// let north: Vec<f32> = sphere.positions().iter().map(|p| if p[2] > 0.0 { 16.0 } else { 1.0 }).collect();
-/// let lighter = simplify_weighed(&sphere, 200, &north, 1).unwrap().mesh;
+/// let lighter = simplify_weighed(&sphere, 200, Importance::Given(&north), 1, &Parts::default()).unwrap().mesh;
 /// let n_north = lighter.positions().iter().filter(|p| p[2] > 0.0).count();
 /// assert!(lighter.positions().len() == 200 && n_north > 110);
 /// ```
 pub fn simplify_weighed(
     mesh: &TriMesh,
     n_vertices: usize,
-    importance: &[f32],
+    importance: Importance,
     seed: u64,
+    parts: &Parts,
 ) -> Result<Weighed, SimplifyError> {
     let n = mesh.positions().len();
     let mut used = vec![false; n];
     mesh.faces().as_flattened().iter().for_each(|&v| used[v as usize] = true);
-    let is_factor = |&x: &f32| x > 0.0 && x.is_finite();
-    if n == 0 || importance.len() != n || !importance.iter().all(is_factor) || used.contains(&false) {
+    if n == 0 || !is_importance(importance, n) || used.contains(&false) {
         return Err(SimplifyError::BadImportance);
     }
     let request = Request {
         limit: Limit { vertices: n_vertices.max(1), faces: usize::MAX },
-        oversample: OVERSAMPLE,
-        importance: Importance::Given(importance),
+        oversample: if parts.oversampling { OVERSAMPLE } else { 1.0 },
+        importance,
+        parts: *parts,
         seed,
         frame: Frame::default(),
         differentiable: false,
@@ -60,10 +63,19 @@ pub fn simplify_weighed(
     Ok(Weighed { mesh: closed.mesh, vertex_of })
 }
 
+/// Whether factors that are given are one positive number per vertex.
+fn is_importance(importance: Importance, n_vertices: usize) -> bool {
+    match importance {
+        Importance::Even | Importance::Network(_) => true,
+        Importance::Given(factors) => factors.len() == n_vertices && factors.iter().all(|&x| x > 0.0 && x.is_finite()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{shapes, topology};
+    use crate::model::Weights;
     use crate::simplify::{Options, ScoreSource, Target, simplify};
 
     #[test]
@@ -72,16 +84,48 @@ mod tests {
         let options = Options { seed: 3, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
-        let weighed = simplify_weighed(&mesh, 150, &vec![4.0; mesh.positions().len()], 3).unwrap();
+        let fours = vec![4.0; mesh.positions().len()];
+        let weighed = simplify_weighed(&mesh, 150, Importance::Given(&fours), 3, &Parts::default()).unwrap();
         assert_eq!(weighed.mesh, plain.mesh);
         assert!(weighed.vertex_of.iter().all(|&v| (v as usize) < 150));
+    }
+
+    #[test]
+    fn the_network_weighs_as_in_the_pipeline() {
+        let (mesh, weights) = (shapes::wavy_sphere(4, 8.0), Weights::random(1));
+        let options = Options { seed: 3, ..Options::new(Target::Vertices(150)) };
+        let plain = simplify(&mesh, Some(&weights), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let weighed = simplify_weighed(&mesh, 150, Importance::Network(&weights), 3, &Parts::default()).unwrap();
+        assert_eq!(weighed.mesh, plain.mesh);
+    }
+
+    #[test]
+    fn every_part_changes_the_result_and_none_is_needed_for_a_closed_one() {
+        let mesh = shapes::wavy_sphere(4, 8.0);
+        let result = |parts| simplify_weighed(&mesh, 100, Importance::Even, 3, &parts).unwrap().mesh;
+        let all = Parts::default();
+        let whole = result(all);
+        let without = [
+            Parts { oversampling: false, ..all },
+            Parts { sweeps: false, ..all },
+            Parts { flips: false, ..all },
+            Parts { fit: false, ..all },
+        ];
+        for parts in without {
+            let mesh = result(parts);
+            assert_ne!(mesh, whole, "{parts:?}");
+            assert!(topology(&mesh).is_closed_manifold() && mesh.positions().len() == 100, "{parts:?}");
+        }
     }
 
     #[test]
     fn what_is_no_importance_is_refused() {
         let mesh = shapes::tetrahedron();
         for bad in [vec![], vec![1.0; 3], vec![1.0, 0.0, 1.0, 1.0], vec![1.0, f32::NAN, 1.0, 1.0]] {
-            assert_eq!(simplify_weighed(&mesh, 4, &bad, 0), Err(SimplifyError::BadImportance));
+            assert_eq!(
+                simplify_weighed(&mesh, 4, Importance::Given(&bad), 0, &Parts::default()),
+                Err(SimplifyError::BadImportance)
+            );
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::linalg::{Csr, Matrix};
 use crate::loss::{PointErrors, error_sums, log_errors, parts, point_errors};
 use crate::mesh::TriMesh;
 use crate::model::{Vertices, Weights, in_edge_lengths, point_sampler};
-use crate::simplify::{Weighed, edge_graph, simplify_weighed, vertex_areas, vertex_normals};
+use crate::simplify::{Importance, Parts, Weighed, edge_graph, simplify_weighed, vertex_areas, vertex_normals};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use rayon::prelude::*;
@@ -129,8 +129,9 @@ impl Probing<'_> {
     /// Simplifies with the scores moved, and measures.
     fn side(&self, moves: &[f32], seed: u64) -> Result<Side, String> {
         let importance = importance(self.scores, self.areas, moves);
-        let result =
-            simplify_weighed(self.mesh, self.n_output, &importance, seed).map_err(|error| error.to_string())?;
+        let (importance, parts) = (Importance::Given(&importance), Parts::default());
+        let result = simplify_weighed(self.mesh, self.n_output, importance, seed, &parts);
+        let result = result.map_err(|error| error.to_string())?;
         let errors = point_errors(&corners(self.mesh), &corners(&result.mesh));
         Ok(Side { errors, counts: self.counts(&result) })
     }

@@ -22,7 +22,7 @@ use std::ops::ControlFlow;
 use crate::mesh::{Frame, TriMesh, topology};
 use crate::model::Weights;
 
-use super::options::{Event, Samples, SimplifyError};
+use super::options::{Event, Parts, Samples, SimplifyError};
 use collapse::{Collapse, Remains};
 use darts::Assignment;
 use derivative::Choices;
@@ -50,6 +50,8 @@ pub(super) struct Request<'a> {
     pub oversample: f64,
     /// How much more than its area each vertex of the mesh counts.
     pub importance: Importance<'a>,
+    /// What is done beside the darts, quotient and collapse.
+    pub parts: Parts,
     /// Seed of the darts.
     pub seed: u64,
     /// How the result will be written.
@@ -58,9 +60,9 @@ pub(super) struct Request<'a> {
     pub differentiable: bool,
 }
 
-/// Where the importance of the vertices comes from.
-#[derive(Clone, Copy)]
-pub(super) enum Importance<'a> {
+/// How much more than its area each vertex counts.
+#[derive(Clone, Copy, Debug)]
+pub enum Importance<'a> {
     /// All count alike.
     Even,
     /// From the Point Sampler of this network.
@@ -109,7 +111,7 @@ pub(super) fn simplify_closed(
     enter("scores")?;
     importance::weigh(&mut surface, request.importance);
     enter("sweeps")?;
-    sweep_and_cut(&surface, &mut assignment, n_samples);
+    sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
     enter("quotient")?;
     let quotient = quotient::quotient(&surface, &mut assignment);
     enter("placement")?;
@@ -125,12 +127,14 @@ pub(super) fn simplify_closed(
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
-    let flipped_edges = if coarse { flips::flip(&surface, &vertex_of, &mut remains) } else { 0 };
+    let flipped_edges = if coarse && request.parts.flips { flips::flip(&surface, &vertex_of, &mut remains) } else { 0 };
     enter("fit")?;
     let Remains { mut positions, mut faces, normals, vertex_of: output_of } = remains;
     let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, vertex_of: &vertex_of };
     let mut steps = wanted.then(Vec::new);
-    fit::fit(&surface, &mut output, if coarse { 2 } else { 1 }, steps.as_mut());
+    if request.parts.fit {
+        fit::fit(&surface, &mut output, if coarse { 2 } else { 1 }, steps.as_mut());
+    }
     let fitted = wanted.then(|| faces.clone());
     enter("finish")?;
     let flipped_edges = flipped_edges + unfold::unfold(&surface, &mut positions, &vertex_of, &mut faces);
@@ -190,15 +194,18 @@ fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment
     darts::throw_darts(surface, &lengths, n_darts, request.seed)
 }
 
-/// Moves the borders of the regions, cuts those that cost too much, and moves the borders of the parts.
-fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize) {
+/// Moves the borders of the regions, cuts those that cost too much, and moves the borders of the parts; only cuts
+/// without sweeps.
+fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize, with_sweeps: bool) {
     if assignment.n_regions == surface.n_vertices() {
         return;
     }
-    regions::sweep(surface, assignment, SWEEPS);
+    if with_sweeps {
+        regions::sweep(surface, assignment, SWEEPS);
+    }
     let n_before = assignment.n_regions;
     costly::cut_costly(surface, assignment, n_samples);
-    if assignment.n_regions > n_before {
+    if with_sweeps && assignment.n_regions > n_before {
         regions::sweep(surface, assignment, 1);
     }
 }

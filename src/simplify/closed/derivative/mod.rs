@@ -147,7 +147,7 @@ fn gather(scale: &Normalisation, input: &[[f32; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Closed, Importance, Limit, Request, simplify_closed};
+    use super::super::{Closed, Importance, Limit, Parts, Request, simplify_closed};
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
@@ -160,6 +160,7 @@ mod tests {
             limit,
             oversample: 2.0,
             importance: Importance::Given(&factors),
+            parts: Parts::default(),
             seed: 1,
             frame: Frame::default(),
             differentiable: true,
