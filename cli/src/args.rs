@@ -30,8 +30,9 @@ const SIMPLIFY_NOTES: &str = "\
 Reads OBJ, PLY, STL, OFF, glTF and GLB; writes OBJ, PLY, STL and OFF. Vertices at equal positions are one vertex; sizes \
 count the vertices that a face uses.
 
-Scores: the density of the vertices follows scores. Until trained weights exist, the default's scores come from the \
-geometry, not from a network, and the report says so (\"scores\": \"geometry\"); --weights FILE uses a network's.
+Scores: the density of the vertices follows scores, those of a small network that comes with the program, or of yours with \
+--weights FILE. With --scores geometry no network is asked and every vertex counts by its area. The report says which \
+(\"scores\": \"network\").
 
 Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted. Where a constraint stops the simplification \
 before the size asked for, the mesh is written, the exit code is 0, and a line and the report say what stopped it.";
@@ -58,7 +59,10 @@ pub struct SimplifyArgs {
     /// How sampled vertices become a surface
     #[arg(long, value_enum, default_value = "closed")]
     pub assembly: AssemblyArg,
-    /// Weights of a trained network (safetensors); --assembly paper cannot do without
+    /// Where the scores come from that say where more vertices stay
+    #[arg(long, value_enum, default_value = "network")]
+    pub scores: ScoresArg,
+    /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Samples drawn per vertex asked for, 1 to 4 [default: the method's choice]
@@ -102,8 +106,17 @@ pub struct SimplifyArgs {
 pub enum AssemblyArg {
     /// Closed where the input is closed
     Closed,
-    /// As the paper prints it: the network's most probable faces; leaves holes, needs --weights
+    /// As the paper prints it: the network's most probable faces; leaves holes
     Paper,
+}
+
+/// Where the scores come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ScoresArg {
+    /// From a trained network
+    Network,
+    /// From the areas of the faces alone; no network is asked
+    Geometry,
 }
 
 const MESH_POINTS_NOTES: &str = "\
@@ -127,7 +140,7 @@ pub struct MeshPointsArgs {
     /// Number of points that become vertices [default: all]
     #[arg(long, value_name = "N")]
     pub vertices: Option<usize>,
-    /// Weights of a trained network (safetensors)
+    /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Seed of the sampling; the same seed gives the same mesh

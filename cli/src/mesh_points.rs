@@ -1,7 +1,6 @@
 //! `neural-mesh mesh-points`: read a cloud, mesh it, write, say what surface came of it.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use neural_mesh::io::{self, Format};
@@ -22,7 +21,6 @@ use crate::words::{Voice, grouped};
 /// One run, complete and consistent.
 struct Request {
     args: MeshPointsArgs,
-    weights: PathBuf,
     format: Format,
 }
 
@@ -73,23 +71,22 @@ fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
     if args.report.as_deref().is_some_and(is_stream) || args.report.as_ref() == Some(&args.output) {
         return Err(Failure::Usage("the report is a file of its own: give --report another name".into()));
     }
-    let why = "faces are a trained network's choice, and none ships yet: give --weights FILE";
-    let weights = args.weights.clone().ok_or_else(|| Failure::Usage(format!("mesh-points: {why}")))?;
-    Ok(Request { args, weights, format })
+    Ok(Request { args, format })
 }
 
 fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let Request { args, .. } = request;
     let began = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let weights = read_weights(&request.weights)?;
+    let given = args.weights.as_deref().map(read_weights).transpose()?;
+    let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
     progress.show("read", 0.0);
     let failed = |error: &dyn std::fmt::Display| Failure::of(&args.input, error);
     let raw = io::read_points(&files::read(&args.input)?).map_err(|error| failed(&error))?;
     // Vertices stay in place: of doubles the file gets back what single precision does not hold.
     let exact = raw.double.then(|| raw.positions.clone());
     let cloud = point_cloud(raw).map_err(|error| failed(&error))?;
-    let result = meshed(args, &cloud, &weights, &mut progress)?;
+    let result = meshed(args, &cloud, weights, &mut progress)?;
     let (bytes, mut pending) = written(request, &cloud, &result, exact.as_deref())?;
     let seconds = began.elapsed().as_secs_f64();
     let report = told(args, &cloud, &result, seconds);

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::Format;
-use neural_mesh::simplify::{Assembly, Options, Target};
+use neural_mesh::simplify::{Assembly, Options, ScoreSource, Target};
 
-use crate::args::{AssemblyArg, SimplifyArgs};
+use crate::args::{AssemblyArg, ScoresArg, SimplifyArgs};
 use crate::failure::Failure;
 
 /// More threads than any machine has, fewer than a system refuses to start.
@@ -22,7 +22,7 @@ pub struct Request {
     pub output_format: Format,
     /// What is asked of the simplifier.
     pub options: Options,
-    /// File of the weights.
+    /// File of the weights; `None` for those that ship.
     pub weights: Option<PathBuf>,
     /// Threads; `None` for one per core.
     pub n_threads: Option<usize>,
@@ -105,9 +105,12 @@ fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
         AssemblyArg::Closed => Assembly::Closed,
         AssemblyArg::Paper => Assembly::Paper,
     };
-    if options.assembly == Assembly::Paper && args.weights.is_none() {
-        let why = "its faces are a trained network's choice, and none ships yet: give --weights FILE, or use --assembly closed";
-        return Err(Failure::Usage(format!("--assembly paper: {why}")));
+    options.scores = match args.scores {
+        ScoresArg::Network => ScoreSource::Network,
+        ScoresArg::Geometry => ScoreSource::Geometry,
+    };
+    if options.scores == ScoreSource::Geometry {
+        check_no_network(args)?;
     }
     if let Some(x) = args.oversample.filter(|x| !(1.0..=4.0).contains(x)) {
         return Err(Failure::Usage(format!("--oversample {x}: give a number from 1 to 4")));
@@ -116,6 +119,16 @@ fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.seed = args.seed;
     options.prune = args.prune;
     Ok(options)
+}
+
+/// Scores from the geometry leave a network nothing to do.
+fn check_no_network(args: &SimplifyArgs) -> Result<(), Failure> {
+    let why = match (args.assembly, &args.weights) {
+        (AssemblyArg::Paper, _) => "its faces are a network's choice: use --assembly closed",
+        (_, Some(_)) => "it asks no network: leave --weights out",
+        _ => return Ok(()),
+    };
+    Err(Failure::Usage(format!("--scores geometry: {why}")))
 }
 
 fn target(args: &SimplifyArgs) -> Result<Target, Failure> {

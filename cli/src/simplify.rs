@@ -135,9 +135,7 @@ fn in_place(positions: &[[f64; 3]], cleaned: &Cleaned, result: &Simplified) -> O
 fn refused(error: &SimplifyError, input: &Path) -> Failure {
     match error {
         SimplifyError::Interrupted => Failure::Interrupted,
-        SimplifyError::BadTarget(_) | SimplifyError::BadOversample(_) | SimplifyError::NeedsWeights => {
-            Failure::Usage(error.to_string())
-        }
+        SimplifyError::BadTarget(_) | SimplifyError::BadOversample(_) => Failure::Usage(error.to_string()),
         _ => Failure::of(input, error),
     }
 }

@@ -34,6 +34,19 @@ fn a_cloud_becomes_a_mesh_and_a_report() {
 }
 
 #[test]
+fn weights_come_with_the_program() {
+    let folder = prepared();
+    let run = run(folder.path(), &["mesh-points", "ball.xyz", "-o", "ball.ply", "--ratio", "0.5"]);
+    // How good the mesh is says nothing here; a network that keeps no face says so.
+    if run.code == Some(1) {
+        assert!(the_line(&run).contains("kept no face"));
+        return;
+    }
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(files(folder.path()), ["ball.ply", "ball.xyz", "w.safetensors"]);
+}
+
+#[test]
 fn standard_streams_and_threads_change_no_byte() {
     let folder = prepared();
     let file = std::fs::read(folder.path().join("ball.xyz")).unwrap();
@@ -79,8 +92,7 @@ fn what_is_wrong_is_one_line() {
 fn usage_is_checked_before_any_file() {
     let folder = folder();
     for bad in [
-        &["-o", "a.ply"][..],
-        &["-o", "a.ply", "--weights", "w", "--ratio", "0"],
+        &["-o", "a.ply", "--weights", "w", "--ratio", "0"][..],
         &["-o", "a.ply", "--weights", "w", "--ratio", "0.5", "--vertices", "9"],
         &["-o", "a.ply", "--weights", "w", "--threads", "0"],
         &["-o", "a.ply", "--weights", "w", "--report", "a.ply"],

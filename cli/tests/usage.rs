@@ -28,11 +28,13 @@ fn sizes_that_are_none_are_usage_errors() {
 }
 
 #[test]
-fn the_paper_assembly_needs_weights_and_says_why() {
-    let run = refused(&["-o", "a.ply", "--ratio", "0.5", "--assembly", "paper"]);
-    assert_eq!(run.code, Some(2));
-    let line = the_line(&run);
-    assert!(line.contains("--weights") && line.contains("network"), "{line}");
+fn scores_from_the_geometry_ask_no_network_and_say_why() {
+    for (network, reason) in [(["--assembly", "paper"], "--assembly closed"), (["--weights", "w"], "--weights")] {
+        let run = refused(&[&["-o", "a.ply", "--ratio", "0.5", "--scores", "geometry"][..], &network].concat());
+        assert_eq!(run.code, Some(2));
+        let line = the_line(&run);
+        assert!(line.contains("--scores geometry") && line.contains(reason), "{line}");
+    }
 }
 
 #[test]
@@ -47,6 +49,7 @@ fn other_settings_are_checked_too() {
         &["--report", "a.ply"],
         &["--report", "-"],
         &["--picture", "-"],
+        &["--scores", "none"],
         &["--seed", "-1"],
         &["--nonsense"],
     ] {
@@ -69,7 +72,8 @@ fn help_says_where_the_scores_come_from() {
     let help = run(folder.path(), &["simplify", "--help"]);
     assert_eq!(help.code, Some(0));
     let words = String::from_utf8(help.out).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("Until trained weights exist, the default's scores come from the geometry"));
+    assert!(words.contains("those of a small network that comes with the program"), "{words}");
+    assert!(words.contains("With --scores geometry no network is asked"), "{words}");
     assert_eq!(run(folder.path(), &["--version"]).code, Some(0));
     assert_eq!(run(folder.path(), &[]).code, Some(2));
 }

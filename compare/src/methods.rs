@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{RawMesh, TriMesh};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Options, Outcome, Target, simplify};
+use neural_mesh::simplify::{Options, Outcome, ScoreSource, Target, simplify};
 
 /// Who simplifies.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,13 +18,41 @@ pub enum Method {
 }
 
 impl Method {
-    /// The name in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ours => "ours",
-            Self::Meshoptimizer => "meshoptimizer",
+    /// The name in the tables; ours without the network's scores is a contestant of its own.
+    pub fn name(self, scores: Scores) -> &'static str {
+        match (self, scores) {
+            (Self::Ours, Scores::Network) => "ours",
+            (Self::Ours, Scores::Geometry) => "ours, geometry",
+            (Self::Meshoptimizer, _) => "meshoptimizer",
         }
     }
+}
+
+/// Where our scores come from.
+#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum Scores {
+    /// From the network that ships.
+    #[default]
+    Network,
+    /// From the geometry alone.
+    Geometry,
+}
+
+impl From<Scores> for ScoreSource {
+    fn from(scores: Scores) -> Self {
+        match scores {
+            Scores::Network => Self::Network,
+            Scores::Geometry => Self::Geometry,
+        }
+    }
+}
+
+/// What of our settings is not the default.
+#[derive(Clone, Copy, Default)]
+pub struct Ours {
+    pub oversample: Option<f64>,
+    pub scores: Scores,
+    pub seed: u64,
 }
 
 /// What a method did.
@@ -50,9 +78,10 @@ impl Done {
     }
 }
 
-/// neural-mesh with its defaults, from parsed arrays down to a share of the vertices.
-pub fn ours(raw: &RawMesh, ratio: f64, oversample: Option<f64>, seed: u64) -> Result<Done> {
-    simplified(raw, None, Options { oversample, seed, ..Options::new(Target::Ratio(ratio)) })
+/// neural-mesh with the weights that ship, from parsed arrays down to a share of the vertices.
+pub fn ours(raw: &RawMesh, ratio: f64, Ours { oversample, scores, seed }: Ours) -> Result<Done> {
+    let scores = scores.into();
+    simplified(raw, None, Options { oversample, scores, seed, ..Options::new(Target::Ratio(ratio)) })
 }
 
 /// neural-mesh with these weights and options, from parsed arrays.

@@ -7,7 +7,7 @@ use neural_mesh::picture::{PictureOptions, encode_png, render};
 
 use crate::load::{load_raw, name};
 use crate::measure::{Original, measure};
-use crate::methods::{Done, meshoptimizer, ours};
+use crate::methods::{Done, Ours, Scores, meshoptimizer, ours};
 use crate::row::Row;
 
 #[derive(clap::Args)]
@@ -21,6 +21,9 @@ pub struct Args {
     /// Page to write, beside that folder.
     #[arg(long)]
     page: PathBuf,
+    /// Where our scores come from.
+    #[arg(long, value_enum, default_value = "network")]
+    scores: Scores,
     /// Height of a picture in pixels.
     #[arg(long, default_value_t = 560)]
     height: usize,
@@ -44,7 +47,7 @@ pub fn pictures(args: &Args) -> Result<()> {
 /// Draws one mesh; returns its part of the page.
 fn draw(args: &Args, path: &Path, ratio: f64) -> Result<String> {
     let original = Original::new(load_raw(path)?, 100_000)?;
-    let our = ours(&original.raw, ratio, None, 0)?;
+    let our = ours(&original.raw, ratio, Ours { scores: args.scores, ..Ours::default() })?;
     let their = meshoptimizer(&original.mesh, our.mesh.faces().len())?;
     let (our_row, their_row) = (measure(&original, &our), measure(&original, &their));
     let captions = vec![

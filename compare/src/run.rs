@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::ValueEnum;
 
-use crate::methods::{self, Method};
+use crate::methods::{self, Method, Ours, Scores};
 use crate::table;
 use crate::turns::{Contestant, Plan, fill};
 
@@ -22,6 +22,9 @@ pub struct Args {
     /// Samples drawn per vertex asked for; without it, the method's own choice.
     #[arg(long)]
     oversample: Option<f64>,
+    /// Where our scores come from.
+    #[arg(long, value_enum, default_value = "network")]
+    scores: Scores,
     /// Methods to run; all of them without it.
     #[arg(long, value_enum, value_delimiter = ',')]
     method: Vec<Method>,
@@ -38,8 +41,9 @@ impl Args {
     }
 
     fn contestant(&self, method: Method) -> Contestant<'_> {
-        Contestant::new(method.name(), move |case, n_faces| match method {
-            Method::Ours => methods::ours(&case.original.raw, case.ratio, self.oversample, case.seed),
+        let Self { oversample, scores, .. } = *self;
+        Contestant::new(method.name(scores), move |case, n_faces| match method {
+            Method::Ours => methods::ours(&case.original.raw, case.ratio, Ours { oversample, scores, seed: case.seed }),
             Method::Meshoptimizer => methods::meshoptimizer(&case.original.mesh, n_faces),
         })
     }

@@ -6,7 +6,8 @@ use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use crate::load::{load_raw, name};
-use crate::{methods, table};
+use crate::methods::{self, Ours, Scores};
+use crate::table;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -19,6 +20,9 @@ pub struct Args {
     /// Seeds of our sampling.
     #[arg(long, value_delimiter = ',', default_value = "0")]
     seeds: Vec<u64>,
+    /// Where our scores come from.
+    #[arg(long, value_enum, default_value = "network")]
+    scores: Scores,
     /// Table to write; rows it already has are kept.
     #[arg(long)]
     out: PathBuf,
@@ -48,7 +52,8 @@ pub fn same_bits(args: &Args) -> Result<()> {
         }
         let raw = load_raw(path)?;
         for (ratio, seed) in cases {
-            let once = |pool: &rayon::ThreadPool| pool.install(|| methods::ours(&raw, ratio, None, seed));
+            let settings = Ours { seed, scores: args.scores, ..Ours::default() };
+            let once = |pool: &rayon::ThreadPool| pool.install(|| methods::ours(&raw, ratio, settings));
             let results: Vec<_> = pools.iter().map(once).collect::<Result<_>>()?;
             let same = results.windows(2).all(|pair| pair[0].mesh == pair[1].mesh);
             rows.push(BitsRow { mesh: name.clone(), ratio, seed, same });

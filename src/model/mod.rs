@@ -17,6 +17,7 @@ mod network;
 mod normalized;
 mod passes;
 mod point_sampler;
+mod shipped;
 mod sparse_attention;
 mod tri_conv;
 mod weights;

@@ -38,7 +38,8 @@ const OVERSAMPLE: f64 = 2.0;
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
 ///
-/// With `weights`, the network's scores steer the sampling; the paper's assembly needs them.
+/// `weights` are those of the network; without, those that ship: [`Weights::shipped_default`] for the closed assembly,
+/// [`Weights::shipped_paper_open`] for the paper's. With [`ScoreSource::Geometry`] the closed assembly uses none.
 ///
 /// # Errors
 /// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. A target that cannot be
@@ -47,11 +48,15 @@ const OVERSAMPLE: f64 = 2.0;
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh::simplify::{Options, Target, simplify};
+/// use neural_mesh::simplify::{Options, ScoreSource, Target, simplify};
 /// let mesh = shapes::icosphere(3);
 /// let options = Options::new(Target::Vertices(100));
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 100);
+/// // Without a network:
+/// let options = Options { scores: ScoreSource::Geometry, ..options };
+/// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(result.report.scores, ScoreSource::Geometry);
 /// ```
 pub fn simplify(
     mesh: &TriMesh,
@@ -119,9 +124,9 @@ fn run(
     let is_small = limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len();
     match options.assembly {
         Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => {
-            Ok((unchanged(&mesh, sources, oversample), None))
+            Ok((unchanged(&mesh, sources, options, oversample), None))
         }
-        Assembly::Paper if is_small => Ok((unchanged(&mesh, sources, oversample), None)),
+        Assembly::Paper if is_small => Ok((unchanged(&mesh, sources, options, oversample), None)),
         Assembly::Closed => {
             let (simplified, derivative) = closed_result(&mesh, weights, task, limit, oversample, progress)?;
             Ok((simplified, derivative.map(|derivative| within(derivative, sources))))
@@ -150,15 +155,17 @@ fn closed_result(
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
     let pruned = if options.prune { pruned(mesh, n_target) } else { None };
     let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |pruned| (&pruned.mesh, pruned.n_dropped));
-    let importance = weights.map_or(Importance::Even, Importance::Network);
+    let importance = match options.scores {
+        ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
+        ScoreSource::Geometry => Importance::Even,
+    };
     let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
     let request = Request { limit, oversample, importance, parts, seed, frame, differentiable };
     let mut closed = simplify_closed(mesh, &request, progress)?;
     let report = Report {
         outcome: outcome(closed.end),
-        scores: if weights.is_some() { ScoreSource::Network } else { ScoreSource::Geometry },
         components_pruned: n_pruned,
-        ..closed_report(&closed, oversample)
+        ..closed_report(&closed, options, oversample)
     };
     let derivative = closed.derivative.take().map(|derivative| within(derivative, pruned.map(|p| p.sources)));
     Ok((Simplified { mesh: closed.mesh, source_vertices: None, report }, derivative))
@@ -172,18 +179,18 @@ fn paper_result(
     limit: Limit,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
-    let weights = weights.ok_or(SimplifyError::NeedsWeights)?;
+    let weights = weights.unwrap_or_else(|| Weights::shipped_paper_open());
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let result = paper::simplify_paper(mesh, n_target, weights, options.seed, progress)?;
     let (lighter, kept) = compact(mesh, result.faces).ok_or(SimplifyError::Overflow)?;
-    let report = Report { scores: ScoreSource::Network, oversample: 1.0, ..plain_report(&lighter) };
+    let report = plain_report(&lighter, options);
     Ok(Simplified { mesh: lighter, source_vertices: Some(through(sources, kept)), report })
 }
 
 /// The mesh as it is, for targets that it meets already.
-fn unchanged(mesh: &TriMesh, sources: Option<Vec<u32>>, oversample: f64) -> Simplified {
+fn unchanged(mesh: &TriMesh, sources: Option<Vec<u32>>, options: &Options, oversample: f64) -> Simplified {
     let all = (0..mesh.positions().len() as u32).collect();
-    let report = Report { oversample, ..plain_report(mesh) };
+    let report = Report { oversample, ..plain_report(mesh, options) };
     Simplified { mesh: mesh.clone(), source_vertices: Some(through(sources, all)), report }
 }
 
@@ -217,7 +224,7 @@ fn outcome(end: End) -> Outcome {
     }
 }
 
-fn closed_report(closed: &Closed, oversample: f64) -> Report {
+fn closed_report(closed: &Closed, options: &Options, oversample: f64) -> Report {
     Report {
         oversample,
         vertices_after_pass: closed.vertices_after_pass,
@@ -225,15 +232,18 @@ fn closed_report(closed: &Closed, oversample: f64) -> Report {
         refined_regions: closed.refined_regions,
         flipped_edges: closed.flipped_edges,
         separated_vertices: closed.separated_vertices,
-        ..plain_report(&closed.mesh)
+        ..plain_report(&closed.mesh, options)
     }
 }
 
 /// The report of a result to which nothing else was done.
-fn plain_report(mesh: &TriMesh) -> Report {
+fn plain_report(mesh: &TriMesh, options: &Options) -> Report {
     Report {
         outcome: Outcome::Reached,
-        scores: ScoreSource::Geometry,
+        scores: match options.assembly {
+            Assembly::Closed => options.scores,
+            Assembly::Paper => ScoreSource::Network,
+        },
         oversample: 1.0,
         vertices_after_pass: mesh.positions().len(),
         components_at_minimum: count_components(mesh).1,

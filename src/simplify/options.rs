@@ -19,7 +19,7 @@ pub enum Assembly {
     /// Closed where the input was closed: sweeps, quotient, collapse, flips, fit.
     #[default]
     Closed,
-    /// The paper's (Sec. 4): faces with p > 0.5, the best two per edge, vertices at input positions. Needs weights.
+    /// The paper's (Sec. 4): faces with p > 0.5, the best two per edge, vertices at input positions.
     Paper,
 }
 
@@ -30,6 +30,8 @@ pub struct Options {
     pub target: Target,
     /// The assembly.
     pub assembly: Assembly,
+    /// Where the scores come from (closed assembly only; the paper's always asks its network).
+    pub scores: ScoreSource,
     /// Samples drawn per vertex asked for, 1 to 4; `None` lets the method choose (closed assembly only).
     pub oversample: Option<f64>,
     /// Seed of the sampling.
@@ -41,9 +43,17 @@ pub struct Options {
 }
 
 impl Options {
-    /// The defaults for a target: closed assembly, seed 0, nothing pruned, coordinates written as `f32`.
+    /// The defaults for a target: closed assembly, the network's scores, seed 0, nothing pruned, coordinates written as `f32`.
     pub fn new(target: Target) -> Self {
-        Self { target, assembly: Assembly::Closed, oversample: None, seed: 0, prune: false, frame: Frame::default() }
+        Self {
+            target,
+            assembly: Assembly::default(),
+            scores: ScoreSource::default(),
+            oversample: None,
+            seed: 0,
+            prune: false,
+            frame: Frame::default(),
+        }
     }
 }
 
@@ -82,13 +92,14 @@ impl Default for Parts {
     }
 }
 
-/// Where the scores that steer the sampling came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where the scores come from, which say where the result is to have more vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ScoreSource {
-    /// From the geometry alone.
-    Geometry,
     /// From the network's Point Sampler.
+    #[default]
     Network,
+    /// From the geometry alone: every vertex counts by its area. No weights are used.
+    Geometry,
 }
 
 /// Whether the size asked for was reached, or what stopped it short.
@@ -159,8 +170,6 @@ pub enum SimplifyError {
     BadOversample(f64),
     /// Not one positive factor for every vertex, or there are vertices that no face uses.
     BadImportance,
-    /// The paper's assembly was asked for without weights.
-    NeedsWeights,
     /// The network's probabilities leave no face.
     NothingKept,
     /// Coordinates of the result are too large for `f32`.
@@ -184,7 +193,6 @@ impl std::fmt::Display for SimplifyError {
                     "the importance must be one positive number for every vertex, each on a face: check its length"
                 )
             }
-            Self::NeedsWeights => write!(f, "the paper's assembly needs a trained network: give its weights"),
             Self::NothingKept => write!(f, "the network kept no face: these weights do not fit this mesh"),
             Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),
             Self::Interrupted => write!(f, "interrupted"),

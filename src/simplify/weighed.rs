@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn equal_factors_change_nothing() {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let options = Options { seed: 3, ..Options::new(Target::Vertices(150)) };
+        let options = Options { seed: 3, scores: ScoreSource::Geometry, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Options, Parts, Target};
+use neural_mesh::simplify::{Options, Parts, ScoreSource, Target};
 
 use crate::methods::{Done, meshoptimizer, simplified};
 use crate::paper::read_weights;
@@ -89,7 +89,8 @@ fn contestants(weights: &Weights) -> Vec<Contestant<'_>> {
 
 /// Ours with the scores of these weights, or of the geometry alone.
 fn by_scores(case: &Case, weights: Option<&Weights>) -> Result<Done> {
-    let options = Options { seed: case.seed, ..Options::new(Target::Ratio(case.ratio)) };
+    let scores = if weights.is_some() { ScoreSource::Network } else { ScoreSource::Geometry };
+    let options = Options { scores, seed: case.seed, ..Options::new(Target::Ratio(case.ratio)) };
     simplified(&case.original.raw, weights, options)
 }
 
