@@ -31,6 +31,26 @@ impl Tape {
         })
     }
 
+    /// `max(x w + b, 0) w' + b'` for two layers `[w, b]`, as two [`Tape::affine`] with a [`Tape::relu`] between them.
+    pub fn two_layers(&mut self, x: &Value, first: [&Value; 2], second: [&Value; 2]) -> Value {
+        let [[w, b], [last_w, last_b]] = [first, second];
+        let result = linalg::two_layers(&x.matrix, first.map(Value::matrix), second.map(Value::matrix));
+        let [x_kept, w_kept, b_kept, last_kept] = [x, w, b, last_w].map(|value| value.matrix.clone());
+        self.record(result, [x, w, b, last_w, last_b], move |gradient, [to_x, to_w, to_b, to_last_w, to_last_b]| {
+            let mut hidden = product(&x_kept, &w_kept, b_kept.data());
+            hidden.data_mut().iter_mut().for_each(|y| *y = y.max(0.0));
+            let to_hidden = product_input_backward(gradient, &last_kept);
+            let inner = entrywise(&to_hidden, &hidden, |g, y| if y > 0.0 { g } else { 0.0 });
+            [
+                to_x.then(|| product_input_backward(&inner, &w_kept)),
+                to_w.then(|| product_weights_backward(&x_kept, &inner)),
+                to_b.then(|| linalg::column_sums(&inner)),
+                to_last_w.then(|| product_weights_backward(&hidden, gradient)),
+                to_last_b.then(|| linalg::column_sums(gradient)),
+            ]
+        })
+    }
+
     /// `[a | b] w`: n x n_a and n x n_b to n x n_out.
     pub fn concat_product(&mut self, a: &Value, b: &Value, weights: &Value) -> Value {
         let result = concat_product(&a.matrix, &b.matrix, &weights.matrix);
@@ -149,6 +169,8 @@ mod tests {
         let inputs = [random(30, 5, 1), random(5, 7, 2), random(1, 7, 3)];
         check_gradients(&inputs, |tape, v| tape.product(&v[0], &v[1]));
         check_gradients(&inputs, |tape, v| tape.affine(&v[0], &v[1], &v[2]));
+        let layers = [random(30, 5, 1), random(5, 7, 2), random(1, 7, 3), random(7, 2, 4), random(1, 2, 5)];
+        check_gradients(&layers, |tape, v| tape.two_layers(&v[0], [&v[1], &v[2]], [&v[3], &v[4]]));
         let inputs = [random(30, 5, 1), random(30, 4, 2), random(9, 7, 3)];
         check_gradients(&inputs, |tape, v| tape.concat_product(&v[0], &v[1], &v[2]));
     }

@@ -23,6 +23,35 @@ impl Tape {
         })
     }
 
+    /// As [`Tape::concat_product`], [`Tape::neighbour_max_product_relu`] and [`Tape::two_layers`] one after the other,
+    /// without the memory for what lies between them. On the way back it is computed again.
+    pub fn scored_dev_conv(
+        &mut self,
+        [a, b]: [&Value; 2],
+        graph: &Arc<Csr>,
+        [theta, phi]: [&Value; 2],
+        [first, second]: [[&Value; 2]; 2],
+    ) -> Value {
+        let layers = [first, second].map(|layer| layer.map(Value::matrix));
+        let result = linalg::scored_dev_conv([a, b].map(Value::matrix), graph, [theta, phi].map(Value::matrix), layers);
+        let inputs = [a, b, theta, phi, first[0], first[1], second[0], second[1]];
+        let (kept, graph) = (inputs.map(|input| input.matrix.clone()), graph.clone());
+        self.record(result, inputs, move |gradient, needed| {
+            let mut tape = Tape::default();
+            let mut again = |i: usize| match needed[i] {
+                true => tape.parameter(kept[i].clone()),
+                false => Value::constant(kept[i].clone()),
+            };
+            let values: [Value; 8] = std::array::from_fn(&mut again);
+            let [a, b, theta, phi, w, bias, last_w, last_bias] = &values;
+            let mapped = tape.concat_product(a, b, theta);
+            let features = tape.neighbour_max_product_relu(&mapped, &graph, phi);
+            let result = tape.two_layers(&features, [w, bias], [last_w, last_bias]);
+            let gradients = tape.backward(&[(&result, gradient.clone())]);
+            values.each_ref().map(|value| gradients.of(value).cloned())
+        })
+    }
+
     /// `-|q_i - k_j|^2 / 2` for every entry (i, j): two n x width to n_entries x 1.
     pub fn neighbour_closeness(&mut self, q: &Value, k: &Value, graph: &Arc<Csr>) -> Value {
         let result = column(closeness(&q.matrix, &k.matrix, graph));
@@ -128,6 +157,11 @@ mod tests {
         let inputs = [random(25, 6, 1), random(1, 6, 2), random(6, 5, 3), random(1, 5, 4)];
         check_gradients(&inputs, |tape, v| tape.neighbour_max_product_relu(&v[0], &graph, &v[2]));
         check_gradients(&inputs, |tape, v| tape.pair_relu_product([&v[0], &v[1]], &graph, [&v[2], &v[3]]));
+        let inputs = [random(25, 3, 1), random(25, 3, 2), random(6, 5, 3), random(5, 4, 4), random(4, 4, 5)];
+        let inputs = [&inputs[..], &[random(1, 4, 6), random(4, 1, 7), random(1, 1, 8)]].concat();
+        check_gradients(&inputs, |tape, v| {
+            tape.scored_dev_conv([&v[0], &v[1]], &graph, [&v[2], &v[3]], [[&v[4], &v[5]], [&v[6], &v[7]]])
+        });
     }
 
     #[test]

@@ -91,6 +91,40 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
+    /// The symmetric graph over `n` nodes where `neighbours(i)` are those of node i, in any order, each once.
+    ///
+    /// Walking the rows in order sorts them: each row takes its columns from the nodes that name it.
+    ///
+    /// # Panics
+    /// When a neighbour does not exist or does not name the node in turn, or there are more than `u32` counts.
+    ///
+    /// ```
+    /// use neural_mesh::linalg::Csr;
+    /// let rows: [&[u32]; 3] = [&[2, 1], &[0], &[0]];
+    /// assert_eq!(Csr::from_neighbours(3, |i| rows[i]), Csr::from_edges(3, [[0, 1], [0, 2]]));
+    /// ```
+    pub fn from_neighbours<'a>(n: usize, neighbours: impl Fn(usize) -> &'a [u32]) -> Self {
+        let mut offsets = Vec::with_capacity(n + 1);
+        let mut size = 0usize;
+        offsets.push(0);
+        offsets.extend((0..n).map(|i| {
+            size += neighbours(i).len();
+            size as u32
+        }));
+        assert!(size <= u32::MAX as usize, "at most 2^32 - 1 entries");
+        let mut columns = vec![0u32; size];
+        let mut next = offsets.clone();
+        for i in 0..n {
+            for &j in neighbours(i) {
+                let slot = &mut next[j as usize];
+                columns[*slot as usize] = i as u32;
+                *slot += 1;
+            }
+        }
+        assert!(next[..n] == offsets[1..], "neighbours that name each other");
+        Self { offsets, columns, n_cols: n }
+    }
+
     /// The same square graph with every node joined to itself as well.
     ///
     /// ```

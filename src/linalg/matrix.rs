@@ -34,6 +34,11 @@ impl Matrix {
         Self::new(points.len(), 3, points.as_flattened().to_vec())
     }
 
+    /// One row per point, n_points x 3, nothing copied.
+    pub fn of_points(points: Vec<[f32; 3]>) -> Self {
+        Self::new(points.len(), 3, points.into_flattened())
+    }
+
     /// The matrix whose entry in row `row`, column `col` is `entry(row, col)`.
     pub fn from_fn(n_rows: usize, n_cols: usize, mut entry: impl FnMut(usize, usize) -> f32) -> Self {
         let indices = (0..n_rows).flat_map(|row| (0..n_cols).map(move |col| (row, col)));

@@ -11,9 +11,11 @@ mod neighbour_max;
 mod neighbour_softmax;
 mod pair_relu;
 mod product;
+mod scored_dev_conv;
 mod sparse_product;
 #[cfg(test)]
 pub(crate) mod test_values;
+mod two_layers;
 
 pub use csr::{Csr, InvalidCsr};
 pub use gather::{gather, gather_backward, triple_extremes, triple_extremes_backward};
@@ -23,7 +25,9 @@ pub use neighbour_softmax::{neighbour_dots, neighbour_dots_backward, neighbour_s
 pub use pair_relu::{PairReluGradients, pair_relu, pair_relu_backward, pair_relu_product};
 pub(crate) use product::column_sums;
 pub use product::{concat_product, product, product_input_backward, product_weights_backward};
+pub use scored_dev_conv::scored_dev_conv;
 pub use sparse_product::{sparse_product, sparse_product_backward};
+pub use two_layers::two_layers;
 
 #[cfg(test)]
 mod tests {

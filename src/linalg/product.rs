@@ -112,11 +112,17 @@ struct Product<'a> {
 impl RowKernel for Product<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let [n_in, n_out] = self.weights.shape();
+        let n_in = self.weights.n_rows();
         multiply_rows::<FMA>(&self.x.data()[rows.start * n_in..rows.end * n_in], self.weights, out);
-        for out in out.chunks_exact_mut(n_out.max(1)) {
-            out.iter_mut().zip(self.bias).for_each(|(y, bias)| *y += bias);
-        }
+        add_bias(out, self.bias);
+    }
+}
+
+/// Adds a bias, one per column or empty for none, to rows.
+#[inline(always)]
+pub(super) fn add_bias(rows: &mut [f32], bias: &[f32]) {
+    for row in rows.chunks_exact_mut(bias.len().max(1)) {
+        row.iter_mut().zip(bias).for_each(|(y, bias)| *y += bias);
     }
 }
 
@@ -142,8 +148,34 @@ impl RowKernel for ConcatProduct<'_> {
 #[inline(always)]
 pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out: &mut [f32]) {
     let [n_in, n_out] = weights.shape();
+    if n_out == 1 {
+        return dots::<FMA>(rows, weights.data(), out);
+    }
     let left = Strided { data: rows, row_step: n_in, inner_step: 1 };
     multiply::<FMA>(left, [rows.len() / n_in.max(1), n_in, n_out], weights.data(), out);
+}
+
+/// The dot product of every row with a single column.
+#[inline(always)]
+fn dots<const FMA: bool>(rows: &[f32], column: &[f32], out: &mut [f32]) {
+    let (narrow, rest) = column.as_chunks::<NARROW>();
+    for (row, out) in rows.chunks_exact(column.len().max(1)).zip(out) {
+        let (row_narrow, row_rest) = row.as_chunks::<NARROW>();
+        let mut sums = [0.0f32; NARROW];
+        for (a, b) in row_narrow.iter().zip(narrow) {
+            for c in 0..NARROW {
+                sums[c] = fused::<FMA>(a[c], b[c], sums[c]);
+            }
+        }
+        let mut n = NARROW;
+        while n > 1 {
+            n /= 2;
+            for c in 0..n {
+                sums[c] += sums[c + n];
+            }
+        }
+        *out = row_rest.iter().zip(rest).fold(sums[0], |sum, (&a, &b)| fused::<FMA>(a, b, sum));
+    }
 }
 
 /// Rows summed per part; the parts are then added in order.

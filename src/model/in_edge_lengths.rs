@@ -4,6 +4,7 @@
 //! and a network trained at one density of vertices says little at another; in units of the edges it sees the same.
 
 use crate::linalg::Csr;
+use glam::DVec3;
 
 /// A shift and a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,27 +20,31 @@ impl EdgeFrame {
     /// have no length, lengths stay.
     ///
     /// # Shapes
-    /// - `points`: n x 3, `graph`: n x n; entries from a point to itself do not count
+    /// - `points`: n x 3, `graph`: n x n, symmetric; entries from a point to itself do not count
     ///
     /// # Panics
     /// When `graph` has another number of rows.
-    pub fn of(points: &[[f32; 3]], graph: &Csr) -> Self {
+    pub fn of<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Self {
         assert_eq!(points.len(), graph.n_rows(), "one row per point");
-        let mut sum = [0.0f64; 3];
-        points.iter().for_each(|p| (0..3).for_each(|axis| sum[axis] += f64::from(p[axis])));
-        let length = |[i, j]: [u32; 2]| {
-            let [p, q] = [i, j].map(|v| glam::DVec3::from(points[v as usize].map(f64::from)));
-            p.distance(q)
-        };
-        let joined = || graph.entries().filter(|[i, j]| i != j);
-        let mean = joined().map(length).sum::<f64>() / joined().count().max(1) as f64;
-        let centre = sum.map(|sum| sum / points.len().max(1) as f64);
-        Self { centre, scale: if mean > 0.0 { 1.0 / mean } else { 1.0 } }
+        let at = |v: usize| DVec3::from(points[v].into().map(f64::from));
+        let (mut sum, mut lengths, mut n_edges) = (DVec3::ZERO, 0.0, 0);
+        for i in 0..points.len() {
+            let p = at(i);
+            sum += p;
+            // Rows ascend, so that each edge is met once, at its smaller end.
+            for &j in graph.row(i).iter().rev().take_while(|&&j| j as usize > i) {
+                lengths += p.distance(at(j as usize));
+                n_edges += 1;
+            }
+        }
+        let centre = (sum / points.len().max(1) as f64).to_array();
+        Self { centre, scale: if lengths > 0.0 { f64::from(n_edges) / lengths } else { 1.0 } }
     }
 
     /// Points in this frame, n x 3.
-    pub fn apply(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let moved = |p: &[f32; 3]| [0, 1, 2].map(|axis| ((f64::from(p[axis]) - self.centre[axis]) * self.scale) as f32);
+    pub fn apply<P: Copy + Into<[f32; 3]>>(&self, points: &[P]) -> Vec<[f32; 3]> {
+        let centre = DVec3::from(self.centre);
+        let moved = |&p: &P| ((DVec3::from(p.into().map(f64::from)) - centre) * self.scale).as_vec3().to_array();
         points.iter().map(moved).collect()
     }
 }
@@ -49,7 +54,7 @@ impl EdgeFrame {
 ///
 /// # Shapes
 /// - `points` and the result: n x 3
-/// - `graph`: n x n
+/// - `graph`: n x n, symmetric
 ///
 /// # Panics
 /// When `graph` has another number of rows.
@@ -60,7 +65,7 @@ impl EdgeFrame {
 /// let points = in_edge_lengths(&[[10.0, 0.0, 0.0], [13.0, 4.0, 0.0], [16.0, 8.0, 0.0]], &path);
 /// assert_eq!(points, [[-0.6, -0.8, 0.0], [0.0; 3], [0.6, 0.8, 0.0]]);
 /// ```
-pub fn in_edge_lengths(points: &[[f32; 3]], graph: &Csr) -> Vec<[f32; 3]> {
+pub fn in_edge_lengths<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Vec<[f32; 3]> {
     EdgeFrame::of(points, graph).apply(points)
 }
 

@@ -1,8 +1,8 @@
 //! The three stages over plain slices, weights constant: what a pipeline or an adapter for another framework calls.
 
 use super::{
-    CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier, point_sampler,
-    prior, triangle_graph,
+    CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
+    in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
@@ -31,8 +31,39 @@ pub fn vertex_scores(
     normals: Option<&[[f32; 3]]>,
     rings: &Arc<Csr>,
 ) -> Vec<f32> {
-    let value = |rows: &[[f32; 3]]| Value::constant(Matrix::from_points(rows));
-    let (points, normals) = (value(points), normals.map(value));
+    scores(weights, Matrix::from_points(points), normals.map(Matrix::from_points), rings)
+}
+
+/// Scores every vertex of a surface, whatever its scale: [`vertex_scores`] of its positions
+/// [`in_edge_lengths`](super::in_edge_lengths).
+///
+/// # Shapes
+/// - `positions`: n x 3, `normals`: n x 3, unit vectors
+/// - `rings`: n x n, the edges of the mesh
+/// - returns n scores
+///
+/// # Panics
+/// When `rings` has another number of rows.
+///
+/// ```
+/// use neural_mesh::{linalg::Csr, model::{Weights, surface_scores}};
+/// let rings = std::sync::Arc::new(Csr::from_edges(3, [[0, 1], [1, 2], [2, 0]]));
+/// let positions = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]];
+/// assert_eq!(surface_scores(&Weights::random(1), &positions, &[[0.0, 0.0, 1.0]; 3], &rings).len(), 3);
+/// ```
+pub fn surface_scores<P: Copy + Into<[f32; 3]>>(
+    weights: &Weights,
+    positions: &[P],
+    normals: &[P],
+    rings: &Arc<Csr>,
+) -> Vec<f32> {
+    let points = Matrix::of_points(in_edge_lengths(positions, rings));
+    let normals = Matrix::of_points(normals.iter().map(|&normal| normal.into()).collect());
+    scores(weights, points, Some(normals), rings)
+}
+
+fn scores(weights: &Weights, points: Matrix, normals: Option<Matrix>, rings: &Arc<Csr>) -> Vec<f32> {
+    let (points, normals) = (Value::constant(points), normals.map(Value::constant));
     let vertices = Vertices { points: &points, normals: normals.as_ref() };
     let scores = point_sampler(&mut Tape::default(), &weights.constants().point_sampler, vertices, rings);
     scores.matrix().data().to_vec()

@@ -92,14 +92,16 @@ mod tests {
 
     #[test]
     fn gradients_of_the_point_sampler() {
-        let weights = Weights::random_of(SIZES, 2);
         let rings = ring(14);
-        let of_vertices = vec![Matrix::from_points(&points()), random(14, 3, 8)];
-        check_gradients(&[matrices(&weights), of_vertices].concat(), |tape, values| {
-            let (tensors, [points, normals]) = values.split_last_chunk().unwrap();
-            let vertices = Vertices { points, normals: Some(normals) };
-            point_sampler(tape, &of_values(&weights, tensors).point_sampler, vertices, &rings)
-        });
+        for point_sampler_layers in [1, 2] {
+            let weights = Weights::random_of(Architecture { point_sampler_layers, ..SIZES }, 2);
+            let of_vertices = vec![Matrix::from_points(&points()), random(14, 3, 8)];
+            check_gradients(&[matrices(&weights), of_vertices].concat(), |tape, values| {
+                let (tensors, [points, normals]) = values.split_last_chunk().unwrap();
+                let vertices = Vertices { points, normals: Some(normals) };
+                point_sampler(tape, &of_values(&weights, tensors).point_sampler, vertices, &rings)
+            });
+        }
     }
 
     #[test]

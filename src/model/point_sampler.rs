@@ -45,22 +45,29 @@ pub struct Vertices<'a> {
 /// assert_eq!(scores.matrix().shape(), [2, 1]);
 /// ```
 pub fn point_sampler(tape: &mut Tape, net: &PointSampler<Value>, vertices: Vertices, rings: &Arc<Csr>) -> Value {
+    let score = [&net.score.weights, &net.score.bias];
+    let none = || Value::constant(Matrix::zeros(vertices.points.matrix().n_rows(), 3));
+    if let ([layer], Some(hidden)) = (net.dev_convs.as_slice(), &net.hidden)
+        && layer.theta.matrix().n_rows() == 6
+    {
+        let normals = vertices.normals.cloned().unwrap_or_else(none);
+        let layers = [[&hidden.weights, &hidden.bias], score];
+        return tape.scored_dev_conv([vertices.points, &normals], rings, [&layer.theta, &layer.phi], layers);
+    }
     let mut features = vertices.points.clone();
     for layer in &net.dev_convs {
         // The first layer alone can be wider than what it is given.
         features = if layer.theta.matrix().n_rows() > features.matrix().n_cols() {
-            let none = || Value::constant(Matrix::zeros(features.matrix().n_rows(), 3));
             let normals = vertices.normals.cloned().unwrap_or_else(none);
             dev_conv_with_normals(tape, layer, [&features, &normals], rings)
         } else {
             dev_conv(tape, layer, &features, rings)
         };
     }
-    if let Some(hidden) = &net.hidden {
-        let raised = tape.affine(&features, &hidden.weights, &hidden.bias);
-        features = tape.relu(&raised);
+    match &net.hidden {
+        Some(hidden) => tape.two_layers(&features, [&hidden.weights, &hidden.bias], score),
+        None => tape.affine(&features, score[0], score[1]),
     }
-    tape.affine(&features, &net.score.weights, &net.score.bias)
 }
 
 /// The probabilities of a multinomial distribution over the mesh from its scores: the softmax, which sums to 1.

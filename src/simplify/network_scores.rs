@@ -3,7 +3,7 @@
 use crate::geometry::triangle::area_normal;
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
-use crate::model::{Weights, in_edge_lengths, vertex_scores};
+use crate::model::{Weights, surface_scores};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -16,8 +16,7 @@ use std::sync::Arc;
 /// ```
 pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     let rings = Arc::new(edge_graph(mesh));
-    let points = in_edge_lengths(mesh.positions(), &rings);
-    vertex_scores(weights, &points, Some(&vertex_normals(mesh)), &rings)
+    surface_scores(weights, mesh.positions(), &vertex_normals(mesh), &rings)
 }
 
 /// The unit normals at the vertices of a mesh, n_vertices x 3: the direction of the sum of the faces' area normals,

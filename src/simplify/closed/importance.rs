@@ -7,11 +7,10 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::linalg::Csr;
-use crate::model::{Weights, in_edge_lengths, vertex_scores};
+use crate::model::{Weights, surface_scores};
 
 use super::Importance;
 use super::surface::Surface;
@@ -32,24 +31,12 @@ pub(super) fn weigh(surface: &mut Surface, importance: Importance) {
 /// The scores of the vertices, n_vertices.
 fn scores(surface: &Surface, weights: &Weights) -> Vec<f32> {
     let rings = Arc::new(edges(surface));
-    let rows = |rows: &[Vec3]| -> Vec<[f32; 3]> { rows.iter().map(Vec3::to_array).collect() };
-    let points = in_edge_lengths(&rows(&surface.positions), &rings);
-    vertex_scores(weights, &points, Some(&rows(&surface.normals)), &rings)
+    surface_scores(weights, &surface.positions, &surface.normals, &rings)
 }
 
 /// The rings as sparse rows, apexes left out.
 fn edges(surface: &Surface) -> Csr {
-    let n = surface.n_vertices();
-    let mut offsets = Vec::with_capacity(n + 1);
-    let mut columns = Vec::with_capacity(surface.rings.n_entries());
-    offsets.push(0);
-    for v in 0..n as u32 {
-        let start = columns.len();
-        columns.extend_from_slice(surface.neighbors(v));
-        columns[start..].sort_unstable();
-        offsets.push(columns.len() as u32);
-    }
-    Csr::new(offsets, columns, n).unwrap_or_else(|_| Csr::from_edges(n, []))
+    Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }
 
 /// The exponential of each score about the mean by area; only differences of scores matter. Weights may be so large that a
