@@ -29,8 +29,10 @@ fn assert_size(mesh: &TriMesh, ratio: f64, result: &Simplified) {
     }
 }
 
-/// Closed, of the same topology and at its size at each ratio, whatever the scores; within a fraction of the diagonal
-/// where no network, trained on whatever it was, has a say.
+/// How much farther off a result may be where the network's scores steer: none of these shapes is like those it learned from.
+const ROOM: f64 = 2.5;
+
+/// Closed, of the same topology, at its size and within a fraction of the diagonal at each ratio, whatever the scores.
 fn check(mesh: &TriMesh, ratios_and_fractions: [(f64, f64); 3]) {
     for (ratio, fraction) in ratios_and_fractions {
         for scores in [ScoreSource::Network, ScoreSource::Geometry] {
@@ -38,9 +40,8 @@ fn check(mesh: &TriMesh, ratios_and_fractions: [(f64, f64); 3]) {
             assert_closed_manifold(&result.mesh);
             assert_same_topology(mesh, &result.mesh);
             assert_size(mesh, ratio, &result);
-            if scores == ScoreSource::Geometry {
-                assert_close(mesh, &result.mesh, fraction);
-            }
+            let room = if scores == ScoreSource::Geometry { 1.0 } else { ROOM };
+            assert_close(mesh, &result.mesh, room * fraction);
         }
     }
 }
