@@ -20,7 +20,7 @@ use crate::model::Weights;
 use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
-pub use closed::Importance;
+pub use closed::{Importance, importance_of_scores};
 pub use mesh_points::{MeshedPoints, mesh_points};
 pub use network_scores::{edge_graph, network_scores, vertex_areas, vertex_normals};
 pub use one_pass::one_pass;

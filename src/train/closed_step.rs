@@ -12,7 +12,9 @@ use crate::linalg::{Csr, Matrix};
 use crate::loss::{PointErrors, error_sums, log_errors, parts, point_errors};
 use crate::mesh::TriMesh;
 use crate::model::{Vertices, Weights, in_edge_lengths, point_sampler};
-use crate::simplify::{Importance, Parts, Weighed, edge_graph, simplify_weighed, vertex_areas, vertex_normals};
+use crate::simplify::{
+    Importance, Parts, Weighed, edge_graph, importance_of_scores, simplify_weighed, vertex_areas, vertex_normals,
+};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use rayon::prelude::*;
@@ -21,8 +23,6 @@ use std::sync::Arc;
 
 /// Fewer output vertices than this say little.
 const LEAST_VERTICES: usize = 50;
-/// Scores farther than this from their mean count as if they were not, as in the assembly.
-const MOST_SCORE: f32 = 3.5;
 /// What an output vertex is worth in the sum of the three logarithms times their number: about 1 for each, as errors
 /// fall in proportion to the vertices. Where the cells of a step do not say.
 const WORTH: f64 = 3.0;
@@ -128,7 +128,8 @@ impl Probing<'_> {
 
     /// Simplifies with the scores moved, and measures.
     fn side(&self, moves: &[f32], seed: u64) -> Result<Side, String> {
-        let importance = importance(self.scores, self.areas, moves);
+        let mut importance = importance_of_scores(self.scores, self.areas);
+        importance.iter_mut().zip(moves).for_each(|(factor, by)| *factor *= by.exp());
         let (importance, parts) = (Importance::Given(&importance), Parts::default());
         let result = simplify_weighed(self.mesh, self.n_output, importance, seed, &parts);
         let result = result.map_err(|error| error.to_string())?;
@@ -165,15 +166,6 @@ impl Probing<'_> {
 fn worth(changes: &[f64], counts: &[f64], signs: &[f32]) -> f64 {
     let along = |values: &[f64]| values.iter().zip(signs).map(|(x, &sign)| x * f64::from(sign)).sum::<f64>();
     ((WORTH * BELIEF - along(changes)) / (BELIEF + along(counts).max(0.0))).clamp(0.0, 3.0 * WORTH)
-}
-
-/// The factors of the closed assembly from scores and what they are moved by.
-fn importance(scores: &[f32], areas: &[f64], moves: &[f32]) -> Vec<f32> {
-    let total: f64 = areas.iter().sum();
-    let weighed = scores.iter().zip(areas).map(|(&s, area)| f64::from(s) * area).sum::<f64>();
-    let mean = if total > 0.0 { (weighed / total) as f32 } else { 0.0 };
-    let factor = |(&s, by): (&f32, &f32)| ((s - mean).clamp(-MOST_SCORE, MOST_SCORE) + by).exp();
-    scores.iter().zip(moves).map(factor).collect()
 }
 
 fn corners(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {

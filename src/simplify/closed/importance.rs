@@ -22,7 +22,7 @@ const MOST_SCORE: f32 = 3.5;
 pub(super) fn weigh(surface: &mut Surface, importance: Importance) {
     let factors = match importance {
         Importance::Even => return,
-        Importance::Network(weights) => from_scores(surface, &scores(surface, weights)),
+        Importance::Network(weights) => importance_of_scores(&scores(surface, weights), &areas(surface)),
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
     surface.weigh(factors);
@@ -39,14 +39,29 @@ fn edges(surface: &Surface) -> Csr {
     Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }
 
-/// The exponential of each score about the mean by area; only differences of scores matter. Weights may be so large that a
-/// score is not finite: it then counts as 0.
-fn from_scores(surface: &Surface, scores: &[f32]) -> Vec<f32> {
-    let weight = |v: usize| surface.weight(v);
-    let total: f64 = (0..scores.len()).map(weight).sum();
+/// By how much more than its area each vertex counts, from its score: the exponential of the score about the mean by area.
+///
+/// Only differences of scores matter. Weights of a network may be so large that a score is not finite: it then counts as 0.
+///
+/// # Shapes
+/// - `scores` and `areas` (0 or more): n
+/// - returns n positive factors
+///
+/// ```
+/// use neural_mesh::simplify::importance_of_scores;
+/// let factors = importance_of_scores(&[1.0, 3.0], &[1.0, 1.0]);
+/// assert!((factors[1] / factors[0] - 2.0_f32.exp()).abs() < 1e-5);
+/// ```
+pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
+    let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
-    let mean = scores.iter().enumerate().map(|(v, &s)| weight(v) * f64::from(finite(s))).sum::<f64>() / total;
+    let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
     scores.par_iter().map(|&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
+}
+
+/// The weights of the vertices as long as all count alike, n_vertices.
+fn areas(surface: &Surface) -> Vec<f64> {
+    (0..surface.n_vertices()).map(|v| surface.weight(v)).collect()
 }
 
 #[cfg(test)]
@@ -72,11 +87,11 @@ mod tests {
         let (plain, mut heavy) = (Surface::new(&mesh), Surface::new(&mesh));
         weigh(&mut heavy, Importance::Given(&[2.0; 36]));
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
-        let even = from_scores(&plain, &[7.0; 36]);
+        let even = importance_of_scores(&[7.0; 36], &areas(&plain));
         assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
         let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();
-        assert!(from_scores(&plain, &spread)[0] <= MOST_SCORE.exp());
+        assert!(importance_of_scores(&spread, &areas(&plain))[0] <= MOST_SCORE.exp());
         let wild: Vec<f32> = (0..36).map(|v| [1.0, f32::NAN, f32::INFINITY][v % 3]).collect();
-        assert!(from_scores(&plain, &wild).iter().all(|factor| factor.is_finite() && *factor > 0.0));
+        assert!(importance_of_scores(&wild, &areas(&plain)).iter().all(|factor| factor.is_finite() && *factor > 0.0));
     }
 }

@@ -31,6 +31,7 @@ use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
 pub(super) use derivative::Derivative;
+pub use importance::importance_of_scores;
 
 /// Sweeps over the borders of the regions; more move hardly any vertex.
 const SWEEPS: usize = 2;
