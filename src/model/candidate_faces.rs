@@ -31,7 +31,15 @@ impl CandidateFaces {
 }
 
 /// The barycenter of each triangle, n_triangles x 3.
-pub(super) fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+///
+/// # Panics
+/// When a corner is none of `points`.
+///
+/// ```
+/// use neural_mesh::model::barycenters;
+/// assert_eq!(barycenters(&[[0.0; 3], [3.0, 0.0, 0.0], [0.0, 6.0, 0.0]], &[[0, 1, 2]]), [[1.0, 2.0, 0.0]]);
+/// ```
+pub fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let barycenter = |corners: &[u32; 3]| {
         let [i, j, k] = corners.map(|v| points[v as usize]);
         [0, 1, 2].map(|axis| (i[axis] + j[axis] + k[axis]) / 3.0)

@@ -24,7 +24,7 @@ mod weights;
 
 pub use affine::Affine;
 pub use architecture::Architecture;
-pub use candidate_faces::{CandidateFaces, candidate_faces, prior};
+pub use candidate_faces::{CandidateFaces, barycenters, candidate_faces, prior};
 pub use dev_conv::{DevConv, dev_conv};
 pub use edge_predictor::{EdgePredictor, Edges, edge_predictor};
 pub use extended_graph::extended_graph;

@@ -1,5 +1,6 @@
 //! The pipeline, Secs. 3 and 4: a mesh and a target in, a lighter mesh and its story out.
 
+mod bending;
 mod closed;
 mod components;
 mod mesh_points;
@@ -20,6 +21,7 @@ use crate::model::Weights;
 use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
 use components::{compact, count_components, pruned};
 
+pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
 pub use mesh_points::{MeshedPoints, mesh_points};
 pub use network_scores::{edge_graph, network_scores, vertex_areas, vertex_normals};

@@ -1,25 +1,22 @@
 //! The step of the objective "closed": which importance of the vertices makes the closed assembly's result best.
 //!
-//! Assembly and errors are what they are in use; nothing is relaxed. The loss is the measured one, and its gradient to the scores is
-//! estimated: the surface is divided into cells, each cell's scores are moved up or down at random, and the result is measured on
-//! both sides (simultaneous perturbation, Spall 1992). Errors are local, so every cell is credited with the change
-//! within itself: one pair of runs says something about hundreds of cells.
+//! Assembly and errors are what they are in use; nothing is relaxed. The loss is the measured one, and its gradient to
+//! the scores is estimated: the surface is divided into cells, each cell's scores are moved up or down at random, and
+//! the result is measured on both sides (simultaneous perturbation, Spall 1992). Errors are local, so every cell is
+//! credited with the change within itself: one pair of runs says something about hundreds of cells.
 
 use super::random::{below, uniform};
-use super::{Item, Settings, Step, gradients_of};
-use crate::autodiff::{Tape, Value};
-use crate::linalg::{Csr, Matrix};
+use super::scored::scored;
+use super::{Item, Settings, Step};
+use crate::linalg::Csr;
 use crate::loss::{PointErrors, error_sums, log_errors, parts, point_errors};
 use crate::mesh::TriMesh;
-use crate::model::{Vertices, Weights, in_edge_lengths, point_sampler};
-use crate::simplify::{
-    Importance, Parts, Weighed, edge_graph, importance_of_scores, simplify_weighed, vertex_areas, vertex_normals,
-};
+use crate::model::Weights;
+use crate::simplify::{Importance, Parts, importance_of_scores, simplify_weighed, vertex_areas};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use rayon::prelude::*;
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 /// Fewer output vertices than this say little.
 const LEAST_VERTICES: usize = 50;
@@ -41,22 +38,16 @@ pub(super) fn closed_step(
     if n_output < LEAST_VERTICES {
         return Err(format!("has fewer than {LEAST_VERTICES} vertices left at this ratio"));
     }
-    let rings = Arc::new(edge_graph(mesh));
-    let mut tape = Tape::default();
-    let net = weights.parameters(&mut tape);
-    let rows = |rows: &[[f32; 3]]| Value::constant(Matrix::from_points(rows));
-    let (points, normals) = (rows(&in_edge_lengths(mesh.positions(), &rings)), rows(&vertex_normals(mesh)));
-    let vertices = Vertices { points: &points, normals: Some(&normals) };
-    let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
-    let probing =
-        Probing { mesh, rings: &rings, areas: &vertex_areas(mesh), scores: scores.matrix().data(), n_output, settings };
+    let scored = scored(weights, mesh);
+    let areas = vertex_areas(mesh);
+    let importance = importance_of_scores(scored.scores.matrix().data(), &areas);
+    let probing = Probing { mesh, rings: &scored.rings, areas: &areas, importance: &importance, n_output, settings };
     let probes: Vec<Xoshiro256PlusPlus> = (0..settings.probes).map(|_| branched(random)).collect();
     let found: Vec<Found> =
         probes.into_par_iter().map(|mut random| probing.probe(&mut random)).collect::<Result<_, _>>()?;
     let (losses, gradient) = mean(&found, mesh.positions().len());
-    let gradients = gradients_of(&net, &tape.backward(&[(&scores, Matrix::new(gradient.len(), 1, gradient))]));
     let terms = ["distance", "normals", "peak"].into_iter().zip(losses).collect();
-    Ok(Step { terms, gradients })
+    Ok(Step { terms, gradients: scored.backward(gradient) })
 }
 
 /// A generator of its own for each probe.
@@ -79,7 +70,8 @@ struct Probing<'a> {
     mesh: &'a TriMesh,
     rings: &'a Csr,
     areas: &'a [f64],
-    scores: &'a [f32],
+    /// By the scores as they are, n_vertices.
+    importance: &'a [f32],
     n_output: usize,
     settings: &'a Settings,
 }
@@ -123,46 +115,34 @@ impl Probing<'_> {
         let slopes: Vec<f64> = (0..n_cells)
             .map(|c| f64::from(signs[c]) * (changes[c] + worth * counts[c]) / (2.0 * f64::from(step)))
             .collect();
-        Ok(Found { losses: log_errors(&sums), gradient: self.spread(&cells, &slopes) })
+        Ok(Found { losses: log_errors(&sums), gradient: shared_out(&slopes, &cells, self.areas) })
     }
 
     /// Simplifies with the scores moved, and measures.
     fn side(&self, moves: &[f32], seed: u64) -> Result<Side, String> {
-        let mut importance = importance_of_scores(self.scores, self.areas);
-        importance.iter_mut().zip(moves).for_each(|(factor, by)| *factor *= by.exp());
+        let importance: Vec<f32> = self.importance.iter().zip(moves).map(|(factor, by)| factor * by.exp()).collect();
         let (importance, parts) = (Importance::Given(&importance), Parts::default());
         let result = simplify_weighed(self.mesh, self.n_output, importance, seed, &parts);
         let result = result.map_err(|error| error.to_string())?;
         let errors = point_errors(&corners(self.mesh), &corners(&result.mesh));
-        Ok(Side { errors, counts: self.counts(&result) })
-    }
-
-    /// Every output vertex, divided among the input vertices that it stands for by their areas.
-    fn counts(&self, result: &Weighed) -> Vec<f64> {
-        let mut totals = vec![0.0f64; result.mesh.positions().len()];
-        let shares = result.vertex_of.iter().zip(self.areas);
-        shares.clone().for_each(|(&output, area)| totals[output as usize] += area);
-        let share = |(&output, area): (&u32, &f64)| match totals[output as usize] {
-            total if total > 0.0 => area / total,
-            _ => 0.0,
-        };
-        shares.map(share).collect()
-    }
-
-    /// A slope per cell as slopes of its vertices, by area.
-    fn spread(&self, cells: &[u32], slopes: &[f64]) -> Vec<f64> {
-        let mut totals = vec![0.0f64; slopes.len()];
-        cells.iter().zip(self.areas).for_each(|(&cell, area)| totals[cell as usize] += area);
-        let share = |(&cell, area): (&u32, &f64)| match totals[cell as usize] {
-            total if total > 0.0 => slopes[cell as usize] * area / total,
-            _ => 0.0,
-        };
-        cells.iter().zip(self.areas).map(share).collect()
+        let counts = shared_out(&vec![1.0; result.mesh.positions().len()], &result.vertex_of, self.areas);
+        Ok(Side { errors, counts })
     }
 }
 
-/// What a vertex more is worth: the number of output vertices is fixed, so a cell pays for those that it draws to itself. Raising
-/// all cells together changes nothing, which says how much.
+/// What each group has, divided among its members by their areas; nothing where a group has no area.
+fn shared_out(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
+    let mut totals = vec![0.0f64; values.len()];
+    groups.iter().zip(areas).for_each(|(&group, area)| totals[group as usize] += area);
+    let share = |(&group, area): (&u32, &f64)| match totals[group as usize] {
+        total if total > 0.0 => values[group as usize] * area / total,
+        _ => 0.0,
+    };
+    groups.iter().zip(areas).map(share).collect()
+}
+
+/// What a vertex more is worth: the number of output vertices is fixed, so a cell pays for those that it draws to
+/// itself. Raising all cells together changes nothing, which says how much.
 fn worth(changes: &[f64], counts: &[f64], signs: &[f32]) -> f64 {
     let along = |values: &[f64]| values.iter().zip(signs).map(|(x, &sign)| x * f64::from(sign)).sum::<f64>();
     ((WORTH * BELIEF - along(changes)) / (BELIEF + along(counts).max(0.0))).clamp(0.0, 3.0 * WORTH)
@@ -199,6 +179,7 @@ fn cells(rings: &Csr, n_cells: usize, random: &mut Xoshiro256PlusPlus) -> Vec<u3
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::simplify::edge_graph;
     use rand_xoshiro::rand_core::SeedableRng;
 
     #[test]
@@ -232,8 +213,15 @@ mod tests {
         // Scores that say the opposite of what is good.
         let scores: Vec<f32> = mesh.positions().iter().map(|p| if p[2] > 0.6 { -3.0 } else { 0.0 }).collect();
         let rings = edge_graph(&mesh);
-        let probing =
-            Probing { mesh: &mesh, rings: &rings, areas: &areas, scores: &scores, n_output: 600, settings: &settings };
+        let importance = importance_of_scores(&scores, &areas);
+        let probing = Probing {
+            mesh: &mesh,
+            rings: &rings,
+            areas: &areas,
+            importance: &importance,
+            n_output: 600,
+            settings: &settings,
+        };
         let mut cap = 0.0;
         for seed in 0..4 {
             let found = probing.probe(&mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap();

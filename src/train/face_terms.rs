@@ -7,6 +7,7 @@ use crate::linalg::Csr;
 use crate::loss::{self, FaceObjective, NamedTerm, face_geometry};
 use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
+use crate::model::barycenters;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
@@ -42,7 +43,7 @@ pub(super) fn face_terms(
         edges: &candidates.faces.entries,
         at_border: &at_border(spanned, &candidates.extended),
         labels: &labels,
-        original_barycenters: &drawn.frame.apply(&barycenters(mesh)),
+        original_barycenters: &drawn.frame.apply(&barycenters(mesh.positions(), mesh.faces())),
         surface: &drawn.frame.apply(&surface),
     };
     let objective = objective(settings);
@@ -70,15 +71,6 @@ fn objective(settings: &Settings) -> FaceObjective {
         by_count: settings.literal,
         ..FaceObjective::TRAINED
     }
-}
-
-/// The barycenter of each face of the original, n_faces x 3.
-fn barycenters(mesh: &TriMesh) -> Vec<[f32; 3]> {
-    let mean = |face: &[u32; 3]| {
-        let [a, b, c] = face.map(|v| mesh.positions()[v as usize]);
-        [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
-    };
-    mesh.faces().iter().map(mean).collect()
 }
 
 fn surface_points(mesh: &TriMesh, n: usize, seed: u64) -> Vec<[f32; 3]> {

@@ -19,6 +19,7 @@ mod random;
 mod rows;
 mod run;
 mod sampler_terms;
+mod scored;
 mod settings;
 mod step;
 mod uniform_step;

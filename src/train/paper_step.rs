@@ -7,17 +7,18 @@ use super::face_terms::{Faces, face_terms, judges_faces};
 use super::patch::patch;
 use super::random::below;
 use super::sampler_terms::{Surface, sampler_terms};
+use super::scored::{Scored, constant, scored};
 use super::{Item, Settings, Step, gradients_of};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::loss::{NamedTerm, total};
 use crate::mesh::TriMesh;
 use crate::model::{
-    CandidateFaces, EdgeFrame, Network, Vertices, Weights, candidate_faces, edge_predictor, extended_graph,
-    face_classifier, in_edge_lengths, point_sampler, prior, triangle_graph,
+    CandidateFaces, EdgeFrame, Network, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
+    prior, triangle_graph,
 };
 use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
-use crate::simplify::{edge_graph, scattered_samples, vertex_normals};
+use crate::simplify::{edge_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use std::sync::Arc;
@@ -37,14 +38,7 @@ pub(super) fn paper_step(
     if n_samples < LEAST_SAMPLES {
         return Err(format!("has fewer than {LEAST_SAMPLES} samples at this ratio"));
     }
-    let rings = Arc::new(edge_graph(&mesh));
-    let points = in_edge_lengths(mesh.positions(), &rings);
-    let mut tape = Tape::default();
-    let net = weights.parameters(&mut tape);
-    let normals = vertex_normals(&mesh);
-    let (positions, directions) = (constant(&points), constant(&normals));
-    let vertices = Vertices { points: &positions, normals: Some(&directions) };
-    let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
+    let Scored { mut tape, net, rings, points, normals, scores } = scored(weights, &mesh);
     let surface = Surface { points: &points, normals: &normals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
@@ -114,10 +108,6 @@ fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &We
     let points = constant(&drawn.points);
     let probabilities = face_classifier(tape, net, &points, &faces.triangles, &neighbours, &prior);
     (probabilities, Candidates { faces, extended, neighbours })
-}
-
-fn constant(points: &[[f32; 3]]) -> Value {
-    Value::constant(Matrix::from_points(points))
 }
 
 /// The gradient of the weighted sum of terms to a column of values.

@@ -1,45 +1,16 @@
 //! An importance made by a formula, from how much the surface bends: what learned scores have to beat.
 
-use glam::DVec3;
-use neural_mesh::linalg::Csr;
 use neural_mesh::mesh::TriMesh;
-use neural_mesh::simplify::{edge_graph, vertex_areas, vertex_normals};
+use neural_mesh::model::in_edge_lengths;
+use neural_mesh::simplify::{bending_scores, edge_graph, vertex_areas, vertex_normals};
 
-/// Bending beyond this many times the mean, either way, counts as if it were not.
-const MOST: f64 = 10.0;
-
-/// The square root of the bending about each vertex over its mean by area: the largest turn of the normal per length along
-/// the edges of a vertex, averaged once over it and its neighbours. All ones where nothing bends.
+/// The square root of the bending about each vertex over its mean by area: the exponentials of [`bending_scores`]. All ones
+/// where nothing bends.
 pub fn bending_importance(mesh: &TriMesh) -> Vec<f32> {
-    let (rings, areas) = (edge_graph(mesh), vertex_areas(mesh));
-    let raw = largest_turns(mesh, &rings);
-    let average = |of: &[usize]| -> Option<f64> {
-        let area: f64 = of.iter().map(|&w| areas[w]).sum();
-        (area > 0.0).then(|| of.iter().map(|&w| areas[w] * raw[w]).sum::<f64>() / area)
-    };
-    let around = |v: usize| -> Vec<usize> { [v].into_iter().chain(neighbors(&rings, v)).collect() };
-    let smooth: Vec<f64> = (0..raw.len()).map(|v| average(&around(v)).unwrap_or(raw[v])).collect();
-    let total: f64 = areas.iter().sum();
-    let mean = smooth.iter().zip(&areas).map(|(bending, area)| bending * area).sum::<f64>() / total;
-    if !(mean > 0.0 && mean.is_finite()) {
-        return vec![1.0; raw.len()];
-    }
-    smooth.iter().map(|bending| (bending / mean).clamp(1.0 / MOST, MOST).sqrt() as f32).collect()
-}
-
-/// The largest turn of the normal per length along the edges of each vertex.
-fn largest_turns(mesh: &TriMesh, rings: &Csr) -> Vec<f64> {
-    let double = |rows: &[[f32; 3]]| -> Vec<DVec3> { rows.iter().map(|p| DVec3::from(p.map(f64::from))).collect() };
-    let (points, normals) = (double(mesh.positions()), double(&vertex_normals(mesh)));
-    let turn = |v: usize, w: usize| {
-        let length = points[v].distance(points[w]);
-        if length > 0.0 { normals[v].distance(normals[w]) / length } else { 0.0 }
-    };
-    (0..points.len()).map(|v| neighbors(rings, v).map(|w| turn(v, w)).fold(0.0, f64::max)).collect()
-}
-
-fn neighbors(rings: &Csr, v: usize) -> impl Iterator<Item = usize> {
-    rings.row(v).iter().map(|&w| w as usize)
+    let rings = edge_graph(mesh);
+    let points = in_edge_lengths(mesh.positions(), &rings);
+    let scores = bending_scores(&points, &vertex_normals(mesh), &vertex_areas(mesh), &rings);
+    scores.map_or(vec![1.0; points.len()], |scores| scores.into_iter().map(f32::exp).collect())
 }
 
 #[cfg(test)]

@@ -1,0 +1,50 @@
+//! The Point Sampler over a mesh on a tape: where every objective that learns scores begins.
+
+use super::gradients_of;
+use crate::autodiff::{Tape, Value};
+use crate::linalg::{Csr, Matrix};
+use crate::mesh::TriMesh;
+use crate::model::{Network, Vertices, Weights, in_edge_lengths, point_sampler};
+use crate::simplify::{edge_graph, vertex_normals};
+use std::sync::Arc;
+
+/// The scores of a mesh's vertices, and what they came from.
+pub(super) struct Scored {
+    /// Remembers the way from the parameters.
+    pub tape: Tape,
+    /// The parameters.
+    pub net: Network<Value>,
+    /// n x n, the edges.
+    pub rings: Arc<Csr>,
+    /// n x 3, in edge lengths.
+    pub points: Vec<[f32; 3]>,
+    /// n x 3, unit vectors.
+    pub normals: Vec<[f32; 3]>,
+    /// n x 1.
+    pub scores: Value,
+}
+
+/// Scores the vertices of a mesh with weights that are parameters.
+pub(super) fn scored(weights: &Weights, mesh: &TriMesh) -> Scored {
+    let rings = Arc::new(edge_graph(mesh));
+    let (points, normals) = (in_edge_lengths(mesh.positions(), &rings), vertex_normals(mesh));
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape);
+    let (positions, directions) = (constant(&points), constant(&normals));
+    let vertices = Vertices { points: &positions, normals: Some(&directions) };
+    let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
+    Scored { tape, net, rings, points, normals, scores }
+}
+
+impl Scored {
+    /// The gradients of all tensors from that of the scores, n.
+    pub fn backward(&self, gradient: Vec<f32>) -> Network<Matrix> {
+        let gradient = Matrix::new(gradient.len(), 1, gradient);
+        gradients_of(&self.net, &self.tape.backward(&[(&self.scores, gradient)]))
+    }
+}
+
+/// Points that no gradient is asked for.
+pub(super) fn constant(points: &[[f32; 3]]) -> Value {
+    Value::constant(Matrix::from_points(points))
+}
