@@ -93,7 +93,7 @@ impl FaceObjective {
 
     /// The forms that train.
     pub const TRAINED: Self =
-        Self { reverse: 0.0, coverage: 1.0, closure: 1.0, agreement: 0.1, by_count: false, ..Self::PRINTED };
+        Self { reverse: 0.0, coverage: 1.0, closure: 1.0, agreement: 1.0, by_count: false, ..Self::PRINTED };
 }
 
 /// The candidate faces and what they are judged by.
