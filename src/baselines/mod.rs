@@ -2,10 +2,21 @@
 //!
 //! One file per method. Each takes the mesh and a size, and stops short where it can go no further.
 
+mod ball_pivoting;
+mod clustering;
 mod error;
+mod meshoptimizer;
+mod qem;
+mod sampled;
 
 use crate::mesh::TriMesh;
+use clustering::clustering;
+use qem::qem;
+use sampled::{farthest_ball_pivoting, uniform_ball_pivoting};
+
+pub use ball_pivoting::ball_pivoting;
 pub use error::BaselineError;
+pub use meshoptimizer::meshoptimizer_faces;
 
 /// A method of others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -92,9 +103,17 @@ pub struct Size {
 /// assert_eq!(lighter.faces().len(), 128);
 /// ```
 pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) -> Result<TriMesh, BaselineError> {
-    let _ = (baseline, size, seed);
     if mesh.faces().is_empty() {
         return Err(BaselineError::Empty);
     }
-    Ok(mesh.clone())
+    let lighter = match baseline {
+        Baseline::Qem => qem(mesh, size.faces),
+        Baseline::Meshoptimizer => meshoptimizer::simplified(mesh, size.faces),
+        Baseline::MeshoptimizerUpdate => meshoptimizer::updated(mesh, size.faces),
+        Baseline::MeshoptimizerSloppy => meshoptimizer::sloppy(mesh, size.faces),
+        Baseline::Clustering => clustering(mesh, size.vertices),
+        Baseline::FarthestBallPivoting => farthest_ball_pivoting(mesh, size.vertices, seed),
+        Baseline::UniformBallPivoting => uniform_ball_pivoting(mesh, size.vertices, seed),
+    }?;
+    if lighter.faces().is_empty() { Err(BaselineError::NothingLeft) } else { Ok(lighter) }
 }
