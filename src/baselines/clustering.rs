@@ -7,8 +7,8 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::BaselineError;
+use super::planes::{face_plane, in_double};
 use crate::geometry::Quadric;
-use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{TriMesh, compact};
 
 /// Most cells along the longest side, as a power of two.
@@ -20,7 +20,7 @@ const PULL: f64 = 1e-4;
 
 /// Clusters with the cell size whose result has nearest to `n_vertices` vertices.
 pub(super) fn clustering(mesh: &TriMesh, n_vertices: usize) -> Result<TriMesh, BaselineError> {
-    let positions: Vec<DVec3> = mesh.positions().iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let positions = in_double(mesh.positions());
     let (clusters, faces) = best_clusters(&positions, mesh.faces(), n_vertices).ok_or(BaselineError::NothingLeft)?;
     let places = representatives(&positions, mesh.faces(), &clusters);
     Ok(compact(&places, faces)?.0)
@@ -99,8 +99,7 @@ fn representatives(positions: &[DVec3], faces: &[[u32; 3]], clusters: &Clusters)
     let n_cells = clusters.cells.len();
     let mut quadrics = vec![Quadric::default(); n_cells];
     for face in faces {
-        let normal = area_normal_f64(face.map(|v| positions[v as usize]));
-        let plane = Quadric::of_plane(normal.normalize_or_zero(), positions[face[0] as usize], 0.5 * normal.length());
+        let plane = face_plane(face.map(|v| positions[v as usize]));
         face.iter().for_each(|&v| quadrics[clusters.of_vertex[v as usize] as usize] += plane);
     }
     let mut sums = vec![(DVec3::ZERO, 0.0); n_cells];

@@ -6,6 +6,7 @@ mod ball_pivoting;
 mod clustering;
 mod error;
 mod meshoptimizer;
+mod planes;
 mod qem;
 mod sampled;
 
@@ -78,20 +79,20 @@ impl Baseline {
     }
 }
 
-/// How large a result may be. Methods that collapse edges go by the faces, the others by the vertices.
+/// The size asked for. QEM and meshoptimizer's simplifiers go by the faces, the others by the vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Most vertices.
+    /// Vertices.
     pub vertices: usize,
-    /// Most faces.
+    /// Faces.
     pub faces: usize,
 }
 
 /// Simplifies a mesh by one of the methods.
 ///
-/// The seed matters to the methods that draw: the first of the farthest points, all uniform ones. The result has
-/// no vertices without faces. It may be larger than asked for where the method can go no further, and smaller where
-/// it works in large steps.
+/// The seed matters where points are drawn: the first of the farthest ones, all of the uniform ones. The result has
+/// no vertices without faces. Edge collapse and sampling end at the size or below, and above it only where they can go
+/// no further; clustering ends as near to it as a grid does.
 ///
 /// # Errors
 /// [`BaselineError::Empty`] where the mesh has no faces, [`BaselineError::NothingLeft`] where the method left none.

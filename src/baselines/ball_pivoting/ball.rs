@@ -36,7 +36,8 @@ impl<'a> Ball<'a> {
         let [a, b, c] = face.map(|v| self.point(v));
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(ac);
-        if !(normal.length_squared() > 0.0) || face.iter().any(|&v| normal.dot(self.normals[v as usize]) < 0.0) {
+        let has_no_side = normal == DVec3::ZERO || !normal.is_finite();
+        if has_no_side || face.iter().any(|&v| normal.dot(self.normals[v as usize]) < 0.0) {
             return None;
         }
         let to_middle = (normal.cross(ab) * ac.length_squared() + ac.cross(normal) * ab.length_squared())

@@ -3,27 +3,25 @@
 //! A ball starts on three points with none inside, and rolls over each open edge of the faces so far until it rests on
 //! a next point. Larger balls go on where smaller ones fell through. What no ball bridges stays a hole.
 //!
-//! Ours, since the only crate for it, `bpa_rs`, knows one radius alone.
+//! Ours, since the only crate for it, `bpa_rs`, knows one radius and one piece alone, gives triangles without indices,
+//! and prints.
 
 mod ball;
+mod rolling;
+mod seed;
 mod sheet;
 
-use std::collections::VecDeque;
-use std::f64::consts::TAU;
+use glam::DVec3;
 
+use super::planes::in_double;
 use crate::spatial::nearest_neighbours;
 use ball::Ball;
-use glam::DVec3;
+use rolling::{extended, reopened, roll};
+use seed::seed;
 use sheet::Sheet;
 
 /// Radii of the balls over the average distance of a point to its nearest one, as is usual in Open3D and MeshLab.
 const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
-
-/// Nearest points of which a first face is made.
-const SEED_POINTS: usize = 32;
-
-/// A turn by less than this backward, in radians, is rounding: the ball rests on four points or more.
-const BACKWARD: f64 = 1e-3;
 
 /// Meshes points by balls of several sizes.
 ///
@@ -61,10 +59,6 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
     sheet.into_faces()
 }
 
-fn in_double(rows: &[[f32; 3]]) -> Vec<DVec3> {
-    rows.iter().map(|row| DVec3::from_array(row.map(f64::from))).collect()
-}
-
 /// The mean distance of a point to its nearest one; none where all points are one.
 fn average_spacing(points: &[DVec3]) -> Option<f64> {
     let single: Vec<[f32; 3]> = points.iter().map(|p| p.as_vec3().to_array()).collect();
@@ -73,93 +67,34 @@ fn average_spacing(points: &[DVec3]) -> Option<f64> {
     Some(sum / nearest.len() as f64).filter(|spacing| *spacing > 0.0 && spacing.is_finite())
 }
 
-/// An edge over which the ball may roll: from `edge[0]` to `edge[1]` with its face on the left.
-struct Open {
-    edge: [u32; 2],
-    opposite: u32,
-    center: DVec3,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
 
-/// Three points on which a ball rests, and its center.
-#[derive(Clone, Copy)]
-struct Rest {
-    face: [u32; 3],
-    center: DVec3,
-}
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
 
-/// Rolls the ball over open edges until it gets no further.
-fn roll(ball: &Ball, sheet: &mut Sheet, mut front: VecDeque<Open>) {
-    while let Some(open) = front.pop_front() {
-        if sheet.is_open(open.edge)
-            && let Some(rest) = pivot(ball, sheet, &open)
-        {
-            front.extend(extended(sheet, rest));
+        #[test]
+        fn every_face_has_a_ball_that_holds_no_point(
+            rows in prop::collection::vec(prop::array::uniform6(-1.0f32..1.0), 3..60),
+        ) {
+            let points: Vec<[f32; 3]> = rows.iter().map(|row| [row[0], row[1], 0.3 * row[2]]).collect();
+            let normals: Vec<[f32; 3]> = rows.iter().map(|row| [0.5 * row[3], 0.5 * row[4], 1.0]).collect();
+            let faces = ball_pivoting(&points, &normals);
+            let [points, normals] = [&points, &normals].map(|rows| in_double(rows));
+            let spacing = average_spacing(&points).unwrap();
+            let all: Vec<u32> = (0..points.len() as u32).collect();
+            for &face in &faces {
+                let fits = |multiple: &f64| {
+                    let ball = Ball::new(&points, &normals, multiple * spacing);
+                    ball.center(face).is_some_and(|center| ball.is_empty(center, face, &all))
+                };
+                prop_assert!(RADII.iter().any(fits), "{face:?}");
+            }
+            let mut edges: Vec<[u32; 2]> = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+            edges.sort_unstable();
+            prop_assert!(edges.windows(2).all(|pair| pair[0] != pair[1]));
         }
     }
-}
-
-/// Adds a face, and gives the edges of it that are open.
-fn extended(sheet: &mut Sheet, rest: Rest) -> VecDeque<Open> {
-    sheet.add(rest.face);
-    open_edges(sheet, rest).collect()
-}
-
-fn open_edges(sheet: &Sheet, Rest { face: [a, b, c], center }: Rest) -> impl Iterator<Item = Open> {
-    let edges = [([a, b], c), ([b, c], a), ([c, a], b)];
-    edges.into_iter().filter(|(edge, _)| sheet.is_open(*edge)).map(move |(edge, opposite)| Open {
-        edge,
-        opposite,
-        center,
-    })
-}
-
-/// The open edges of faces on which this ball, too, rests with no point inside.
-fn reopened(ball: &Ball, sheet: &Sheet) -> VecDeque<Open> {
-    let at_border =
-        sheet.faces().iter().filter(|&&[a, b, c]| [[a, b], [b, c], [c, a]].iter().any(|&e| sheet.is_open(e)));
-    let rests = at_border.filter_map(|&face| {
-        let rest = Rest { face, center: ball.center(face)? };
-        let near = ball.near(ball.point(face[0]));
-        ball.is_empty(rest.center, face, &near).then_some(rest)
-    });
-    rests.flat_map(|rest| open_edges(sheet, rest)).collect()
-}
-
-/// The first point on which the ball comes to rest when it rolls over an edge.
-fn pivot(ball: &Ball, sheet: &Sheet, open: &Open) -> Option<Rest> {
-    let [a, b] = open.edge;
-    let middle = ball.point(a).midpoint(ball.point(b));
-    let axis = (ball.point(b) - ball.point(a)).normalize_or_zero();
-    let near = ball.near(middle);
-    let rest = |&v: &u32| {
-        let face = [b, a, v];
-        let fits = v != a && v != b && v != open.opposite && sheet.can_take(face);
-        let center = fits.then(|| ball.center(face))??;
-        Some((turn(axis, open.center - middle, center - middle), Rest { face, center }))
-    };
-    let mut rests: Vec<(f64, Rest)> = near.iter().filter_map(rest).collect();
-    rests.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.face.cmp(&y.1.face)));
-    rests.into_iter().map(|(_, rest)| rest).find(|rest| ball.is_empty(rest.center, rest.face, &near))
-}
-
-/// The angle about `axis` from one direction to another, forward from 0 to a full turn.
-fn turn(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
-    let angle = axis.dot(from.cross(to)).atan2(from.dot(to)).rem_euclid(TAU);
-    if angle > TAU - BACKWARD { 0.0 } else { angle }
-}
-
-/// Where the ball rests on a point that no face has and on two more of these, if it does.
-fn seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<Rest> {
-    if !sheet.is_free(v) {
-        return None;
-    }
-    let near = ball.near(ball.point(v));
-    let mut free: Vec<u32> = near.iter().copied().filter(|&w| w != v && sheet.is_free(w)).collect();
-    let distance2 = |w: u32| ball.point(w).distance_squared(ball.point(v));
-    free.sort_by(|&x, &y| distance2(x).total_cmp(&distance2(y)).then(x.cmp(&y)));
-    free.truncate(SEED_POINTS);
-    let pairs = (1..free.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
-    let faces = pairs.flat_map(|(i, j)| [[v, free[i], free[j]], [v, free[j], free[i]]]);
-    let mut rests = faces.filter_map(|face| Some(Rest { face, center: ball.center(face)? }));
-    rests.find(|rest| ball.is_empty(rest.center, rest.face, &near))
 }
