@@ -5,6 +5,8 @@
 //! table, and a test holds it.
 
 pub mod autodiff;
+#[cfg(feature = "baselines")]
+pub mod baselines;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
