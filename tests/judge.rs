@@ -13,7 +13,8 @@ proptest! {
     #[test]
     fn random_meshes_are_what_tests_take_them_for(mesh in uneven_closed_mesh()) {
         assert_closed_manifold(&mesh);
-        assert_close(&mesh, &mesh, 1e-7);
+        // A triangle with an angle below 1e-5 counts as its edges, a quarter of its height away at most.
+        assert_close(&mesh, &mesh, 2.5e-6);
         assert_same_topology(&mesh, &mesh);
         prop_assert_eq!(turned_faces(&Surface::new(&mesh, 1, 0), &mesh), Vec::<u32>::new());
     }
