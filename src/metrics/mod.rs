@@ -1,6 +1,8 @@
 //! How far a simplified mesh is from its original; the judge, which knows no method.
 
 mod chamfer;
+#[cfg(feature = "spectrum")]
+mod comparison;
 mod curvature_error;
 mod open_edges;
 mod self_intersections;
@@ -9,6 +11,8 @@ mod surface_distance;
 mod turned_faces;
 
 pub use chamfer::{Chamfer, chamfer};
+#[cfg(feature = "spectrum")]
+pub use comparison::{Figure, Judging, Original, compare};
 pub use curvature_error::curvature_error;
 pub use open_edges::{OpenEdges, open_edges};
 pub use self_intersections::self_intersecting_faces;
