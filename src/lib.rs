@@ -7,6 +7,8 @@
 #[cfg(feature = "picture")]
 pub mod appearance;
 pub mod autodiff;
+#[cfg(feature = "baselines")]
+pub mod baselines;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;

@@ -30,6 +30,20 @@ impl Quadric {
         Self { a, b, c: b.dot(p) }
     }
 
+    /// `weight` times the squared distance to the plane through `p` with this unit normal.
+    ///
+    /// ```
+    /// use neural_mesh::geometry::Quadric;
+    /// let ground = Quadric::of_plane([0.0, 0.0, 1.0].into(), [7.0, 0.0, 1.0].into(), 2.0);
+    /// assert_eq!(ground.value([5.0, 5.0, 4.0].into()), 2.0 * 3.0 * 3.0);
+    /// ```
+    pub fn of_plane(normal: DVec3, p: DVec3, weight: f64) -> Self {
+        let DVec3 { x, y, z } = normal;
+        let a = [x * x, x * y, x * z, y * y, y * z, z * z].map(|entry| weight * entry);
+        let height = normal.dot(p);
+        Self { a, b: normal * (weight * height), c: weight * height * height }
+    }
+
     /// The value at `x`, never below zero.
     pub fn value(&self, x: DVec3) -> f64 {
         (times(&self.a, x).dot(x) - 2.0 * self.b.dot(x) + self.c).max(0.0)

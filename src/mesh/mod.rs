@@ -1,6 +1,7 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
 pub mod cleanup;
+mod compact;
 mod first_equal;
 mod manifold;
 mod one_rings;
@@ -13,8 +14,10 @@ pub mod surface_samples;
 mod topology;
 mod tri_mesh;
 pub(crate) mod union_find;
+mod vertex_normals;
 mod winding;
 
+pub use compact::compact;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
 pub use point_cloud::{PointCloud, point_cloud};
@@ -22,4 +25,5 @@ pub use polygon::Fans;
 pub use raw_mesh::{Frame, RawMesh};
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};
+pub use vertex_normals::vertex_normals;
 pub use winding::consistently_wound;

@@ -1,7 +1,7 @@
 //! Connected components: which may be pruned, and which ended in their smallest form.
 
-use crate::mesh::TriMesh;
 use crate::mesh::union_find::UnionFind;
+use crate::mesh::{TriMesh, compact};
 
 /// A component too small to be worth keeping has room for fewer vertices than this.
 const LEAST_SHARE: f64 = 4.0;
@@ -74,19 +74,7 @@ pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<Pruned> {
     }
     let kept = mesh.faces().iter().zip(&component).filter(|(_, c)| !dropped[**c as usize]);
     let faces: Vec<[u32; 3]> = kept.map(|(face, _)| *face).collect();
-    compact(mesh, faces).map(|(mesh, sources)| Pruned { mesh, sources, n_dropped })
-}
-
-/// The mesh of these faces of `mesh` without the vertices that none of them uses, and where the others stood.
-pub(super) fn compact(mesh: &TriMesh, mut faces: Vec<[u32; 3]>) -> Option<(TriMesh, Vec<u32>)> {
-    let mut used = vec![false; mesh.positions().len()];
-    faces.as_flattened().iter().for_each(|&v| used[v as usize] = true);
-    let sources: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
-    let mut number = vec![0; used.len()];
-    sources.iter().enumerate().for_each(|(new, &old)| number[old as usize] = new as u32);
-    faces.as_flattened_mut().iter_mut().for_each(|v| *v = number[*v as usize]);
-    let positions = sources.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    TriMesh::new(positions, faces).ok().map(|mesh| (mesh, sources))
+    compact(mesh.positions(), faces).ok().map(|(mesh, sources)| Pruned { mesh, sources, n_dropped })
 }
 
 #[cfg(test)]
@@ -108,13 +96,5 @@ mod tests {
     #[test]
     fn a_tetrahedron_is_as_small_as_it_gets() {
         assert_eq!(count_components(&shapes::tetrahedron()), (1, 1));
-    }
-
-    #[test]
-    fn vertices_that_no_face_uses_go() {
-        let mesh = TriMesh::new(vec![[0.0; 3], [9.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 2, 3]]).unwrap();
-        let (compacted, sources) = compact(&mesh, mesh.faces().to_vec()).unwrap();
-        assert_eq!(sources, [0, 2, 3]);
-        assert_eq!(compacted.faces(), [[0, 1, 2]]);
     }
 }

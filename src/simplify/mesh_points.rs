@@ -7,11 +7,10 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::components::compact;
 use super::paper::{NO_SAMPLE, assign_to_samples, begin, choose_faces};
 use super::{Event, SimplifyError, scattered_samples};
 use crate::linalg::Csr;
-use crate::mesh::{TriMesh, consistently_wound};
+use crate::mesh::{TriMesh, compact, consistently_wound};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
 /// Neighbours in the graph of the cloud: about as many as a vertex of a triangle mesh has.
@@ -103,9 +102,8 @@ fn assembled(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
     }
-    let positions = samples.iter().map(|&at| points[at as usize]).collect();
-    let whole = TriMesh::new(positions, faces.to_vec()).map_err(|_| SimplifyError::Overflow)?;
-    let (mesh, used) = compact(&whole, faces.to_vec()).ok_or(SimplifyError::Overflow)?;
+    let positions: Vec<[f32; 3]> = samples.iter().map(|&at| points[at as usize]).collect();
+    let (mesh, used) = compact(&positions, faces.to_vec()).map_err(|_| SimplifyError::Overflow)?;
     let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
     Ok(MeshedPoints { mesh, unused_points: samples.len() - source_points.len(), source_points })
 }

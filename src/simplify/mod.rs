@@ -16,15 +16,16 @@ mod weighed;
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
-use crate::mesh::TriMesh;
+use crate::mesh::{TriMesh, compact};
 use crate::model::Weights;
 use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
-use components::{compact, count_components, pruned};
+use components::{count_components, pruned};
 
+pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
 pub use mesh_points::{MeshedPoints, mesh_points};
-pub use network_scores::{edge_graph, network_scores, vertex_areas, vertex_normals};
+pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use one_pass::one_pass;
 pub use options::{
     Assembly, Event, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified, SimplifyError, Target,
@@ -184,7 +185,7 @@ fn paper_result(
     let weights = weights.unwrap_or_else(|| Weights::shipped_paper_open());
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let result = paper::simplify_paper(mesh, n_target, weights, options.seed, progress)?;
-    let (lighter, kept) = compact(mesh, result.faces).ok_or(SimplifyError::Overflow)?;
+    let (lighter, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
     let report = plain_report(&lighter, options);
     Ok(Simplified { mesh: lighter, source_vertices: Some(through(sources, kept)), report })
 }
@@ -214,7 +215,7 @@ fn without_unused(mesh: &TriMesh) -> Result<(Cow<'_, TriMesh>, Option<Vec<u32>>)
     if used.iter().all(|&used| used) {
         return Ok((Cow::Borrowed(mesh), None));
     }
-    let (mesh, sources) = compact(mesh, mesh.faces().to_vec()).ok_or(SimplifyError::Overflow)?;
+    let (mesh, sources) = compact(mesh.positions(), mesh.faces().to_vec()).map_err(|_| SimplifyError::Overflow)?;
     Ok((Cow::Owned(mesh), Some(sources)))
 }
 

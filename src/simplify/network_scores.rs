@@ -2,7 +2,7 @@
 
 use crate::geometry::triangle::area_normal;
 use crate::linalg::Csr;
-use crate::mesh::TriMesh;
+use crate::mesh::{TriMesh, vertex_normals};
 use crate::model::{Weights, surface_scores};
 use glam::Vec3;
 use std::sync::Arc;
@@ -17,23 +17,6 @@ use std::sync::Arc;
 pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     let rings = Arc::new(edge_graph(mesh));
     surface_scores(weights, mesh.positions(), &vertex_normals(mesh), &rings)
-}
-
-/// The unit normals at the vertices of a mesh, n_vertices x 3: the direction of the sum of the faces' area normals,
-/// zero where there is none.
-///
-/// ```
-/// use neural_mesh::{mesh::TriMesh, simplify::vertex_normals};
-/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-/// assert_eq!(vertex_normals(&mesh), [[0.0, 0.0, 1.0]; 3]);
-/// ```
-pub fn vertex_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
-    let mut sums = vec![Vec3::ZERO; mesh.positions().len()];
-    for face in mesh.faces() {
-        let normal = area_normal(face.map(|v| Vec3::from(mesh.positions()[v as usize])));
-        face.iter().for_each(|&v| sums[v as usize] += normal);
-    }
-    sums.into_iter().map(|sum| sum.normalize_or_zero().to_array()).collect()
 }
 
 /// The area about each vertex of a mesh, n_vertices: a third of every face's.

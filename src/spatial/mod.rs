@@ -1,12 +1,17 @@
-//! Nearest points: k-nn over points and what follows from it, nearest point on triangles; knows no meshes.
+//! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles; knows no
+//! meshes.
 
+mod farthest_points;
 mod knn;
 mod nearest_on_triangles;
 mod point_curvature;
+mod point_grid;
 mod triangle_pieces;
 mod triangle_tree;
 
+pub use farthest_points::farthest_points;
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use point_curvature::point_curvature;
+pub use point_grid::PointGrid;
 pub use triangle_tree::Bounds;

@@ -1,0 +1,24 @@
+//! The first face of a piece: three points on which the ball rests.
+
+use super::ball::Ball;
+use super::rolling::Rest;
+use super::sheet::Sheet;
+
+/// Nearest points of which a first face is made.
+const SEED_POINTS: usize = 32;
+
+/// Where the ball rests on a point that no face has and on two more of these, if it does.
+pub(super) fn seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<Rest> {
+    if !sheet.is_free(v) {
+        return None;
+    }
+    let near = ball.near(ball.point(v));
+    let mut free: Vec<u32> = near.iter().copied().filter(|&w| w != v && sheet.is_free(w)).collect();
+    let distance2 = |w: u32| ball.point(w).distance_squared(ball.point(v));
+    free.sort_by(|&x, &y| distance2(x).total_cmp(&distance2(y)).then(x.cmp(&y)));
+    free.truncate(SEED_POINTS);
+    let pairs = (1..free.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let faces = pairs.flat_map(|(i, j)| [[v, free[i], free[j]], [v, free[j], free[i]]]);
+    let mut rests = faces.filter_map(|face| Some(Rest { face, center: ball.center(face)? }));
+    rests.find(|rest| ball.is_empty(rest.center, rest.face, &near))
+}

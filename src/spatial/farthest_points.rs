@@ -1,0 +1,163 @@
+//! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997): each sample is the point farthest from those before.
+//!
+//! Distances are straight lines. A tree over the points knows the farthest point of each node, so that a new sample
+//! visits only the nodes in which it can be the nearest one.
+
+use super::{Bounds, coherent_order};
+
+/// Largest number of points that are not split further.
+const LEAF: usize = 32;
+
+/// Picks `k` points, `first` first, each the farthest from those before it; of equally far ones any, but always the
+/// same. Ends early when every point lies at the position of a sample.
+///
+/// # Shapes
+/// - `points`: n x 3, finite; `first` below n
+/// - returns at most min(k, n) indices, in the order of the picks
+///
+/// ```
+/// use neural_mesh::spatial::farthest_points;
+/// let line: Vec<[f32; 3]> = (0..9).map(|i| [i as f32, 0.0, 0.0]).collect();
+/// assert_eq!(farthest_points(&line, 3, 0), [0, 8, 4]);
+/// assert_eq!(farthest_points(&[[1.0; 3]; 5], 3, 2), [2]);
+/// ```
+pub fn farthest_points(points: &[[f32; 3]], k: usize, first: u32) -> Vec<u32> {
+    let mut samples = Vec::with_capacity(k.min(points.len()));
+    if k == 0 || first as usize >= points.len() {
+        return samples;
+    }
+    let mut field = Field::new(points);
+    samples.push(first);
+    field.sample(points[first as usize], 0);
+    while samples.len() < k && field.nodes[0].far2 > 0.0 {
+        let place = field.nodes[0].farthest;
+        samples.push(field.order[place]);
+        field.sample(field.points[place], 0);
+    }
+    samples
+}
+
+/// A range of the ordered points.
+struct Node {
+    bounds: Bounds,
+    begin: usize,
+    end: usize,
+    /// Index of the first child, the second behind it; none for a leaf.
+    children: Option<usize>,
+    /// Largest squared distance of a point to its nearest sample, and where that point stands.
+    far2: f64,
+    farthest: usize,
+}
+
+/// Points in an order in which near ones stand near each other, with their distances to the samples.
+struct Field {
+    order: Vec<u32>,
+    points: Vec<[f32; 3]>,
+    distance2: Vec<f64>,
+    nodes: Vec<Node>,
+}
+
+impl Field {
+    fn new(points: &[[f32; 3]]) -> Self {
+        let order = coherent_order(points);
+        let points: Vec<[f32; 3]> = order.iter().map(|&at| points[at as usize]).collect();
+        let mut nodes = vec![node(&points, 0, points.len())];
+        let mut at = 0;
+        while at < nodes.len() {
+            let (begin, end) = (nodes[at].begin, nodes[at].end);
+            if end - begin > LEAF {
+                let middle = begin.midpoint(end);
+                nodes[at].children = Some(nodes.len());
+                nodes.extend([node(&points, begin, middle), node(&points, middle, end)]);
+            }
+            at += 1;
+        }
+        Self { order, distance2: vec![f64::INFINITY; points.len()], points, nodes }
+    }
+
+    /// Makes `p` a sample to the points of a node.
+    fn sample(&mut self, p: [f32; 3], at: usize) {
+        if gap2(&self.nodes[at].bounds, p) >= self.nodes[at].far2 {
+            return;
+        }
+        let Some(child) = self.nodes[at].children else { return self.sample_leaf(p, at) };
+        self.sample(p, child);
+        self.sample(p, child + 1);
+        let farther = if self.nodes[child + 1].far2 > self.nodes[child].far2 { child + 1 } else { child };
+        (self.nodes[at].far2, self.nodes[at].farthest) = (self.nodes[farther].far2, self.nodes[farther].farthest);
+    }
+
+    fn sample_leaf(&mut self, p: [f32; 3], at: usize) {
+        let node = &mut self.nodes[at];
+        node.far2 = 0.0;
+        for place in node.begin..node.end {
+            let distance2 = &mut self.distance2[place];
+            *distance2 = distance2.min(squared_distance(self.points[place], p));
+            if *distance2 > node.far2 {
+                (node.far2, node.farthest) = (*distance2, place);
+            }
+        }
+    }
+}
+
+fn node(points: &[[f32; 3]], begin: usize, end: usize) -> Node {
+    let bounds = Bounds::of(&points[begin..end]);
+    Node { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
+}
+
+/// Squared distance from `p` to a box.
+fn gap2(bounds: &Bounds, p: [f32; 3]) -> f64 {
+    squared_distance(p, std::array::from_fn(|axis| p[axis].clamp(bounds.low[axis], bounds.high[axis])))
+}
+
+fn squared_distance(p: [f32; 3], q: [f32; 3]) -> f64 {
+    (0..3).map(|axis| (f64::from(p[axis]) - f64::from(q[axis])).powi(2)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// How far each sample was from those before it, by looking at all of them.
+    fn reaches(points: &[[f32; 3]], samples: &[u32]) -> Vec<f64> {
+        let distance2 = |a: u32, b: u32| squared_distance(points[a as usize], points[b as usize]);
+        let reach = |i: usize| (0..i).map(|j| distance2(samples[i], samples[j])).fold(f64::INFINITY, f64::min);
+        (0..samples.len()).map(reach).collect()
+    }
+
+    /// The same reaches, from a search over all points for each sample.
+    fn naive_reaches(points: &[[f32; 3]], k: usize, first: usize) -> Vec<f64> {
+        let mut distance2 = vec![f64::INFINITY; points.len()];
+        let mut next = first;
+        let mut reaches = Vec::new();
+        while reaches.len() < k && distance2[next] > 0.0 {
+            reaches.push(distance2[next]);
+            for (d, p) in distance2.iter_mut().zip(points) {
+                *d = d.min(squared_distance(*p, points[next]));
+            }
+            next = (0..points.len()).fold(0, |best, i| if distance2[i] > distance2[best] { i } else { best });
+        }
+        reaches
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn every_sample_is_the_farthest(points in prop::collection::vec(prop::array::uniform3(-1.0f32..1.0), 1..400)) {
+            let samples = farthest_points(&points, 60, 0);
+            prop_assert_eq!(reaches(&points, &samples), naive_reaches(&points, 60, 0));
+        }
+
+        #[test]
+        fn equal_points_are_sampled_once(points in prop::collection::vec(prop::array::uniform3(-1i8..2), 1..200)) {
+            let points: Vec<[f32; 3]> = points.iter().map(|p| p.map(f32::from)).collect();
+            let samples = farthest_points(&points, 1000, 0);
+            let mut different: Vec<[u32; 3]> = points.iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
+            different.sort_unstable();
+            different.dedup();
+            prop_assert_eq!(samples.len(), different.len());
+        }
+    }
+}

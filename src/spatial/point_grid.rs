@@ -1,0 +1,74 @@
+//! Points in a uniform grid: which lie within a distance.
+
+use rustc_hash::FxHashMap;
+
+/// Points sorted into cubic cells.
+///
+/// ```
+/// use neural_mesh::spatial::PointGrid;
+/// let grid = PointGrid::new(&[[0.0; 3], [1.0, 0.0, 0.0], [9.0, 0.0, 0.0]], 2.0);
+/// assert_eq!(grid.within([0.5, 0.0, 0.0], 2.0), [0, 1]);
+/// ```
+pub struct PointGrid {
+    side: f64,
+    points: Vec<[f64; 3]>,
+    cells: FxHashMap<[i64; 3], Vec<u32>>,
+}
+
+impl PointGrid {
+    /// Sorts the points (n x 3, finite) into cells of this side, in their unit: best about the distances asked for.
+    /// A side that is not positive counts as 1.
+    pub fn new(points: &[[f64; 3]], side: f64) -> Self {
+        let side = if side > 0.0 && side.is_finite() { side } else { 1.0 };
+        let mut cells: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
+        for (at, p) in (0..).zip(points) {
+            cells.entry(cell(*p, side)).or_default().push(at);
+        }
+        Self { side, points: points.to_vec(), cells }
+    }
+
+    /// The points at most `reach` from `p`, by index. Costs as many steps as there are cells about them.
+    pub fn within(&self, p: [f64; 3], reach: f64) -> Vec<u32> {
+        let low = cell(p.map(|x| x - reach), self.side);
+        let high = cell(p.map(|x| x + reach), self.side);
+        let mut found = Vec::new();
+        for (x, y) in (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| (x, y))) {
+            let column = (low[2]..=high[2]).filter_map(|z| self.cells.get(&[x, y, z]));
+            found.extend(column.flatten().filter(|&&at| self.distance2(at, p) <= reach * reach));
+        }
+        found.sort_unstable();
+        found
+    }
+
+    fn distance2(&self, at: u32, p: [f64; 3]) -> f64 {
+        let q = self.points[at as usize];
+        (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum()
+    }
+}
+
+/// The cell of a point; far ones beyond the range of cells share the last.
+fn cell(p: [f64; 3], side: f64) -> [i64; 3] {
+    p.map(|x| (x / side).floor() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn agrees_with_a_search(
+            points in prop::collection::vec(prop::array::uniform3(-3.0f64..3.0), 0..100),
+            p in prop::array::uniform3(-3.0f64..3.0),
+            (side, reach) in (0.1f64..2.0, 0.0f64..3.0),
+        ) {
+            let grid = PointGrid::new(&points, side);
+            let near = |at: &u32| grid.distance2(*at, p) <= reach * reach;
+            let expected: Vec<u32> = (0..points.len() as u32).filter(near).collect();
+            prop_assert_eq!(grid.within(p, reach), expected);
+        }
+    }
+}
