@@ -9,6 +9,8 @@ pub mod appearance;
 pub mod autodiff;
 #[cfg(feature = "baselines")]
 pub mod baselines;
+#[cfg(feature = "evaluate")]
+pub mod evaluate;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
