@@ -1,7 +1,7 @@
 //! The methods of others keep what they promise, and take any mesh.
 
 use neural_mesh::baselines::{Baseline, BaselineError, Size, ball_pivoting, simplify_by};
-use neural_mesh::mesh::{Topology, TriMesh, shapes, topology};
+use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance, turned_faces};
 use proptest::prelude::*;
 
@@ -46,15 +46,9 @@ fn a_sphere_stays_near_and_at_its_size() {
         let lighter = by(baseline, &sphere, asked);
         let far = distance(&sphere, &lighter);
         let (n_vertices, n_faces) = (lighter.positions().len(), lighter.faces().len());
-        println!("{baseline:?} {n_vertices} {n_faces} {far}");
-        // The chord of an edge of this length sags by about 0.006; clusters of a grid are less even.
-        let most =
-            if matches!(baseline, Baseline::Clustering | Baseline::MeshoptimizerSloppy | Baseline::UniformBallPivoting)
-            {
-                0.04
-            } else {
-                0.012
-            };
+        // An edge of 596 even faces is 0.22 long, and such a chord sags by 0.006.
+        let uneven = [Baseline::Clustering, Baseline::MeshoptimizerSloppy, Baseline::UniformBallPivoting];
+        let most = if uneven.contains(&baseline) { 0.04 } else { 0.012 };
         assert!(far < most, "{baseline:?}: {far}");
         if BY_FACES.contains(&baseline) {
             assert!(n_faces <= asked.faces, "{baseline:?}: {n_faces}");
@@ -80,7 +74,6 @@ fn optimal_placement_beats_the_vertices_of_the_input() {
     let waves = shapes::wavy_sphere(5, 30.0);
     let of = |baseline| distance(&waves, &by(baseline, &waves, size(400)));
     let (qem, meshopt, sloppy) = (of(Baseline::Qem), of(Baseline::Meshoptimizer), of(Baseline::MeshoptimizerSloppy));
-    println!("{qem} {meshopt} {sloppy}");
     assert!(qem < meshopt && meshopt < sloppy);
 }
 
@@ -102,7 +95,6 @@ fn a_cube_keeps_its_corners_by_qem_and_by_clustering() {
     let cube = shapes::cuboid([1.0; 3], 12);
     for (baseline, n) in [(Baseline::Qem, 8), (Baseline::Clustering, 8), (Baseline::Clustering, 98)] {
         let lighter = by(baseline, &cube, size(n));
-        println!("{baseline:?} {} {:?}", lighter.positions().len(), distance(&cube, &lighter));
         for corner in cube.positions().iter().filter(|p| p.iter().all(|x| x.abs() == cube.positions()[0][0].abs())) {
             let near = |p: &[f32; 3]| (0..3).all(|k| (p[k] - corner[k]).abs() < 1e-3);
             assert!(lighter.positions().iter().any(near), "{baseline:?} {n}: {corner:?} went");
@@ -121,7 +113,7 @@ fn balls_close_an_evenly_sampled_sphere() {
     let sphere = shapes::icosphere(4);
     let faces = ball_pivoting(sphere.positions(), sphere.positions());
     let again = topology(&TriMesh::new(sphere.positions().to_vec(), faces).unwrap());
-    assert_eq!(Topology { ..again }, topology(&sphere));
+    assert_eq!(again, topology(&sphere));
 }
 
 #[test]

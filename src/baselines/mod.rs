@@ -1,6 +1,6 @@
 //! The methods that neural-mesh is measured against, behind one interface; knows no network and no metric.
 //!
-//! One file per method. Each takes the mesh and a size, and stops short where it can go no further.
+//! One file or folder per method. Each takes the mesh and a size, and stops short where it can go no further.
 
 mod ball_pivoting;
 mod clustering;
