@@ -4,9 +4,13 @@
 //! closed assembly of our own beside the paper's. Modules stand in strict layers; `ARCHITECTURE.md` has the
 //! table, and a test holds it.
 
+#[cfg(feature = "picture")]
+pub mod appearance;
 pub mod autodiff;
 #[cfg(feature = "baselines")]
 pub mod baselines;
+#[cfg(feature = "evaluate")]
+pub mod evaluate;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;

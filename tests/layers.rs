@@ -149,10 +149,15 @@ fn the_table_names_only_modules_that_exist() {
 #[test]
 fn the_library_touches_nothing_outside_itself() {
     let library = sources("src");
-    let speech = ["println!", "print!(", "eprint!(", "dbg!(", "std::env", "std::process", "Instant", "SystemTime"];
+    let speech = ["println!", "print!(", "eprint!(", "dbg!("];
     assert_eq!(found(&library, &speech), Vec::<String>::new());
+    // Methods are timed, and stopped when they hang.
+    let (_, others): (Vec<Source>, Vec<Source>) =
+        library.into_iter().partition(|source| module(source) == Some("evaluate"));
+    let world = ["std::env", "std::process", "Instant", "SystemTime"];
+    assert_eq!(found(&others, &world), Vec::<String>::new());
     let may_touch = |source: &Source| matches!(module(source), Some("io" | "train"));
-    let no_files: Vec<Source> = library.into_iter().filter(|source| !may_touch(source)).collect();
+    let no_files: Vec<Source> = others.into_iter().filter(|source| !may_touch(source)).collect();
     assert_eq!(found(&no_files, &["std::fs", "fs::", "File::"]), Vec::<String>::new());
 }
 

@@ -1,7 +1,10 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 
 mod args;
+mod chart;
 mod curves;
+mod evaluate;
+mod evaluate_progress;
 mod failure;
 mod files;
 mod info;
@@ -27,6 +30,8 @@ fn main() -> ExitCode {
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
         Command::Train(args) => train::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::EvaluateOne => evaluate::work(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

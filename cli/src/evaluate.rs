@@ -1,0 +1,120 @@
+//! `neural-mesh evaluate`: measure, say how it goes, write tables and draw pictures.
+
+use std::io::{BufRead, Read};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use neural_mesh::evaluate::{Ending, EvaluateError, Request, Settings, Tool, Worker, answer, charts, evaluate, report};
+
+use crate::args::EvaluateArgs;
+use crate::chart::draw;
+use crate::evaluate_progress::EvaluateProgress;
+use crate::failure::{Failure, name};
+use crate::files;
+use crate::interrupt;
+use crate::request::check_threads;
+use crate::words::{Voice, complain};
+
+/// The hidden command that does one job for an evaluation, in a process that can be killed.
+pub const WORKER: &str = "evaluate-one";
+
+/// Evaluates, or writes the tables of an evaluation again.
+pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
+    match (&args.report, &args.data, &args.out) {
+        (Some(folder), _, _) => publish(folder, args),
+        (None, Some(data), Some(out)) => measure(args, data, out),
+        _ => Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the rows".into())),
+    }
+}
+
+fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> {
+    check_threads(args.threads)?;
+    let request = request(args, data, out)?;
+    let methods = request.settings.checked().map_err(refused)?;
+    if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
+        return Err(Failure::Usage(format!("--relative-to {other}: it does not take part: add it to --methods")));
+    }
+    interrupt::watch_for_a_good_end();
+    let mut progress = EvaluateProgress::new(voice(args));
+    let stop_or_go = |stopping| if stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let ending = evaluate(&request, &mut |event| {
+        progress.hear(event);
+        stop_or_go(interrupt::is_stopping())
+    });
+    drop(progress);
+    let ending = ending.map_err(refused)?;
+    publish(out, args)?;
+    match ending {
+        Ending::Finished => Ok(()),
+        Ending::Stopped => {
+            let what = format!("interrupted: the rows so far are kept in {}: go on with --resume", name(out));
+            Err(Failure::Stopped(what))
+        }
+    }
+}
+
+fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
+    let program = std::env::current_exe();
+    let program =
+        program.map_err(|error| Failure::Failed(format!("this program cannot be found: {error}: check its path")))?;
+    Ok(Request {
+        data: data.into(),
+        folder: out.into(),
+        settings: Settings {
+            methods: args.methods.clone(),
+            tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?,
+            ratios: args.ratios.clone(),
+            seeds: args.seeds.clone(),
+            repeats: args.repeat,
+            time_limit: args.time_limit,
+            threads: args.threads.unwrap_or_else(rayon::current_num_threads),
+            samples: args.samples,
+            spectrum: args.spectrum,
+            only: args.only.clone(),
+        },
+        weights: args.weights.clone(),
+        paper_weights: args.paper_weights.clone(),
+        resume: args.resume,
+        worker: Some(Worker { program, arguments: vec![WORKER.into()] }),
+    })
+}
+
+/// The library's refusal as the program's.
+fn refused(error: EvaluateError) -> Failure {
+    match error {
+        EvaluateError::Settings(what) => Failure::Usage(what),
+        other => Failure::Failed(other.to_string()),
+    }
+}
+
+fn voice(args: &EvaluateArgs) -> Voice {
+    if args.quiet { Voice::Quiet } else { Voice::Out }
+}
+
+/// Writes tables and pictures of the rows that are there.
+fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
+    let table = report(folder, args.relative_to.as_deref()).map_err(refused)?;
+    for chart in charts(&table) {
+        let path = folder.join(chart.name).with_extension("svg");
+        // The rows are there: pictures that cannot be drawn do not make the evaluation fail.
+        match draw(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
+            Ok(pending) => files::place(vec![pending])?,
+            Err(failure) => complain(&Failure::Failed(format!("without {}: {failure}", name(&path)))),
+        }
+    }
+    voice(args).say(&format!("tables    {}", folder.join("tables.md").display()));
+    Ok(())
+}
+
+/// Does one job that comes on standard input; ends with it, because then nobody waits any more.
+pub fn work() -> Result<(), Failure> {
+    let problem =
+        |error: std::io::Error| Failure::Failed(format!("standard input: {error}: this is no command to type"));
+    let mut line = String::new();
+    std::io::stdin().lock().read_line(&mut line).map_err(problem)?;
+    std::thread::spawn(|| {
+        let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        std::process::exit(1);
+    });
+    files::write_to_stdout(answer(&line).as_bytes())
+}

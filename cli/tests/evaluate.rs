@@ -1,0 +1,223 @@
+//! `neural-mesh evaluate`: rows, methods that fail, killed and resumed, refused, what it leaves.
+#![cfg(unix)] // The tools are shell scripts.
+
+mod common;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
+use serde_json::Value;
+
+/// A folder with small meshes in `data`.
+fn prepared(meshes: &[(&str, TriMesh)]) -> tempfile::TempDir {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("data")).unwrap();
+    for (name, mesh) in meshes {
+        let bytes = write(mesh, &Frame::default(), Format::Ply).unwrap();
+        std::fs::write(folder.path().join("data").join(name), bytes).unwrap();
+    }
+    folder
+}
+
+fn ball() -> (&'static str, TriMesh) {
+    ("ball.ply", shapes::icosphere(3))
+}
+
+/// Arguments of a quick evaluation into `run`.
+fn evaluation<'a>(run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let quick = ["evaluate", "--data", "data", "--out", run, "--repeat", "1", "--samples", "1000", "--threads", "1"];
+    [&quick, more].concat()
+}
+
+/// The rows of an evaluation.
+fn rows(folder: &Path, run: &str) -> Vec<Value> {
+    json(&folder.join(run).join("rows.json")).as_array().unwrap().clone()
+}
+
+/// What `rows.csv` holds but the seconds, which are its 12th column.
+fn timeless(folder: &Path, run: &str) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(folder.join(run).join("rows.csv")).unwrap();
+    let rows = text.lines().map(|line| line.split(',').map(String::from).collect::<Vec<_>>());
+    let mut rows: Vec<Vec<String>> = rows.collect();
+    assert_eq!(rows[0][11], "seconds");
+    rows.iter_mut().for_each(|row| drop(row.remove(11)));
+    rows
+}
+
+#[test]
+fn every_case_has_its_row_with_sensible_figures() {
+    let folder = prepared(&[("wave.ply", shapes::wavy_sphere(4, 0.5)), ball()]);
+    std::fs::write(folder.path().join("data/bad.ply"), "ply\nno mesh\n").unwrap();
+    let more = ["--methods", "network,qem,clustering,paper", "--ratios", "0.1,0.3"];
+    let done = run(folder.path(), &evaluation("run", &more));
+    assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
+    let said = String::from_utf8(done.out).unwrap();
+    assert!(said.contains("failed    bad.ply") && said.contains("tables.md"), "{said}");
+    let rows = rows(folder.path(), "run");
+    assert_eq!(rows.len(), 3 * 2 * 4);
+    let find = |mesh: &str, ratio: f64, method: &str| {
+        let is_it = |row: &&Value| row["mesh"] == mesh && row["ratio"] == ratio && row["method"] == method;
+        rows.iter().find(is_it).unwrap()
+    };
+    for ratio in [0.1, 0.3] {
+        let [ours, qem, clustering] = ["network", "qem", "clustering"].map(|method| find("wave.ply", ratio, method));
+        let number = |row: &Value, name: &str| row[name].as_f64().unwrap();
+        assert!(number(qem, "distance_mean") < number(clustering, "distance_mean"));
+        assert!(number(ours, "seconds") > 0.0 && number(ours, "distance_mean") > 0.0);
+        assert_eq!(qem["faces_asked"], ours["faces_out"]);
+        assert!(qem["faces_out"].as_u64() <= ours["faces_out"].as_u64());
+        assert_eq!(ours["vertices_in"], 2562);
+        assert_eq!(ours["vertices_out"], (2562.0 * ratio) as u64);
+        assert!(ours["version"].is_string() && ours["cpu"].is_string() && ours["cores"].as_u64() > Some(0));
+        assert!(find("bad.ply", ratio, "qem")["error"].as_str().unwrap().starts_with("the mesh: "));
+    }
+    let tables = std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap();
+    for words in
+        ["| network | 2 of 2 |", "| qem | 2 of 2 |", "| clustering |", "| paper |", "Relative to qem", "bad.ply"]
+    {
+        assert!(tables.contains(words), "{words}: {tables}");
+    }
+}
+
+#[test]
+fn a_method_that_hangs_or_crashes_is_a_row_with_its_error() {
+    let folder = prepared(&[ball()]);
+    let tools = [
+        "--tool",
+        "hangs=sh -c 'sleep 60' {in} {out}",
+        "--tool",
+        "crashes=sh -c 'echo alas >&2; kill -SEGV $$' {in} {out}",
+        "--tool",
+        "leaves=sh -c 'exit 0' {in} {out}",
+        "--tool",
+        "copies=cp {in.obj} {out.obj}",
+    ];
+    let more = [&["--methods", "qem", "--ratios", "0.5", "--time-limit", "1"], &tools[..]].concat();
+    let began = Instant::now();
+    let done = run(folder.path(), &evaluation("run", &more));
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert!(began.elapsed() < Duration::from_secs(20));
+    let rows = rows(folder.path(), "run");
+    let error = |method: &str| {
+        let row = rows.iter().find(|row| row["method"] == method).unwrap();
+        row["error"].as_str().unwrap().to_string()
+    };
+    assert!(error("hangs").contains("time limit of 1 s"), "{}", error("hangs"));
+    assert!(error("crashes").contains("crashed") && error("crashes").contains("alas"), "{}", error("crashes"));
+    assert_eq!((error("leaves").as_str(), error("copies").as_str()), ("left no result", ""));
+    let copy = rows.iter().find(|row| row["method"] == "copies").unwrap();
+    assert_eq!((&copy["vertices_out"], &copy["timed"]), (&copy["vertices_in"], &"process".into()));
+    // Our own methods are stopped as well.
+    let more = ["--methods", "network,qem", "--ratios", "0.5", "--time-limit", "0.000001"];
+    assert_eq!(run(folder.path(), &evaluation("short", &more)).code, Some(0));
+    let rows = self::rows(folder.path(), "short");
+    assert!(rows.iter().all(|row| row["error"].as_str().unwrap().contains("time limit")), "{rows:?}");
+}
+
+#[test]
+fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
+    let folder = prepared(&[
+        ball(),
+        ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 6)),
+        ("ring.ply", shapes::torus(24, 12, 2.0, 0.5)),
+    ]);
+    let tool = "counts=sh -c 'echo {ratio} >> log; cp $0 $1' {in} {out}";
+    let more = ["--methods", "geometry,qem,counts", "--ratios", "0.2,0.4", "--seeds", "0,1", "--tool", tool];
+    let began = Instant::now();
+    let whole = run(folder.path(), &evaluation("whole", &more));
+    assert_eq!(whole.code, Some(0), "{}", whole.words);
+    let took = began.elapsed();
+    let log = folder.path().join("log");
+    let n_runs = || std::fs::read_to_string(&log).unwrap_or_default().lines().count();
+    assert_eq!(n_runs(), 12);
+    std::fs::remove_file(&log).unwrap();
+    let resuming = evaluation("killed", &[&more[..], &["--resume"]].concat());
+    let mut n_killed = 0;
+    for share in [0.1, 0.45, 0.2, 0.3] {
+        let mut child = program(folder.path(), &resuming).spawn().unwrap();
+        std::thread::sleep(took.mul_f64(share));
+        n_killed += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    assert!(n_killed >= 2, "killed only {n_killed} times");
+    let finished = run(folder.path(), &resuming);
+    assert_eq!(finished.code, Some(0), "{}", finished.words);
+    assert_eq!(timeless(folder.path(), "killed"), timeless(folder.path(), "whole"));
+    assert!((12..=12 + n_killed).contains(&n_runs()), "{} runs", n_runs());
+    let (before, rows) = (n_runs(), std::fs::read(folder.path().join("killed/rows.csv")).unwrap());
+    assert_eq!(run(folder.path(), &resuming).code, Some(0));
+    assert_eq!((n_runs(), std::fs::read(folder.path().join("killed/rows.csv")).unwrap()), (before, rows));
+}
+
+#[test]
+fn ctrl_c_keeps_what_is_done() {
+    let folder = prepared(&[ball()]);
+    let tool = "stays=sh -c 'test {ratio} = 0.2 || sleep 60; cp $0 $1' {in} {out}";
+    let more = ["--methods", "qem", "--ratios", "0.2,0.4", "--tool", tool];
+    let child = program(folder.path(), &evaluation("run", &more)).spawn().unwrap();
+    let table = folder.path().join("run/rows.csv");
+    while std::fs::read_to_string(&table).map_or(0, |text| text.lines().count()) < 3 {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let stopped = finish(child);
+    assert_eq!(stopped.code, Some(130), "{}", stopped.words);
+    assert!(the_line(&stopped).contains("--resume"));
+    assert_eq!(rows(folder.path(), "run").len(), 2);
+}
+
+#[test]
+fn what_it_leaves_is_what_the_help_says() {
+    let folder = prepared(&[ball()]);
+    assert_eq!(run(folder.path(), &evaluation("run", &["--methods", "qem,meshopt", "--ratios", "0.5"])).code, Some(0));
+    let expected =
+        ["error-size.svg", "error-time.svg", "rows.csv", "rows.json", "settings.json", "tables.md", "time-size.svg"];
+    assert_eq!(files(&folder.path().join("run")), expected);
+    let help = String::from_utf8(run(folder.path(), &["evaluate", "--help"]).out).unwrap();
+    assert!(expected.iter().all(|name| help.contains(name)), "{help}");
+    let tables = std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap();
+    expected.iter().filter(|name| !name.starts_with("rows.csv") && !name.starts_with("settings")).for_each(|name| {
+        std::fs::remove_file(folder.path().join("run").join(name)).unwrap();
+    });
+    let report = run(folder.path(), &["evaluate", "--report", "run", "--relative-to", "qem", "-q"]);
+    assert_eq!((report.code, report.out, report.words.as_str()), (Some(0), vec![], ""));
+    assert_eq!(std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap(), tables);
+    assert_eq!(files(&folder.path().join("run")), expected);
+}
+
+#[test]
+fn refusals_say_what_to_do() {
+    let folder = prepared(&[ball()]);
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let quick = |more: &[&'static str]| evaluation("run", &[&["--methods", "qem", "--ratios", "0.5"], more].concat());
+    assert_eq!(run(folder.path(), &quick(&[])).code, Some(0));
+    let refused = |code: i32, arguments: &[&str], words: &str| {
+        let refusal = run(folder.path(), arguments);
+        assert_eq!(refusal.code, Some(code), "{}", refusal.words);
+        let line = the_line(&refusal);
+        assert!(line.contains(words), "{line}");
+    };
+    refused(1, &quick(&[]), "--resume");
+    refused(1, &quick(&["--resume", "--seeds", "1"]), "`seeds`");
+    refused(1, &quick(&["--resume", "--time-limit", "5"]), "`time-limit`");
+    refused(2, &evaluation("new", &["--methods", "qem,magic"]), "meshopt-sloppy");
+    refused(2, &evaluation("new", &["--ratios", "0.5,1.5"]), "1.5");
+    refused(2, &evaluation("new", &["--tool", "mine=cp {in}"]), "{out}");
+    refused(2, &evaluation("new", &["--methods", "qem", "--relative-to", "paper"]), "--methods");
+    refused(1, &evaluation("new", &["--only", "cat"]), "cat");
+    refused(1, &evaluation("new", &["--weights", "none.safetensors"]), "none.safetensors");
+    refused(1, &evaluation("data", &[]), "ball.ply");
+    refused(1, &["evaluate", "--data", "empty", "--out", "new"], "no mesh");
+    refused(1, &["evaluate", "--data", "none", "--out", "new"], "none");
+    refused(1, &["evaluate", "--report", "data"], "rows.csv");
+    refused(2, &["evaluate", "--report", "run", "--relative-to", "paper"], "qem");
+    assert!(!folder.path().join("new").exists());
+    assert_eq!(run(folder.path(), &["evaluate", "--data", "data"]).code, Some(2));
+    let other = write(&shapes::icosphere(2), &Frame::default(), Format::Ply).unwrap();
+    std::fs::write(folder.path().join("data/ball.ply"), other).unwrap();
+    refused(1, &quick(&["--resume"]), "ball.ply has changed");
+}

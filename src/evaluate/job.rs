@@ -1,0 +1,126 @@
+//! One run of a method of the library: what is asked, and the answer. A job can go to another process as a line of
+//! JSON, so that a method that hangs or crashes takes nothing else with it.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::Method;
+use crate::baselines::{Size, simplify_by};
+use crate::io::{Format, read_path, write, write_path};
+use crate::mesh::{Frame, TriMesh};
+use crate::model::Weights;
+use crate::simplify::{Assembly, Options, ScoreSource, Target, simplify};
+
+/// What one run is to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Job {
+    /// Mesh file to simplify, written by [`write_mesh`].
+    pub input: PathBuf,
+    /// File for the result.
+    pub output: PathBuf,
+    /// Name of the method, not of a tool.
+    pub method: String,
+    pub vertices: usize,
+    pub faces: usize,
+    pub seed: u64,
+    /// File of the network's weights; without, those that ship.
+    pub weights: Option<PathBuf>,
+    pub threads: usize,
+}
+
+/// Does a job that came as a line of JSON, and answers in one: what the process does that a [`Worker`](super::Worker)
+/// starts.
+///
+/// ```
+/// let answer = neural_mesh::evaluate::answer("no job");
+/// assert!(answer.starts_with("{\"Err\":"));
+/// ```
+pub fn answer(line: &str) -> String {
+    let done = serde_json::from_str::<Job>(line).map_err(|error| format!("no job: {error}")).and_then(|job| run(&job));
+    serde_json::to_string(&done).unwrap_or_default()
+}
+
+/// Does a job: seconds of the method alone, with the mesh in memory, the weights read and the threads started.
+pub(super) fn run(job: &Job) -> Result<f64, String> {
+    let mesh = read_mesh(&job.input)?;
+    let method = Method::from_name(&job.method).ok_or_else(|| format!("{}: no such method", job.method))?;
+    let weights = job.weights.as_deref().map(read_weights).transpose()?;
+    let threads =
+        rayon::ThreadPoolBuilder::new().num_threads(job.threads).build().map_err(|error| error.to_string())?;
+    let (result, seconds) = threads.install(|| {
+        let began = Instant::now();
+        let result = simplified(&method, &mesh, job, weights.as_ref());
+        (result, began.elapsed().as_secs_f64())
+    });
+    write_mesh(&job.output, &result?)?;
+    Ok(seconds)
+}
+
+fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: Option<&Weights>) -> Result<TriMesh, String> {
+    let options = Options { seed: job.seed, ..Options::new(Target::Vertices(job.vertices)) };
+    let options = match method {
+        Method::Network => options,
+        Method::Geometry => Options { scores: ScoreSource::Geometry, ..options },
+        Method::Paper => Options { assembly: Assembly::Paper, ..options },
+        Method::Baseline(baseline) => {
+            let size = Size { vertices: job.vertices, faces: job.faces };
+            return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());
+        }
+        Method::Tool(tool) => return Err(format!("{} is a program of its own", tool.name)),
+    };
+    let simplified = simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()));
+    simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
+}
+
+fn read_weights(path: &Path) -> Result<Weights, String> {
+    let bytes = std::fs::read(path).map_err(|error| format!("{}: cannot be read: {error}", path.display()))?;
+    Weights::from_bytes(&bytes).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Writes a mesh so that [`read_mesh`] gives back its very bits.
+pub(super) fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), String> {
+    let format = Format::from_path(path).unwrap_or(Format::Ply);
+    let bytes = write(mesh, &Frame::default(), format).map_err(|error| error.to_string())?;
+    write_path(path, &bytes, true).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Reads a mesh as [`write_mesh`] has written it, without cleaning.
+pub(super) fn read_mesh(path: &Path) -> Result<TriMesh, String> {
+    let raw = read_path(path, None).map_err(|error| error.to_string())?;
+    let positions = raw.positions.into_iter().map(|position| position.map(|x| x as f32)).collect();
+    TriMesh::new(positions, raw.faces).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn every_method_answers_with_its_time_and_a_lighter_mesh() {
+        let folder = tempfile::tempdir().unwrap();
+        let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+        let mesh = shapes::icosphere(3);
+        write_mesh(&input, &mesh).unwrap();
+        assert_eq!(read_mesh(&input).unwrap(), mesh);
+        for method in Method::names() {
+            let job = Job {
+                input: input.clone(),
+                output: output.clone(),
+                method: method.into(),
+                vertices: 160,
+                faces: 316,
+                seed: 0,
+                weights: None,
+                threads: 1,
+            };
+            let answer = answer(&serde_json::to_string(&job).unwrap());
+            let seconds: Result<f64, String> = serde_json::from_str(&answer).unwrap();
+            assert!(seconds.unwrap() > 0.0);
+            assert!((50..=200).contains(&read_mesh(&output).unwrap().positions().len()), "{method}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The methods that take part: ours, the baselines, and tools, by name.
+
+use super::{EvaluateError, Tool};
+use crate::baselines::Baseline;
+
+/// One of the methods that are compared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Ours as it comes: closed assembly, scores of a network.
+    Network,
+    /// Ours without a network: closed assembly, scores of the geometry.
+    Geometry,
+    /// The paper's assembly with a network of the paper's sizes.
+    Paper,
+    /// A method of others that the library has.
+    Baseline(Baseline),
+    /// A program of others.
+    Tool(Tool),
+}
+
+impl Method {
+    /// Names of all methods but tools, ours first.
+    ///
+    /// ```
+    /// use neural_mesh::evaluate::Method;
+    /// assert_eq!(Method::names()[..4], ["network", "geometry", "paper", "qem"]);
+    /// ```
+    pub fn names() -> Vec<&'static str> {
+        ["network", "geometry", "paper"].into_iter().chain(Baseline::ALL.map(Baseline::name)).collect()
+    }
+
+    /// The method of that name; `None` for tools and unknown names.
+    ///
+    /// ```
+    /// use neural_mesh::evaluate::Method;
+    /// assert_eq!(Method::from_name("paper"), Some(Method::Paper));
+    /// ```
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "network" => Some(Self::Network),
+            "geometry" => Some(Self::Geometry),
+            "paper" => Some(Self::Paper),
+            _ => Baseline::from_name(name).map(Self::Baseline),
+        }
+    }
+
+    /// The name in tables and arguments.
+    ///
+    /// ```
+    /// assert_eq!(neural_mesh::evaluate::Method::Geometry.name(), "geometry");
+    /// ```
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Network => "network",
+            Self::Geometry => "geometry",
+            Self::Paper => "paper",
+            Self::Baseline(baseline) => baseline.name(),
+            Self::Tool(tool) => &tool.name,
+        }
+    }
+
+    /// Whether it is one of this library's own.
+    ///
+    /// ```
+    /// use neural_mesh::evaluate::Method;
+    /// assert!(Method::Paper.is_ours() && !Method::from_name("qem").unwrap().is_ours());
+    /// ```
+    pub fn is_ours(&self) -> bool {
+        matches!(self, Self::Network | Self::Geometry | Self::Paper)
+    }
+}
+
+/// The methods of these names, in their order, each once; `all` stands for every method that has a name. Tools that are
+/// not named come last.
+pub(super) fn chosen(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
+    check_tools(tools)?;
+    let tool = |name: &str| tools.iter().find(|tool| tool.name == name).cloned().map(Method::Tool);
+    let mut methods: Vec<Method> = Vec::new();
+    for name in names {
+        let named: Vec<&str> = if name == "all" { Method::names() } else { vec![name] };
+        for name in named {
+            let method = Method::from_name(name).or_else(|| tool(name)).ok_or_else(|| unknown(name, tools))?;
+            methods.push(method);
+        }
+    }
+    methods.extend(tools.iter().cloned().map(Method::Tool));
+    let mut seen: Vec<Method> = Vec::new();
+    methods.retain(|method| {
+        let is_new = !seen.contains(method);
+        seen.push(method.clone());
+        is_new
+    });
+    Ok(methods)
+}
+
+fn check_tools(tools: &[Tool]) -> Result<(), EvaluateError> {
+    for (index, Tool { name, .. }) in tools.iter().enumerate() {
+        let taken = name == "all" || Method::from_name(name).is_some();
+        if taken || tools[..index].iter().any(|other| other.name == *name) {
+            return Err(EvaluateError::Settings(format!("tool {name}: the name is taken: choose another")));
+        }
+    }
+    Ok(())
+}
+
+fn unknown(name: &str, tools: &[Tool]) -> EvaluateError {
+    let tools = tools.iter().map(|tool| tool.name.as_str());
+    let known: Vec<&str> = Method::names().into_iter().chain(tools).chain(["all"]).collect();
+    EvaluateError::Settings(format!("method {name}: there is none of that name: give some of {}", known.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(asked: &[&str], tools: &[Tool]) -> Vec<String> {
+        let asked: Vec<String> = asked.iter().map(|name| name.to_string()).collect();
+        chosen(&asked, tools).unwrap().iter().map(|method| method.name().to_string()).collect()
+    }
+
+    #[test]
+    fn every_method_has_its_name() {
+        for name in Method::names() {
+            assert_eq!(Method::from_name(name).unwrap().name(), name);
+        }
+    }
+
+    #[test]
+    fn each_takes_part_once_in_the_order_asked_for() {
+        let tools = [Tool::parse("mine=cp {in} {out}").unwrap()];
+        assert_eq!(names(&["qem", "paper", "qem"], &tools), ["qem", "paper", "mine"]);
+        assert_eq!(names(&["mine", "qem"], &tools), ["mine", "qem"]);
+        assert_eq!(names(&["all"], &tools).len(), Method::names().len() + 1);
+    }
+
+    #[test]
+    fn unknown_names_and_names_taken_are_refused() {
+        let error = chosen(&["magic".into()], &[]).unwrap_err().to_string();
+        assert!(error.contains("magic") && error.contains("qem"), "{error}");
+        let tool = |name: &str| Tool { name: name.into(), command: "cp {in} {out}".into() };
+        assert!(chosen(&[], &[tool("qem")]).is_err());
+        assert!(chosen(&[], &[tool("a"), tool("a")]).is_err());
+    }
+}

@@ -1,0 +1,34 @@
+//! Methods x sizes x meshes -> rows, tables and what is plotted of them: the paper's Sec. 4 for any method.
+//!
+//! The one module with a clock, and the one that starts programs: methods are timed, and those that hang are killed.
+
+mod charts;
+mod contest;
+mod engine;
+mod error;
+mod folder;
+mod hardware;
+mod job;
+mod limited;
+mod meshes;
+mod method;
+mod report;
+mod row;
+mod rows_file;
+mod run;
+mod settings;
+mod summary;
+mod tables;
+mod tool;
+
+pub use charts::{Chart, Line, charts};
+pub use engine::Worker;
+pub use error::EvaluateError;
+pub use job::answer;
+pub use method::Method;
+pub use report::report;
+pub use row::{How, Row};
+pub use rows_file::Table;
+pub use run::{Ending, Event, Request, evaluate};
+pub use settings::Settings;
+pub use tool::Tool;

@@ -1,0 +1,314 @@
+//! An evaluation from beginning to end: meshes, cases, methods, figures, rows.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use super::contest::{Case, Outcome, contest};
+use super::engine::{Engine, Worker};
+use super::folder::{open_folder, scratch_in};
+use super::meshes::{MeshFile, checksums, mesh_files, read_mesh};
+use super::row::How;
+use super::rows_file::RowsFile;
+use super::settings::{Origin, weights_name};
+use super::{EvaluateError, Method, Row, Settings, hardware};
+use crate::mesh::{TriMesh, shapes};
+use crate::metrics::{Figure, Judging, Original, compare};
+
+/// Eigenpairs of the Laplacian where the spectrum is asked for: the paper's.
+const EIGENPAIRS: usize = 200;
+
+/// What a caller asks for.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Folder with the meshes.
+    pub data: PathBuf,
+    /// Folder for all that comes of it: made if missing.
+    pub folder: PathBuf,
+    /// What is measured and how.
+    pub settings: Settings,
+    /// File of the closed assembly's weights; without, those that ship.
+    pub weights: Option<PathBuf>,
+    /// File of the paper assembly's weights; without, those that ship.
+    pub paper_weights: Option<PathBuf>,
+    /// Whether to go on with the rows that are there.
+    pub resume: bool,
+    /// Runs the methods of the library in a process of its own, which can be stopped. Without, they run in this one,
+    /// the time limit holds for tools only, and a method that crashes ends the evaluation.
+    pub worker: Option<Worker>,
+}
+
+/// What happens during an evaluation.
+#[derive(Clone, Copy, Debug)]
+pub enum Event<'a> {
+    /// A case begins: a mesh at a size with a seed.
+    Case {
+        /// Name of the mesh file.
+        mesh: &'a str,
+        /// Share of the vertices.
+        ratio: f64,
+        /// Seed of the sampling.
+        seed: u64,
+        /// Cases before this one, those of earlier runs too.
+        n_done: usize,
+        /// Cases in all.
+        n_cases: usize,
+    },
+    /// A method is at work; heard again and again while it is.
+    Running {
+        /// The method.
+        method: &'a Method,
+        /// Its run, counted from 0.
+        round: usize,
+    },
+    /// All methods are done, the results are measured.
+    Judging,
+    /// A row is in the table.
+    Row(&'a Row),
+}
+
+/// How an evaluation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// Every row is there.
+    Finished,
+    /// The caller asked to stop; the rows so far are kept.
+    Stopped,
+}
+
+/// Measures every method at every size on every mesh, and adds the rows to `rows.csv` in the folder, case by case.
+/// `hear` can stop it at any time; stopped or killed, it loses the case at hand and no other.
+///
+/// # Errors
+/// [`EvaluateError`] says what is wrong with settings, data or folder. A method that fails, and a mesh that cannot be
+/// read, is a row with its error.
+///
+/// ```
+/// use neural_mesh::evaluate::{Request, Settings, evaluate};
+/// use std::ops::ControlFlow;
+/// let folder = tempfile::tempdir().unwrap();
+/// let request = Request {
+///     data: folder.path().into(),
+///     folder: folder.path().join("run"),
+///     settings: Settings::default(),
+///     weights: None,
+///     paper_weights: None,
+///     resume: false,
+///     worker: None,
+/// };
+/// let error = evaluate(&request, &mut |_| ControlFlow::Continue(())).unwrap_err();
+/// assert!(error.to_string().contains("holds no mesh"));
+/// ```
+pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<Ending, EvaluateError> {
+    let methods = request.settings.checked()?;
+    let files = mesh_files(&request.data, &request.settings.only)?;
+    let origin = Origin {
+        version: env!("CARGO_PKG_VERSION").into(),
+        settings: request.settings.clone(),
+        weights: [weights_name(request.weights.as_ref())?, weights_name(request.paper_weights.as_ref())?],
+        meshes: checksums(&files),
+    };
+    let figures: Vec<String> = figures().iter().map(|figure| figure.name.to_string()).collect();
+    let rows = open_folder(&request.folder, &origin, request.resume, &figures)?;
+    let scratch = scratch_in(&request.folder)?;
+    let mut run = Run { request, methods, origin, rows, n_figures: figures.len(), scratch: scratch.path() };
+    for (index, file) in files.iter().enumerate() {
+        if run.mesh(file, index, files.len(), hear)?.is_break() {
+            return Ok(Ending::Stopped);
+        }
+    }
+    Ok(Ending::Finished)
+}
+
+/// The figures that every row has, without values.
+pub(super) fn figures() -> Vec<Figure> {
+    let mesh = shapes::icosphere(0);
+    let judging = Judging { samples: 1, eigenpairs: 0, geodesics: false, ..Judging::default() };
+    compared(&Original::new(&mesh, &judging), &mesh)
+}
+
+/// The figures of a result but its size, which has columns of its own.
+fn compared(original: &Original, result: &TriMesh) -> Vec<Figure> {
+    let mut figures = compare(original, result);
+    figures.retain(|figure| !["vertices", "faces"].contains(&figure.name));
+    figures
+}
+
+/// A mesh, and what its results are measured against.
+struct Subject {
+    mesh: TriMesh,
+    original: Original,
+}
+
+struct Run<'a> {
+    request: &'a Request,
+    methods: Vec<Method>,
+    origin: Origin,
+    rows: RowsFile,
+    n_figures: usize,
+    scratch: &'a Path,
+}
+
+impl Run<'_> {
+    /// Every case of a mesh that is not in the table yet.
+    fn mesh(
+        &mut self,
+        file: &MeshFile,
+        index: usize,
+        n_files: usize,
+        hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<()>, EvaluateError> {
+        let Settings { ratios, seeds, .. } = &self.request.settings;
+        let cases: Vec<(f64, u64)> =
+            ratios.iter().flat_map(|&ratio| seeds.iter().map(move |&seed| (ratio, seed))).collect();
+        let (n_cases, n_files) = (cases.len(), n_files * cases.len());
+        let mut ready = None;
+        for (at, &(ratio, seed)) in cases.iter().enumerate() {
+            let missing = self.missing(&file.name, ratio, seed);
+            let event = Event::Case { mesh: &file.name, ratio, seed, n_done: index * n_cases + at, n_cases: n_files };
+            if hear(event).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+            if missing.is_empty() {
+                continue;
+            }
+            let mesh = ready.get_or_insert_with(|| self.made_ready(file));
+            let Some(rows) = self.case(&file.name, mesh, (ratio, seed), &missing, hear) else {
+                return Ok(ControlFlow::Break(()));
+            };
+            self.rows.push(rows.clone())?;
+            if rows.iter().any(|row| hear(Event::Row(row)).is_break()) {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// The methods whose rows are not there yet.
+    fn missing(&self, mesh: &str, ratio: f64, seed: u64) -> Vec<Method> {
+        let is_there = |method: &&Method| self.row(mesh, ratio, seed, method).is_none();
+        self.methods.iter().filter(is_there).cloned().collect()
+    }
+
+    fn row(&self, mesh: &str, ratio: f64, seed: u64, method: &Method) -> Option<&Row> {
+        self.rows.table.rows.iter().find(|row| row.is_of(mesh, ratio, seed, method.name()))
+    }
+
+    fn made_ready(&self, file: &MeshFile) -> Result<Subject, String> {
+        let mesh = read_mesh(&file.path)?;
+        self.engine().prepare(&mesh, &self.methods)?;
+        Ok(Subject { original: Original::new(&mesh, &self.judging()), mesh })
+    }
+
+    fn judging(&self) -> Judging {
+        let Settings { samples, spectrum, .. } = self.request.settings;
+        let eigenpairs = if spectrum { EIGENPAIRS } else { 0 };
+        Judging { samples, eigenpairs, geodesics: spectrum, ..Judging::default() }
+    }
+
+    fn engine(&self) -> Engine<'_> {
+        let Request { worker, settings, weights, paper_weights, .. } = self.request;
+        Engine {
+            worker: worker.as_ref(),
+            time_limit: Duration::try_from_secs_f64(settings.time_limit).unwrap_or(Duration::MAX),
+            threads: settings.threads,
+            weights: [weights.as_deref(), paper_weights.as_deref()],
+            scratch: self.scratch,
+        }
+    }
+
+    /// The rows of a case; `None` where `hear` asked to stop.
+    fn case(
+        &self,
+        name: &str,
+        subject: &Result<Subject, String>,
+        (ratio, seed): (f64, u64),
+        methods: &[Method],
+        hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Option<Vec<Row>> {
+        let blank = |method: &Method| Row {
+            mesh: name.into(),
+            ratio,
+            seed,
+            method: method.name().into(),
+            how: self.how(method),
+            figures: vec![None; self.n_figures],
+            ..Row::default()
+        };
+        let subject = match subject {
+            Ok(subject) => subject,
+            Err(why) => {
+                let row = |method| Row { error: format!("the mesh: {why}"), ..blank(method) };
+                return Some(methods.iter().map(row).collect());
+            }
+        };
+        let leader = self.methods.iter().find(|method| method.is_ours());
+        let known = leader.and_then(|leader| self.row(name, ratio, seed, leader)).filter(|row| row.error.is_empty());
+        let n_faces = known.map(|row| row.faces_out);
+        let case = Case { mesh: &subject.mesh, ratio, seed, leader, n_faces };
+        let repeats = self.request.settings.repeats;
+        let mut wait = |method: &Method, round| hear(Event::Running { method, round });
+        let outcomes = contest(&self.engine(), &case, methods, repeats, &mut wait)?;
+        if hear(Event::Judging).is_break() {
+            return None;
+        }
+        let judged = methods.par_iter().zip(outcomes);
+        Some(judged.map(|(method, outcome)| judged_row(blank(method), subject, outcome)).collect())
+    }
+
+    fn how(&self, method: &Method) -> How {
+        let Settings { threads, time_limit, samples, .. } = self.request.settings;
+        let [closed, paper] = &self.origin.weights;
+        let weights = match method {
+            Method::Network => closed.as_str(),
+            Method::Paper => paper,
+            _ => "",
+        };
+        How {
+            timed: if matches!(method, Method::Tool(_)) { "process" } else { "method" }.into(),
+            runs: 0,
+            threads,
+            time_limit,
+            samples,
+            eigenpairs: self.judging().eigenpairs,
+            weights: weights.chars().take(12).collect(),
+            version: self.origin.version.clone(),
+            cpu: hardware::cpu(),
+            cores: hardware::cores(),
+        }
+    }
+}
+
+/// The row with what came of its method.
+fn judged_row(blank: Row, subject: &Subject, outcome: Outcome) -> Row {
+    let Outcome { size, seconds, result } = outcome;
+    let Subject { mesh, original } = subject;
+    let row = Row {
+        vertices_in: mesh.positions().len(),
+        faces_in: mesh.faces().len(),
+        vertices_asked: size.vertices,
+        faces_asked: size.faces,
+        ..blank
+    };
+    match result {
+        Err(error) => Row { error, ..row },
+        Ok(result) => Row {
+            vertices_out: result.positions().len(),
+            faces_out: result.faces().len(),
+            seconds: median(seconds.clone()),
+            how: How { runs: seconds.len(), ..row.how },
+            figures: compared(original, &result).into_iter().map(|figure| figure.value).collect(),
+            ..row
+        },
+    }
+}
+
+/// The middle of the values, the mean of the middle two where there are two; `None` of none.
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let last = values.get(n / 2)?;
+    Some(if n % 2 == 1 { *last } else { 0.5 * (values[n / 2 - 1] + last) })
+}

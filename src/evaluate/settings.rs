@@ -1,0 +1,182 @@
+//! What is measured and how, kept beside the rows: rows of one table were all measured alike.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::meshes::sha256;
+use super::method::chosen;
+use super::{EvaluateError, Method, Tool};
+use crate::model::Weights;
+
+/// What is measured and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Names of methods, `all` for every one.
+    pub methods: Vec<String>,
+    /// Programs of others; those that are not among the methods take part too.
+    pub tools: Vec<Tool>,
+    /// Shares of the vertices that stay, each above 0 and at most 1.
+    pub ratios: Vec<f64>,
+    /// Seeds of the sampling.
+    pub seeds: Vec<u64>,
+    /// Timed runs of each method per case, at least 1; the median counts.
+    pub repeats: usize,
+    /// Seconds that a run may take.
+    pub time_limit: f64,
+    /// Threads that a method may use.
+    pub threads: usize,
+    /// Samples on each surface.
+    pub samples: usize,
+    /// Whether the spectrum is measured (the paper's LE), which costs more than all other figures.
+    pub spectrum: bool,
+    /// Beginnings of the names of the mesh files that take part; all of them where there is none.
+    pub only: Vec<String>,
+}
+
+impl Default for Settings {
+    /// Every method, the paper's ratios and samples.
+    fn default() -> Self {
+        Self {
+            methods: vec!["all".into()],
+            tools: Vec::new(),
+            ratios: vec![0.05, 0.1, 0.2, 0.5],
+            seeds: vec![0],
+            repeats: 3,
+            time_limit: 600.0,
+            threads: 1,
+            samples: 50_000,
+            spectrum: false,
+            only: Vec::new(),
+        }
+    }
+}
+
+impl Settings {
+    /// The methods that take part, in the order of the tables.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Settings`] names the method that is unknown, or the number that is out of range.
+    ///
+    /// ```
+    /// use neural_mesh::evaluate::Settings;
+    /// let settings = Settings { methods: vec!["qem".into()], ..Settings::default() };
+    /// assert_eq!(settings.checked().unwrap().len(), 1);
+    /// assert!(Settings { ratios: vec![2.0], ..settings }.checked().is_err());
+    /// ```
+    pub fn checked(&self) -> Result<Vec<Method>, EvaluateError> {
+        let refusal = |what: String| Err(EvaluateError::Settings(what));
+        if let Some(ratio) = self.ratios.iter().find(|ratio| !(**ratio > 0.0 && **ratio <= 1.0)) {
+            return refusal(format!("ratio {ratio}: give numbers above 0 and at most 1"));
+        }
+        if self.ratios.is_empty() || self.seeds.is_empty() {
+            return refusal("no ratio or no seed: give at least one of each".into());
+        }
+        if self.repeats == 0 || self.threads == 0 || self.samples == 0 {
+            return refusal("repeats, threads and samples: give numbers of at least 1".into());
+        }
+        if !(self.time_limit > 0.0 && self.time_limit <= 1e9) {
+            return refusal(format!("time limit {}: give seconds above 0", self.time_limit));
+        }
+        chosen(&self.methods, &self.tools)
+    }
+}
+
+/// All that decides the rows but the machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Origin {
+    /// Version of the program.
+    pub version: String,
+    pub settings: Settings,
+    /// SHA-256 of the weights of the closed assembly and of the paper's; `shipped` for those that ship.
+    pub weights: [String; 2],
+    /// SHA-256 of the mesh files, by name.
+    pub meshes: BTreeMap<String, String>,
+}
+
+/// What weights are called in rows.
+pub(super) const SHIPPED: &str = "shipped";
+
+impl Origin {
+    /// What of another origin is not as here; `None` where nothing is.
+    pub fn difference(&self, now: &Self) -> Option<String> {
+        if self.version != now.version {
+            return Some(format!("version {} of the program, this is {}", self.version, now.version));
+        }
+        for (kind, index) in [("weights", 0), ("paper-weights", 1)] {
+            if self.weights[index] != now.weights[index] {
+                return Some(format!("other {kind}"));
+            }
+        }
+        differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
+    }
+
+    fn changed_file(&self, now: &Self) -> Option<String> {
+        let names = self.meshes.keys().chain(now.meshes.keys());
+        let changed = names.into_iter().find(|name| self.meshes.get(*name) != now.meshes.get(*name))?;
+        let what = match (self.meshes.get(changed), now.meshes.get(changed)) {
+            (_, None) => "is gone",
+            (None, _) => "is new",
+            _ => "has changed",
+        };
+        Some(format!("the mesh file {changed} {what}"))
+    }
+}
+
+/// The first setting that differs, with both values.
+fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
+    let [before, now] = [before, now].map(|settings| serde_json::to_value(settings).unwrap_or_default());
+    let (Value::Object(before), Value::Object(now)) = (before, now) else { return None };
+    let (name, value) = before.iter().find(|(name, value)| now.get(*name) != Some(value))?;
+    Some(format!("`{}` was {value}, is {}", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
+}
+
+/// The checksum of weights, or the word for those that ship.
+pub(super) fn weights_name(path: Option<&PathBuf>) -> Result<String, EvaluateError> {
+    let Some(path) = path else { return Ok(SHIPPED.into()) };
+    let bytes = std::fs::read(path)
+        .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
+    // What is no network is found before any work.
+    Weights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
+    Ok(sha256(&bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_named() {
+        let origin = Origin {
+            version: "1".into(),
+            settings: Settings::default(),
+            weights: [SHIPPED.into(), SHIPPED.into()],
+            meshes: [("a".to_string(), "1".to_string())].into(),
+        };
+        assert_eq!(origin.difference(&origin), None);
+        let mut other = origin.clone();
+        other.settings.time_limit = 0.1 + 0.2;
+        assert!(origin.difference(&other).unwrap().contains("`time-limit` was 600.0, is 0.30000000000000004"));
+        let read: Origin = serde_json::from_str(&serde_json::to_string(&other).unwrap()).unwrap();
+        assert_eq!(read.difference(&other), None);
+        other = origin.clone();
+        other.meshes.insert("b".into(), "2".into());
+        assert!(origin.difference(&other).unwrap().contains("b is new"));
+        assert!(other.difference(&origin).unwrap().contains("b is gone"));
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        let good = Settings::default();
+        assert!(good.checked().is_ok());
+        let bad = [
+            Settings { ratios: vec![f64::NAN], ..good.clone() },
+            Settings { seeds: Vec::new(), ..good.clone() },
+            Settings { repeats: 0, ..good.clone() },
+            Settings { time_limit: f64::INFINITY, ..good.clone() },
+        ];
+        assert!(bad.iter().all(|settings| settings.checked().is_err()));
+    }
+}

@@ -1,0 +1,232 @@
+//! The rows as tables in Markdown: the paper's Table 1 first, then what else is worth a look, and what failed.
+
+use std::fmt::Write;
+
+use super::run::{figures, median};
+use super::summary::{Value, distinct, mean, median_quotient, methods, ratios, rows_of, values};
+use super::{Row, Table};
+use crate::metrics::Figure;
+
+/// A column: its title, the figure it shows, and what that is multiplied with for reading.
+type Column = (&'static str, &'static str, f64);
+
+/// The columns of the paper's Table 1.
+const PAPER: [Column; 4] = [
+    ("CD", "chamfer", 1e6),
+    ("WA, %", "edges_without_two_faces", 1.0),
+    ("LE", "laplacian_functions", 1.0),
+    ("NE", "normal_error", 1.0),
+];
+
+/// What else is shown of every method.
+const MORE: [Column; 7] = [
+    ("distance, %", "distance_mean", 1.0),
+    ("Hausdorff, %", "distance_max", 1.0),
+    ("normals, degrees", "normal_angle", 1.0),
+    ("open edges, %", "open_edges", 1.0),
+    ("turned faces", "turned_faces", 1.0),
+    ("crossing faces", "self_intersecting_faces", 1.0),
+    ("curvature", "curvature_error", 1.0),
+];
+
+/// A column as it is in this table.
+struct Shown {
+    title: &'static str,
+    value: Value,
+}
+
+/// All tables, as one page. `relative_to` names the method that the others are divided by.
+pub(super) fn page(table: &Table, relative_to: Option<&str>) -> String {
+    let mut page = head(table);
+    section(&mut page, table, "As in the paper's Table 1", &shown(table, &PAPER, true), relative_to);
+    section(&mut page, table, "More of the same results", &shown(table, &MORE, false), relative_to);
+    failures(&mut page, table);
+    page
+}
+
+/// The columns of which there is at least one value.
+fn shown(table: &Table, columns: &[Column], with_time: bool) -> Vec<Shown> {
+    let place = |name: &str| table.figures.iter().position(|figure| figure == name);
+    let figure = |&(title, name, scale): &Column| Some(Shown { title, value: Value::Figure(place(name)?, scale) });
+    let time = Shown { title: "time, s", value: Value::Seconds };
+    let sizes = [("vertices", Value::Vertices), ("faces", Value::Faces)].map(|(title, value)| Shown { title, value });
+    let mut shown: Vec<Shown> = columns.iter().filter_map(figure).collect();
+    if with_time {
+        shown.push(time);
+    } else {
+        shown.splice(0..0, sizes);
+    }
+    shown.retain(|column| table.rows.iter().any(|row| column.value.of(row).is_some()));
+    shown
+}
+
+fn head(table: &Table) -> String {
+    let rows = &table.rows;
+    let meshes = distinct(rows.iter().filter(|row| row.vertices_in > 0).map(|row| row.mesh.as_str()));
+    let seeds = distinct(rows.iter().map(|row| row.seed.to_string())).join(", ");
+    let machine =
+        |row: &Row| format!("{}, {} cores, {} threads for a method", row.how.cpu, row.how.cores, row.how.threads);
+    let machines = distinct(rows.iter().map(machine)).join("; ");
+    let versions = distinct(rows.iter().map(|row| row.how.version.as_str())).join(", ");
+    let samples = distinct(rows.iter().map(|row| row.how.samples.to_string())).join(", ");
+    let runs = rows.iter().map(|row| row.how.runs).max().unwrap_or_default();
+    let mut head = format!(
+        "# Evaluation\n\n{} meshes, seeds {seeds}, {samples} samples on each surface. neural-mesh {versions}. Times: \
+         median of {runs} runs on {machines}.\n\nCells are *mean / median* over meshes and seeds; the best mean is \
+         bold, lower is better. Distances count in percent of the bounding box's diagonal.\n\n",
+        meshes.len()
+    );
+    let explained = figures();
+    for (title, name, scale) in PAPER.iter().chain(&MORE).filter(|column| has_values(table, column.1)) {
+        if let Some(figure) = explained.iter().find(|figure| figure.name == *name) {
+            let _ = writeln!(head, "- *{title}* (`{name}`): {}", about(figure, *scale));
+        }
+    }
+    let tools = distinct(rows.iter().filter(|row| row.how.timed == "process").map(|row| row.method.as_str()));
+    let _ = writeln!(head, "- *time* (`seconds`): of the method alone, with the mesh in memory");
+    if !tools.is_empty() {
+        let _ = writeln!(head, "  ({}: the whole process, with reading and writing)", tools.join(", "));
+    }
+    head
+}
+
+/// Whether any row has a value of this figure.
+fn has_values(table: &Table, name: &str) -> bool {
+    let at = table.figures.iter().position(|figure| figure == name);
+    at.is_some_and(|at| table.rows.iter().any(|row| row.figures.get(at).copied().flatten().is_some()))
+}
+
+fn about(figure: &Figure, scale: f64) -> String {
+    let unit = match (figure.unit, scale) {
+        ("", 1.0) => String::new(),
+        (unit, 1.0) => format!("; {unit}"),
+        (unit, scale) => format!("; {:e} {unit}", 1.0 / scale),
+    };
+    format!("{}{unit}", figure.about)
+}
+
+/// One table per size, and one of quotients where they are asked for.
+fn section(page: &mut String, table: &Table, title: &str, columns: &[Shown], relative_to: Option<&str>) {
+    let _ = writeln!(page, "\n## {title}");
+    for ratio in ratios(table) {
+        let _ = writeln!(page, "\n### Ratio {ratio}\n");
+        let header: Vec<&str> = columns.iter().map(|column| column.title).collect();
+        let _ = writeln!(page, "| method | results | {} |", header.join(" | "));
+        let _ = writeln!(page, "|---|---|{}", "---|".repeat(columns.len()));
+        let best: Vec<Option<f64>> = columns.iter().map(|column| best(table, ratio, column.value)).collect();
+        for method in methods(table) {
+            let rows = rows_of(table, ratio, method);
+            let cells = columns.iter().zip(&best).map(|(column, best)| cell(&rows, column.value, *best));
+            let cells: Vec<String> = cells.collect();
+            let _ = writeln!(page, "| {method} | {} | {} |", results(&rows), cells.join(" | "));
+        }
+        if let Some(other) = relative_to {
+            quotients(page, table, ratio, columns, other);
+        }
+    }
+}
+
+fn quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Shown], other: &str) {
+    let header: Vec<&str> = columns.iter().map(|column| column.title.split(',').next().unwrap_or_default()).collect();
+    let _ = writeln!(page, "\nRelative to {other}: medians over the quotients of each mesh and seed.\n");
+    let _ = writeln!(page, "| method / {other} | {} |", header.join(" | "));
+    let _ = writeln!(page, "|---|{}", "---|".repeat(columns.len()));
+    let others = rows_of(table, ratio, other);
+    for method in methods(table) {
+        let rows = rows_of(table, ratio, method);
+        let cells = columns.iter().map(|column| shown_number(median_quotient(&rows, &others, column.value)));
+        let _ = writeln!(page, "| {method} | {} |", cells.collect::<Vec<_>>().join(" | "));
+    }
+}
+
+/// `28 of 30`: cases with a result; meshes that could not be read are nobody's fault.
+fn results(rows: &[&Row]) -> String {
+    let there = rows.iter().filter(|row| row.error.is_empty()).count();
+    format!("{there} of {}", rows.iter().filter(|row| row.vertices_in > 0).count())
+}
+
+/// The least mean of all methods; sizes have none.
+fn best(table: &Table, ratio: f64, value: Value) -> Option<f64> {
+    if matches!(value, Value::Vertices | Value::Faces) {
+        return None;
+    }
+    let means = methods(table).into_iter().filter_map(|method| mean(&values(&rows_of(table, ratio, method), value)));
+    means.min_by(f64::total_cmp)
+}
+
+fn cell(rows: &[&Row], value: Value, best: Option<f64>) -> String {
+    let values = values(rows, value);
+    let mean = mean(&values);
+    if mean.is_none() {
+        return "-".into();
+    }
+    let [shown, middle] = [mean, median(values)].map(shown_number);
+    if mean == best { format!("**{shown}** / {middle}") } else { format!("{shown} / {middle}") }
+}
+
+/// Three significant digits.
+fn shown_number(value: Option<f64>) -> String {
+    let Some(value) = value else { return "-".into() };
+    let size = value.abs();
+    if size == 0.0 {
+        return "0".into();
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// What has no result, each reason once.
+fn failures(page: &mut String, table: &Table) {
+    let failed: Vec<&Row> = table.rows.iter().filter(|row| !row.error.is_empty()).collect();
+    if failed.is_empty() {
+        return;
+    }
+    let _ = writeln!(page, "\n## Without a result\n\n| method | cases | the first | why |\n|---|---|---|---|");
+    let who = |row: &Row| if row.vertices_in == 0 { "all" } else { &row.method }.to_string();
+    for (method, why) in distinct(failed.iter().map(|row| (who(row), row.error.as_str()))) {
+        let rows: Vec<&&Row> = failed.iter().filter(|row| who(row) == method && row.error == why).collect();
+        let first = rows.first().map(|row| format!("{}, ratio {}, seed {}", row.mesh, row.ratio, row.seed));
+        let first = first.unwrap_or_default().replace('|', "\\|");
+        let _ = writeln!(page, "| {method} | {} | {first} | {} |", rows.len(), why.replace('|', "\\|"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let row = |mesh: &str, method: &str, value: f64| Row {
+            mesh: mesh.into(),
+            ratio: 0.1,
+            method: method.into(),
+            vertices_in: 10,
+            seconds: Some(value),
+            figures: vec![Some(value)],
+            ..Row::default()
+        };
+        let failed = Row { error: "a | b".into(), seconds: None, figures: vec![None], ..row("b", "worse", 0.0) };
+        let rows = vec![row("a", "better", 1.0), row("a", "worse", 2.0), row("b", "better", 3.0), failed];
+        Table { figures: vec!["distance_mean".into()], rows }
+    }
+
+    #[test]
+    fn means_stand_beside_medians_and_quotients_below() {
+        let page = page(&table(), Some("better"));
+        assert!(page.contains("| better | 2 of 2 | **2.00** / 2.00 |"), "{page}");
+        assert!(page.contains("| worse | 1 of 2 | **2.00** / 2.00 |"), "{page}");
+        assert!(page.contains("| method / better | time |") && page.contains("| worse | 2.00 |"), "{page}");
+        assert!(page.contains("| worse | 1 | b, ratio 0.1, seed 0 | a \\| b |"), "{page}");
+        assert!(!page.contains("CD |"), "columns without values stay out: {page}");
+    }
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let numbers = [0.0, 1.0, 0.0123456, 123.456, 123456.0, 1e-7, -2.5].map(|value| shown_number(Some(value)));
+        assert_eq!(numbers, ["0", "1.00", "0.0123", "123", "123456", "1.00e-7", "-2.50"]);
+        assert_eq!(shown_number(None), "-");
+    }
+}
