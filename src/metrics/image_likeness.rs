@@ -17,7 +17,7 @@ const WINDOW: usize = 8;
 /// assert!(ssim(16, &ramp, &turned).unwrap() < 0.0);
 /// ```
 pub fn ssim(width: usize, a: &[u8], b: &[u8]) -> Option<f64> {
-    if a.len() != b.len() || width < WINDOW || a.len() % width != 0 || a.len() < WINDOW * width {
+    if a.len() != b.len() || width < WINDOW || !a.len().is_multiple_of(width) || a.len() < WINDOW * width {
         return None;
     }
     let rows = (0..=a.len() / width - WINDOW).step_by(WINDOW / 2);

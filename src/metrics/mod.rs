@@ -21,11 +21,11 @@ pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{Figure, Judging, Original, compare};
 pub use curvature_error::curvature_error;
 pub use image_likeness::{psnr, silhouette_iou, ssim};
-pub use laplacian::{Glued, Laplacian};
+pub use laplacian::Laplacian;
 pub use open_edges::{OpenEdges, open_edges};
 pub use self_intersections::self_intersecting_faces;
 #[cfg(feature = "spectrum")]
-pub use spectrum::{Carried, Eigenpairs, HeatMethod, SpectrumError, spectrum_error};
+pub use spectrum::{Eigenpairs, HeatMethod};
 pub use surface::Surface;
 pub use surface_distance::{OneSided, SurfaceDistance, surface_distance};
 pub use triangle_quality::{TriangleQuality, triangle_quality};

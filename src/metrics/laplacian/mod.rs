@@ -8,6 +8,8 @@ mod delaunay;
 mod glued;
 mod tufted;
 
+use rayon::prelude::*;
+
 use crate::mesh::TriMesh;
 use crate::mesh::union_find::UnionFind;
 
@@ -38,7 +40,7 @@ pub struct Laplacian {
     /// Number of the connected piece that each vertex is in: n.
     pub piece: Vec<u32>,
     /// The surface: two copies of each face, as flips left them; starts are places in `vertices`.
-    pub surface: Glued,
+    pub(super) surface: Glued,
 }
 
 impl Laplacian {
@@ -75,7 +77,7 @@ fn edges(surface: &Glued) -> Vec<([u32; 2], f64)> {
     };
     let mut parts: Vec<_> = (0..surface.twin.len()).map(weight).filter(|([a, b], _)| a != b).collect();
     // Stable, so that sums are taken in one order.
-    parts.sort_by_key(|(ends, _)| *ends);
+    parts.par_sort_by_key(|(ends, _)| *ends);
     let sum = |parts: &[([u32; 2], f64)]| (parts[0].0, parts.iter().map(|(_, weight)| weight).sum());
     parts.chunk_by(|a, b| a.0 == b.0).map(sum).collect()
 }

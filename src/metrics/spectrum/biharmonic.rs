@@ -7,8 +7,18 @@ impl Eigenpairs {
     ///
     /// The root of the sum over the first `n_pairs` eigenpairs of `(u_k(x) - u_k(y))^2 / lambda_k^2`, those with eigenvalue
     /// 0 left out; what the pairs beyond add is small, as the eigenvalues grow.
+    ///
+    /// ```
+    /// use neural_mesh::{mesh::shapes, metrics::{Eigenpairs, Laplacian}};
+    /// let torus = Laplacian::new(&shapes::torus(24, 12, 1.0, 0.3)).unwrap();
+    /// let distances = Eigenpairs::lowest(&torus, 40).unwrap().biharmonic_distances(0, 40);
+    /// assert!(distances[0] == 0.0 && distances[1..].iter().all(|&distance| distance > 0.0));
+    /// ```
+    ///
+    /// # Panics
+    /// Where `source` is not below n.
     pub fn biharmonic_distances(&self, source: u32, n_pairs: usize) -> Vec<f64> {
-        let mut squares = vec![0.0; self.function(0).len()];
+        let mut squares = vec![0.0; self.first(0).nrows()];
         for pair in 0..n_pairs.min(self.values.len()) {
             if self.is_constant(pair) {
                 continue;

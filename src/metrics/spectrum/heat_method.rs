@@ -35,6 +35,9 @@ impl HeatMethod {
 
     /// Distances from the vertex at place `source` of [`Laplacian::vertices`] to all others, in the mesh's unit: n;
     /// infinite on other pieces. The Laplacian is the one that this was made of.
+    ///
+    /// # Panics
+    /// Where `source` is not below n.
     pub fn distances(&self, laplacian: &Laplacian, source: u32) -> Vec<f64> {
         let mut spot = vec![0.0; laplacian.mass.len()];
         spot[source as usize] = 1.0;

@@ -13,11 +13,13 @@ const WIDTH: usize = 8;
 /// How far `A x` may be from `theta x`, as a share of theta, for an eigenpair to count as found.
 const TOLERANCE: f64 = 1e-8;
 /// Columns of the basis per eigenpair, at most; two are usual.
-const MOST: usize = 6;
+const MOST: usize = 5;
+/// Blocks that the basis begins with, and grows by when it is full.
+const GROWTH: usize = 16;
 
 /// The basis so far and the operator seen in it.
 struct Krylov {
-    /// Orthonormal columns, n x capacity; the first `len` and the block after them are filled.
+    /// Orthonormal columns, n rows; the first `len` and the block after them are filled, what follows is zero.
     basis: Mat<f64>,
     /// The operator in the basis, lower triangle, capacity x capacity.
     seen: Mat<f64>,
@@ -48,7 +50,8 @@ pub fn largest(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f64>)) -> Opt
 impl Krylov {
     fn new(n: usize, capacity: usize) -> Self {
         let rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        let mut krylov = Self { basis: Mat::zeros(n, capacity), seen: Mat::zeros(capacity, capacity), len: 0, rng };
+        let basis = Mat::zeros(n, GROWTH * WIDTH);
+        let mut krylov = Self { basis, seen: Mat::zeros(capacity, capacity), len: 0, rng };
         krylov.push(&Mat::zeros(n, WIDTH));
         krylov
     }
@@ -56,6 +59,9 @@ impl Krylov {
     /// Adds the last block to the basis and the next one after it; returns the triangle that links the two.
     fn step(&mut self, apply: &impl Fn(MatMut<'_, f64>)) -> Mat<f64> {
         let (from, to) = (self.len, self.len + WIDTH);
+        if self.basis.ncols() < to + WIDTH {
+            self.basis.resize_with(self.basis.nrows(), to + GROWTH * WIDTH, |_, _| 0.0);
+        }
         let mut block = self.basis.subcols(from, WIDTH).to_owned();
         apply(block.as_mut());
         self.len = to;

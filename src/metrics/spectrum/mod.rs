@@ -11,4 +11,4 @@ mod spectrum_error;
 pub use carried::Carried;
 pub use eigenpairs::Eigenpairs;
 pub use heat_method::HeatMethod;
-pub use spectrum_error::{SpectrumError, spectrum_error};
+pub use spectrum_error::spectrum_error;
