@@ -1,6 +1,7 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 
 mod args;
+mod compare;
 mod curves;
 mod failure;
 mod files;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Train(args) => train::run(&args),
     };
     match done {
