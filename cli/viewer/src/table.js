@@ -1,0 +1,42 @@
+// The numbers beside the view: a row per figure, a column per result.
+
+import { count, number } from './words.js';
+
+/** Fills a table element with the figures of a comparison. */
+export function fillTable(table, { figures, results }) {
+  const head = row('th', ['Figure', ...results.map((result) => result.name)], 'col');
+  table.createTHead().append(head);
+  const body = table.createTBody();
+  body.append(named('vertices', '', 'vertices of the mesh', results.map((result) => count(result.vertices))));
+  body.append(named('faces', '', 'triangles of the mesh', results.map((result) => count(result.faces))));
+  for (const { name, unit, about } of figures) {
+    const values = results.map((result) => number(result.values[name]));
+    body.append(named(name.replaceAll('_', ' '), unit, about, values));
+  }
+}
+
+/** Marks the column of the result that is shown. */
+export function showColumn(table, shown) {
+  for (const { cells } of table.rows) {
+    for (let i = 1; i < cells.length; i++) cells[i].classList.toggle('shown', i === shown + 1);
+  }
+  table.tHead.rows[0].cells[shown + 1]?.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+}
+
+function named(name, unit, about, values) {
+  const line = row('td', values);
+  const head = element('th', name, { scope: 'row', title: about });
+  if (unit) head.append(element('span', unit, { className: 'unit' }));
+  line.prepend(head);
+  return line;
+}
+
+function row(tag, texts, scope) {
+  const line = document.createElement('tr');
+  line.append(...texts.map((text) => element(tag, text, { ...(scope && { scope }), title: text })));
+  return line;
+}
+
+function element(tag, textContent, properties) {
+  return Object.assign(document.createElement(tag), { textContent }, properties);
+}
