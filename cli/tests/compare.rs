@@ -98,8 +98,9 @@ fn the_page_holds_all_meshes_and_names() {
     fs::copy(folder.path().join("open.obj"), folder.path().join("<b>&.obj")).unwrap();
     words(&compare(folder.path(), &["a.obj", "<b>&.obj", "large.obj", "--html", "a.html"]));
     let page = fs::read_to_string(folder.path().join("a.html")).unwrap();
-    for id in ["comparison", "surface-0", "surface-1", "distances-1", "surface-2", "distances-2"] {
-        assert_eq!(page.matches(&format!(" id=\"{id}\">")).count(), 1, "{id}");
+    assert_eq!(page.matches(" id=\"comparison\">").count(), 1);
+    for name in ["surface-0", "surface-1", "distances-1", "surface-2", "distances-2"] {
+        assert_eq!(page.matches(&format!(" data-of=\"{name}\">")).count(), 1, "{name}");
     }
     assert!(page.contains("\\u003cb>&.obj") && !page.contains("<b>&"));
     assert!(page.contains("<title>a.obj"));

@@ -16,6 +16,9 @@ const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
 const TITLE: &str = "<!-- title -->";
 const DATA: &str = "<!-- data -->";
 
+/// Letters of a part of packed numbers; a multiple of four, so that each part is base64 of its own.
+const LETTERS: usize = 1 << 18;
+
 /// The page.
 pub fn html(comparison: &Comparison) -> String {
     let (before, rest) = VIEWER.split_once(TITLE).unwrap_or((VIEWER, ""));
@@ -73,8 +76,13 @@ fn scale_of(comparison: &Comparison, pairs: &[Distances]) -> Scale {
     scale(weighed)
 }
 
-fn island(id: &str, text: &str) -> String {
-    format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
+/// Packed numbers in parts, between which a browser can do other things while it reads the page.
+fn island(name: &str, text: &str) -> String {
+    let part = |letters: &[u8]| {
+        let letters = String::from_utf8_lossy(letters);
+        format!("<script type=\"text/plain\" data-of=\"{name}\">{letters}</script>\n")
+    };
+    text.as_bytes().chunks(LETTERS).map(part).collect()
 }
 
 /// JSON inside HTML: without `<` no tag begins or ends in it.

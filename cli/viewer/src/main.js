@@ -4,7 +4,7 @@ import { makeBar } from './bar.js';
 import { fillCaption } from './caption.js';
 import { listen } from './keys.js';
 import { makeScene, placeOf, setColourEnd, setSceneTheme, setSwitches, showResult } from './scene.js';
-import { fillTable, showColumn } from './table.js';
+import { fillMeanings, fillTable, showColumn } from './table.js';
 import { makeTheme } from './theme.js';
 import { lookFromStart, makeView } from './view.js';
 import { count } from './words.js';
@@ -31,6 +31,7 @@ function writeWords({ original, results, settings, program, figures }) {
   at('name').textContent = original.name;
   at('how-many').textContent = results.length === 1 ? 'and one simplified mesh' : `and ${results.length} simplified meshes`;
   fillTable(at('figures'), { figures, results });
+  fillMeanings(at('meanings'), figures);
   at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`;
 }
 

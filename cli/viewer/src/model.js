@@ -15,11 +15,13 @@ const MARKS = ['#0a84ff', '#00a88f', '#6cae00'];
 /** What surfaces, edges and marks look like. */
 export function makeMaterials() {
   const solid = new MeshPhongMaterial({
-    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
   });
   solid.onBeforeCompile = tintInside;
-  const wire = new LineBasicMaterial({ transparent: true, opacity: 0.55 });
-  const marks = MARKS.map((color) => new LineMaterial({ color, linewidth: 3 }));
+  const wire = new LineBasicMaterial({ transparent: true });
+  const marks = MARKS.map((color) => new LineMaterial({
+    color, linewidth: 4, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -100,
+  }));
   return { solid, wire, marks };
 }
 
@@ -64,10 +66,18 @@ export async function addWire(model, materials) {
   if (model.wire) return;
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', model.geometry.getAttribute('position'));
-  model.wire = new LineSegments(geometry, materials.wire);
+  model.wire = new LineSegments(geometry, wireOf(model, materials));
   geometry.boundingSphere = model.geometry.boundingSphere;
   geometry.setIndex(new BufferAttribute(await allEdges(model.surface), 1));
   model.group.add(model.wire);
+}
+
+/** The colour of all wires; the denser the mesh, the fainter its edges, so that the surface stays visible. */
+function wireOf({ surface }, { wire }) {
+  const material = wire.clone();
+  material.color = wire.color;
+  material.opacity = Math.min(0.6, Math.max(0.1, 0.6 * Math.sqrt(60_000 / surface.faces.length)));
+  return material;
 }
 
 /** Paints a model by the shares of its vertices, n x 2. */
@@ -79,6 +89,11 @@ export function setShares(model, shares) {
 export function setTheme(materials, { surface, wire }) {
   materials.plain = new Color(surface);
   materials.wire.color.set(wire);
+}
+
+/** Lets the edges win over the surface they lie on; without them, back faces would win over front faces at outlines. */
+export function makeRoomForWire(materials, isShown) {
+  materials.solid.polygonOffset = isShown;
 }
 
 /** Shows distances as colours, or the plain surface where `texture` is null. */

@@ -2,20 +2,17 @@
 
 import { breathe, inSlices } from './slices.js';
 
-/** Letters that are decoded at once; a multiple of four. */
-const LETTERS = 1 << 18;
-
-/** The numbers of the script element with that id, to be read from the front. */
-export async function numbersOf(id) {
-  const deflated = await decoded(document.getElementById(id).textContent);
-  const stream = new Blob(deflated).stream().pipeThrough(new DecompressionStream('deflate-raw'));
+/** The numbers of that name, to be read from the front. */
+export async function numbersOf(name) {
+  const stream = new Blob(await deflated(name)).stream().pipeThrough(new DecompressionStream('deflate-raw'));
   return { bytes: new Uint8Array(await new Response(stream).arrayBuffer()), at: 0 };
 }
 
-async function decoded(text) {
+/** The bytes behind the script elements that hold the parts. */
+async function deflated(name) {
   const parts = [];
-  for (let at = 0; at < text.length; at += LETTERS) {
-    parts.push(Uint8Array.from(atob(text.slice(at, at + LETTERS)), (letter) => letter.charCodeAt(0)));
+  for (const { textContent } of document.querySelectorAll(`[data-of="${name}"]`)) {
+    parts.push(Uint8Array.from(atob(textContent), (letter) => letter.charCodeAt(0)));
     await breathe();
   }
   return parts;

@@ -2,7 +2,7 @@
 
 import { Group } from 'three';
 import { colourTexture } from './colours.js';
-import { addWire, makeMaterials, makeModel, paint, setShares, setTheme } from './model.js';
+import { addWire, makeMaterials, makeModel, makeRoomForWire, paint, setShares, setTheme } from './model.js';
 import { numbersOf } from './numbers.js';
 import { unpackShares, unpackSurface } from './surface.js';
 import { askToDraw, lookFromStart, setLight } from './view.js';
@@ -83,6 +83,7 @@ async function applySwitches(scene) {
   materials.solid.flatShading = switches.flat;
   paint(materials, switches.colours ? scene.texture : null);
   setLight(view, switches.colours);
+  makeRoomForWire(materials, switches.wire);
   if (switches.wire) for (const model of models) await addWire(model, materials);
   for (const model of models) {
     if (model.wire) model.wire.visible = scene.switches.wire;

@@ -20,7 +20,21 @@ export function showColumn(table, shown) {
   for (const { cells } of table.rows) {
     for (let i = 1; i < cells.length; i++) cells[i].classList.toggle('shown', i === shown + 1);
   }
-  table.tHead.rows[0].cells[shown + 1]?.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+  scrollTo(table.parentElement, table.tHead.rows[0].cells);
+}
+
+/** Scrolls sideways until the marked column lies beside the first one, and nothing else of the page. */
+function scrollTo(box, cells) {
+  const cell = [...cells].find((cell) => cell.classList.contains('shown'));
+  const [left, right] = [cell.offsetLeft - cells[0].offsetWidth, cell.offsetLeft + cell.offsetWidth - box.clientWidth];
+  box.scrollLeft = Math.min(Math.max(box.scrollLeft, right), left);
+}
+
+/** Fills a list with what the figures mean. */
+export function fillMeanings(list, figures) {
+  for (const { name, unit, about } of figures) {
+    list.append(element('dt', name.replaceAll('_', ' ')), element('dd', unit ? `${about} (${unit})` : about));
+  }
 }
 
 function named(name, unit, about, values) {

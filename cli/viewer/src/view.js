@@ -81,9 +81,9 @@ function lampPosition({ camera, controls }) {
 }
 
 /** The depth range around the scene, so that near surfaces can be told apart. */
-function fitDepth({ camera, radius }) {
+function fitDepth({ camera, controls, radius }) {
   const distance = camera.position.length();
-  camera.near = Math.max(distance - 1.1 * radius, 0.002 * radius);
+  camera.near = Math.max(distance - 1.1 * radius, 0.02 * camera.position.distanceTo(controls.target));
   camera.far = distance + 1.1 * radius;
 }
 
