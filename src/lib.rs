@@ -4,6 +4,8 @@
 //! closed assembly of our own beside the paper's. Modules stand in strict layers; `ARCHITECTURE.md` has the
 //! table, and a test holds it.
 
+#[cfg(feature = "picture")]
+pub mod appearance;
 pub mod autodiff;
 pub mod geometry;
 #[cfg(feature = "io")]

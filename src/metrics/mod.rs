@@ -4,18 +4,30 @@ mod chamfer;
 #[cfg(feature = "spectrum")]
 mod comparison;
 mod curvature_error;
+mod image_likeness;
+mod laplacian;
 mod open_edges;
 mod self_intersections;
+#[cfg(feature = "spectrum")]
+mod spectrum;
 mod surface;
 mod surface_distance;
+mod triangle_quality;
 mod turned_faces;
+mod volume;
 
 pub use chamfer::{Chamfer, chamfer};
 #[cfg(feature = "spectrum")]
 pub use comparison::{Figure, Judging, Original, compare};
 pub use curvature_error::curvature_error;
+pub use image_likeness::{psnr, silhouette_iou, ssim};
+pub use laplacian::{Glued, Laplacian};
 pub use open_edges::{OpenEdges, open_edges};
 pub use self_intersections::self_intersecting_faces;
+#[cfg(feature = "spectrum")]
+pub use spectrum::{Carried, Eigenpairs, HeatMethod, SpectrumError, spectrum_error};
 pub use surface::Surface;
 pub use surface_distance::{OneSided, SurfaceDistance, surface_distance};
+pub use triangle_quality::{TriangleQuality, triangle_quality};
 pub use turned_faces::turned_faces;
+pub use volume::volume;

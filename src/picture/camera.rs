@@ -41,6 +41,13 @@ impl Camera {
         camera
     }
 
+    /// The view from an azimuth and an elevation, in degrees, that fits the first shape into panels of `height` pixels.
+    pub fn from(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
+        let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
+        camera.fit(shapes.get(..1).unwrap_or_default());
+        camera
+    }
+
     /// Sets scale, middle and width so that all shapes lie inside the panel.
     fn fit(&mut self, shapes: &[Shape]) {
         let flat = || shapes.iter().flat_map(|shape| &shape.points).map(|&p| on_plane(self.view(p)));

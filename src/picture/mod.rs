@@ -11,12 +11,14 @@ mod png_file;
 mod raster;
 mod shade;
 mod shape;
+mod views;
 
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
 
 pub use png_file::encode_png;
+pub use views::{View, view};
 
 /// Samples per pixel along each axis; odd, so that one lies in the middle.
 const SAMPLES: usize = 3;

@@ -1,0 +1,103 @@
+//! How much a simplified mesh looks like its original: where pictures and metrics meet, as neither knows the other.
+//!
+//! Both are drawn from six fixed places with the same camera, which the original decides.
+
+use crate::mesh::TriMesh;
+use crate::metrics::{psnr, silhouette_iou, ssim};
+use crate::picture::{Image, View, view};
+
+/// Places that the meshes are seen from, azimuth and elevation in degrees: four sides, from above and from below.
+pub const VIEWS: [[f32; 2]; 6] =
+    [[30.0, 15.0], [120.0, 15.0], [210.0, 15.0], [300.0, 15.0], [75.0, 70.0], [255.0, -70.0]];
+
+/// Likeness of the pictures, each a mean over [`VIEWS`] but `psnr`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Appearance {
+    /// Structural similarity of the shaded pictures in grey, 1 where they are equal.
+    pub ssim: f64,
+    /// Structural similarity of the pictures of normals, mean over the three coordinates.
+    pub normals_ssim: f64,
+    /// Peak signal-to-noise ratio of all shaded pictures together, in decibels; infinite where they are equal.
+    pub psnr: f64,
+    /// Shared over united area of the silhouettes, 1 where they are equal.
+    pub silhouette_iou: f64,
+}
+
+/// Draws both meshes in pictures of `height` pixels (64 to 4096) and compares them; `None` where the original has no
+/// faces.
+///
+/// ```
+/// use neural_mesh::{appearance::appearance, mesh::shapes};
+/// let sphere = shapes::icosphere(3);
+/// let same = appearance(&sphere, &sphere, 64).unwrap();
+/// assert_eq!((same.ssim, same.silhouette_iou, same.psnr), (1.0, 1.0, f64::INFINITY));
+/// let coarse = appearance(&sphere, &shapes::icosphere(1), 64).unwrap();
+/// assert!(coarse.ssim < 1.0 && coarse.silhouette_iou < 1.0 && coarse.psnr < 60.0);
+/// ```
+pub fn appearance(original: &TriMesh, simplified: &TriMesh, height: usize) -> Option<Appearance> {
+    if original.faces().is_empty() {
+        return None;
+    }
+    let mut sum = Appearance::default();
+    let mut pixels = [Vec::new(), Vec::new()];
+    for direction in VIEWS {
+        let views = view(&[original, simplified], direction, height);
+        let [first, second] = views.as_slice() else { return None };
+        sum.ssim += channels_ssim(&first.shaded, &second.shaded, &[luma])?;
+        sum.normals_ssim += channels_ssim(&first.normals, &second.normals, &[|p| p[0], |p| p[1], |p| p[2]])?;
+        sum.silhouette_iou += silhouette_iou(&first.covered, &second.covered)?;
+        pixels.iter_mut().zip([first, second]).for_each(|(all, view)| all.extend(colours(view)));
+    }
+    let n = VIEWS.len() as f64;
+    Some(Appearance {
+        ssim: sum.ssim / n,
+        normals_ssim: sum.normals_ssim / n,
+        psnr: psnr(&pixels[0], &pixels[1])?,
+        silhouette_iou: sum.silhouette_iou / n,
+    })
+}
+
+/// Mean structural similarity over what is looked at in each pixel.
+fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option<f64> {
+    let of = |image: &Image, channel: fn([u8; 4]) -> u8| -> Vec<u8> {
+        image.rgba.chunks_exact(4).map(|p| channel([p[0], p[1], p[2], p[3]])).collect()
+    };
+    let each: Option<Vec<f64>> = channels.iter().map(|&c| ssim(a.width, &of(a, c), &of(b, c))).collect();
+    each.map(|each| each.iter().sum::<f64>() / each.len() as f64)
+}
+
+/// Brightness (Rec. 601).
+fn luma([red, green, blue, _]: [u8; 4]) -> u8 {
+    ((299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue) + 500) / 1000) as u8
+}
+
+/// Red, green and blue of all pixels.
+fn colours(view: &View) -> impl Iterator<Item = u8> {
+    view.shaded.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn coarser_meshes_look_less_like_the_original() {
+        let sphere = shapes::wavy_sphere(4, 20.0);
+        let of = |level| appearance(&sphere, &shapes::wavy_sphere(level, 20.0), 96).unwrap();
+        let [fine, middle, coarse] = [3, 2, 1].map(of);
+        let ordered = |value: fn(&Appearance) -> f64| value(&fine) > value(&middle) && value(&middle) > value(&coarse);
+        assert!(
+            ordered(|a| a.ssim) && ordered(|a| a.normals_ssim) && ordered(|a| a.psnr),
+            "{fine:?} {middle:?} {coarse:?}"
+        );
+        assert!(ordered(|a| a.silhouette_iou), "{fine:?} {middle:?} {coarse:?}");
+    }
+
+    #[test]
+    fn nothing_looks_like_nothing() {
+        let sphere = shapes::icosphere(1);
+        assert!(appearance(&TriMesh::default(), &sphere, 64).is_none());
+        assert_eq!(appearance(&sphere, &TriMesh::default(), 64).unwrap().silhouette_iou, 0.0);
+    }
+}

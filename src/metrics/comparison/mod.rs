@@ -1,0 +1,151 @@
+//! Everything that is said of a simplified mesh against its original, as one flat list of named figures.
+//!
+//! The order and the names of the figures are fixed, so that they can be columns of a table. What a figure is made of
+//! stands in the files of `metrics`; here they are put together and named.
+
+mod along_surface;
+mod on_surface;
+mod original;
+mod shape;
+
+use crate::mesh::{TriMesh, topology};
+use crate::metrics::Surface;
+
+pub use original::{Judging, Original};
+
+/// One figure of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// Name in snake case; never changes.
+    pub name: &'static str,
+    /// What the value counts in, such as "% of diagonal" or "degrees"; empty for plain numbers.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub about: &'static str,
+    /// The value; `None` where it cannot be measured or was not asked for.
+    pub value: Option<f64>,
+}
+
+/// Measures a simplified mesh against its original: always the same figures in the same order.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, metrics::{Judging, Original, compare}};
+/// let judging = Judging { samples: 1000, ..Judging::default() };
+/// let original = Original::new(&shapes::icosphere(3), &judging);
+/// let figures = compare(&original, &shapes::icosphere(2));
+/// let distance = figures.iter().find(|figure| figure.name == "distance_mean").unwrap();
+/// assert!(distance.value.unwrap() < 1.0 && distance.unit == "% of diagonal");
+/// ```
+pub fn compare(original: &Original, simplified: &TriMesh) -> Vec<Figure> {
+    // Other places than the original's, so that equal surfaces are not measured at the very same points.
+    let surface = Surface::new(simplified, original.judging.samples, original.judging.seed.wrapping_add(1));
+    let found = topology(simplified);
+    let mut figures = Vec::new();
+    figures.extend(shape::sizes(simplified));
+    figures.extend(on_surface::figures(original, simplified, &surface));
+    figures.extend(along_surface::figures(original, simplified, &surface));
+    figures.extend(shape::edges(original, simplified, &found));
+    figures.extend(shape::topology(original, simplified, &surface, &found));
+    figures.extend(shape::triangles(simplified));
+    figures
+}
+
+fn figure(name: &'static str, unit: &'static str, about: &'static str, value: Option<f64>) -> Figure {
+    Figure { name, unit, about, value: value.filter(|value| value.is_finite()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    const JUDGING: Judging = Judging { samples: 3000, seed: 0, eigenpairs: 20, geodesics: true, source: None };
+
+    fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
+        compare(&Original::new(original, &JUDGING), simplified)
+    }
+
+    fn value(figures: &[Figure], name: &str) -> Option<f64> {
+        figures.iter().find(|figure| figure.name == name).unwrap().value
+    }
+
+    #[test]
+    fn a_mesh_differs_from_itself_in_nothing() {
+        let bolt = shapes::bolt(32);
+        let figures = compared(&bolt, &bolt);
+        let zero = [
+            "distance_max",
+            "normal_error",
+            "normal_error_signed",
+            "normal_angle",
+            "curvature_error",
+            "turned_faces",
+            "laplacian_functions",
+            "laplacian_span",
+            "laplacian_values",
+            "geodesic_error",
+            "biharmonic_error",
+            "edges_without_two_faces",
+            "open_edges",
+            "area_change",
+            "volume_change",
+            "components_added",
+            "genus_added",
+        ];
+        for name in zero {
+            let value = value(&figures, name).unwrap();
+            assert!(value.abs() < 1e-6, "{name} {value}");
+        }
+    }
+
+    #[test]
+    fn coarser_spheres_are_farther_in_every_respect() {
+        let sphere = shapes::icosphere(4);
+        let figures = [3, 2, 1].map(|level| compared(&sphere, &shapes::icosphere(level)));
+        let growing = [
+            "chamfer",
+            "distance_mean",
+            "distance_rms",
+            "distance_max",
+            "normal_error",
+            "normal_angle",
+            "curvature_error",
+            "laplacian_functions",
+            "laplacian_values",
+            "geodesic_error",
+            "biharmonic_error",
+        ];
+        for name in growing {
+            let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
+            assert!(values.is_sorted_by(|a, b| a < b), "{name} {values:?}");
+        }
+    }
+
+    #[test]
+    fn names_are_unique_and_the_same_for_every_mesh() {
+        let sphere = shapes::icosphere(2);
+        let names = |figures: Vec<Figure>| figures.into_iter().map(|figure| figure.name).collect::<Vec<_>>();
+        let all = names(compared(&sphere, &sphere));
+        let mut unique = all.clone();
+        unique.sort_unstable();
+        unique.dedup();
+        assert_eq!(unique.len(), all.len());
+        let points = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
+        for odd in [TriMesh::default(), points, shapes::klein_bottle(12, 8), shapes::tetrahedra_sharing_edge()] {
+            assert_eq!(names(compared(&sphere, &odd)), all);
+            assert_eq!(names(compared(&odd, &sphere)), all);
+            assert_eq!(names(compared(&odd, &odd)), all);
+        }
+        let little = Judging { eigenpairs: 0, geodesics: false, ..JUDGING };
+        assert_eq!(names(compare(&Original::new(&sphere, &little), &sphere)), all);
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit() {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| compared(&shapes::bolt(40), &shapes::bolt(24)))
+        };
+        assert_eq!(on(1), on(3));
+    }
+}

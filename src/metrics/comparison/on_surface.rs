@@ -1,0 +1,29 @@
+//! Figures of where the surfaces lie and which way they look.
+
+use super::{Figure, Original, figure};
+use crate::mesh::TriMesh;
+use crate::metrics::{Surface, chamfer, curvature_error, surface_distance, turned_faces};
+
+/// Distances, normals and curvature.
+pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> [Figure; 9] {
+    let share = 100.0 / original.surface.diagonal;
+    let chamfer = chamfer(&original.surface.samples, &surface.samples).map(|cd| cd.sum() * (0.01 * share).powi(2));
+    let both = surface_distance(&original.surface, surface).map(|distance| distance.both);
+    let turned = turned_faces(&original.surface, simplified).len() as f64;
+    let curvature = curvature_error(original.mesh.positions(), simplified.positions());
+    let unit = "% of diagonal";
+    let cd = "Chamfer distance between samples of both surfaces, squared, both ways added (the paper's CD)";
+    let unsigned = "mean of 1 - |n.n'| between normals at nearest points (the paper's NE)";
+    let signed = "mean of 1 - n.n', which also sees faces turned over";
+    [
+        figure("chamfer", "diagonal^2", cd, chamfer),
+        figure("distance_mean", unit, "mean distance between the surfaces, both ways", both.map(|d| d.mean * share)),
+        figure("distance_rms", unit, "root mean square of that distance", both.map(|d| d.rms * share)),
+        figure("distance_max", unit, "largest distance between the surfaces (Hausdorff)", both.map(|d| d.max * share)),
+        figure("normal_error", "", unsigned, both.map(|d| d.unsigned_normal_error)),
+        figure("normal_error_signed", "", signed, both.map(|d| d.normal_error)),
+        figure("normal_angle", "degrees", "mean angle between normals", both.map(|d| d.normal_angle.to_degrees())),
+        figure("turned_faces", "faces", "faces that look against the original surface", Some(turned)),
+        figure("curvature_error", "", "squared error of the vertices' curvature, both ways added", curvature),
+    ]
+}

@@ -1,0 +1,65 @@
+//! Figures of the mesh as such: size, edges, topology, triangles.
+
+use super::{Figure, Original, figure};
+use crate::mesh::{Topology, TriMesh};
+use crate::metrics::{Surface, open_edges, self_intersecting_faces, triangle_quality, volume};
+
+fn count(n: usize) -> Option<f64> {
+    Some(n as f64)
+}
+
+/// How large the simplified mesh is.
+pub fn sizes(simplified: &TriMesh) -> [Figure; 2] {
+    [
+        figure("vertices", "vertices", "vertices of the simplified mesh", count(simplified.positions().len())),
+        figure("faces", "faces", "faces of the simplified mesh", count(simplified.faces().len())),
+    ]
+}
+
+/// Edges that are not as they should be, and faces that cross.
+pub fn edges(original: &Original, simplified: &TriMesh, found: &Topology) -> [Figure; 7] {
+    let edges = open_edges(&original.mesh, simplified);
+    let crossed = self_intersecting_faces(simplified).len();
+    let wa = "edges with one, three or more faces (the paper's WA)";
+    let opened = "those of them that do not lie on a border of the original";
+    let fans = "vertices whose faces do not hang together over edges";
+    [
+        figure("edges_without_two_faces", "% of edges", wa, Some(edges.wa_percent())),
+        figure("open_edges", "% of edges", opened, Some(edges.open_percent())),
+        figure("border_edges", "edges", "edges with one face", count(found.boundary_edges)),
+        figure("non_manifold_edges", "edges", "edges with three or more faces", count(found.non_manifold_edges)),
+        figure("flipped_edges", "edges", "edges whose two faces disagree on the side", count(found.inconsistent_edges)),
+        figure("non_manifold_vertices", "vertices", fans, count(found.non_manifold_vertices)),
+        figure("self_intersecting_faces", "faces", "faces that cross another face", count(crossed)),
+    ]
+}
+
+/// Pieces, handles, area and volume against the original's.
+pub fn topology(original: &Original, simplified: &TriMesh, surface: &Surface, found: &Topology) -> [Figure; 4] {
+    let more = |a: usize, b: usize| a as f64 - b as f64;
+    let genus = found.genus.zip(original.topology.genus).map(|(a, b)| more(a, b));
+    let change = |(a, b): (f64, f64)| 100.0 * (a - b) / b.abs();
+    let volume = volume(simplified, found).zip(original.volume).map(change);
+    let pieces = Some(more(found.components, original.topology.components));
+    let area = Some(change((surface.area, original.surface.area)));
+    let unit = "% of the original's";
+    [
+        figure("components_added", "pieces", "pieces more than the original has", pieces),
+        figure("genus_added", "handles", "handles more than the original has", genus),
+        figure("area_change", unit, "area more than the original has", area),
+        figure("volume_change", unit, "volume more than the original has, where both are closed", volume),
+    ]
+}
+
+/// Shapes of the triangles.
+pub fn triangles(simplified: &TriMesh) -> [Figure; 4] {
+    let quality = triangle_quality(simplified);
+    let mean = "mean over the faces of the smallest angle";
+    let aspect = "median over the faces of the longest edge over its height, 1 for equilateral ones";
+    [
+        figure("smallest_angle", "degrees", "smallest of all angles", quality.map(|q| q.smallest_angle)),
+        figure("smallest_angle_mean", "degrees", mean, quality.map(|q| q.mean_smallest_angle)),
+        figure("aspect_median", "", aspect, quality.map(|q| q.median_aspect)),
+        figure("slivers", "faces", "faces with an angle below one degree", quality.map(|q| q.slivers as f64)),
+    ]
+}

@@ -1,0 +1,134 @@
+//! The tufted cover of a mesh: two copies of each face, glued so that every side has exactly one neighbour.
+//!
+//! After Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), Sec. 3: whatever the mesh, also with borders,
+//! edges of many faces and faces that disagree on the side, its cover is closed, oriented and edge-manifold.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::glued::Glued;
+use crate::mesh::TriMesh;
+
+/// One side of a face, under the edge that it lies on.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    low: u32,
+    high: u32,
+    face: u32,
+    side: u8,
+}
+
+/// Glues two copies of each face: `2 face` as it is and `2 face + 1` turned over.
+///
+/// Around an edge the copies that look at each other are glued; at a border that is a face and its own other side.
+pub fn tufted_cover(mesh: &TriMesh) -> Glued {
+    let sides = sorted_sides(mesh);
+    let n_half_edges = 6 * mesh.faces().len();
+    let mut cover = Glued { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
+    for around in sides.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
+        let length = point(mesh, around[0].low).distance(point(mesh, around[0].high));
+        let order = by_angle(mesh, around);
+        for (at, &side) in order.iter().enumerate() {
+            let (here, there) = (upward(mesh, side), downward(mesh, order[(at + 1) % order.len()]));
+            (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
+            (cover.length[here], cover.length[there]) = (length, length);
+        }
+    }
+    cover
+}
+
+fn sorted_sides(mesh: &TriMesh) -> Vec<Side> {
+    let side = |face: usize, side: usize| {
+        let [a, b] = [mesh.faces()[face][side], mesh.faces()[face][(side + 1) % 3]];
+        Side { low: a.min(b), high: a.max(b), face: face as u32, side: side as u8 }
+    };
+    let mut sides: Vec<Side> = (0..mesh.faces().len()).flat_map(|face| [0, 1, 2].map(|k| side(face, k))).collect();
+    sides.par_sort_unstable();
+    sides
+}
+
+fn starts(mesh: &TriMesh) -> Vec<u32> {
+    mesh.faces().iter().flat_map(|&[a, b, c]| [a, b, c, a, c, b]).collect()
+}
+
+/// The half-edge that runs along a side from the smaller vertex to the larger.
+fn upward(mesh: &TriMesh, Side { low, face, side, .. }: Side) -> usize {
+    copy_of(face, side, mesh.faces()[face as usize][usize::from(side)] == low)
+}
+
+/// The half-edge of the other copy, which runs the other way.
+fn downward(mesh: &TriMesh, Side { low, face, side, .. }: Side) -> usize {
+    copy_of(face, side, mesh.faces()[face as usize][usize::from(side)] != low)
+}
+
+fn copy_of(face: u32, side: u8, as_it_is: bool) -> usize {
+    6 * face as usize + if as_it_is { usize::from(side) } else { 5 - usize::from(side) }
+}
+
+/// The sides of one edge in the order in which their faces stand around it.
+fn by_angle(mesh: &TriMesh, around: &[Side]) -> Vec<Side> {
+    let mut order = around.to_vec();
+    if order.len() > 2 {
+        let from = point(mesh, order[0].low);
+        let axis = (point(mesh, order[0].high) - from).normalize_or_zero();
+        let x = axis.any_orthogonal_vector().normalize_or_zero();
+        let y = axis.cross(x);
+        let angle = |side: &Side| {
+            let away = point(mesh, mesh.faces()[side.face as usize][(usize::from(side.side) + 2) % 3]) - from;
+            away.dot(y).atan2(away.dot(x))
+        };
+        order.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    }
+    order
+}
+
+fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
+    DVec3::from_array(mesh.positions()[vertex as usize].map(f64::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// Every side has one neighbour, which runs the other way between the same vertices.
+    fn check(mesh: &TriMesh) {
+        let cover = tufted_cover(mesh);
+        for (here, &there) in cover.twin.iter().enumerate() {
+            let [a, b] = cover.ends(there as usize);
+            assert_eq!((cover.twin[there as usize] as usize, cover.ends(here)), (here, [b, a]));
+            assert!(here != there as usize && cover.length[here] == cover.length[there as usize]);
+        }
+    }
+
+    #[test]
+    fn whatever_the_mesh_its_cover_is_closed_and_oriented() {
+        check(&shapes::icosphere(1));
+        check(&shapes::grid(3, 2));
+        check(&shapes::moebius_strip(12, 2));
+        check(&shapes::klein_bottle(12, 8));
+        check(&shapes::tetrahedra_sharing_edge());
+        check(&shapes::tetrahedra_sharing_vertex());
+        check(&TriMesh::default());
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        check(&TriMesh::new(positions, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4], [0, 1, 2]]).unwrap());
+    }
+
+    #[test]
+    fn a_closed_surface_is_covered_once_on_each_side() {
+        let cover = tufted_cover(&shapes::icosphere(1));
+        let copy = |half_edge: usize| half_edge / 3 % 2;
+        assert!((0..cover.twin.len()).all(|half_edge| copy(half_edge) == copy(cover.twin[half_edge] as usize)));
+    }
+
+    /// Four faces stand around an edge like the arms of a cross: each side sees the next arm, not the opposite one.
+    #[test]
+    fn around_an_edge_of_many_faces_neighbours_are_glued() {
+        let arms = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|[x, y]| [x, y, 0.0]);
+        let positions = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(arms).collect();
+        let mesh = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 5]]).unwrap();
+        let cover = tufted_cover(&mesh);
+        let face_beside = |face: usize| cover.twin[6 * face] as usize / 6;
+        assert_eq!([0, 1, 2, 3].map(face_beside), [2, 3, 1, 0]);
+    }
+}
