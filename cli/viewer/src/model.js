@@ -25,16 +25,22 @@ export function makeMaterials() {
   return { solid, wire, marks };
 }
 
-/** The inner side of a surface, seen through holes and where faces are turned over: red, dark blue under colours. */
+/**
+ * The inner side of a surface, seen through holes and where faces are turned over: red, dark blue under colours. Not where it
+ * is seen edge on: at an outline the inner side is as near as the outer one and would show through.
+ */
 const INSIDE = `
 #ifdef USE_MAP
-  if (!gl_FrontFacing) diffuseColor.rgb = vec3(0.02, 0.04, 0.09);
+  const vec3 inside = vec3(0.02, 0.04, 0.09);
 #else
-  if (!gl_FrontFacing) diffuseColor.rgb = vec3(0.42, 0.09, 0.07);
-#endif`;
+  const vec3 inside = vec3(0.42, 0.09, 0.07);
+#endif
+  float facing = abs(dot(normal, normalize(vViewPosition)));
+  if (!gl_FrontFacing) diffuseColor.rgb = mix(diffuseColor.rgb, inside, smoothstep(0.05, 0.4, facing));`;
 
 function tintInside(shader) {
-  shader.fragmentShader = shader.fragmentShader.replace('#include <map_fragment>', `#include <map_fragment>${INSIDE}`);
+  const after = '#include <normal_fragment_maps>';
+  shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }
 
 /** Makes the objects of a surface; its edges only when they are asked for. */
