@@ -35,7 +35,7 @@ fn a_table_has_a_row_per_figure_and_a_column_per_result() {
         line.split_whitespace().map(String::from).collect::<Vec<_>>()
     };
     assert!(table.starts_with("original  a.obj: 6 vertices, 8 faces"), "{table}");
-    assert_eq!(row("faces "), ["faces", "8", "7"]);
+    assert_eq!(row("faces "), ["faces", "faces", "8", "7"]);
     assert_eq!(row("border edges"), ["border", "edges", "edges", "0", "3"]);
     assert!(row("distance mean").starts_with(&["distance".into(), "mean".into(), "%".into()]));
     assert_eq!(files(folder.path()), ["a.obj", "large.obj", "open.obj"]);

@@ -1,13 +1,16 @@
 //! A comparison as one HTML file that asks for nothing else: the viewer with the meshes and figures inside.
 
+use neural_mesh::mesh::TriMesh;
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
 
 use super::marked::marked;
 use super::packed::Packed;
-use super::painted::{Distances, Scale, area_shares, distances, scale, surface};
+use super::painted::{
+    Distances, Scale, distances, points_of_faces, scale, shares_of_points, shares_of_vertices, steps, surface, vertices,
+};
 use super::surface_data::SurfaceData;
-use super::{Comparison, Named, json};
+use super::{Comparison, json};
 
 /// The page without data; `scripts/viewer` makes it from `cli/viewer`.
 const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
@@ -30,8 +33,8 @@ pub fn html(comparison: &Comparison) -> String {
 /// The scripts that hold the data: words as JSON, numbers packed.
 fn data(comparison: &Comparison) -> String {
     let Comparison { original, results, .. } = comparison;
-    let surfaces: Vec<_> =
-        std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).map(packed).collect();
+    let meshes = std::iter::once(original).chain(results.iter().map(|result| &result.mesh));
+    let surfaces: Vec<SurfaceData> = meshes.map(|named| packed(&named.mesh)).collect();
     let pairs = painted(comparison);
     let scale = scale_of(comparison, &pairs);
     let mut scripts = vec![island("surface-0", &surfaces[0].text)];
@@ -53,27 +56,44 @@ fn data(comparison: &Comparison) -> String {
     scripts.concat()
 }
 
-fn packed(named: &Named) -> SurfaceData {
-    SurfaceData::new(&named.mesh, &marked(&named.mesh))
+fn packed(mesh: &TriMesh) -> SurfaceData {
+    SurfaceData::new(mesh, &marked(mesh), steps(mesh))
 }
 
 fn painted(comparison: &Comparison) -> Vec<Distances> {
-    let original = surface(&comparison.original.mesh);
-    let pair = |result: &Named| Distances {
-        of_result: distances(&result.mesh, &original),
-        of_original: distances(&comparison.original.mesh, &surface(&result.mesh)),
+    let original = &comparison.original.mesh;
+    let (surface_of_original, points_of_original) = (surface(original), painted_points(original));
+    let pair = |result: &TriMesh| Distances {
+        of_result: distances(&painted_points(result), &surface_of_original),
+        of_original: distances(&points_of_original, &surface(result)),
     };
-    comparison.results.iter().map(|result| pair(&result.mesh)).collect()
+    comparison.results.iter().map(|result| pair(&result.mesh.mesh)).collect()
+}
+
+/// Where a mesh has distances.
+fn painted_points(mesh: &TriMesh) -> Vec<[f64; 3]> {
+    match steps(mesh) {
+        1 => vertices(mesh),
+        steps => points_of_faces(mesh, steps),
+    }
 }
 
 fn scale_of(comparison: &Comparison, pairs: &[Distances]) -> Scale {
-    let of_original = area_shares(&comparison.original.mesh);
+    let shares_of_original = painted_shares(&comparison.original.mesh);
     let mut weighed = Vec::new();
     for (result, pair) in comparison.results.iter().zip(pairs) {
-        weighed.extend(pair.of_result.iter().copied().zip(area_shares(&result.mesh.mesh)));
-        weighed.extend(pair.of_original.iter().copied().zip(of_original.iter().copied()));
+        weighed.extend(pair.of_result.iter().copied().zip(painted_shares(&result.mesh.mesh)));
+        weighed.extend(pair.of_original.iter().copied().zip(shares_of_original.iter().copied()));
     }
     scale(weighed)
+}
+
+/// What each of these points stands for.
+fn painted_shares(mesh: &TriMesh) -> Vec<f64> {
+    match steps(mesh) {
+        1 => shares_of_vertices(mesh),
+        steps => shares_of_points(mesh, steps),
+    }
 }
 
 /// Packed numbers in parts, between which a browser can do other things while it reads the page.
@@ -99,8 +119,8 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Judged;
-    use neural_mesh::mesh::{TriMesh, shapes};
+    use crate::compare::{Judged, Named};
+    use neural_mesh::mesh::shapes;
     use neural_mesh::metrics::Judging;
 
     fn page(name: &str) -> String {

@@ -25,6 +25,8 @@ pub struct Layout {
     sides: [f64; 3],
     /// Length of a quantisation step.
     step: f64,
+    /// Steps along the sides of faces from one distance to the next; 1 where the vertices have the distances.
+    pub steps: usize,
 }
 
 /// A mesh ready for the page.
@@ -38,8 +40,8 @@ pub struct SurfaceData {
 }
 
 impl SurfaceData {
-    /// Quantises and packs a mesh.
-    pub fn new(mesh: &TriMesh, marked: &Marked) -> Self {
+    /// Quantises and packs a mesh, whose faces are painted in so many steps.
+    pub fn new(mesh: &TriMesh, marked: &Marked, steps: usize) -> Self {
         let (order, number) = in_order_of_use(mesh);
         let (low, sides) = bounding_box(mesh.positions());
         let step = sides.into_iter().fold(0.0, f64::max) / STEPS;
@@ -49,18 +51,26 @@ impl SurfaceData {
         let kinds = [&marked.open, &marked.non_manifold, &marked.turned];
         kinds.iter().for_each(|edges| pack_edges(&mut packed, edges, &number));
         let (vertices, faces) = (order.len(), mesh.faces().len());
-        let layout = Layout { vertices, faces, marked: kinds.map(Vec::len), low, sides, step };
+        let layout = Layout { vertices, faces, marked: kinds.map(Vec::len), low, sides, step, steps };
         Self { layout, text: packed.text(), order }
     }
 
-    /// Packs a value per vertex of the mesh, 0 to `max`: roots, so that small values keep their digits.
+    /// Packs a value per vertex of the mesh, or per point of its faces, 0 to `max`.
     pub fn pack_values(&self, packed: &mut Packed, values: &[f32], max: f32) {
-        let quantised = |&vertex: &u32| (STEPS * f64::from(values[vertex as usize] / max).sqrt()).round() as u32;
-        let mut before = 0;
-        for value in self.order.iter().map(|vertex| if max > 0.0 { quantised(vertex) } else { 0 }) {
-            packed.push_difference(value, before);
-            before = value;
+        match self.layout.steps {
+            1 => pack_roots(packed, self.order.iter().map(|&vertex| values[vertex as usize]), max),
+            _ => pack_roots(packed, values.iter().copied(), max),
         }
+    }
+}
+
+/// Packs values as roots, so that small ones keep their digits.
+fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) {
+    let mut before = 0;
+    for value in values {
+        let root = if max > 0.0 { (STEPS * f64::from(value / max).sqrt()).round() as u32 } else { 0 };
+        packed.push_difference(root, before);
+        before = root;
     }
 }
 
@@ -160,7 +170,7 @@ mod tests {
 
     fn check(mesh: &TriMesh) {
         let marked = marked(mesh);
-        let data = SurfaceData::new(mesh, &marked);
+        let data = SurfaceData::new(mesh, &marked, 1);
         let (positions, corners, edges) = read_back(&data);
         let wanted: Vec<u32> = mesh.faces().iter().flatten().copied().collect();
         assert_eq!(corners.iter().map(|&v| data.order[v as usize]).collect::<Vec<_>>(), wanted);
@@ -188,7 +198,7 @@ mod tests {
     #[test]
     fn values_come_back_with_more_digits_where_they_are_small() {
         let mesh = shapes::icosphere(3);
-        let data = SurfaceData::new(&mesh, &marked(&mesh));
+        let data = SurfaceData::new(&mesh, &marked(&mesh), 1);
         let values: Vec<f32> = (0..mesh.positions().len()).map(|i| (i as f32 / 100.0).powi(3)).collect();
         let max = *values.last().unwrap();
         let mut packed = Packed::default();
@@ -205,7 +215,7 @@ mod tests {
     fn without_any_distance_all_values_are_zero() {
         let mesh = shapes::icosphere(0);
         let mut packed = Packed::default();
-        SurfaceData::new(&mesh, &marked(&mesh)).pack_values(&mut packed, &[0.0; 12], 0.0);
+        SurfaceData::new(&mesh, &marked(&mesh), 1).pack_values(&mut packed, &[0.0; 12], 0.0);
         assert_eq!(unpacked(&packed.text()), [0; 12]);
     }
 }

@@ -27,11 +27,7 @@ fn rows(results: &[Judged]) -> Vec<Vec<String>> {
     let row = |name: &str, unit: &str, of: &dyn Fn(&Judged) -> String| {
         [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
     };
-    let mut rows = vec![
-        row("figure", "unit", &|result| shortened(&result.mesh.name)),
-        row("vertices", "", &|result| grouped(result.mesh.mesh.positions().len())),
-        row("faces", "", &|result| grouped(result.mesh.mesh.faces().len())),
-    ];
+    let mut rows = vec![row("figure", "unit", &|result| shortened(&result.mesh.name))];
     let figures = results.first().map_or(&[][..], |result| &result.figures);
     for (at, Figure { name, unit, .. }) in figures.iter().enumerate() {
         rows.push(row(&name.replace('_', " "), unit, &|result| number(result.figures[at].value)));

@@ -43,12 +43,12 @@ function tintInside(shader) {
   shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }
 
-/** Makes the objects of a surface; its edges only when they are asked for. */
-export function makeModel(surface, radius, materials) {
+/** Makes the objects of a surface, drawn as `fine`; its edges only when they are asked for. */
+export function makeModel(surface, fine, radius, materials) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(surface.positions, 3));
-  geometry.setAttribute('normal', new BufferAttribute(surface.normals, 3));
-  geometry.setIndex(new BufferAttribute(surface.faces, 1));
+  geometry.setAttribute('position', new BufferAttribute(fine.positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(fine.normals, 3));
+  geometry.setIndex(new BufferAttribute(fine.faces, 1));
   geometry.boundingSphere = new Sphere(undefined, radius);
   const group = new Group();
   const marks = new Group();
@@ -71,7 +71,7 @@ function segments(positions, edges, material) {
 export async function addWire(model, materials) {
   if (model.wire) return;
   const geometry = new BufferGeometry();
-  geometry.setAttribute('position', model.geometry.getAttribute('position'));
+  geometry.setAttribute('position', new BufferAttribute(model.surface.positions, 3));
   model.wire = new LineSegments(geometry, wireOf(model, materials));
   geometry.boundingSphere = model.geometry.boundingSphere;
   geometry.setIndex(new BufferAttribute(await allEdges(model.surface), 1));
@@ -86,7 +86,12 @@ function wireOf({ surface }, { wire }) {
   return material;
 }
 
-/** Paints a model by the shares of its vertices, n x 2. */
+/** Number of the points that have a distance. */
+export function nPoints(model) {
+  return model.geometry.getAttribute('position').count;
+}
+
+/** Paints a model by the shares of its points, n_points x 2. */
 export function setShares(model, shares) {
   model.geometry.setAttribute('uv', new BufferAttribute(shares, 2));
 }

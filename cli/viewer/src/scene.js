@@ -2,8 +2,9 @@
 
 import { Group } from 'three';
 import { colourTexture } from './colours.js';
-import { addWire, makeMaterials, makeModel, makeRoomForWire, paint, setShares, setTheme } from './model.js';
+import { addWire, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme } from './model.js';
 import { numbersOf } from './numbers.js';
+import { refined } from './refine.js';
 import { unpackShares, unpackSurface } from './surface.js';
 import { askToDraw, lookFromStart, setLight } from './view.js';
 
@@ -38,15 +39,16 @@ function load(scene, index) {
 
 async function loadModel({ surfaces, place, materials }, index) {
   const surface = await unpackSurface(surfaces[index], await numbersOf(`surface-${index}`), place);
-  return makeModel(surface, place.radius, materials);
+  const { steps } = surfaces[index];
+  return makeModel(surface, steps > 1 ? await refined(surface, steps) : surface, place.radius, materials);
 }
 
 async function loadResult(scene, index) {
+  const original = await load(scene, 0);
   const model = await loadModel(scene, index);
   const numbers = await numbersOf(`distances-${index}`);
-  setShares(model, await unpackShares(scene.surfaces[index].vertices, numbers));
-  const sharesOfOriginal = await unpackShares(scene.surfaces[0].vertices, numbers);
-  return { model, sharesOfOriginal };
+  setShares(model, await unpackShares(nPoints(model), numbers));
+  return { model, sharesOfOriginal: await unpackShares(nPoints(original), numbers) };
 }
 
 /** Shows a result, 1 to n, beside the original; of several calls the last one wins. Says whether this one did. */

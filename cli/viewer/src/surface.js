@@ -40,7 +40,7 @@ async function readEdges(n, numbers) {
   return edges;
 }
 
-/** Distances of n vertices as shares of the largest one, as texture coordinates: n x 2. They are stored as roots. */
+/** Distances of n points as shares of the largest one, as texture coordinates: n x 2. They are stored as roots. */
 export async function unpackShares(n, numbers) {
   const shares = new Float32Array(2 * n).fill(0.5);
   await readDifferences(numbers, n, (root, i) => { shares[2 * i] = (root / 65535) ** 2; });

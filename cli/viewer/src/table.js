@@ -1,14 +1,12 @@
 // The numbers beside the view: a row per figure, a column per result.
 
-import { count, number } from './words.js';
+import { number } from './words.js';
 
 /** Fills a table element with the figures of a comparison. */
 export function fillTable(table, { figures, results }) {
   const head = row('th', ['Figure', ...results.map((result) => result.name)], 'col');
   table.createTHead().append(head);
   const body = table.createTBody();
-  body.append(named('vertices', '', 'vertices of the mesh', results.map((result) => count(result.vertices))));
-  body.append(named('faces', '', 'triangles of the mesh', results.map((result) => count(result.faces))));
   for (const { name, unit, about } of figures) {
     const values = results.map((result) => number(result.values[name]));
     body.append(named(name.replaceAll('_', ' '), unit, about, values));
@@ -40,7 +38,7 @@ export function fillMeanings(list, figures) {
 function named(name, unit, about, values) {
   const line = row('td', values);
   const head = element('th', name, { scope: 'row', title: about });
-  if (unit) head.append(element('span', unit, { className: 'unit' }));
+  if (!name.endsWith(unit)) head.append(element('span', unit, { className: 'unit' }));
   line.prepend(head);
   return line;
 }

@@ -4,7 +4,7 @@ import { launch, open } from './browser.js';
 
 const [path, picture] = process.argv.slice(2);
 const browser = await launch();
-const { page } = await open(browser, path, { viewport: { width: 1280, height: 800 }, colorScheme: 'light' });
+const { page } = await open(browser, path, { viewport: { width: 1360, height: 840 }, colorScheme: 'light' });
 await page.keyboard.press('w');
 await page.waitForTimeout(500);
 await page.screenshot({ path: picture });
