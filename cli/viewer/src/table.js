@@ -38,7 +38,7 @@ export function fillMeanings(list, figures) {
 function named(name, unit, about, values) {
   const line = row('td', values);
   const head = element('th', name, { scope: 'row', title: about });
-  if (!name.endsWith(unit)) head.append(element('span', unit, { className: 'unit' }));
+  if (!name.endsWith(unit)) head.append(' ', element('span', unit, { className: 'unit' }));
   line.prepend(head);
   return line;
 }
