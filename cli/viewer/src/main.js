@@ -57,7 +57,7 @@ function wireSlider(scene, { original, results }, surfaces, panes) {
     at('which').textContent = `${name} (${index} of ${results.length})`;
     fillCaption(panes[1], 'Simplified', results[index - 1], surfaces[index].marked);
     showColumn(at('figures'), index - 1);
-    wait(`Unpacking ${count(results[index - 1].faces)} faces`);
+    wait('Unpacking the meshes');
     if (await showResult(scene, index)) {
       wait('');
       document.documentElement.dataset.result = index;
