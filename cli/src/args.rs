@@ -1,6 +1,6 @@
 //! The arguments as typed; `request` makes of them what is done.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
 
@@ -22,6 +22,8 @@ pub enum Command {
     MeshPoints(MeshPointsArgs),
     /// Say what a mesh is: counts, bounds, closed, manifold, components, genus, what was cleaned
     Info(InfoArgs),
+    /// Say and show how simplified meshes differ from their original
+    Compare(CompareArgs),
     /// Learn weights from a folder of meshes
     Train(TrainArgs),
     /// Measure methods at several sizes on a folder of meshes: tables, plots
@@ -183,6 +185,57 @@ pub struct InfoArgs {
     /// Answer in JSON
     #[arg(long)]
     pub json: bool,
+}
+
+const COMPARE_NOTES: &str = "\
+Reads OBJ, PLY, STL, OFF, glTF and GLB. The page of --html is one file that needs no network: the meshes side by side in \
+3-D under one camera, with the distance from the other surface painted on and the numbers beside. What the figures mean is \
+in the JSON and on the page. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+
+/// Arguments of `compare`.
+#[derive(Debug, Parser)]
+#[command(after_help = COMPARE_NOTES)]
+pub struct CompareArgs {
+    /// The mesh that others were made of; - for standard input
+    #[arg(value_name = "ORIGINAL")]
+    pub original: PathBuf,
+    /// Meshes to compare with it, in the order of the columns
+    #[arg(value_name = "SIMPLIFIED", required = true)]
+    pub simplified: Vec<PathBuf>,
+    /// Write a page to look at the meshes, for any browser
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
+    /// Write all figures with their names and units
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+    /// Samples on each surface, from which distances and normals are measured
+    #[arg(long, value_name = "N", default_value_t = 50_000)]
+    pub samples: usize,
+    /// Seed of the samples; the same seed gives the same figures
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Leave out what takes longest: the spectrum, and distances along the surface
+    #[arg(long)]
+    pub quick: bool,
+    /// Threads to use [default: one per core]; the figures are the same with any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Leave vertices at equal positions apart
+    #[arg(long)]
+    pub no_weld: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Replace files that exist
+    #[arg(short, long)]
+    pub force: bool,
+}
+
+impl CompareArgs {
+    /// All files that are read, the original first.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(&self.original).chain(&self.simplified).map(PathBuf::as_path)
+    }
 }
 
 const TRAIN_NOTES: &str = "\

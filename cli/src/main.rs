@@ -2,6 +2,7 @@
 
 mod args;
 mod chart;
+mod compare;
 mod curves;
 mod evaluate;
 mod evaluate_progress;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
         Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Train(args) => train::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::EvaluateOne => evaluate::work(),

@@ -107,6 +107,11 @@ fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
     [right, back.cross(right), back]
 }
 
+/// The direction from a shape to an eye that sees it well.
+pub fn toward_eye(shape: &Shape) -> Vec3 {
+    best_view(shape)[2]
+}
+
 /// Of the views that show enough of the surface the one that shows most detail: faces, not backs.
 fn best_view(shape: &Shape) -> [Vec3; 3] {
     let normals = shape.area_normals();

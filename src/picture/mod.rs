@@ -77,6 +77,18 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
     image
 }
 
+/// The direction, of length 1, from a mesh to an eye that sees it well: where [`render`] looks from.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, picture::toward_eye};
+/// let length2: f32 = toward_eye(&shapes::icosphere(1)).iter().map(|x| x * x).sum();
+/// assert!((length2 - 1.0).abs() < 1e-6);
+/// ```
+pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
+    let shapes = shape::shapes(&[mesh]);
+    shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
+}
+
 /// One mesh on the background.
 fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool) -> Image {
     let points = camera.project(&shape.points);

@@ -1,0 +1,49 @@
+//! A comparison as JSON: what each figure is, once, and its value for every result.
+
+use neural_mesh::metrics::Figure;
+use serde_json::{Map, Value, json};
+
+use super::{Comparison, Judged, Named};
+
+/// The file that `--json` writes.
+pub fn bytes(comparison: &Comparison) -> Vec<u8> {
+    format!("{:#}\n", value(comparison)).into_bytes()
+}
+
+/// All figures with names and units.
+pub fn value(comparison: &Comparison) -> Value {
+    let Comparison { original, results, judging } = comparison;
+    let figures = results.first().map_or(&[][..], |result| &result.figures);
+    json!({
+        "program": concat!("neural-mesh ", env!("CARGO_PKG_VERSION")),
+        "settings": {
+            "samples": judging.samples,
+            "seed": judging.seed,
+            "eigenpairs": judging.eigenpairs,
+            "geodesics": judging.geodesics,
+        },
+        "original": size(original),
+        "figures": figures.iter().map(described).collect::<Vec<_>>(),
+        "results": results.iter().map(result).collect::<Vec<_>>(),
+    })
+}
+
+fn described(figure: &Figure) -> Value {
+    json!({ "name": figure.name, "unit": figure.unit, "about": figure.about })
+}
+
+fn size(named: &Named) -> Map<String, Value> {
+    let mut map = Map::new();
+    map.insert("name".into(), named.name.clone().into());
+    map.insert("vertices".into(), named.mesh.positions().len().into());
+    map.insert("faces".into(), named.mesh.faces().len().into());
+    map
+}
+
+/// The size, and the value of each figure; null where it cannot be measured.
+fn result(judged: &Judged) -> Map<String, Value> {
+    let mut map = size(&judged.mesh);
+    let values: Map<_, _> = judged.figures.iter().map(|figure| (figure.name.into(), figure.value.into())).collect();
+    map.insert("values".into(), values.into());
+    map
+}

@@ -1,0 +1,95 @@
+//! Reads the meshes of a comparison and brings them into one frame; nothing is judged here.
+
+use std::path::{Path, PathBuf};
+
+use neural_mesh::mesh::cleanup::Cleaned;
+use neural_mesh::mesh::{Frame, TriMesh};
+
+use crate::args::CompareArgs;
+use crate::failure::{Failure, name};
+use crate::request::Source;
+use crate::simplify::{cleaned, read};
+
+/// A mesh and what people call it.
+pub struct Named {
+    /// Name of the file, or its whole path where two files have the same name.
+    pub name: String,
+    /// The mesh as cleaned, around an origin that all meshes of a comparison share.
+    pub mesh: TriMesh,
+}
+
+/// Reads the original and the simplified meshes.
+pub fn read_all(args: &CompareArgs) -> Result<(Named, Vec<Named>), Failure> {
+    let paths: Vec<&Path> = args.inputs().collect();
+    let meshes = paths.iter().map(|path| read_one(path, !args.no_weld)).collect::<Result<Vec<_>, _>>()?;
+    let origin = shared_origin(meshes.iter().map(|mesh| mesh.frame));
+    let mut named = Vec::new();
+    for ((path, mesh), name) in paths.iter().zip(meshes).zip(short_names(&paths)) {
+        named.push(Named { name, mesh: around(origin, mesh).map_err(|error| Failure::of(path, error))? });
+    }
+    let simplified = named.split_off(1);
+    let original = named.pop().ok_or_else(|| Failure::Usage("there is no original: name its file".into()))?;
+    Ok((original, simplified))
+}
+
+fn read_one(path: &Path, weld: bool) -> Result<Cleaned, Failure> {
+    let source = Source::new(PathBuf::from(path), None, weld);
+    cleaned(read(&source)?, &source)
+}
+
+/// The first origin that is not zero: meshes far out are then compared with the precision of the one that kept it.
+fn shared_origin(frames: impl IntoIterator<Item = Frame>) -> [f64; 3] {
+    frames.into_iter().map(|frame| frame.origin).find(|origin| *origin != [0.0; 3]).unwrap_or_default()
+}
+
+/// The mesh with its positions held around another origin.
+fn around(origin: [f64; 3], cleaned: Cleaned) -> Result<TriMesh, neural_mesh::mesh::InvalidMesh> {
+    let Cleaned { mesh, frame, .. } = cleaned;
+    if frame.origin == origin {
+        return Ok(mesh);
+    }
+    let (mut positions, faces) = mesh.into_parts();
+    for position in &mut positions {
+        for axis in 0..3 {
+            position[axis] = (frame.origin[axis] - origin[axis] + f64::from(position[axis])) as f32;
+        }
+    }
+    TriMesh::new(positions, faces)
+}
+
+/// The names of the files; where two are the same, the paths as given.
+fn short_names(paths: &[&Path]) -> Vec<String> {
+    let last = |path: &Path| path.file_name().map_or_else(|| name(path), |name| name.to_string_lossy().into_owned());
+    let short: Vec<String> =
+        paths.iter().map(|path| if path.as_os_str() == "-" { name(path) } else { last(path) }).collect();
+    let is_alone = |at: usize| short.iter().filter(|other| **other == short[at]).count() == 1;
+    (0..paths.len()).map(|at| if is_alone(at) { short[at].clone() } else { name(paths[at]) }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::RawMesh;
+    use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+
+    fn far_triangle(x: f64, double: bool) -> Cleaned {
+        let positions = vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
+        clean(RawMesh { positions, faces: vec![[0, 1, 2]], double, dropped_faces: 0 }, &CleanOptions::default())
+            .unwrap()
+    }
+
+    #[test]
+    fn meshes_far_out_meet_in_one_frame() {
+        let meshes = [far_triangle(4_194_304.0, false), far_triangle(4_194_304.25, true)];
+        let origin = shared_origin(meshes.iter().map(|mesh| mesh.frame));
+        let [a, b] = meshes.map(|mesh| around(origin, mesh).unwrap());
+        assert_ne!(origin, [0.0; 3]);
+        assert_eq!(b.positions()[0][0] - a.positions()[0][0], 0.25);
+    }
+
+    #[test]
+    fn files_of_the_same_name_are_told_apart() {
+        let paths = ["a/x.ply", "b/x.ply", "b/y.ply", "-"].map(Path::new);
+        assert_eq!(short_names(&paths), ["a/x.ply", "b/x.ply", "y.ply", "standard input"]);
+    }
+}

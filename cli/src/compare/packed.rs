@@ -1,0 +1,94 @@
+//! Whole numbers as short text: seven bits a byte (LEB128), deflated, base64. The page's `numbers.js` is the way back.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
+
+/// Numbers on their way into a page.
+#[derive(Default)]
+pub struct Packed {
+    bytes: Vec<u8>,
+}
+
+impl Packed {
+    /// Adds a number; the smaller, the shorter.
+    pub fn push(&mut self, mut number: u32) {
+        while number >= 0x80 {
+            self.bytes.push(number as u8 | 0x80);
+            number >>= 7;
+        }
+        self.bytes.push(number as u8);
+    }
+
+    /// Adds the difference of two numbers that are close: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    pub fn push_difference(&mut self, number: u32, before: u32) {
+        let difference = number.wrapping_sub(before) as i32;
+        self.push(((difference << 1) ^ (difference >> 31)) as u32);
+    }
+
+    /// The text of all numbers, of letters that need no escape in HTML.
+    pub fn text(&self) -> String {
+        let mut deflate = DeflateEncoder::new(Vec::new(), Compression::new(6));
+        // A vector takes everything.
+        let deflated = deflate.write_all(&self.bytes).and_then(|()| deflate.finish());
+        STANDARD.encode(deflated.unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use std::io::Read;
+
+    /// The numbers of a text, as the page reads them.
+    pub fn unpacked(text: &str) -> Vec<u32> {
+        let mut bytes = Vec::new();
+        flate2::read::DeflateDecoder::new(&STANDARD.decode(text).unwrap()[..]).read_to_end(&mut bytes).unwrap();
+        let mut numbers = Vec::new();
+        let (mut number, mut shift) = (0u32, 0);
+        for byte in bytes {
+            number |= u32::from(byte & 0x7f) << shift;
+            shift += 7;
+            if byte < 0x80 {
+                numbers.push(number);
+                (number, shift) = (0, 0);
+            }
+        }
+        assert_eq!(shift, 0);
+        numbers
+    }
+
+    /// The number behind a difference.
+    pub fn undone(difference: u32, before: u32) -> u32 {
+        before.wrapping_add((difference >> 1) ^ (difference & 1).wrapping_neg())
+    }
+
+    #[test]
+    fn numbers_come_back() {
+        let numbers = [0, 1, 127, 128, 300, 65_535, 1 << 28, u32::MAX];
+        let mut packed = Packed::default();
+        numbers.iter().for_each(|&number| packed.push(number));
+        assert_eq!(unpacked(&packed.text()), numbers);
+        assert_eq!(unpacked(&Packed::default().text()), [0u32; 0]);
+    }
+
+    #[test]
+    fn differences_come_back() {
+        let numbers = [5, 5, 4, 70_000, 0, u32::MAX, 1];
+        let mut packed = Packed::default();
+        let mut before = 0;
+        for number in numbers {
+            packed.push_difference(number, before);
+            before = number;
+        }
+        let mut before = 0;
+        let back = unpacked(&packed.text()).into_iter().map(|difference| {
+            before = undone(difference, before);
+            before
+        });
+        assert_eq!(back.collect::<Vec<_>>(), numbers);
+    }
+}

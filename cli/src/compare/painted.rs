@@ -1,0 +1,180 @@
+//! The distances that the page paints: from the vertices of a mesh, or from more points of each face, to the surface of
+//! another.
+
+use neural_mesh::geometry::triangle::area_normal_f64;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::spatial::NearestOnTriangles;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Most points painted on a mesh whose faces are few and large.
+const MOST_POINTS: usize = 120_000;
+
+/// Most steps along a side of a face.
+const MOST_STEPS: usize = 8;
+
+/// Distances between an original and a result, in the mesh's unit, each at the vertices or at [`points_of_faces`].
+pub struct Distances {
+    /// From the result to the original.
+    pub of_result: Vec<f32>,
+    /// From the original to the result.
+    pub of_original: Vec<f32>,
+}
+
+/// Where the colours may end, in the mesh's unit: over the surfaces of all pairs, each of the same weight, a vertex
+/// standing for its share of the area.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Scale {
+    /// Exceeded on a twentieth of the surface.
+    pub p95: f32,
+    /// Exceeded on a hundredth of the surface.
+    pub p99: f32,
+    /// The largest distance.
+    pub max: f32,
+}
+
+/// A mesh made ready for nearest points.
+pub fn surface(mesh: &TriMesh) -> NearestOnTriangles {
+    let corners: Vec<_> = mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect();
+    NearestOnTriangles::new(&corners)
+}
+
+/// Distances of points from a surface, n_points.
+pub fn distances(points: &[[f64; 3]], surface: &NearestOnTriangles) -> Vec<f32> {
+    let distance = |&point: &[f64; 3]| surface.nearest(point.into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
+    points.par_iter().map(distance).collect()
+}
+
+/// The vertices of a mesh, n_vertices x 3.
+pub fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {
+    mesh.positions().iter().map(|position| position.map(f64::from)).collect()
+}
+
+/// Steps along the sides of a mesh's faces from one painted point to the next: as many as [`MOST_POINTS`] allow, 1 for
+/// the vertices alone. A large face may have its corners on the original and its middle far away.
+pub fn steps(mesh: &TriMesh) -> usize {
+    let fit = |steps: &usize| mesh.faces().len() * points_of_a_face(*steps) <= MOST_POINTS;
+    (2..=MOST_STEPS).rev().find(fit).unwrap_or(1)
+}
+
+/// Number of points of a face whose sides have that many steps.
+fn points_of_a_face(steps: usize) -> usize {
+    (steps + 1) * (steps + 2) / 2
+}
+
+/// Evenly spread points of every face, corners and sides included, row by row from the first corner: the page's
+/// `refine.js` has the same order.
+pub fn points_of_faces(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
+    let mut points = Vec::with_capacity(mesh.faces().len() * points_of_a_face(steps));
+    for face in mesh.faces() {
+        let [a, b, c] = face.map(|v| mesh.positions()[v as usize].map(f64::from));
+        for i in 0..=steps {
+            for j in 0..=steps - i {
+                let weights = [steps - i - j, i, j].map(|n| n as f64 / steps as f64);
+                points.push(std::array::from_fn(|x| weights[0] * a[x] + weights[1] * b[x] + weights[2] * c[x]));
+            }
+        }
+    }
+    points
+}
+
+/// Share of the mesh's area that each vertex stands for, a third of each face around it, n_vertices.
+pub fn shares_of_vertices(mesh: &TriMesh) -> Vec<f64> {
+    let mut shares = vec![0.0; mesh.positions().len()];
+    for (face, share) in mesh.faces().iter().zip(shares_of_faces(mesh)) {
+        face.iter().for_each(|&v| shares[v as usize] += share / 3.0);
+    }
+    shares
+}
+
+/// Share of the mesh's area that each of the [`points_of_faces`] stands for.
+pub fn shares_of_points(mesh: &TriMesh, steps: usize) -> Vec<f64> {
+    let n = points_of_a_face(steps);
+    shares_of_faces(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()
+}
+
+/// Area of each face as a share of all, n_faces; all alike where there is no area.
+fn shares_of_faces(mesh: &TriMesh) -> Vec<f64> {
+    let corner = |v: u32| mesh.positions()[v as usize].map(f64::from).into();
+    let areas: Vec<f64> = mesh.faces().iter().map(|face| area_normal_f64(face.map(corner)).length()).collect();
+    let total: f64 = areas.iter().sum();
+    let even = 1.0 / areas.len().max(1) as f64;
+    areas.iter().map(|area| if total > 0.0 { area / total } else { even }).collect()
+}
+
+/// The scale of distances, each with the share that it stands for.
+pub fn scale(mut weighed: Vec<(f32, f64)>) -> Scale {
+    weighed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let total: f64 = weighed.iter().map(|(_, share)| share).sum();
+    let below = |part: f64| {
+        let mut sum = 0.0;
+        let reached = weighed.iter().find(|(_, share)| {
+            sum += share;
+            sum >= part * total
+        });
+        reached.map_or(0.0, |&(distance, _)| distance)
+    };
+    let max = weighed.last().map_or(0.0, |&(distance, _)| distance);
+    Scale { p95: below(0.95), p99: below(0.99), max }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::shapes;
+
+    #[test]
+    fn vertices_of_a_sphere_are_off_another_by_the_difference_of_radii() {
+        let sphere = shapes::icosphere(3);
+        let double = sphere.positions().iter().map(|p| p.map(|x| 2.0 * x)).collect();
+        let double = TriMesh::new(double, sphere.faces().to_vec()).unwrap();
+        let found = distances(&vertices(&double), &surface(&sphere));
+        assert_eq!(found.len(), double.positions().len());
+        assert!(found.iter().all(|d| (d - 1.0).abs() < 0.01), "{found:?}");
+    }
+
+    #[test]
+    fn the_scale_counts_area_not_vertices() {
+        let even = |i: u32| (i as f32, 1.0);
+        assert_eq!(scale((1..=1000).map(even).collect()), Scale { p95: 950.0, p99: 990.0, max: 1000.0 });
+        let heavy = vec![(3.0, 1.0), (1.0, 96.0), (2.0, 3.0)];
+        assert_eq!(scale(heavy), Scale { p95: 1.0, p99: 2.0, max: 3.0 });
+        assert_eq!(scale(Vec::new()), Scale::default());
+    }
+
+    #[test]
+    fn vertices_and_points_share_the_area_of_their_faces() {
+        let corners = vec![[0.0; 3], [3.0, 0.0, 0.0], [0.0, 1.0, 0.0], [3.0, 3.0, 0.0]];
+        let mesh = TriMesh::new(corners, vec![[0, 1, 2], [1, 3, 2]]).unwrap();
+        let are_close = |found: Vec<f64>, wanted: &[f64]| {
+            assert!(found.len() == wanted.len() && found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
+        };
+        are_close(shares_of_vertices(&mesh), &[3.0, 12.0, 12.0, 9.0].map(|doubled| doubled / 36.0));
+        are_close(shares_of_points(&mesh, 1), &[3.0, 3.0, 3.0, 9.0, 9.0, 9.0].map(|doubled| doubled / 36.0));
+        let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
+        are_close(shares_of_vertices(&point), &[1.0 / 3.0; 3]);
+    }
+
+    #[test]
+    fn points_of_faces_see_what_the_corners_do_not() {
+        let fine = shapes::icosphere(4);
+        let coarse = shapes::icosphere(0);
+        assert_eq!(steps(&coarse), MOST_STEPS);
+        assert_eq!(steps(&shapes::icosphere(6)), 1);
+        let points = points_of_faces(&coarse, 8);
+        assert_eq!(points.len(), 20 * 45);
+        let [corners, inside] = [vertices(&coarse), points].map(|points| distances(&points, &surface(&fine)));
+        let largest = |distances: Vec<f32>| distances.into_iter().fold(0.0, f32::max);
+        // The middle of an icosahedron's face lies 1 - 0.795 below its sphere.
+        let (corners, inside) = (largest(corners), largest(inside));
+        assert!(corners < 1e-3 && inside > 0.18 && inside < 0.206, "{corners} {inside}");
+    }
+
+    #[test]
+    fn points_of_a_face_run_row_by_row_from_the_first_corner() {
+        let mesh = TriMesh::new(vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let flat = points_of_faces(&mesh, 2).into_iter().map(|[x, y, _]| [x, y]);
+        let wanted = [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [1.0, 0.0], [1.0, 1.0], [2.0, 0.0]];
+        assert_eq!(flat.collect::<Vec<_>>(), wanted);
+    }
+}

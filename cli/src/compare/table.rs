@@ -1,0 +1,84 @@
+//! A comparison as a table for the terminal: one row per figure, one column per result.
+
+use neural_mesh::metrics::Figure;
+
+use super::{Comparison, Judged, Named};
+use crate::words::{grouped, shortened};
+
+/// The lines of the table, columns aligned.
+pub fn lines(comparison: &Comparison) -> Vec<String> {
+    let Comparison { original, results, judging } = comparison;
+    let samples = grouped(judging.samples);
+    let mut lines = vec![
+        format!("original  {}: {}", original.name, counts(original)),
+        format!("judged    from {samples} samples on each surface, seed {}", judging.seed),
+        String::new(),
+    ];
+    lines.extend(aligned(&rows(results)));
+    lines
+}
+
+fn counts(named: &Named) -> String {
+    format!("{} vertices, {} faces", grouped(named.mesh.positions().len()), grouped(named.mesh.faces().len()))
+}
+
+/// Name, unit and a value per result; the first row is the head.
+fn rows(results: &[Judged]) -> Vec<Vec<String>> {
+    let row = |name: &str, unit: &str, of: &dyn Fn(&Judged) -> String| {
+        [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
+    };
+    let mut rows = vec![row("figure", "unit", &|result| shortened(&result.mesh.name))];
+    let figures = results.first().map_or(&[][..], |result| &result.figures);
+    for (at, Figure { name, unit, .. }) in figures.iter().enumerate() {
+        rows.push(row(&name.replace('_', " "), unit, &|result| number(result.figures[at].value)));
+    }
+    rows
+}
+
+/// Words to the left, numbers to the right, two blanks between columns.
+fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let n_columns = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..n_columns).map(width).collect();
+    let cell = |(column, text): (usize, &String)| match column {
+        0 | 1 => format!("{text:<width$}", width = widths[column]),
+        _ => format!("{text:>width$}", width = widths[column]),
+    };
+    let line = |row: &Vec<String>| row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ");
+    rows.iter().map(|row| line(row).trim_end().to_string()).collect()
+}
+
+/// Four significant digits; whole numbers whole; `-` where there is no value.
+fn number(value: Option<f64>) -> String {
+    let Some(value) = value.filter(|value| value.is_finite()) else { return "-".into() };
+    let size = value.abs();
+    if value.fract() == 0.0 && size < 1e15 {
+        let sign = if value < 0.0 { "-" } else { "" };
+        return format!("{sign}{}", grouped(size as usize));
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (3.0 - size.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_whole_ones_whole() {
+        let values = [0.0, -3.0, 12345.0, 0.123456, 1.5, 98765.4321, 1.23456e-7, 3.25e9, f64::NAN];
+        let shown = ["0", "-3", "12,345", "0.1235", "1.500", "98765", "1.235e-7", "3,250,000,000", "-"];
+        assert_eq!(values.map(|value| number(Some(value))), shown);
+        assert_eq!(number(None), "-");
+    }
+
+    #[test]
+    fn columns_are_aligned() {
+        let rows = [["figure", "unit", "a.ply"], ["faces", "", "1,200"], ["angle", "degrees", "3.5"]];
+        let rows: Vec<Vec<String>> = rows.map(|row| row.map(String::from).to_vec()).into();
+        assert_eq!(aligned(&rows), ["figure  unit     a.ply", "faces            1,200", "angle   degrees    3.5"]);
+    }
+}

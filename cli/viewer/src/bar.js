@@ -1,0 +1,53 @@
+// The colour bar: what the colours stand for, where they end, in which unit; the reader chooses both.
+
+import { GRADIENT } from './colours.js';
+import { short } from './words.js';
+
+const TICKS = [0, 0.25, 0.5, 0.75, 1];
+
+/** What lies beyond each end. */
+const BEYOND = {
+  p95: '5 % of the surfaces lie beyond and have the last colour.',
+  p99: '1 % of the surfaces lies beyond and has the last colour.',
+  max: 'The largest distance of all results.',
+  own: 'Distances beyond have the last colour.',
+};
+
+/** Wires up the bar; `changed(share)` hears where the colours end, as a share of the largest distance. */
+export function makeBar(scale, diagonal, changed) {
+  const [end, own, unit] = ['end', 'own', 'unit'].map((id) => document.getElementById(id));
+  document.getElementById('gradient').style.background = GRADIENT;
+  // A share of the diagonal needs one.
+  if (!(diagonal > 0)) unit.value = 'own';
+  let length = scale.p99 || scale.max;
+  const inUnit = () => (unit.value === 'percent' ? 100 / diagonal : 1);
+  const update = () => {
+    if (end.value !== 'own') length = scale[end.value] || scale.max;
+    own.hidden = end.value !== 'own';
+    write(length * inUnit(), BEYOND[end.value]);
+    changed(scale.max > 0 ? length / scale.max : 1);
+  };
+  const type = () => {
+    if (own.valueAsNumber > 0) length = own.valueAsNumber / inUnit();
+    update();
+  };
+  const fill = () => { own.value = short(length * inUnit()); };
+  end.addEventListener('change', () => { fill(); update(); });
+  unit.addEventListener('change', () => { fill(); update(); });
+  own.addEventListener('input', type);
+  fill();
+  update();
+}
+
+/** As many decimals on every tick. */
+function tick(value, end) {
+  if (value === 0) return '0';
+  if (end < 1e-4 || end >= 1e6) return value.toExponential(2);
+  return value.toFixed(Math.max(2 - Math.floor(Math.log10(end)), 0));
+}
+
+function write(end, beyond) {
+  const ticks = TICKS.map((share) => Object.assign(document.createElement('span'), { textContent: tick(share * end, end) }));
+  document.getElementById('ticks').replaceChildren(...ticks);
+  document.getElementById('beyond').textContent = beyond;
+}

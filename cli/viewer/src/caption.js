@@ -1,0 +1,25 @@
+// The words over a pane: whose mesh it is, how large, and how many of its edges are marked.
+
+import { count } from './words.js';
+
+const KINDS = ['open', 'non-manifold', 'turned'];
+
+/** Fills the caption of a pane. */
+export function fillCaption(pane, role, { name, faces }, marked) {
+  const title = make('strong', role);
+  const lines = [make('div', name, 'name'), make('div', `${count(faces)} faces`), marks(marked)];
+  pane.querySelector('.caption').replaceChildren(title, ...lines);
+}
+
+function marks(marked) {
+  const line = make('div', '', 'marks');
+  marked.forEach((n, kind) => {
+    if (n > 0) line.append(make('span', `${count(n)} ${KINDS[kind]}`, `mark mark-${kind}`));
+  });
+  if (marked.every((n) => n === 0)) line.textContent = 'closed, no marked edge';
+  return line;
+}
+
+function make(tag, textContent, className = '') {
+  return Object.assign(document.createElement(tag), { textContent, className, title: className === 'name' ? textContent : '' });
+}

@@ -1,0 +1,115 @@
+// A surface as three.js draws it: the mesh, its edges, its marks. The materials are shared by all of a page.
+
+import {
+  BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshPhongMaterial,
+  Sphere,
+} from 'three';
+import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
+import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
+import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+import { allEdges } from './surface.js';
+
+/** Open, non-manifold and turned edges; the legend of the page has the same colours. */
+const MARKS = ['#0a84ff', '#00a88f', '#6cae00'];
+
+/** What surfaces, edges and marks look like. */
+export function makeMaterials() {
+  const solid = new MeshPhongMaterial({
+    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+  });
+  solid.onBeforeCompile = tintInside;
+  const wire = new LineBasicMaterial({ transparent: true });
+  const marks = MARKS.map((color) => new LineMaterial({
+    color, linewidth: 4, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -100,
+  }));
+  return { solid, wire, marks };
+}
+
+/**
+ * The inner side of a surface, seen through holes and where faces are turned over: red, dark blue under colours. Not where it
+ * is seen edge on: at an outline the inner side is as near as the outer one and would show through.
+ */
+const INSIDE = `
+#ifdef USE_MAP
+  const vec3 inside = vec3(0.02, 0.04, 0.09);
+#else
+  const vec3 inside = vec3(0.42, 0.09, 0.07);
+#endif
+  float facing = abs(dot(normal, normalize(vViewPosition)));
+  if (!gl_FrontFacing) diffuseColor.rgb = mix(diffuseColor.rgb, inside, smoothstep(0.05, 0.4, facing));`;
+
+function tintInside(shader) {
+  const after = '#include <normal_fragment_maps>';
+  shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
+}
+
+/** Makes the objects of a surface, drawn as `fine`; its edges only when they are asked for. */
+export function makeModel(surface, fine, radius, materials) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(fine.positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(fine.normals, 3));
+  geometry.setIndex(new BufferAttribute(fine.faces, 1));
+  geometry.boundingSphere = new Sphere(undefined, radius);
+  const group = new Group();
+  const marks = new Group();
+  surface.marked.forEach((edges, kind) => {
+    if (edges.length > 0) marks.add(segments(surface.positions, edges, materials.marks[kind]));
+  });
+  group.add(new Mesh(geometry, materials.solid), marks);
+  return { group, geometry, marks, surface, wire: null };
+}
+
+function segments(positions, edges, material) {
+  const ends = new Float32Array(3 * edges.length);
+  edges.forEach((vertex, i) => ends.set(positions.subarray(3 * vertex, 3 * vertex + 3), 3 * i));
+  const object = new LineSegments2(new LineSegmentsGeometry().setPositions(ends), material);
+  object.frustumCulled = false;
+  return object;
+}
+
+/** Adds the edges of a model, the first time that they are shown. */
+export async function addWire(model, materials) {
+  if (model.wire) return;
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(model.surface.positions, 3));
+  model.wire = new LineSegments(geometry, wireOf(model, materials));
+  geometry.boundingSphere = model.geometry.boundingSphere;
+  geometry.setIndex(new BufferAttribute(await allEdges(model.surface), 1));
+  model.group.add(model.wire);
+}
+
+/** The colour of all wires; the denser the mesh, the fainter its edges, so that the surface stays visible. */
+function wireOf({ surface }, { wire }) {
+  const material = wire.clone();
+  material.color = wire.color;
+  material.opacity = Math.min(0.6, Math.max(0.1, 0.6 * Math.sqrt(60_000 / surface.faces.length)));
+  return material;
+}
+
+/** Number of the points that have a distance. */
+export function nPoints(model) {
+  return model.geometry.getAttribute('position').count;
+}
+
+/** Paints a model by the shares of its points, n_points x 2. */
+export function setShares(model, shares) {
+  model.geometry.setAttribute('uv', new BufferAttribute(shares, 2));
+}
+
+/** Colours of surface and edges for a theme. */
+export function setTheme(materials, { surface, wire }) {
+  materials.plain = new Color(surface);
+  materials.wire.color.set(wire);
+}
+
+/** Lets the edges win over the surface they lie on; without them, back faces would win over front faces at outlines. */
+export function makeRoomForWire(materials, isShown) {
+  materials.solid.polygonOffset = isShown;
+}
+
+/** Shows distances as colours, or the plain surface where `texture` is null. */
+export function paint(materials, texture) {
+  materials.solid.map = texture;
+  materials.solid.color.copy(texture ? new Color(0xffffff) : materials.plain);
+  materials.solid.needsUpdate = true;
+}

@@ -1,0 +1,92 @@
+// Numbers to flat arrays: positions, normals, faces, marked edges, distances. Knows no 3-D library and no page.
+
+import { readDifferences, readEach } from './numbers.js';
+import { inSlices } from './slices.js';
+
+/** Unpacks a mesh. `place` is {centre, scale}: where the middle of the scene lies and what it is multiplied by. */
+export async function unpackSurface(layout, numbers, place) {
+  const positions = await readPositions(layout, numbers, place);
+  const faces = await readFaces(layout, numbers);
+  const marked = [];
+  for (const n of layout.marked) marked.push(await readEdges(n, numbers));
+  const normals = await vertexNormals(positions, faces);
+  return { positions, faces, normals, marked };
+}
+
+async function readPositions({ vertices, low, step }, numbers, { centre, scale }) {
+  const positions = new Float32Array(3 * vertices);
+  for (let axis = 0; axis < 3; axis++) {
+    const from = (low[axis] - centre[axis]) * scale;
+    await readDifferences(numbers, vertices, (steps, i) => { positions[3 * i + axis] = from + steps * step * scale; });
+  }
+  return positions;
+}
+
+/** Each corner is stored as its distance below the next number not yet used. */
+async function readFaces({ faces }, numbers) {
+  const corners = new Uint32Array(3 * faces);
+  let next = 0;
+  await readEach(numbers, 3 * faces, (below, i) => {
+    const vertex = next - below;
+    if (below === 0) next++;
+    corners[i] = vertex;
+  });
+  return corners;
+}
+
+async function readEdges(n, numbers) {
+  const edges = new Uint32Array(2 * n);
+  await readDifferences(numbers, 2 * n, (vertex, i) => { edges[i] = vertex; });
+  return edges;
+}
+
+/** Distances of n points as shares of the largest one, as texture coordinates: n x 2. They are stored as roots. */
+export async function unpackShares(n, numbers) {
+  const shares = new Float32Array(2 * n).fill(0.5);
+  await readDifferences(numbers, n, (root, i) => { shares[2 * i] = (root / 65535) ** 2; });
+  return shares;
+}
+
+/** Normals of the vertices, each the mean of its faces' by area. */
+async function vertexNormals(positions, faces) {
+  const normals = new Float32Array(positions.length);
+  await inSlices(faces.length / 3, (from, to) => addNormals(positions, faces, normals, from, to));
+  await inSlices(normals.length / 3, (from, to) => normalise(normals, from, to));
+  return normals;
+}
+
+function addNormals(positions, faces, normals, from, to) {
+  for (let i = 3 * from; i < 3 * to; i += 3) {
+    const [a, b, c] = [3 * faces[i], 3 * faces[i + 1], 3 * faces[i + 2]];
+    const ux = positions[b] - positions[a], uy = positions[b + 1] - positions[a + 1], uz = positions[b + 2] - positions[a + 2];
+    const vx = positions[c] - positions[a], vy = positions[c + 1] - positions[a + 1], vz = positions[c + 2] - positions[a + 2];
+    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+    normals[a] += x; normals[a + 1] += y; normals[a + 2] += z;
+    normals[b] += x; normals[b + 1] += y; normals[b + 2] += z;
+    normals[c] += x; normals[c + 1] += y; normals[c + 2] += z;
+  }
+}
+
+function normalise(normals, from, to) {
+  for (let i = 3 * from; i < 3 * to; i += 3) {
+    const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
+    normals[i] /= length; normals[i + 1] /= length; normals[i + 2] /= length;
+  }
+}
+
+/** Both ends of every edge, once: an edge that is not marked has one face on each side, running opposite ways. */
+export async function allEdges({ faces, marked }) {
+  const edges = new Uint32Array(2 * faces.length + marked.reduce((sum, list) => sum + list.length, 0));
+  let n = 0;
+  const add = (a, b) => { edges[n++] = a; edges[n++] = b; };
+  await inSlices(faces.length / 3, (from, to) => {
+    for (let i = 3 * from; i < 3 * to; i += 3) {
+      const a = faces[i], b = faces[i + 1], c = faces[i + 2];
+      if (a < b) add(a, b);
+      if (b < c) add(b, c);
+      if (c < a) add(c, a);
+    }
+  });
+  for (const list of marked) for (let i = 0; i < list.length; i += 2) add(list[i], list[i + 1]);
+  return edges.subarray(0, n);
+}

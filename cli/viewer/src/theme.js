@@ -1,0 +1,22 @@
+// Light or dark: as the system says, until the reader says otherwise.
+
+const dark = matchMedia('(prefers-color-scheme: dark)');
+
+/** Wires up the choice of the theme; `changed` hears the colours of the 3-D view. */
+export function makeTheme(changed) {
+  const choice = document.getElementById('theme');
+  const update = () => {
+    const isDark = choice.value === 'dark' || (choice.value === 'system' && dark.matches);
+    document.documentElement.dataset.theme = isDark ? 'dark' : 'light';
+    changed(colours());
+  };
+  choice.addEventListener('change', update);
+  dark.addEventListener('change', update);
+  update();
+}
+
+function colours() {
+  const style = getComputedStyle(document.documentElement);
+  const [stage, surface, wire] = ['--stage', '--surface', '--wire'].map((name) => style.getPropertyValue(name).trim());
+  return { stage, surface, wire };
+}

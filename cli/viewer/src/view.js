@@ -1,0 +1,147 @@
+// Two panes side by side under one camera, drawn when something has changed; knows no mesh and no figure.
+
+import {
+  DirectionalLight, HemisphereLight, PerspectiveCamera, Scene, Spherical, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+
+/** Makes the view of a canvas whose panes are elements over it: of a box around the origin, first seen from `eye`. */
+export function makeView(canvas, panes, { half, radius, eye }) {
+  const renderer = new WebGLRenderer({ canvas, antialias: true });
+  renderer.setScissorTest(true);
+  renderer.info.autoReset = false;
+  const camera = new PerspectiveCamera(30, 1, 0.01, 100);
+  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), asked: false, isMoved: false };
+  view.scenes = panes.map(makeScene);
+  view.controls = new OrbitControls(camera, canvas);
+  view.controls.addEventListener('change', () => askToDraw(view));
+  view.controls.addEventListener('start', () => { view.isMoved = true; });
+  new ResizeObserver(() => resize(view)).observe(canvas);
+  resize(view);
+  return view;
+}
+
+function makeScene() {
+  const scene = new Scene();
+  const sky = new HemisphereLight(0xffffff, 0xa6a6ac, 1);
+  const lamp = new DirectionalLight(0xffffff, 1);
+  scene.add(sky, lamp, lamp.target);
+  return { scene, sky, lamp };
+}
+
+/** The corners of a box. */
+const SIGNS = [-1, 1].flatMap((x) => [-1, 1].flatMap((y) => [-1, 1].map((z) => new Vector3(x, y, z))));
+
+/** Even light under colours that mean something, more shade on a plain surface. */
+export function setLight(view, isEven) {
+  for (const { sky, lamp } of view.scenes) {
+    sky.intensity = isEven ? 2.3 : 1.3;
+    lamp.intensity = isEven ? 1.1 : 2.1;
+  }
+}
+
+function resize(view) {
+  const { clientWidth, clientHeight } = view.renderer.domElement;
+  view.renderer.setPixelRatio(Math.min(globalThis.devicePixelRatio, 2));
+  view.renderer.setSize(Math.max(clientWidth, 1), Math.max(clientHeight, 1), false);
+  // Until the reader has moved the camera, all is seen whatever the size.
+  if (!view.isMoved) lookFromStart(view);
+  askToDraw(view);
+}
+
+/** Draws before the next frame, once however often it is asked. */
+export function askToDraw(view) {
+  if (view.asked) return;
+  view.asked = true;
+  requestAnimationFrame(() => draw(view));
+}
+
+function draw(view) {
+  view.asked = false;
+  const stage = view.renderer.domElement.getBoundingClientRect();
+  fitDepth(view);
+  view.panes.forEach((pane, i) => {
+    const box = pane.getBoundingClientRect();
+    const frame = [box.left - stage.left, stage.bottom - box.bottom, box.width, box.height];
+    view.renderer.setViewport(...frame);
+    view.renderer.setScissor(...frame);
+    view.camera.aspect = box.width / Math.max(box.height, 1);
+    view.camera.updateProjectionMatrix();
+    view.scenes[i].lamp.position.copy(lampPosition(view));
+    view.scenes[i].lamp.target.position.copy(view.controls.target);
+    view.renderer.render(view.scenes[i].scene, view.camera);
+  });
+  view.drawn?.();
+}
+
+/** A little above and to the left of the eye. */
+function lampPosition({ camera, controls }) {
+  const side = new Vector3(-0.35, 0.45, 0).applyQuaternion(camera.quaternion);
+  return camera.position.clone().addScaledVector(side, camera.position.distanceTo(controls.target));
+}
+
+/** The depth range around the scene, so that near surfaces can be told apart. */
+function fitDepth({ camera, controls, radius }) {
+  const distance = camera.position.length();
+  camera.near = Math.max(distance - 1.1 * radius, 0.02 * camera.position.distanceTo(controls.target));
+  camera.far = distance + 1.1 * radius;
+}
+
+/** Puts the camera where the whole box is seen. */
+export function lookFromStart(view) {
+  const { camera, controls, radius } = view;
+  view.isMoved = false;
+  controls.target.set(0, 0, 0);
+  camera.position.copy(view.eye);
+  camera.lookAt(controls.target);
+  camera.position.setLength(1.06 * distanceToFit(view));
+  controls.minDistance = 0.01 * radius;
+  controls.maxDistance = 40 * radius;
+  controls.update();
+  askToDraw(view);
+}
+
+/** How far the eye is from the middle where every corner of the box lies inside the pane. */
+function distanceToFit({ camera, panes, half }) {
+  const { width, height } = panes[0].getBoundingClientRect();
+  const up = Math.tan((camera.fov / 2) * (Math.PI / 180));
+  const right = up * (width / Math.max(height, 1));
+  const toCamera = camera.quaternion.clone().invert();
+  const needed = (sign) => {
+    const corner = new Vector3(...half).multiply(sign).applyQuaternion(toCamera);
+    return corner.z + Math.max(Math.abs(corner.x) / right, Math.abs(corner.y) / up);
+  };
+  return Math.max(...SIGNS.map(needed));
+}
+
+/** Turns the camera around its target, by radians to the right and up. */
+export function orbit(view, right, up) {
+  const { camera, controls } = view;
+  const place = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+  place.theta += right;
+  place.phi -= up;
+  camera.position.setFromSpherical(place.makeSafe()).add(controls.target);
+  moved(view);
+}
+
+/** Comes nearer (below 1) or goes away (above 1). */
+export function zoom(view, factor) {
+  const { camera, controls } = view;
+  camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
+  moved(view);
+}
+
+/** Moves camera and target sideways, in shares of their distance. */
+export function pan(view, right, up) {
+  const { camera, controls } = view;
+  const step = new Vector3(right, up, 0).applyQuaternion(camera.quaternion);
+  step.multiplyScalar(camera.position.distanceTo(controls.target));
+  camera.position.add(step);
+  controls.target.add(step);
+  moved(view);
+}
+
+function moved(view) {
+  view.isMoved = true;
+  view.controls.update();
+}

@@ -1,0 +1,38 @@
+// What a screenshot shows, counted by a page of its own: how much is covered, how much two of them differ.
+
+/** Makes the counter. */
+export async function makeEye(browser) {
+  const page = await browser.newPage();
+  await page.evaluate(() => {
+    globalThis.pixels = async (base64) => {
+      const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+      const image = await createImageBitmap(new Blob([bytes]));
+      const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
+      context.drawImage(image, 0, 0);
+      return context.getImageData(0, 0, image.width, image.height);
+    };
+    globalThis.differing = ({ data: a }, { data: b }, at) => {
+      let n = 0;
+      for (let i = 0; i < a.length; i += 4) {
+        const j = at ?? i;
+        if (Math.abs(a[i] - b[j]) + Math.abs(a[i + 1] - b[j + 1]) + Math.abs(a[i + 2] - b[j + 2]) > 24) n++;
+      }
+      return (4 * n) / a.length;
+    };
+  });
+  return {
+    /** Share of the pixels that differ from one near the lower left corner. */
+    covered: (shot) => page.evaluate(async (shot) => {
+      const image = await pixels(shot);
+      return differing(image, image, 4 * ((image.height - 10) * image.width + 10));
+    }, shot),
+    /** Share of the pixels that two shots of the same size do not share. */
+    differing: (a, b) => page.evaluate(async ([a, b]) => differing(await pixels(a), await pixels(b)), [a, b]),
+  };
+}
+
+/** A shot of an element, after what was asked for has been drawn. */
+export async function shoot(page, selector) {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  return (await page.locator(selector).screenshot()).toString('base64');
+}

@@ -1,0 +1,125 @@
+// The page in a browser: it draws, every control does what it says, and nothing is asked from elsewhere.
+//
+// `scripts/viewer_test` makes the two pages of PAGES: several.html (closed meshes) and open.html (one with marked edges).
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { launch, open } from './browser.js';
+import { makeEye, shoot } from './pixels.js';
+
+const SEVERAL = `${process.env.PAGES}/several.html`;
+const OPEN = `${process.env.PAGES}/open.html`;
+
+let browser;
+let eye;
+
+before(async () => {
+  browser = await launch();
+  eye = await makeEye(browser);
+});
+after(() => browser.close());
+
+/** Opens a page, uses it, and holds that nobody complained. */
+async function withPage(path, options, use) {
+  const { page, complaints } = await open(browser, path, options);
+  await use(page);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+}
+
+/** Holds that a view is again what it was. */
+async function isAgain(page, selector, shot) {
+  const share = await eye.differing(shot, await shoot(page, selector));
+  assert.ok(share < 0.002, `${share} of the pixels are not as they were`);
+}
+
+async function changes(page, selector, act, least, most = 1) {
+  const shot = await shoot(page, selector);
+  await act();
+  const share = await eye.differing(shot, await shoot(page, selector));
+  assert.ok(share >= least && share <= most, `${share} of the pixels changed`);
+}
+
+test('both meshes are drawn', () => withPage(SEVERAL, {}, async (page) => {
+  for (const pane of ['#pane-0', '#pane-1']) {
+    const covered = await eye.covered(await shoot(page, pane));
+    assert.ok(covered > 0.1 && covered < 0.9, `${covered} of ${pane} is covered`);
+  }
+}));
+
+test('every switch changes the picture, and back', () => withPage(SEVERAL, {}, async (page) => {
+  const first = await shoot(page, '.stage');
+  for (const key of ['c', 'w', 'f', 'z']) {
+    await changes(page, '.stage', () => page.click(`label:has([data-key="${key}"])`), 0.01);
+    await page.keyboard.press(key);
+    await isAgain(page, '.stage', first);
+  }
+}));
+
+test('marked edges are drawn and counted', () => withPage(OPEN, {}, async (page) => {
+  assert.match(await page.textContent('#pane-1 .marks'), /^\d+ open/);
+  await changes(page, '#pane-1', () => page.keyboard.press('m'), 0.0005, 0.2);
+}));
+
+test('the slider changes the result and its column', () => withPage(SEVERAL, {}, async (page) => {
+  await page.focus('#result');
+  await changes(page, '#pane-1', async () => {
+    await page.keyboard.press('ArrowRight');
+    await page.waitForSelector('html[data-result="2"]');
+  }, 0.01);
+  assert.match(await page.textContent('#which'), /\(2 of 3\)/);
+  const column = page.locator('#figures thead th.shown');
+  assert.equal(await column.textContent(), await page.textContent('#pane-1 .name'));
+  await page.click('#previous');
+  await page.waitForSelector('html[data-result="1"]');
+}));
+
+test('keys and mouse move both cameras as one', () => withPage(SEVERAL, {}, async (page) => {
+  await page.focus('#canvas');
+  const first = await shoot(page, '.stage');
+  for (const key of ['ArrowLeft', 'ArrowUp', 'Shift+ArrowRight', '+']) {
+    for (const pane of ['#pane-0', '#pane-1']) await changes(page, pane, () => page.keyboard.press(key), 0.01);
+  }
+  await page.keyboard.press('Home');
+  await isAgain(page, '.stage', first);
+  const box = await page.locator('#pane-1').boundingBox();
+  const drag = async () => {
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2 + 60, box.y + box.height / 2, { steps: 3 });
+    await page.mouse.up();
+  };
+  await changes(page, '#pane-0', drag, 0.01);
+  await changes(page, '#pane-0', () => page.mouse.wheel(0, -300), 0.01);
+}));
+
+test('the colours end where the reader says', () => withPage(SEVERAL, {}, async (page) => {
+  const last = page.locator('#ticks span:last-child');
+  const before = Number(await last.textContent());
+  await changes(page, '.stage', () => page.selectOption('#end', 'max'), 0.01);
+  assert.ok(Number(await last.textContent()) > before);
+  await page.selectOption('#end', 'own');
+  await changes(page, '.stage', () => page.fill('#own', String(before / 4)), 0.01);
+  assert.ok(Math.abs(Number(await last.textContent()) - before / 4) < 0.02 * before);
+  await page.selectOption('#unit', 'own');
+  assert.ok(Number(await page.inputValue('#own')) > 0);
+}));
+
+test('light and dark, as the system says and as the reader says', () => withPage(SEVERAL, { colorScheme: 'dark' }, async (page) => {
+  const theme = () => page.getAttribute('html', 'data-theme');
+  assert.equal(await theme(), 'dark');
+  await changes(page, '.stage', () => page.selectOption('#theme', 'light'), 0.3);
+  assert.equal(await theme(), 'light');
+}));
+
+test('a phone has room for all of it', () => withPage(SEVERAL, { viewport: { width: 390, height: 844 }, hasTouch: true }, async (page) => {
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= 390);
+  assert.ok(await eye.covered(await shoot(page, '#pane-1')) > 0.05);
+}));
+
+test('every control has a name', () => withPage(SEVERAL, {}, async (page) => {
+  const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input, select, canvas')]
+    .filter((element) => !(element.ariaLabel || element.labels?.length || element.textContent.trim()))
+    .map((element) => element.outerHTML));
+  assert.deepEqual(nameless, []);
+}));
