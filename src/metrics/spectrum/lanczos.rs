@@ -12,8 +12,10 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 const WIDTH: usize = 8;
 /// How far `A x` may be from `theta x`, as a share of theta, for an eigenpair to count as found.
 const TOLERANCE: f64 = 1e-8;
-/// Columns of the basis per eigenpair, at most; two are usual.
+/// Columns of the basis per eigenpair, at most; two are usual,
 const MOST: usize = 5;
+/// and columns beside, as few eigenpairs need more each.
+const SPARE: usize = 512;
 /// Blocks that the basis begins with, and grows by when it is full.
 const GROWTH: usize = 16;
 
@@ -32,7 +34,7 @@ struct Krylov {
 /// `apply` puts the operator's products in the place of a block of columns of length `n`. `None` where the basis would
 /// have to be larger than a bound or than the space.
 pub fn largest(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f64>)) -> Option<(Vec<f64>, Mat<f64>)> {
-    let capacity = (MOST * n_pairs + 4 * WIDTH).min(n.saturating_sub(WIDTH)) / WIDTH * WIDTH;
+    let capacity = (MOST * n_pairs + SPARE).min(n.saturating_sub(WIDTH)) / WIDTH * WIDTH;
     let mut krylov = Krylov::new(n, capacity + WIDTH);
     let mut next_look = n_pairs + n_pairs / 2;
     while krylov.len < capacity {
