@@ -64,7 +64,8 @@ pub fn mesh_points(
     let cloud = in_edge_lengths(points, &graph);
     let samples = drawn(&cloud, &graph, n_samples, weights, seed);
     begin("assign", progress)?;
-    let original = Arc::new(region_graph(&cloud, &graph, &samples));
+    let assignment = assign_to_samples(&cloud, &graph, &samples);
+    let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
     begin("edges", progress)?;
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
     let sampled = in_edge_lengths(&sampled, &original);
@@ -77,8 +78,13 @@ pub fn mesh_points(
     assembled(points, &samples, &consistently_wound(&sampled, &chosen))
 }
 
-/// The k-nn graph of the cloud, each neighbourhood counted from both sides.
-fn cloud_graph(points: &[[f32; 3]]) -> Csr {
+/// Joins each point of a cloud (n x 3) to its nearest six, each neighbourhood counted from both sides: n x n.
+///
+/// ```
+/// use neural_mesh::simplify::cloud_graph;
+/// assert_eq!(cloud_graph(&[[0.0; 3], [1.0, 0.0, 0.0]]).row(0), [1]);
+/// ```
+pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
     extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
 }
 
@@ -90,11 +96,23 @@ fn drawn(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed
     scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
 }
 
-/// Which regions of the samples an edge of the cloud's graph joins.
-fn region_graph(cloud: &[[f32; 3]], graph: &Csr, samples: &[u32]) -> Csr {
-    let assignment = assign_to_samples(cloud, graph, samples);
+/// Which regions of samples the edges of a graph join: A of Eq. (3) for a cloud.
+///
+/// # Shapes
+/// - `graph`: n x n; `assignment`: n, for each point the number of its sample, `u32::MAX` for none
+/// - returns n_samples x n_samples
+///
+/// # Panics
+/// When an assignment is neither below `n_samples` nor `u32::MAX`, or there are fewer than n.
+///
+/// ```
+/// use neural_mesh::simplify::{cloud_graph, region_graph};
+/// let graph = cloud_graph(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+/// assert_eq!(region_graph(&graph, &[0, 1, 1], 2).row(0), [1]);
+/// ```
+pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
     let regions = graph.entries().map(|edge| edge.map(|at| assignment[at as usize]));
-    Csr::from_edges(samples.len(), regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
+    Csr::from_edges(n_samples, regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
 }
 
 /// The faces (n_faces x 3 samples) over the points that they use.
@@ -166,9 +184,10 @@ mod tests {
         let graph = cloud_graph(sphere.positions());
         let cloud = in_edge_lengths(sphere.positions(), &graph);
         let everyone: Vec<u32> = (0..cloud.len() as u32).collect();
-        assert_eq!(region_graph(&cloud, &graph, &everyone), graph);
+        assert_eq!(region_graph(&graph, &everyone, everyone.len()), graph);
         let samples: Vec<u32> = (0..cloud.len() as u32).step_by(16).collect();
-        let regions = region_graph(&cloud, &graph, &samples);
+        let assignment = assign_to_samples(&cloud, &graph, &samples);
+        let regions = region_graph(&graph, &assignment, samples.len());
         let degree = regions.n_entries() as f64 / samples.len() as f64;
         assert!((5.0..8.0).contains(&degree), "{degree}");
     }

@@ -24,7 +24,7 @@ use components::{count_components, pruned};
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
-pub use mesh_points::{MeshedPoints, mesh_points};
+pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use one_pass::one_pass;
 pub use options::{

@@ -57,17 +57,18 @@ pub(super) fn judges_faces(settings: &Settings) -> bool {
     [forward, reverse, coverage, closure, collision, crossing, overlap, agreement].iter().any(|&weight| weight != 0.0)
 }
 
+/// The weights of the terms; those that are ours alone have none where the losses are to be the printed ones.
 fn objective(settings: &Settings) -> FaceObjective {
     let (literal, trained) = if settings.literal { (1.0, 0.0) } else { (0.0, 1.0) };
     FaceObjective {
         forward: settings.lambda_forward,
         reverse: literal * settings.lambda_reverse,
         coverage: trained * settings.lambda_coverage,
-        closure: settings.lambda_closure,
+        closure: trained * settings.lambda_closure,
         collision: settings.lambda_collision,
         crossing: settings.lambda_crossings,
         overlap: settings.lambda_overlap,
-        agreement: settings.lambda_agreement,
+        agreement: trained * settings.lambda_agreement,
         by_count: settings.literal,
         ..FaceObjective::TRAINED
     }

@@ -5,9 +5,9 @@
 
 use super::face_terms::{Faces, face_terms, judges_faces};
 use super::patch::patch;
-use super::random::below;
+use super::random::{below, uniform};
 use super::sampler_terms::{Surface, sampler_terms};
-use super::scored::{Scored, constant, scored};
+use super::scored::{Scored, constant, scored, scored_along};
 use super::{Item, Settings, Step, gradients_of};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
@@ -18,7 +18,7 @@ use crate::model::{
     prior, triangle_graph,
 };
 use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
-use crate::simplify::{edge_graph, scattered_samples};
+use crate::simplify::{cloud_graph, edge_graph, region_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use std::sync::Arc;
@@ -38,13 +38,17 @@ pub(super) fn paper_step(
     if n_samples < LEAST_SAMPLES {
         return Err(format!("has fewer than {LEAST_SAMPLES} samples at this ratio"));
     }
-    let Scored { mut tape, net, rings, points, normals, scores } = scored(weights, &mesh);
+    let as_cloud = settings.clouds > 0.0 && uniform(random) < settings.clouds;
+    let Scored { mut tape, net, rings, points, normals, scores } = match as_cloud {
+        false => scored(weights, &mesh),
+        true => scored_along(weights, mesh.positions(), unknown_normals(&mesh), cloud_graph(mesh.positions())),
+    };
     let surface = Surface { points: &points, normals: &normals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
     if judges_faces(settings) {
         let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
-        let drawn = draw(&mesh, &points, &rings, &samples);
+        let drawn = draw(&mesh, &points, &rings, &samples, as_cloud);
         let (probabilities, candidates) = classified(&mut tape, &net, &drawn, weights);
         let faces = Faces { mesh: &mesh, drawn: &drawn, candidates: &candidates };
         let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
@@ -66,22 +70,34 @@ fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> R
     patch(&item.mesh, &edge_graph(&item.mesh), most as usize, start as u32).ok_or("has no face in one piece".into())
 }
 
+fn unknown_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
+    vec![[0.0; 3]; mesh.positions().len()]
+}
+
 /// Samples and what the mesh says of them.
 pub(super) struct Drawn {
     /// The frame in which the network sees the samples.
     pub frame: EdgeFrame,
     /// The samples in that frame, n_samples x 3.
     pub points: Vec<[f32; 3]>,
+    /// A of Eq. (3): which of their regions touch.
+    pub edges: Csr,
+    /// The triangles that are candidates whatever A_s says: none of a cloud.
+    pub given: Vec<[u32; 3]>,
     /// The mesh between their regions.
     pub quotient: Quotient,
 }
 
-fn draw(mesh: &TriMesh, points: &[[f32; 3]], rings: &Csr, samples: &[u32]) -> Drawn {
+fn draw(mesh: &TriMesh, points: &[[f32; 3]], rings: &Csr, samples: &[u32], as_cloud: bool) -> Drawn {
     let assignment = assign_to_samples(points, rings, samples);
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
+    let (edges, given) = match as_cloud {
+        false => (quotient.edges.clone(), quotient.triangles.clone()),
+        true => (region_graph(rings, &assignment, samples.len()), Vec::new()),
+    };
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    let frame = EdgeFrame::of(&sampled, &quotient.edges);
-    Drawn { points: frame.apply(&sampled), frame, quotient }
+    let frame = EdgeFrame::of(&sampled, &edges);
+    Drawn { points: frame.apply(&sampled), frame, edges, given, quotient }
 }
 
 /// Candidate faces, what they are joined with, and G_ext.
@@ -96,11 +112,11 @@ pub(super) struct Candidates {
 
 /// The Edge Predictor and the Face Classifier on the tape: the probabilities, and of what.
 fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &Weights) -> (Value, Candidates) {
-    let original = Arc::new(drawn.quotient.edges.clone());
+    let original = Arc::new(drawn.edges.clone());
     let sizes = weights.architecture();
     let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
     let edges = edge_predictor(tape, &net.edge_predictor, &constant(&drawn.points), &extended, &original);
-    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), &drawn.quotient.triangles);
+    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), &drawn.given);
     let faces = faces.in_coherent_order(&drawn.points);
     let neighbours = Arc::new(triangle_graph(&drawn.points, &faces.triangles, sizes.face_knn));
     let prior = prior(tape, &edges.adjacency, &faces);
@@ -114,4 +130,34 @@ fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &We
 fn gradient(values: &Value, terms: &[NamedTerm]) -> Matrix {
     let n = values.matrix().n_rows();
     Matrix::new(n, 1, total(terms, n).gradient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::model::Weights;
+    use rand_xoshiro::rand_core::SeedableRng;
+
+    fn terms(toml: &str) -> Vec<(&'static str, f64)> {
+        let settings = Settings::from_toml(toml).unwrap();
+        let item = Item { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 };
+        let weights = Weights::random(1);
+        paper_step(&weights, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap().terms
+    }
+
+    #[test]
+    fn a_cloud_is_judged_by_the_mesh_it_came_from() {
+        let (mesh, cloud) = (terms("clouds = 0.0"), terms("clouds = 1.0"));
+        let names = |terms: &[(&'static str, f64)]| terms.iter().map(|term| term.0).collect::<Vec<_>>();
+        assert_eq!(names(&mesh), names(&cloud));
+        assert_ne!(mesh, cloud);
+        assert!(cloud.iter().all(|term| term.1.is_finite()) && cloud.iter().any(|term| term.0 == "agreement"));
+    }
+
+    #[test]
+    fn the_printed_losses_have_nothing_of_ours_among_them() {
+        let printed = ["chamfer", "forward", "reverse", "collision", "crossing", "overlap"];
+        assert_eq!(terms("literal = true").iter().map(|term| term.0).collect::<Vec<_>>(), printed);
+    }
 }

@@ -73,6 +73,10 @@ pub fn open(request: &Request) -> Result<Run, TrainError> {
     } else {
         begun(request, &checkpoint)?
     };
+    // Locked from here on: nothing of a training that still runs is touched.
+    let [steps, epochs] = state.position.n_bytes;
+    let steps = Rows::open(&request.folder.join("steps.csv"), steps)?;
+    let epochs = Rows::open(&request.folder.join("epochs.csv"), epochs)?;
     remove_leftovers(request.folder);
     let write = |name: &str, text: String| {
         let path = request.folder.join(name);
@@ -80,9 +84,6 @@ pub fn open(request: &Request) -> Result<Run, TrainError> {
     };
     write("config.toml", config(&state.origin, &settings))?;
     write("data.csv", data_table(&data))?;
-    let [steps, epochs] = state.position.n_bytes;
-    let steps = Rows::open(&request.folder.join("steps.csv"), steps)?;
-    let epochs = Rows::open(&request.folder.join("epochs.csv"), epochs)?;
     Ok(Run { settings, data, folder: request.folder.into(), state, steps, epochs })
 }
 

@@ -14,11 +14,11 @@ pub(super) struct Scored {
     pub tape: Tape,
     /// The parameters.
     pub net: Network<Value>,
-    /// n x n, the edges.
+    /// n x n, the edges or another graph.
     pub rings: Arc<Csr>,
     /// n x 3, in edge lengths.
     pub points: Vec<[f32; 3]>,
-    /// n x 3, unit vectors.
+    /// n x 3, unit vectors; zero where unknown.
     pub normals: Vec<[f32; 3]>,
     /// n x 1.
     pub scores: Value,
@@ -26,12 +26,20 @@ pub(super) struct Scored {
 
 /// Scores the vertices of a mesh with weights that are parameters.
 pub(super) fn scored(weights: &Weights, mesh: &TriMesh) -> Scored {
-    let rings = Arc::new(edge_graph(mesh));
-    let (points, normals) = (in_edge_lengths(mesh.positions(), &rings), vertex_normals(mesh));
+    scored_along(weights, mesh.positions(), vertex_normals(mesh), edge_graph(mesh))
+}
+
+/// Scores points by their neighbours in a graph.
+///
+/// # Shapes
+/// - `positions`: n x 3, `normals`: n x 3, unit vectors, or zero where unknown; `rings`: n x n
+pub(super) fn scored_along(weights: &Weights, positions: &[[f32; 3]], normals: Vec<[f32; 3]>, rings: Csr) -> Scored {
+    let rings = Arc::new(rings);
+    let points = in_edge_lengths(positions, &rings);
     let mut tape = Tape::default();
     let net = weights.parameters(&mut tape);
-    let (positions, directions) = (constant(&points), constant(&normals));
-    let vertices = Vertices { points: &positions, normals: Some(&directions) };
+    let (places, directions) = (constant(&points), constant(&normals));
+    let vertices = Vertices { points: &places, normals: Some(&directions) };
     let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
     Scored { tape, net, rings, points, normals, scores }
 }

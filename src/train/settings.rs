@@ -37,6 +37,7 @@ pub struct Settings {
     pub ratio_min: f64,
     pub ratio_max: f64,
     pub max_vertices: usize,
+    pub clouds: f64,
     pub max_samples: usize,
     pub literal: bool,
     pub lambda_sampler: f64,
@@ -174,6 +175,7 @@ impl Settings {
             within(name, ratio, ratio > 0.0 && ratio <= 1.0, "above 0 and at most 1")?;
         }
         within("ratio_min", self.ratio_min, self.ratio_min <= self.ratio_max, "at most `ratio_max`")?;
+        within("clouds", self.clouds, (0.0..=1.0).contains(&self.clouds), "0 to 1")?;
         for (name, beta) in [("adam_beta1", self.adam_beta1), ("adam_beta2", self.adam_beta2)] {
             within(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
         }
