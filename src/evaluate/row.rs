@@ -48,7 +48,7 @@ pub struct How {
     pub samples: usize,
     /// Eigenpairs of the Laplacian, at most; 0 where they were not asked for.
     pub eigenpairs: usize,
-    /// `shipped`, or the beginning of the SHA-256 of the weights; empty for methods without.
+    /// The beginning of the SHA-256 of the weights; empty for methods without.
     pub weights: String,
     /// Version of this program.
     pub version: String,

@@ -16,6 +16,7 @@ use super::settings::{Origin, weights_name};
 use super::{EvaluateError, Method, Row, Settings, hardware};
 use crate::mesh::{TriMesh, shapes};
 use crate::metrics::{Figure, Judging, Original, compare};
+use crate::model::Weights;
 
 /// Eigenpairs of the Laplacian where the spectrum is asked for: the paper's.
 const EIGENPAIRS: usize = 200;
@@ -107,7 +108,10 @@ pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()
     let origin = Origin {
         version: env!("CARGO_PKG_VERSION").into(),
         settings: request.settings.clone(),
-        weights: [weights_name(request.weights.as_ref())?, weights_name(request.paper_weights.as_ref())?],
+        weights: [
+            weights_name(request.weights.as_ref(), Weights::shipped_default())?,
+            weights_name(request.paper_weights.as_ref(), Weights::shipped_paper_open())?,
+        ],
         meshes: checksums(&files),
     };
     let figures: Vec<String> = figures().iter().map(|figure| figure.name.to_string()).collect();

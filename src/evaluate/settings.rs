@@ -90,14 +90,11 @@ pub(super) struct Origin {
     /// Version of the program.
     pub version: String,
     pub settings: Settings,
-    /// SHA-256 of the weights of the closed assembly and of the paper's; `shipped` for those that ship.
+    /// SHA-256 of the weights of the closed assembly and of the paper's.
     pub weights: [String; 2],
     /// SHA-256 of the mesh files, by name.
     pub meshes: BTreeMap<String, String>,
 }
-
-/// What weights are called in rows.
-pub(super) const SHIPPED: &str = "shipped";
 
 impl Origin {
     /// What of another origin is not as here; `None` where nothing is.
@@ -133,9 +130,9 @@ fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     Some(format!("`{}` was {value}, is {}", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
 }
 
-/// The checksum of weights, or the word for those that ship.
-pub(super) fn weights_name(path: Option<&PathBuf>) -> Result<String, EvaluateError> {
-    let Some(path) = path else { return Ok(SHIPPED.into()) };
+/// The checksum of weights in a file, or of those that ship.
+pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<String, EvaluateError> {
+    let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
     let bytes = std::fs::read(path)
         .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
     // What is no network is found before any work.
@@ -152,7 +149,7 @@ mod tests {
         let origin = Origin {
             version: "1".into(),
             settings: Settings::default(),
-            weights: [SHIPPED.into(), SHIPPED.into()],
+            weights: ["1".into(), "2".into()],
             meshes: [("a".to_string(), "1".to_string())].into(),
         };
         assert_eq!(origin.difference(&origin), None);

@@ -58,7 +58,15 @@ fn biharmonic_error(pair: &Pair) -> Option<f64> {
     let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
     let n_pairs = pairs.values.len().min(others.values.len());
     let distances = pairs.biharmonic_distances(pair.sources[0], n_pairs);
-    error_percent(pair, &distances, &others.biharmonic_distances(pair.sources[1], n_pairs))
+    let others = others.biharmonic_distances(pair.sources[1], n_pairs);
+    error_percent(pair, &distances, &within_piece(others, &pair.simplified.laplacian, pair.sources[1]))
+}
+
+/// Distances from a source, infinite on other pieces, where eigenfunctions say nothing of it.
+fn within_piece(distances: Vec<f64>, laplacian: &Laplacian, source: u32) -> Vec<f64> {
+    let here = laplacian.piece[source as usize];
+    let reached = |(distance, &piece): (f64, &u32)| if piece == here { distance } else { f64::INFINITY };
+    distances.into_iter().zip(&laplacian.piece).map(reached).collect()
 }
 
 /// Mean over the area of the piece that the source is in, in percent of the largest distance there; what cannot be
@@ -71,4 +79,23 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
     let error = |&i: &usize| mass[i] * (carried[i] - distances[i]).abs().min(largest);
     let area: f64 = here.iter().map(|&i| mass[i]).sum();
     (largest > 0.0).then(|| 100.0 * here.iter().map(error).sum::<f64>() / area / largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn what_is_broken_off_is_infinitely_far() {
+        let sphere = shapes::icosphere(1);
+        let n = sphere.positions().len();
+        let far = sphere.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]);
+        let positions = sphere.positions().iter().copied().chain(far).collect();
+        let faces = sphere.faces().iter().copied();
+        let faces = faces.clone().chain(faces.map(|face| face.map(|v| v + n as u32))).collect();
+        let laplacian = Laplacian::new(&TriMesh::new(positions, faces).unwrap()).unwrap();
+        let distances = within_piece(vec![1.0; 2 * n], &laplacian, 0);
+        assert_eq!(distances.iter().filter(|distance| distance.is_infinite()).count(), n);
+    }
 }
