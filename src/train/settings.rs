@@ -82,7 +82,9 @@ impl Settings {
         let mut table = parsed(DEFAULT_SETTINGS)?;
         for (name, value) in parsed(text)? {
             let Some(default) = table.get_mut(&name) else {
-                return refused(format!("there is no setting `{name}`: see config.toml of a training, or src/train/settings.toml, for those there are"));
+                return refused(format!(
+                    "there is no setting `{name}`: see config.toml of a training, or src/train/settings.toml, for those there are"
+                ));
             };
             *default = of_kind(&name, value, default)?;
         }
