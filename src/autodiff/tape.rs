@@ -137,6 +137,19 @@ impl Gradients {
     pub fn of(&self, parameter: &Value) -> Option<&Matrix> {
         self.gradients.get(parameter.node?)?.as_ref()
     }
+
+    /// The same, zero where the results do not depend on it.
+    ///
+    /// ```
+    /// use neural_mesh::{autodiff::Tape, linalg::Matrix};
+    /// let mut tape = Tape::default();
+    /// let unused = tape.parameter(Matrix::zeros(2, 1));
+    /// assert_eq!(tape.backward(&[]).or_zero(&unused), Matrix::zeros(2, 1));
+    /// ```
+    pub fn or_zero(&self, parameter: &Value) -> Matrix {
+        let [n_rows, n_cols] = parameter.matrix().shape();
+        self.of(parameter).cloned().unwrap_or_else(|| Matrix::zeros(n_rows, n_cols))
+    }
 }
 
 #[cfg(test)]

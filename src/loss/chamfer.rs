@@ -1,7 +1,7 @@
 //! How well the samples cover the points: the probabilistic Chamfer distance of Eq. (6), and the form that trains.
 
 use super::Term;
-use super::first_kept::{Rows, expected_cost};
+use super::first_kept::relative_cost;
 use super::triangles::distance2;
 use crate::spatial::nearest_to;
 
@@ -69,13 +69,8 @@ pub fn coverage_of_samples(points: &[[f32; 3]], queries: &[[f32; 3]], nearest: &
     }
     let of_query =
         |(row, &q): (&[u32], &[f32; 3])| row.iter().map(move |&x| distance2(points[x as usize], q)).collect();
-    let mut costs: Vec<f64> = nearest.chunks_exact(width).zip(queries).flat_map::<Vec<f64>, _>(of_query).collect();
-    let last_of = |costs: &[f64]| costs.chunks_exact(width).map(|row| row[width - 1]).collect::<Vec<f64>>();
-    let mean = last_of(&costs).iter().sum::<f64>() / queries.len() as f64;
-    if mean > 0.0 {
-        costs.iter_mut().for_each(|cost| *cost /= mean);
-    }
-    expected_cost(&Rows { options: nearest, costs: &costs, costs_of_none: &last_of(&costs), width }, inclusion)
+    let costs: Vec<f64> = nearest.chunks_exact(width).zip(queries).flat_map::<Vec<f64>, _>(of_query).collect();
+    relative_cost(nearest, costs, width, inclusion)
 }
 
 #[cfg(test)]

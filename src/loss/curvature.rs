@@ -2,7 +2,7 @@
 //! simplification).
 
 use super::Term;
-use super::first_kept::{Rows, expected_cost};
+use super::first_kept::{Rows, expected_cost, last_of_each};
 
 /// Computes the expected squared difference between the curvature of a query and that of its nearest sample, where each
 /// point is a sample by itself with probability pi: per query x, over its nearest points from near to far,
@@ -38,7 +38,7 @@ pub fn curvature_of_samples(of_queries: &[f32], of_points: &[f32], nearest: &[u3
     let cost = |kappa: f32, x: u32| (f64::from(kappa) - f64::from(of_points[x as usize])).powi(2) * scale;
     let rows = nearest.chunks_exact(width).zip(of_queries);
     let costs: Vec<f64> = rows.flat_map(|(row, &kappa)| row.iter().map(move |&x| cost(kappa, x))).collect();
-    let costs_of_none: Vec<f64> = costs.chunks_exact(width).map(|row| row[width - 1]).collect();
+    let costs_of_none = last_of_each(&costs, width);
     expected_cost(&Rows { options: nearest, costs: &costs, costs_of_none: &costs_of_none, width }, inclusion)
 }
 

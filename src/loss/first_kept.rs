@@ -16,6 +16,22 @@ pub(super) struct Rows<'a> {
     pub width: usize,
 }
 
+/// The rows with the last option of each standing for none, `costs` in shares of what that costs on average.
+pub(super) fn relative_cost(options: &[u32], mut costs: Vec<f64>, width: usize, probabilities: &[f32]) -> Term {
+    let lasts = last_of_each(&costs, width);
+    let mean = lasts.iter().sum::<f64>() / lasts.len() as f64;
+    if mean > 0.0 {
+        costs.iter_mut().for_each(|cost| *cost /= mean);
+    }
+    let costs_of_none = last_of_each(&costs, width);
+    expected_cost(&Rows { options, costs: &costs, costs_of_none: &costs_of_none, width }, probabilities)
+}
+
+/// The last cost of each row, n_rows; `width` is not 0.
+pub(super) fn last_of_each(costs: &[f64], width: usize) -> Vec<f64> {
+    costs.chunks_exact(width).map(|row| row[width - 1]).collect()
+}
+
 /// Computes the mean over the rows of `sum over k of c_k p_k prod_{j<k} (1 - p_j) + c_none prod (1 - p_j)`.
 ///
 /// From the end of a row, `E_k = p_k c_k + (1 - p_k) E_{k+1}`; the derivative to p_k is `c_k - E_{k+1}` times the

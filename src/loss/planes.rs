@@ -4,7 +4,7 @@
 //! bends over the distance, so that flat parts need few of them and bent parts many.
 
 use super::Term;
-use super::first_kept::{Rows, expected_cost};
+use super::first_kept::relative_cost;
 use glam::DVec3;
 
 /// Computes the expected squared distance between a query and its nearest sample along their normals, where each point
@@ -45,14 +45,8 @@ pub fn bending_of_samples(
         return Term::zero(inclusion.len());
     }
     let rows = nearest.chunks_exact(width).zip(queries);
-    let mut costs: Vec<f64> =
-        rows.flat_map(|(row, &x)| row.iter().map(move |&y| cost(points, normals, [x, y]))).collect();
-    let last_of = |costs: &[f64]| costs.chunks_exact(width).map(|row| row[width - 1]).collect::<Vec<f64>>();
-    let mean = last_of(&costs).iter().sum::<f64>() / queries.len() as f64;
-    if mean > 0.0 {
-        costs.iter_mut().for_each(|cost| *cost /= mean);
-    }
-    expected_cost(&Rows { options: nearest, costs: &costs, costs_of_none: &last_of(&costs), width }, inclusion)
+    let costs: Vec<f64> = rows.flat_map(|(row, &x)| row.iter().map(move |&y| cost(points, normals, [x, y]))).collect();
+    relative_cost(nearest, costs, width, inclusion)
 }
 
 fn cost(points: &[[f32; 3]], normals: &[[f32; 3]], pair: [u32; 2]) -> f64 {

@@ -33,7 +33,7 @@ pub(super) fn face_terms(
 ) -> Vec<NamedTerm> {
     let Faces { mesh, drawn, candidates } = faces;
     let triangles = &candidates.faces.triangles;
-    let spanned = &drawn.quotient.triangles;
+    let spanned = &drawn.spanned;
     let labels: Vec<bool> = triangles.iter().map(|triangle| spanned.binary_search(triangle).is_ok()).collect();
     let surface = surface_points(mesh, POINTS_PER_SAMPLE * drawn.points.len(), random.next_u64());
     let judged = loss::Candidates {

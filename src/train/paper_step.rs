@@ -82,22 +82,20 @@ pub(super) struct Drawn {
     pub points: Vec<[f32; 3]>,
     /// A of Eq. (3): which of their regions touch.
     pub edges: Csr,
-    /// The triangles that are candidates whatever A_s says: none of a cloud.
-    pub given: Vec<[u32; 3]>,
-    /// The mesh between their regions.
-    pub quotient: Quotient,
+    /// The triangles that the mesh spans between their regions.
+    pub spanned: Vec<[u32; 3]>,
+    /// Whether only A_s says which triangles are candidates.
+    as_cloud: bool,
 }
 
 fn draw(mesh: &TriMesh, points: &[[f32; 3]], rings: &Csr, samples: &[u32], as_cloud: bool) -> Drawn {
     let assignment = assign_to_samples(points, rings, samples);
-    let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
-    let (edges, given) = match as_cloud {
-        false => (quotient.edges.clone(), quotient.triangles.clone()),
-        true => (region_graph(rings, &assignment, samples.len()), Vec::new()),
-    };
+    let Quotient { edges, triangles: spanned, .. } =
+        quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
+    let edges = if as_cloud { region_graph(rings, &assignment, samples.len()) } else { edges };
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
     let frame = EdgeFrame::of(&sampled, &edges);
-    Drawn { points: frame.apply(&sampled), frame, edges, given, quotient }
+    Drawn { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
 }
 
 /// Candidate faces, what they are joined with, and G_ext.
@@ -116,7 +114,8 @@ fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &We
     let sizes = weights.architecture();
     let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
     let edges = edge_predictor(tape, &net.edge_predictor, &constant(&drawn.points), &extended, &original);
-    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), &drawn.given);
+    let given: &[[u32; 3]] = if drawn.as_cloud { &[] } else { &drawn.spanned };
+    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), given);
     let faces = faces.in_coherent_order(&drawn.points);
     let neighbours = Arc::new(triangle_graph(&drawn.points, &faces.triangles, sizes.face_knn));
     let prior = prior(tape, &edges.adjacency, &faces);

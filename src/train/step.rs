@@ -50,8 +50,5 @@ impl Step {
 /// assert_eq!(gradients.point_sampler.score.weights, Matrix::zeros(64, 1));
 /// ```
 pub fn gradients_of(parameters: &Network<Value>, gradients: &Gradients) -> Network<Matrix> {
-    parameters.map(|_, value| {
-        let [n_rows, n_cols] = value.matrix().shape();
-        gradients.of(value).cloned().unwrap_or_else(|| Matrix::zeros(n_rows, n_cols))
-    })
+    parameters.map(|_, value| gradients.or_zero(value))
 }

@@ -1,6 +1,6 @@
 //! The Edge Predictor, Sec. 3.2, with gradients.
 
-use super::{column, gradient_of, gradient_of_points, numbers};
+use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::model::{EdgePredictor, Edges, Weights, edge_predictor};
@@ -77,6 +77,6 @@ pub fn edge_predictor_backward(
     let Edges { attention, adjacency } = &pass.edges;
     let gradients =
         pass.tape.backward(&[(attention, column(gradient_of_attention)), (adjacency, column(gradient_of_adjacency))]);
-    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradient_of(&gradients, value)));
+    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradients.or_zero(value)));
     EdgePredictorGradients { tensors, points: gradient_of_points(&gradients, &pass.points) }
 }

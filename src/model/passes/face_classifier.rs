@@ -1,6 +1,6 @@
 //! The Face Classifier, Sec. 3.3, with gradients.
 
-use super::{column, gradient_of, gradient_of_points, numbers};
+use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::model::{FaceClassifier, Weights, face_classifier};
@@ -76,7 +76,7 @@ pub fn face_classifier_backward(
     gradient_of_probabilities: &[f32],
 ) -> FaceClassifierGradients {
     let gradients = pass.tape.backward(&[(&pass.result, column(gradient_of_probabilities))]);
-    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradient_of(&gradients, value)));
+    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradients.or_zero(value)));
     let points = gradient_of_points(&gradients, &pass.points);
-    FaceClassifierGradients { tensors, points, prior: gradient_of(&gradients, &pass.prior).into_data() }
+    FaceClassifierGradients { tensors, points, prior: gradients.or_zero(&pass.prior).into_data() }
 }

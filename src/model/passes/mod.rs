@@ -20,15 +20,9 @@ pub use whole::{Connectivity, NetworkGradients, NetworkPass, Outputs, network_ba
 use crate::autodiff::{Gradients, Value};
 use crate::linalg::Matrix;
 
-/// The gradient of a parameter; zero where no result depends on it.
-fn gradient_of(gradients: &Gradients, parameter: &Value) -> Matrix {
-    let [n_rows, n_cols] = parameter.matrix().shape();
-    gradients.of(parameter).cloned().unwrap_or_else(|| Matrix::zeros(n_rows, n_cols))
-}
-
 /// The gradient of positions, n x 3.
 fn gradient_of_points(gradients: &Gradients, points: &Value) -> Vec<[f32; 3]> {
-    gradient_of(gradients, points).data().as_chunks().0.to_vec()
+    gradients.or_zero(points).data().as_chunks().0.to_vec()
 }
 
 fn column(values: &[f32]) -> Matrix {

@@ -1,6 +1,6 @@
 //! The Point Sampler, Sec. 3.1, with gradients.
 
-use super::{column, gradient_of, gradient_of_points, numbers};
+use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::model::{PointSampler, Vertices, Weights, point_sampler};
@@ -72,7 +72,7 @@ pub fn point_sampler_forward(
 /// See [`point_sampler_forward`] for an example.
 pub fn point_sampler_backward(pass: &PointSamplerPass, gradient_of_scores: &[f32]) -> PointSamplerGradients {
     let gradients = pass.tape.backward(&[(&pass.result, column(gradient_of_scores))]);
-    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradient_of(&gradients, value)));
+    let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradients.or_zero(value)));
     let of_rows = |rows: &Value| gradient_of_points(&gradients, rows);
     PointSamplerGradients {
         tensors,

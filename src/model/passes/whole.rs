@@ -1,6 +1,6 @@
 //! The three stages as one function of weights and positions, with gradients.
 
-use super::{column, gradient_of, gradient_of_points, numbers};
+use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::model::{CandidateFaces, Network, Vertices, Weights, edge_predictor, face_classifier, point_sampler, prior};
@@ -134,6 +134,6 @@ pub fn network_backward(pass: &NetworkPass, gradient: &Outputs) -> NetworkGradie
     let given = pass.results.iter().zip(lists).filter(|(_, list)| !list.is_empty());
     let given: Vec<(&Value, Matrix)> = given.map(|(value, list)| (value, column(list))).collect();
     let gradients = pass.tape.backward(&given);
-    let tensors = pass.net.map(|_, value| gradient_of(&gradients, value));
+    let tensors = pass.net.map(|_, value| gradients.or_zero(value));
     NetworkGradients { tensors, points: gradient_of_points(&gradients, &pass.points) }
 }
