@@ -21,6 +21,7 @@ mod run;
 mod same_bits;
 mod samplers;
 mod samplers_paper;
+mod stages;
 mod summary;
 mod table;
 mod turns;
@@ -58,6 +59,8 @@ enum Command {
     Samplers(samplers::Args),
     /// Make the paper's table of samplers: the drawn vertices as a set of points.
     SamplersPaper(samplers_paper::Args),
+    /// Show where the time goes, stage by stage.
+    Stages(stages::Args),
     /// Write the tables as Markdown.
     Summary(summary::Args),
 }
@@ -75,6 +78,7 @@ fn main() -> anyhow::Result<()> {
         Command::Paper(args) => paper::paper(&args),
         Command::Samplers(args) => samplers::samplers(&args),
         Command::SamplersPaper(args) => samplers_paper::samplers_paper(&args),
+        Command::Stages(args) => stages::stages(&args),
         Command::Summary(args) => summary::summary(&args),
     }
 }
