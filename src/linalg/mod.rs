@@ -26,6 +26,7 @@ pub use pair_relu::{PairReluGradients, pair_relu, pair_relu_backward, pair_relu_
 pub(crate) use product::column_sums;
 pub use product::{concat_product, product, product_input_backward, product_weights_backward};
 pub use scored_dev_conv::scored_dev_conv;
+pub(crate) use scored_dev_conv::{Stars, scored_stars};
 pub use sparse_product::{sparse_product, sparse_product_backward};
 pub use two_layers::two_layers;
 

@@ -31,39 +31,70 @@ use std::ops::Range;
 /// let layers = [[&number(1.0), &number(0.5)], [&number(10.0), &number(0.0)]];
 /// assert_eq!(scored_dev_conv([&a, &b], &edge, [&theta, &number(2.0)], layers).data(), [65.0, 5.0]);
 /// ```
-pub fn scored_dev_conv(
-    x: [&Matrix; 2],
-    graph: &Csr,
-    dev_conv: [&Matrix; 2],
-    [first, second]: [[&Matrix; 2]; 2],
-) -> Matrix {
-    scored_on(Isa::best(), x, graph, dev_conv, [first, second])
+pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix {
+    let n = graph.n_rows();
+    let shapes = x.map(Matrix::shape);
+    assert_eq!([shapes[0], shapes[1], [n, graph.n_cols()]], [[n, 3], [n, 3], [n, n]], "one graph node per row");
+    let x = x.map(|x| x.data().as_chunks().0);
+    scored_on(Isa::best(), &Stars { x, n, of: |i| (i, graph.row(i)) }, dev_conv, layers)
 }
 
-fn scored_on(
+/// Nodes of a graph with their neighbours, and what is known of every node.
+#[derive(Clone, Copy, Debug)]
+pub struct Stars<'a, P, F> {
+    /// Two rows of three numbers for each node of the graph.
+    pub x: [&'a [P]; 2],
+    /// Number of stars.
+    pub n: usize,
+    /// The node of a star, below the number of rows, and its neighbours.
+    pub of: F,
+}
+
+/// [`scored_dev_conv`] of some nodes of a graph.
+///
+/// # Shapes
+/// - `dev_conv` and `layers`: as for [`scored_dev_conv`]
+/// - returns n x n_out, one row per star
+///
+/// # Panics
+/// When the shapes do not match, or a star names a node that does not exist.
+pub fn scored_stars<'g, P, F>(stars: &Stars<P, F>, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
+    scored_on(Isa::best(), stars, dev_conv, layers)
+}
+
+fn scored_on<'g, P, F>(
     isa: Isa,
-    [a, b]: [&Matrix; 2],
-    graph: &Csr,
+    stars: &Stars<P, F>,
     [theta, phi]: [&Matrix; 2],
     [first, second]: [[&Matrix; 2]; 2],
-) -> Matrix {
-    let n = graph.n_rows();
-    assert_eq!([a.shape(), b.shape(), [n, graph.n_cols()]], [[n, 3], [n, 3], [n, n]], "one graph node per row");
+) -> Matrix
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
     assert_eq!([theta.n_rows(), phi.n_rows()], [6, theta.n_cols()], "theta takes both parts to phi");
     assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "the layers follow each other");
     assert_eq!([first[1].n_cols(), second[1].n_cols()], [first[0].n_cols(), second[0].n_cols()], "one bias per column");
-    let kernel = Scored { largest: Largest { a, b, graph, theta }, phi, first, second };
-    isa.matrix(&kernel, n, second[0].n_cols())
+    let kernel = Scored { largest: Largest { stars, theta }, phi, first, second };
+    isa.matrix(&kernel, stars.n, second[0].n_cols())
 }
 
-struct Scored<'a> {
-    largest: Largest<'a>,
+struct Scored<'a, P, F> {
+    largest: Largest<'a, P, F>,
     phi: &'a Matrix,
     first: [&'a Matrix; 2],
     second: [&'a Matrix; 2],
 }
 
-impl RowKernel for Scored<'_> {
+impl<'g, P, F> RowKernel for Scored<'_, P, F>
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let [width, n_in] = self.phi.shape();
@@ -76,50 +107,58 @@ impl RowKernel for Scored<'_> {
 }
 
 /// `max_j (u_i - u_j)` with `u = [a | b] theta`, each `u_j` computed where it is met.
-struct Largest<'a> {
-    a: &'a Matrix,
-    b: &'a Matrix,
-    graph: &'a Csr,
+struct Largest<'a, P, F> {
+    stars: &'a Stars<'a, P, F>,
     theta: &'a Matrix,
 }
 
-impl ColumnKernel for Largest<'_> {
+impl<'g, P, F> ColumnKernel for Largest<'_, P, F>
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
     fn width(&self) -> usize {
         self.theta.n_cols()
     }
 
     #[inline(always)]
-    fn columns<const COLS: usize, const FMA: bool>(&self, i: usize, col: usize, out: &mut [f32; COLS]) {
-        if self.graph.row(i).is_empty() {
+    fn columns<const COLS: usize, const FMA: bool>(&self, star: usize, col: usize, out: &mut [f32; COLS]) {
+        let (node, neighbours) = (self.stars.of)(star);
+        if neighbours.is_empty() {
             return;
         }
+        let theta: [[f32; COLS]; 6] = std::array::from_fn(|k| *self.theta.window(k, col));
         let mut smallest = [f32::INFINITY; COLS];
-        for &j in self.graph.row(i) {
-            let other = self.mapped::<COLS, FMA>(j as usize, col);
+        for &j in neighbours {
+            let other = mapped::<COLS, FMA>(self.row(j as usize), &theta);
             for c in 0..COLS {
-                smallest[c] = smallest[c].min(other[c]);
+                smallest[c] = if other[c] < smallest[c] { other[c] } else { smallest[c] };
             }
         }
-        let own = self.mapped::<COLS, FMA>(i, col);
+        let own = mapped::<COLS, FMA>(self.row(node), &theta);
         for c in 0..COLS {
             out[c] = own[c] - smallest[c];
         }
     }
 }
 
-impl Largest<'_> {
+impl<P: Copy + Into<[f32; 3]>, F> Largest<'_, P, F> {
     #[inline(always)]
-    fn mapped<const COLS: usize, const FMA: bool>(&self, row: usize, col: usize) -> [f32; COLS] {
-        let ([a, b, c], [d, e, f]) = (*self.a.window::<3>(row, 0), *self.b.window::<3>(row, 0));
-        let mut sums = [0.0; COLS];
-        for (k, x) in [a, b, c, d, e, f].into_iter().enumerate() {
-            let theta = self.theta.window::<COLS>(k, col);
-            for c in 0..COLS {
-                sums[c] = fused::<FMA>(x, theta[c], sums[c]);
-            }
-        }
-        sums
+    fn row(&self, node: usize) -> [f32; 6] {
+        let ([a, b, c], [d, e, f]) = (self.stars.x[0][node].into(), self.stars.x[1][node].into());
+        [a, b, c, d, e, f]
     }
+}
+
+#[inline(always)]
+fn mapped<const COLS: usize, const FMA: bool>(row: [f32; 6], theta: &[[f32; COLS]; 6]) -> [f32; COLS] {
+    let mut sums = [0.0; COLS];
+    for (x, theta) in row.into_iter().zip(theta) {
+        for c in 0..COLS {
+            sums[c] = fused::<FMA>(x, theta[c], sums[c]);
+        }
+    }
+    sums
 }
 
 #[cfg(test)]
@@ -138,7 +177,9 @@ mod tests {
                 let second = [&random(n_hidden, 1, 7), &random(1, 1, 8)];
                 let features = neighbour_max_product_relu(&concat_product(&a, &b, &theta), &graph, &phi);
                 let expected = two_layers(&features, first, second);
-                let result = scored_on(isa, [&a, &b], &graph, [&theta, &phi], [first, second]);
+                let x: [&[[f32; 3]]; 2] = [a.data().as_chunks().0, b.data().as_chunks().0];
+                let all = Stars { x, n, of: |i| (i, graph.row(i)) };
+                let result = scored_on(isa, &all, [&theta, &phi], [first, second]);
                 assert_close(result.data(), expected.data(), 1e-5);
             }
         }

@@ -5,7 +5,7 @@ use super::{
     in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
-use crate::linalg::{Csr, Matrix};
+use crate::linalg::{Csr, Matrix, Stars, scored_stars};
 use std::sync::Arc;
 
 /// Scores every vertex with the Point Sampler, Sec. 3.1; larger ones are sampled sooner.
@@ -67,6 +67,35 @@ fn scores(weights: &Weights, points: Matrix, normals: Option<Matrix>, rings: &Ar
     let vertices = Vertices { points: &points, normals: normals.as_ref() };
     let scores = point_sampler(&mut Tape::default(), &weights.constants().point_sampler, vertices, rings);
     scores.matrix().data().to_vec()
+}
+
+/// Scores some vertices of a surface as [`surface_scores`] does, from nothing but their neighbours; `None` where the
+/// network looks farther, or not at normals.
+///
+/// # Shapes
+/// - `stars`: the vertices, over positions and unit normals, n_vertices x 3 each
+/// - `edge_length`: the mean length of all edges, above 0
+/// - returns a score per star
+///
+/// # Panics
+/// When a star names a vertex that does not exist.
+pub(crate) fn star_scores<'g, P, F>(weights: &Weights, stars: &Stars<P, F>, edge_length: f32) -> Option<Vec<f32>>
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
+    let net = weights.constants().point_sampler;
+    let ([layer], Some(hidden)) = (net.dev_convs.as_slice(), &net.hidden) else { return None };
+    let theta = layer.theta.matrix();
+    if theta.n_rows() != 6 {
+        return None;
+    }
+    // Only differences of positions count, so that the unit can go into their weights.
+    let unit = |row: usize| if row < 3 { 1.0 / edge_length } else { 1.0 };
+    let theta = Matrix::from_fn(6, theta.n_cols(), |row, col| theta.row(row)[col] * unit(row));
+    let layers = [[&hidden.weights, &hidden.bias], [&net.score.weights, &net.score.bias]];
+    let scores = scored_stars(stars, [&theta, layer.phi.matrix()], layers.map(|layer| layer.map(Value::matrix)));
+    Some(scores.into_data())
 }
 
 /// G_ext and what the Edge Predictor says of its edges.

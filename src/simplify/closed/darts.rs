@@ -28,12 +28,15 @@ pub(super) struct Assignment {
     pub region: Vec<u32>,
     /// Number of samples.
     pub n_regions: usize,
+    /// The vertex that each region grew from, as the darts left them.
+    pub samples: Vec<u32>,
 }
 
 impl Assignment {
     /// Every vertex its own sample.
     pub fn identity(n_vertices: usize) -> Self {
-        Self { region: (0..n_vertices as u32).collect(), n_regions: n_vertices }
+        let region: Vec<u32> = (0..n_vertices as u32).collect();
+        Self { samples: region.clone(), region, n_regions: n_vertices }
     }
 }
 
@@ -45,12 +48,12 @@ pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: u
     field.cover(&order, radius as f32);
     let mut n_before = 0;
     for _ in 0..MOST_TRIES {
-        let share = field.n_samples as f64 / n_samples as f64;
-        let one_each = radius > MOST_RADIUS && field.n_samples == n_before;
+        let share = field.samples.len() as f64 / n_samples as f64;
+        let one_each = radius > MOST_RADIUS && field.samples.len() == n_before;
         if (1.0..1.2).contains(&share) || one_each {
             break;
         }
-        n_before = field.n_samples;
+        n_before = field.samples.len();
         if share >= 1.2 {
             radius *= share.sqrt();
             field = Field::new(surface, lengths);
@@ -60,10 +63,10 @@ pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: u
         }
         field.cover(&order, radius as f32);
     }
-    if field.n_samples < n_samples {
+    if field.samples.len() < n_samples {
         return Assignment::identity(surface.n_vertices());
     }
-    Assignment { region: field.owner, n_regions: field.n_samples }
+    Assignment { region: field.owner, n_regions: field.samples.len(), samples: field.samples }
 }
 
 /// The assignment to given samples (distinct vertices); what none of them reaches becomes samples of its own.
@@ -73,7 +76,7 @@ pub(super) fn assign_to(surface: &Surface, lengths: &EdgeLengths, samples: &[u32
     field.grow(f32::MAX);
     let all: Vec<u32> = (0..surface.n_vertices() as u32).collect();
     field.cover(&all, f32::MAX);
-    Assignment { region: field.owner, n_regions: field.n_samples }
+    Assignment { region: field.owner, n_regions: field.samples.len(), samples: field.samples }
 }
 
 /// The vertex indices, block after block, each block in random order: neighbours in memory are mostly neighbours on
@@ -133,7 +136,7 @@ struct Field<'a> {
     lengths: &'a EdgeLengths,
     distance: Vec<f32>,
     owner: Vec<u32>,
-    n_samples: usize,
+    samples: Vec<u32>,
     front: BinaryHeap<Reverse<(u32, u32)>>,
 }
 
@@ -145,7 +148,7 @@ impl<'a> Field<'a> {
             lengths,
             distance: vec![f32::INFINITY; n],
             owner: vec![0; n],
-            n_samples: 0,
+            samples: Vec::new(),
             front: BinaryHeap::new(),
         }
     }
@@ -171,8 +174,8 @@ impl<'a> Field<'a> {
 
     fn plant(&mut self, seed: u32) {
         self.distance[seed as usize] = 0.0;
-        self.owner[seed as usize] = self.n_samples as u32;
-        self.n_samples += 1;
+        self.owner[seed as usize] = self.samples.len() as u32;
+        self.samples.push(seed);
         self.front.push(Reverse((0, seed)));
     }
 
@@ -240,7 +243,7 @@ mod tests {
             field.cover(&order, radius_for(&lengths, 30) as f32);
             field.uncover(radius_for(&lengths, 50) as f32);
             field.cover(&order, radius_for(&lengths, 50) as f32);
-            let mut samples = vec![u32::MAX; field.n_samples];
+            let mut samples = vec![u32::MAX; field.samples.len()];
             for v in (0..surface.n_vertices()).filter(|&v| field.distance[v] == 0.0) {
                 samples[field.owner[v] as usize] = v as u32;
             }

@@ -110,7 +110,7 @@ pub(super) fn simplify_closed(
     let n_samples = n_samples(&surface, request);
     let mut assignment = samples(&surface, request, n_samples);
     enter("scores")?;
-    importance::weigh(&mut surface, request.importance);
+    importance::weigh(&mut surface, &assignment, request.importance);
     enter("sweeps")?;
     sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
     enter("quotient")?;

@@ -161,7 +161,7 @@ mod tests {
         let surface = Surface::new(&mesh);
         let near = |p: &[f32; 3]| p.iter().all(|&x| x <= 0.25);
         let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
-        let placed = place(&surface, &Assignment { region, n_regions: 2 }, &[]);
+        let placed = place(&surface, &Assignment { region, n_regions: 2, samples: Vec::new() }, &[]);
         let corner = surface.scale.restore(placed.positions[0]);
         assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
     }
@@ -172,7 +172,7 @@ mod tests {
         let surface = Surface::new(&mesh);
         let within = |p: &[f32; 3]| (0.25..0.75).contains(&p[0]) && (0.25..0.75).contains(&p[1]);
         let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
-        let placed = place(&surface, &Assignment { region, n_regions: 2 }, &[]);
+        let placed = place(&surface, &Assignment { region, n_regions: 2, samples: Vec::new() }, &[]);
         let middle = Vec3::from(surface.scale.restore(placed.positions[0]));
         assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
         let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[]);

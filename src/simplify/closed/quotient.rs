@@ -254,7 +254,11 @@ mod tests {
                 samples.dedup();
                 assert_same_surface(mesh, &surface, assign_to(&surface, &lengths, &samples));
                 let region = (0..surface.n_vertices()).map(|v| if v < n_regions { v as u32 } else { below(n_regions) });
-                assert_same_surface(mesh, &surface, Assignment { region: region.collect(), n_regions });
+                assert_same_surface(
+                    mesh,
+                    &surface,
+                    Assignment { region: region.collect(), n_regions, samples: Vec::new() },
+                );
             }
         }
     }
@@ -273,7 +277,8 @@ mod tests {
     fn regions_of_one_vertex_each_are_numbered_like_the_vertices() {
         let surface = Surface::new(&shapes::icosphere(1));
         let n_regions = surface.n_vertices();
-        let mut assignment = Assignment { region: (0..n_regions as u32).rev().collect(), n_regions };
+        let mut assignment =
+            Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
         let quotient = quotient(&surface, &mut assignment);
         assert_eq!(quotient.faces, surface.faces);
         assert_eq!(assignment.region, Assignment::identity(n_regions).region);
