@@ -10,6 +10,7 @@ mod polygon;
 mod raw_mesh;
 mod repeated_faces;
 pub mod shapes;
+pub(crate) mod shares;
 pub mod surface_samples;
 mod topology;
 mod tri_mesh;

@@ -3,7 +3,12 @@
 //! Every border loop gets an imaginary vertex, its apex, joined to all of the loop. With it each ring is a
 //! cycle and each edge has two faces, so that what is proved for closed surfaces holds for open ones, too.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+
+use super::shares::shares;
 
 /// Rings longer than this are ordered with a hash map instead of by scanning.
 const LONG_RING: usize = 64;
@@ -48,32 +53,14 @@ impl OneRings {
     /// assert_eq!(rings.n_apexes(), 1);
     /// ```
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
-        let (ends, mut pairs) = opposite_edges(n_vertices, faces);
-        let mut rows = Rows { offsets: Vec::with_capacity(n_vertices + 1), neighbors: Vec::with_capacity(pairs.len()) };
-        let (mut open, mut bad) = (Vec::new(), Vec::new());
-        let mut oriented = true;
-        let mut begin = 0;
-        for (v, &end) in ends.iter().enumerate() {
-            let fan = &mut pairs[begin..end as usize];
-            begin = end as usize;
-            if rows.append_closed(fan) {
-                continue;
-            }
-            match order_fan(fan, &mut oriented) {
-                Some(true) => rows.append(fan, []),
-                Some(false) => {
-                    open.push(v as u32);
-                    rows.append(fan, [fan[fan.len() - 1][1], u32::MAX]);
-                }
-                None => bad.push(v as u32),
-            }
+        let shares: Vec<Rows> = shares(n_vertices).into_par_iter().map(|share| Rows::new(share, faces)).collect();
+        let rows = shares.into_iter().reduce(Rows::and).unwrap_or_default();
+        if !rows.bad.is_empty() {
+            return Err(NotManifold { vertices: rows.bad });
         }
-        if !bad.is_empty() {
-            return Err(NotManifold { vertices: bad });
-        }
-        rows.offsets.push(rows.neighbors.len() as u32);
-        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_apexes: 0, oriented };
-        rings.number_border_loops(&open);
+        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_apexes: 0, oriented: !rows.opposed };
+        rings.offsets.push(rings.neighbors.len() as u32);
+        rings.number_border_loops(&rows.open);
         Ok(rings)
     }
 
@@ -151,58 +138,106 @@ impl OneRings {
     }
 }
 
-/// For each vertex the edges opposite to it, as compressed rows: where each row ends (n_vertices) and vertex pairs.
-fn opposite_edges(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
-    let mut ends = vec![0u32; n_vertices];
+/// For each vertex of `share` the edges opposite to it, as compressed rows: where each row ends and vertex pairs.
+fn opposite_edges(share: Range<usize>, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
+    let own = |v: u32| (v as usize).wrapping_sub(share.start);
+    let mut ends = vec![0u32; share.len()];
     for &v in faces.as_flattened() {
-        ends[v as usize] += 1;
+        if let Some(count) = ends.get_mut(own(v)) {
+            *count += 1;
+        }
     }
     let mut n_before = 0;
     for end in &mut ends {
         n_before += std::mem::replace(end, n_before);
     }
-    let mut pairs = vec![[0; 2]; 3 * faces.len()];
+    let mut pairs = vec![[0; 2]; n_before as usize];
     for &[a, b, c] in faces {
         for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-            let slot = &mut ends[v as usize];
-            pairs[*slot as usize] = pair;
-            *slot += 1;
+            if let Some(slot) = ends.get_mut(own(v)) {
+                pairs[*slot as usize] = pair;
+                *slot += 1;
+            }
         }
     }
     (ends, pairs)
 }
 
-/// Rings as they are appended one after the other.
+/// The rings of some vertices in a row.
+#[derive(Default)]
 struct Rows {
+    /// Where the ring of each vertex begins.
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
+    /// Vertices on a border; their rings end with `u32::MAX` in the place of the apex.
+    open: Vec<u32>,
+    /// Vertices whose faces do not form one fan.
+    bad: Vec<u32>,
+    /// Whether an edge had to be turned around.
+    opposed: bool,
 }
 
 impl Rows {
-    /// Appends the neighbours that begin the edges of an ordered fan, and those in `rest`.
-    fn append<const N: usize>(&mut self, fan: &[[u32; 2]], rest: [u32; N]) {
+    /// The rings of the vertices of `share`.
+    fn new(share: Range<usize>, faces: &[[u32; 3]]) -> Self {
+        let (ends, mut pairs) = opposite_edges(share.clone(), faces);
+        let mut rows = Self { offsets: Vec::with_capacity(ends.len() + 1), ..Self::default() };
+        rows.neighbors.reserve(pairs.len());
+        let mut begin = 0;
+        for (v, end) in share.zip(ends) {
+            rows.push(v as u32, &mut pairs[begin..end as usize]);
+            begin = end as usize;
+        }
+        rows
+    }
+
+    /// These rings and those of the vertices after them.
+    fn and(mut self, after: Self) -> Self {
+        let n_before = self.neighbors.len() as u32;
+        self.offsets.extend(after.offsets.iter().map(|begin| n_before + begin));
+        self.neighbors.extend(after.neighbors);
+        self.open.extend(after.open);
+        self.bad.extend(after.bad);
+        self.opposed |= after.opposed;
+        self
+    }
+
+    /// Appends the ring of the next vertex, `v`, from the edges opposite to it.
+    fn push(&mut self, v: u32, fan: &mut [[u32; 2]]) {
         self.offsets.push(self.neighbors.len() as u32);
-        self.neighbors.extend(fan.iter().map(|pair| pair[0]));
-        self.neighbors.extend(rest);
+        if self.extend_closed(fan) {
+            return;
+        }
+        let mut oriented = true;
+        let closed = order_fan(fan, &mut oriented);
+        self.opposed |= !oriented;
+        match closed {
+            Some(true) => self.neighbors.extend(fan.iter().map(|edge| edge[0])),
+            Some(false) => {
+                self.open.push(v);
+                self.neighbors.extend(fan.iter().map(|edge| edge[0]));
+                self.neighbors.extend([fan[fan.len() - 1][1], u32::MAX]);
+            }
+            None => self.bad.push(v),
+        }
     }
 
     /// Appends the ring of a fan that is short, closed and wound the same way around, as nearly all are; false where
     /// it is not.
-    fn append_closed(&mut self, fan: &[[u32; 2]]) -> bool {
+    fn extend_closed(&mut self, fan: &[[u32; 2]]) -> bool {
         match fan.len() {
-            3 => self.append_cycle::<3>(fan),
-            4 => self.append_cycle::<4>(fan),
-            5 => self.append_cycle::<5>(fan),
-            6 => self.append_cycle::<6>(fan),
-            7 => self.append_cycle::<7>(fan),
-            8 => self.append_cycle::<8>(fan),
+            3 => self.extend_cycle::<3>(fan),
+            4 => self.extend_cycle::<4>(fan),
+            5 => self.extend_cycle::<5>(fan),
+            6 => self.extend_cycle::<6>(fan),
+            7 => self.extend_cycle::<7>(fan),
+            8 => self.extend_cycle::<8>(fan),
             _ => false,
         }
     }
 
-    fn append_cycle<const N: usize>(&mut self, fan: &[[u32; 2]]) -> bool {
+    fn extend_cycle<const N: usize>(&mut self, fan: &[[u32; 2]]) -> bool {
         let Some(ring) = fan.first_chunk::<N>().and_then(cycle) else { return false };
-        self.offsets.push(self.neighbors.len() as u32);
         self.neighbors.extend(ring);
         true
     }

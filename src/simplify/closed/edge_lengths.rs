@@ -4,12 +4,19 @@
 //! vertex normals as `|e|^2 + c |dn| |e|`. For large c that is the metric in which cells of equal size have equal
 //! error (Nadler 1986; Heckbert and Garland 1999), the identity keeps flat parts finite.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::mesh::shares::shares;
+
 use super::surface::Surface;
 
 /// The radius of curvature, in bounding-box diagonals, at which bending counts as much as length.
 const BEND: f32 = 2.0;
 
 /// A length for every ring entry, and each vertex's area in the same metric.
+#[derive(Default)]
 pub(super) struct EdgeLengths {
     lengths: Vec<f32>,
     /// Area of each vertex's cell, n_vertices.
@@ -19,10 +26,23 @@ pub(super) struct EdgeLengths {
 impl EdgeLengths {
     /// Measures all edges.
     pub fn new(surface: &Surface) -> Self {
-        let mut lengths = Vec::with_capacity(surface.rings.n_entries());
-        let vertices = 0..surface.n_vertices() as u32;
-        let areas = vertices.map(|v| measure(surface, v, &mut lengths)).collect();
+        let parts: Vec<Self> =
+            shares(surface.n_vertices()).into_par_iter().map(|share| Self::part(surface, share)).collect();
+        parts.into_iter().reduce(Self::and).unwrap_or_default()
+    }
+
+    /// The edges from the vertices of `share`.
+    fn part(surface: &Surface, share: Range<usize>) -> Self {
+        // Rings have six neighbours on average, and apexes.
+        let mut lengths = Vec::with_capacity(7 * share.len());
+        let areas = share.map(|v| measure(surface, v as u32, &mut lengths)).collect();
         Self { lengths, areas }
+    }
+
+    fn and(mut self, after: Self) -> Self {
+        self.lengths.extend(after.lengths);
+        self.areas.extend(after.areas);
+        self
     }
 
     /// The lengths of the edges from `vertex` to its neighbours, in ring order.

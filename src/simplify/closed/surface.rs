@@ -1,9 +1,12 @@
 //! The input as the closed assembly works on it: a manifold of unit size with normals and quadrics.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
+use crate::mesh::shares::{cut, shares};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
 /// How much a border counts against the surface: weight of the plane that stands on a border edge.
@@ -71,8 +74,9 @@ impl Surface {
     pub fn new(mesh: &TriMesh) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold(mesh.positions().len(), mesh.faces());
         let scale = Normalisation::of(mesh.positions());
-        let sources = mesh.positions().iter().chain(copies.iter().map(|&v| &mesh.positions()[v as usize]));
-        let positions: Vec<Vec3> = sources.map(|&p| scale.normalise(p)).collect();
+        let mut positions: Vec<Vec3> =
+            mesh.positions().par_iter().with_min_len(PARALLEL).map(|&p| scale.normalise(p)).collect();
+        positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
         let (normals, mut quadrics) = face_sums(&positions, &faces);
         add_border_planes(&positions, &rings, &normals, &mut quadrics);
         support_weightless(&mut quadrics);
@@ -119,23 +123,47 @@ impl Surface {
     }
 }
 
-/// Unit vertex normals and plane quadrics, a third of every face to each corner, in one pass over the faces.
+/// Unit vertex normals and plane quadrics, a third of every face to each corner, in one pass over the faces per thread.
+///
+/// Every vertex adds its faces up in their order, whichever thread it belongs to.
 fn face_sums(positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
-    for face in faces {
+    let shares = shares(positions.len());
+    let sums = cut(&shares, &mut normals, |v| v + 1).into_iter().zip(cut(&shares, &mut quadrics, |v| v + 1));
+    let parts: Vec<_> = shares.iter().zip(sums).collect();
+    parts.into_par_iter().for_each(|(share, (normals, quadrics))| {
+        add_faces(positions, faces, share, normals, quadrics);
+        normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+    });
+    (normals, quadrics)
+}
+
+/// Adds the faces to the sums of the vertices in `share`, `share.len()` each.
+fn add_faces(
+    positions: &[Vec3],
+    faces: &[[u32; 3]],
+    share: &Range<usize>,
+    normals: &mut [Vec3],
+    quadrics: &mut [[f32; 6]],
+) {
+    let n_own = normals.len();
+    let quadrics = &mut quadrics[..n_own];
+    let is_whole = n_own == positions.len();
+    for face in faces.iter().filter(|face| is_whole || face.iter().any(|&v| share.contains(&(v as usize)))) {
         let normal = area_normal(face.map(|v| positions[v as usize]));
         let double_area = normal.length();
         if double_area > 0.0 {
             let plane = outer(normal, 1.0 / (6.0 * double_area));
-            for v in face.map(|v| v as usize) {
-                normals[v] += normal;
-                add(&mut quadrics[v], &plane);
+            for &v in face {
+                let v = (v as usize).wrapping_sub(share.start);
+                if v < n_own {
+                    normals[v] += normal;
+                    add(&mut quadrics[v], &plane);
+                }
             }
         }
     }
-    normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
-    (normals, quadrics)
 }
 
 /// Planes that stand on the border edges, so that a border keeps its curve.

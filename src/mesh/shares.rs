@@ -1,0 +1,49 @@
+//! The vertices of a mesh in as many runs as there are threads, for work whose result does not depend on where a run ends.
+
+use std::ops::Range;
+
+/// Vertices from which on another thread pays.
+const LEAST: usize = 20_000;
+
+/// Ranges of `0..n_vertices` in order, one per thread where there is enough to do for each; at least one.
+pub(crate) fn shares(n_vertices: usize) -> Vec<Range<usize>> {
+    let n = rayon::current_num_threads().min(n_vertices / LEAST).max(1);
+    (0..n).map(|i| n_vertices * i / n..n_vertices * (i + 1) / n).collect()
+}
+
+/// `rows` cut into slices that belong to `shares`, where the rows of `vertex` end at `end(vertex)`.
+pub(crate) fn cut<'a, T>(
+    shares: &[Range<usize>],
+    mut rows: &'a mut [T],
+    end: impl Fn(usize) -> usize,
+) -> Vec<&'a mut [T]> {
+    let mut begin = 0;
+    let mut parts = Vec::with_capacity(shares.len());
+    for share in shares {
+        let stop = share.clone().next_back().map_or(begin, &end);
+        let (part, rest) = std::mem::take(&mut rows).split_at_mut(stop - begin);
+        parts.push(part);
+        (rows, begin) = (rest, stop);
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_all_vertices_in_order() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        for n in [0, 1, 5 * LEAST + 1] {
+            let shares = pool.install(|| shares(n));
+            assert_eq!(shares.len(), if n < LEAST { 1 } else { 3 });
+            assert_eq!(shares.iter().cloned().flatten().collect::<Vec<_>>(), (0..n).collect::<Vec<_>>());
+            let mut rows: Vec<usize> = (0..2 * n).collect();
+            let parts = cut(&shares, &mut rows, |v| 2 * (v + 1));
+            assert!(
+                parts.iter().zip(&shares).all(|(part, share)| part.iter().copied().eq(2 * share.start..2 * share.end))
+            );
+        }
+    }
+}
