@@ -201,13 +201,14 @@ fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usiz
     if assignment.n_regions == surface.n_vertices() {
         return;
     }
+    let mut sums = regions::sums(surface, assignment);
     if with_sweeps {
-        regions::sweep(surface, assignment, SWEEPS);
+        regions::sweep(surface, assignment, &mut sums, SWEEPS);
     }
     let n_before = assignment.n_regions;
-    costly::cut_costly(surface, assignment, n_samples);
+    costly::cut_costly(surface, assignment, &mut sums, n_samples);
     if with_sweeps && assignment.n_regions > n_before {
-        regions::sweep(surface, assignment, 1);
+        regions::sweep(surface, assignment, &mut sums, 1);
     }
 }
 
@@ -220,7 +221,8 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
         Samples::Vertices(samples) => darts::assign_to(&surface, &lengths, samples),
     };
     if with_sweeps {
-        regions::sweep(&surface, &mut assignment, SWEEPS);
+        let mut sums = regions::sums(&surface, &assignment);
+        regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS);
     }
     let quotient = quotient::quotient(&surface, &mut assignment);
     let placed = placement::place(&surface, &assignment, &quotient.faces);

@@ -1,8 +1,12 @@
-//! The regions of the samples: their quadrics, and the sweeps that move their borders.
+//! The regions of the samples: what they sum up to, and the sweeps that move their borders.
 //!
 //! The sweeps are the discrete Voronoi clustering of Valette and Chassery (2004) with the quadric energy: a
-//! vertex goes to a neighbouring region where that lowers the sum of the two regions' errors, each at its own
-//! best placement.
+//! vertex goes to the neighbouring region whose own vertex its planes lie nearest to, by the rule of Hartigan (1975):
+//! what a vertex costs counts more in the region that it leaves, which moves away from it, than in the one that it joins.
+
+use std::ops::{AddAssign, SubAssign};
+
+use glam::{DVec3, Vec3, Vec4};
 
 use crate::geometry::Quadric;
 
@@ -11,30 +15,94 @@ use super::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes; keeps every minimum unique.
 const SWEEP_PULL: f32 = 1e-3;
+/// A move has to save this share of what the vertex costs.
+const LEAST_GAIN: f32 = 1e-4;
 
-/// The quadric of one vertex, with a pull toward it of `pull` times its weight.
-pub(super) fn vertex_quadric(surface: &Surface, v: usize, pull: f32) -> Quadric {
-    let mut a = surface.quadrics[v];
-    let weight = pull * (a[0] + a[3] + a[5]);
-    for diagonal in [0, 3, 5] {
-        a[diagonal] += weight;
-    }
-    Quadric::around(a, surface.positions[v])
+/// Weighted sums over the vertices of a region.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sum {
+    /// The planes.
+    pub planes: Quadric,
+    /// The weights: areas times importance.
+    pub weight: f64,
+    /// Weighted sum of the positions.
+    pub position: DVec3,
+    /// Weighted sum of the squared positions.
+    pub squared: f64,
+    /// Weighted sum of the normals.
+    pub normal: DVec3,
 }
 
-/// Moves border vertices between regions while the energy falls, at most `n_sweeps` times over the mesh.
+impl Sum {
+    /// The sum over one vertex.
+    pub fn of(surface: &Surface, v: usize) -> Self {
+        let weight = surface.weight(v);
+        let p = surface.positions[v].as_dvec3();
+        Self {
+            planes: Quadric::around(surface.quadrics[v], surface.positions[v]),
+            weight,
+            position: p * weight,
+            squared: p.length_squared() * weight,
+            normal: surface.normals[v].as_dvec3() * weight,
+        }
+    }
+
+    /// The planes, and the distances to the vertices with `pull` times their weight.
+    pub fn quadric(&self, pull: f64) -> Quadric {
+        let mut sum = self.planes;
+        [0, 3, 5].into_iter().for_each(|diagonal| sum.a[diagonal] += pull * self.weight);
+        sum.b += self.position * pull;
+        sum.c += self.squared * pull;
+        sum
+    }
+
+    /// The mean of the vertices.
+    pub fn mean(&self) -> DVec3 {
+        self.position / self.weight
+    }
+
+    /// Mean squared distance of the vertices from their mean.
+    pub fn variance(&self) -> f64 {
+        (self.squared / self.weight - self.mean().length_squared()).max(0.0)
+    }
+}
+
+impl AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.planes += other.planes;
+        self.weight += other.weight;
+        self.position += other.position;
+        self.squared += other.squared;
+        self.normal += other.normal;
+    }
+}
+
+impl SubAssign for Sum {
+    fn sub_assign(&mut self, other: Self) {
+        self.planes -= other.planes;
+        self.weight -= other.weight;
+        self.position -= other.position;
+        self.squared -= other.squared;
+        self.normal -= other.normal;
+    }
+}
+
+/// The sums of all regions.
+pub(super) fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
+    let mut sums = vec![Sum::default(); assignment.n_regions];
+    for (v, &region) in assignment.region.iter().enumerate() {
+        sums[region as usize] += Sum::of(surface, v);
+    }
+    sums
+}
+
+/// Moves border vertices between regions while that lowers their errors, at most `n_sweeps` times over the mesh, and
+/// keeps the sums of the regions in step.
 ///
 /// Regions stay discs: a vertex moves only where it is a simple point of both regions.
-pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, n_sweeps: usize) {
-    if assignment.n_regions == surface.n_vertices() {
-        return;
-    }
-    let mut quadrics = vec![Quadric::default(); assignment.n_regions];
-    for (v, &region) in assignment.region.iter().enumerate() {
-        quadrics[region as usize] += vertex_quadric(surface, v, SWEEP_PULL);
-    }
-    let energies = quadrics.iter().map(energy).collect();
-    let mut state = Sweep { surface, region: &mut assignment.region, quadrics, energies };
+pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, sums: &mut [Sum], n_sweeps: usize) {
+    let centres = sums.iter().map(centre).collect();
+    let mut state = Sweep { surface, region: &mut assignment.region, sums, centres };
     let mut due = vec![true; surface.n_vertices()];
     for _ in 0..n_sweeps {
         let mut next = vec![false; surface.n_vertices()];
@@ -48,95 +116,86 @@ pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, n_sweeps: us
     }
 }
 
-fn energy(quadric: &Quadric) -> f64 {
-    quadric.minimum().map_or(0.0, |(_, value)| value)
+/// Where the vertex of a region would go, and the weight of the region; not a number where nothing says.
+fn centre(sum: &Sum) -> Vec4 {
+    let place = sum.quadric(f64::from(SWEEP_PULL)).minimum().map_or(Vec3::NAN, |(x, _)| x.as_vec3());
+    place.extend(sum.weight as f32)
 }
 
 struct Sweep<'a> {
     surface: &'a Surface,
     region: &'a mut Vec<u32>,
-    quadrics: Vec<Quadric>,
-    energies: Vec<f64>,
+    sums: &'a mut [Sum],
+    centres: Vec<Vec4>,
 }
 
 impl Sweep<'_> {
     /// Moves `v` to the region where it costs least, if that is another than its own.
     fn improve(&mut self, v: u32) -> bool {
         let own = self.region[v as usize];
-        let Some(runs) = self.label_runs(v, own) else { return false };
-        if runs.count(own) != 1 {
+        let vertex = Vertex::of(self.surface, v);
+        let mut best = (f32::INFINITY, own);
+        for &w in self.surface.neighbors(v) {
+            let label = self.region[w as usize];
+            let cost = vertex.cost(self.centres[label as usize], 1.0);
+            let cost = if label == own { f32::INFINITY } else { cost };
+            best = if cost < best.0 { (cost, label) } else { best };
+        }
+        let (cost, label) = best;
+        if !(cost < vertex.cost(self.centres[own as usize], -1.0) * (1.0 - LEAST_GAIN)) {
             return false;
         }
-        let moved = vertex_quadric(self.surface, v as usize, SWEEP_PULL);
-        let without = self.quadrics[own as usize] - moved;
-        let energy_without = energy(&without);
-        let saved = self.energies[own as usize] - energy_without;
-        let mut best = None;
-        let mut best_gain = 1e-9 * self.energies[own as usize];
-        for &(label, count) in runs.as_slice() {
-            if label == own || count != 1 || label as usize >= self.quadrics.len() {
-                continue;
-            }
-            let with = self.quadrics[label as usize] + moved;
-            let energy_with = energy(&with);
-            let gain = saved + self.energies[label as usize] - energy_with;
-            if gain > best_gain {
-                best_gain = gain;
-                best = Some((label, with, energy_with));
-            }
+        if !self.touches_once(v, own) || !self.touches_once(v, label) {
+            return false;
         }
-        let Some((label, with, energy_with)) = best else { return false };
+        let moved = Sum::of(self.surface, v as usize);
+        self.sums[own as usize] -= moved;
+        self.sums[label as usize] += moved;
+        for r in [own, label] {
+            self.centres[r as usize] = centre(&self.sums[r as usize]);
+        }
         self.region[v as usize] = label;
-        (self.quadrics[own as usize], self.energies[own as usize]) = (without, energy_without);
-        (self.quadrics[label as usize], self.energies[label as usize]) = (with, energy_with);
         true
     }
 
-    /// How often each label begins around `v`; `None` where all are `own` or there are too many.
-    fn label_runs(&self, v: u32, own: u32) -> Option<Runs> {
+    /// Whether the neighbours of `v` with this label follow one another.
+    fn touches_once(&self, v: u32, label: u32) -> bool {
+        let has = |w: u32| self.region.get(w as usize).is_some_and(|&there| there == label);
         let ring = self.surface.rings.ring(v);
-        let label = |w: u32| self.region.get(w as usize).copied().unwrap_or(u32::MAX);
-        if ring.iter().all(|&w| label(w) == own) {
-            return None;
-        }
-        let mut runs = Runs::default();
-        let mut before = label(*ring.last()?);
+        let mut before = ring.last().is_some_and(|&w| has(w));
+        let mut n_begins = 0;
         for &w in ring {
-            let here = label(w);
-            if here != before && !runs.add(here) {
-                return None;
-            }
+            let here = has(w);
+            n_begins += u32::from(here && !before);
             before = here;
         }
-        Some(runs)
+        n_begins == 1
     }
 }
 
-/// A few labels with their counts.
-#[derive(Default)]
-struct Runs {
-    entries: [(u32, u32); 12],
-    n: usize,
+/// A vertex as the regions see it.
+struct Vertex {
+    quadric: [f32; 6],
+    position: Vec3,
+    weight: f32,
 }
 
-impl Runs {
-    fn add(&mut self, label: u32) -> bool {
-        if let Some(entry) = self.entries[..self.n].iter_mut().find(|entry| entry.0 == label) {
-            entry.1 += 1;
-            return true;
-        }
-        let Some(slot) = self.entries.get_mut(self.n) else { return false };
-        *slot = (label, 1);
-        self.n += 1;
-        true
+impl Vertex {
+    fn of(surface: &Surface, v: u32) -> Self {
+        let mut quadric = surface.quadrics[v as usize];
+        let weight = quadric[0] + quadric[3] + quadric[5];
+        [0, 3, 5].into_iter().for_each(|diagonal| quadric[diagonal] += SWEEP_PULL * weight);
+        Self { quadric, position: surface.positions[v as usize], weight }
     }
 
-    fn count(&self, label: u32) -> u32 {
-        self.as_slice().iter().find(|entry| entry.0 == label).map_or(0, |entry| entry.1)
-    }
-
-    fn as_slice(&self) -> &[(u32, u32)] {
-        &self.entries[..self.n]
+    /// What the vertex adds to the error of a region that it joins (1) or belongs to (-1): its planes' distance from the
+    /// region's vertex, less what that vertex gives way.
+    #[inline(always)]
+    fn cost(&self, region: Vec4, sign: f32) -> f32 {
+        let [xx, xy, xz, yy, yz, zz] = self.quadric;
+        let d = region.truncate() - self.position;
+        let distance = d.x * (xx * d.x + 2.0 * (xy * d.y + xz * d.z)) + d.y * (yy * d.y + 2.0 * yz * d.z) + zz * d.z * d.z;
+        distance * region.w / (region.w + sign * self.weight).max(f32::MIN_POSITIVE)
     }
 }
 
@@ -149,11 +208,8 @@ mod tests {
     use std::collections::HashSet;
 
     fn total_energy(surface: &Surface, assignment: &Assignment) -> f64 {
-        let mut quadrics = vec![Quadric::default(); assignment.n_regions];
-        for (v, &r) in assignment.region.iter().enumerate() {
-            quadrics[r as usize] += vertex_quadric(surface, v, SWEEP_PULL);
-        }
-        quadrics.iter().map(energy).sum()
+        let energy = |sum: &Sum| sum.quadric(f64::from(SWEEP_PULL)).minimum().map_or(0.0, |(_, energy)| energy);
+        sums(surface, assignment).iter().map(energy).sum()
     }
 
     /// The naive twin of the simple-point test: a region of a closed surface is a disc.
@@ -187,7 +243,8 @@ mod tests {
                     (0..a.n_regions as u32).map(|r| is_disc(&surface, a, r)).collect()
                 };
                 let (before, discs_before) = (total_energy(&surface, &assignment), discs(&assignment));
-                sweep(&surface, &mut assignment, 2);
+                let mut before_and_after = sums(&surface, &assignment);
+                sweep(&surface, &mut assignment, &mut before_and_after, 2);
                 let after = total_energy(&surface, &assignment);
                 assert!(after < 0.9 * before, "{before} {after}");
                 let still: Vec<bool> = discs(&assignment);
