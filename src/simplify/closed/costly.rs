@@ -3,11 +3,11 @@
 //! On scans there are few such regions. On parts with flat faces and sharp edges a few regions that swallowed a
 //! corner hold nearly all of the error, and no later step can give it back.
 
-use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 use super::darts::Assignment;
 use super::placement::PULL;
-use super::quotient::cut_region;
+use super::quotient::{cut_region, members};
 use super::regions::Sum;
 use super::surface::Surface;
 
@@ -19,10 +19,16 @@ const HEAVY: f64 = 0.2;
 const ROUNDS: usize = 8;
 
 /// Cuts costly regions in two while they hold much of the error, at most until there are `most_regions`, and keeps the
-/// sums of the regions in step.
-pub(super) fn cut_costly(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec<Sum>, most_regions: usize) {
+/// sums of the regions in step. Says of every vertex whether its region was cut, or that of a neighbour.
+pub(super) fn cut_costly(
+    surface: &Surface,
+    assignment: &mut Assignment,
+    sums: &mut Vec<Sum>,
+    most_regions: usize,
+) -> Vec<bool> {
+    let mut cut = vec![false; surface.n_vertices()];
     let mut errors: Vec<f64> = sums.iter().map(error).collect();
-    let mut members = FxHashMap::default();
+    let mut lists = BTreeMap::new();
     for _ in 0..ROUNDS {
         let total: f64 = errors.iter().sum();
         let limit = COSTLY * total / errors.len() as f64;
@@ -30,38 +36,28 @@ pub(super) fn cut_costly(surface: &Surface, assignment: &mut Assignment, sums: &
         if costly.iter().map(|&r| errors[r as usize]).sum::<f64>() <= HEAVY * total {
             break;
         }
-        gather(assignment, &costly, &mut members);
+        let mut unlisted = vec![false; assignment.n_regions];
+        costly.iter().for_each(|r| unlisted[*r as usize] = !lists.contains_key(r));
+        lists.append(&mut members(assignment, &unlisted));
         for r in costly {
             if assignment.n_regions >= most_regions {
-                return;
+                return cut;
             }
-            let Some(whole) = members.remove(&r).filter(|whole| whole.len() > 1) else { continue };
+            let Some(whole) = lists.remove(&r).filter(|whole: &Vec<u32>| whole.len() > 1) else { continue };
             cut_region(surface, assignment, &whole);
+            for &v in &whole {
+                cut[v as usize] = true;
+                surface.neighbors(v).iter().for_each(|&w| cut[w as usize] = true);
+            }
             let (stay, go): (Vec<u32>, Vec<u32>) = whole.into_iter().partition(|&v| assignment.region[v as usize] == r);
-            let [rest, cut] = [&stay, &go].map(|part| sum(surface, part));
+            let [rest, fresh] = [&stay, &go].map(|part| sum(surface, part));
             (sums[r as usize], errors[r as usize]) = (rest, error(&rest));
-            sums.push(cut);
-            errors.push(error(&cut));
-            members.extend([(r, stay), (errors.len() as u32 - 1, go)]);
+            sums.push(fresh);
+            errors.push(error(&fresh));
+            lists.extend([(r, stay), (errors.len() as u32 - 1, go)]);
         }
     }
-}
-
-/// Lists the vertices of those of the regions that have no list yet.
-fn gather(assignment: &Assignment, regions: &[u32], members: &mut FxHashMap<u32, Vec<u32>>) {
-    let mut wanted = vec![false; assignment.n_regions];
-    for &r in regions {
-        members.entry(r).or_insert_with(|| {
-            wanted[r as usize] = true;
-            Vec::new()
-        });
-    }
-    if !wanted.contains(&true) {
-        return;
-    }
-    for (v, r) in assignment.region.iter().enumerate().filter(|(_, r)| wanted[**r as usize]) {
-        members.entry(*r).or_default().push(v as u32);
-    }
+    cut
 }
 
 fn sum(surface: &Surface, vertices: &[u32]) -> Sum {

@@ -10,6 +10,7 @@ mod faces_around;
 mod fit;
 mod flips;
 mod importance;
+mod links;
 mod placement;
 mod quotient;
 mod regions;
@@ -120,7 +121,7 @@ pub(super) fn simplify_closed(
     enter("collapse")?;
     let wanted = request.differentiable;
     let cases = wanted.then(|| placement::cases(&surface, &assignment, &placed.positions));
-    let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
+    let mut collapse = Collapse::new(&placed.positions, &placed.quadrics, &quotient.rings);
     collapse.history = wanted.then(Vec::new);
     let end = collapse.run(request.limit);
     let merges = collapse.history.take();
@@ -203,12 +204,11 @@ fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usiz
     }
     let mut sums = regions::sums(surface, assignment);
     if with_sweeps {
-        regions::sweep(surface, assignment, &mut sums, SWEEPS);
+        regions::sweep(surface, assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
-    let n_before = assignment.n_regions;
-    costly::cut_costly(surface, assignment, &mut sums, n_samples);
-    if with_sweeps && assignment.n_regions > n_before {
-        regions::sweep(surface, assignment, &mut sums, 1);
+    let cut = costly::cut_costly(surface, assignment, &mut sums, n_samples);
+    if with_sweeps && cut.contains(&true) {
+        regions::sweep(surface, assignment, &mut sums, 1, cut);
     }
 }
 
@@ -222,7 +222,7 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
     };
     if with_sweeps {
         let mut sums = regions::sums(&surface, &assignment);
-        regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS);
+        regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
     let quotient = quotient::quotient(&surface, &mut assignment);
     let placed = placement::place(&surface, &assignment, &quotient.faces);

@@ -5,7 +5,7 @@
 //! each strip of faces between two regions to an edge. The conditions are checked; a region that breaks one is cut
 //! in two, which ends at the latest with the input itself.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use crate::mesh::OneRings;
 
@@ -13,7 +13,7 @@ use super::darts::Assignment;
 use super::surface::Surface;
 
 /// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
-const HALVINGS: usize = 2;
+const HALVINGS: usize = 3;
 
 /// The quotient's faces over region indices.
 pub(super) struct Quotient {
@@ -41,15 +41,19 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotie
         let n_inner = faces.inner.len();
         let closed = [faces.inner, faces.border].concat();
         let n_nodes = assignment.n_regions + surface.rings.n_apexes();
-        match OneRings::new(n_nodes, &closed) {
-            Err(error) => error.vertices.iter().for_each(|&r| broken[r as usize] = true),
-            Ok(rings) => (0..assignment.n_regions).for_each(|r| broken[r] |= rings.ring(r as u32).is_empty()),
-        }
+        mark_flat_pillows(&closed, assignment.n_regions, &mut broken);
         let parts = if rounds < HALVINGS { Parts::Halves } else { Parts::Vertices };
         rounds += 1;
+        if broken.contains(&true) && refine(surface, assignment, &broken, &closed, parts) {
+            continue;
+        }
+        let rings = OneRings::new(n_nodes, &closed);
+        if let Err(error) = &rings {
+            error.vertices.iter().for_each(|&r| broken[r as usize] = true);
+        }
         if !refine(surface, assignment, &broken, &closed, parts) {
             let faces = closed[..n_inner].to_vec();
-            let rings = OneRings::new(assignment.n_regions, &faces);
+            let rings = if n_inner == closed.len() { rings } else { OneRings::new(assignment.n_regions, &faces) };
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
             if let (Ok(rings), false) = (rings, broken.contains(&true)) {
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
@@ -106,6 +110,19 @@ fn mark_bridges(border: &[[u32; 3]], broken: &mut [bool]) {
     }
 }
 
+/// Marks the regions with fewer than three neighbours, and those: contracted, the faces between them would lie on each
+/// other.
+fn mark_flat_pillows(faces: &[[u32; 3]], n_regions: usize, broken: &mut [bool]) {
+    let mut n_faces = vec![0u32; broken.len()];
+    faces.as_flattened().iter().for_each(|&r| n_faces[r as usize] += 1);
+    for face in faces {
+        if face.iter().any(|&r| n_faces[r as usize] < 3) {
+            face.iter().for_each(|&r| broken[r as usize] = true);
+        }
+    }
+    n_faces[..n_regions].iter().zip(broken).for_each(|(&n, broken)| *broken |= n == 0);
+}
+
 /// What a broken region is cut into.
 #[derive(Clone, Copy)]
 enum Parts {
@@ -118,25 +135,23 @@ fn refine(surface: &Surface, assignment: &mut Assignment, broken: &[bool], faces
     if !broken.contains(&true) {
         return false;
     }
-    let members = members(assignment);
-    let single = |r: u32| members.get(r as usize).is_none_or(|m| m.len() < 2);
+    let mut sizes = vec![0u32; assignment.n_regions];
+    assignment.region.iter().for_each(|&r| sizes[r as usize] += 1);
+    let single = |r: u32| sizes.get(r as usize).is_none_or(|&size| size < 2);
     let mut cut: Vec<bool> = broken.iter().enumerate().map(|(r, &b)| b && !single(r as u32)).collect();
     for face in faces {
         if face.iter().any(|&r| broken[r as usize] && single(r)) {
             face.iter().for_each(|&r| cut[r as usize] = !single(r));
         }
     }
-    let mut progressed = false;
-    for (r, vertices) in members.iter().enumerate() {
-        if cut[r] {
-            match parts {
-                Parts::Halves => cut_region(surface, assignment, vertices),
-                Parts::Vertices => dissolve(assignment, vertices),
-            }
-            progressed = true;
+    let members = members(assignment, &cut);
+    for vertices in members.values() {
+        match parts {
+            Parts::Halves => cut_region(surface, assignment, vertices),
+            Parts::Vertices => dissolve(assignment, vertices),
         }
     }
-    progressed
+    !members.is_empty()
 }
 
 /// Gives every vertex of a region but the first a label of its own.
@@ -147,11 +162,13 @@ fn dissolve(assignment: &mut Assignment, vertices: &[u32]) {
     }
 }
 
-/// The vertices of each region.
-pub(super) fn members(assignment: &Assignment) -> Vec<Vec<u32>> {
-    let mut members = vec![Vec::new(); assignment.n_regions];
-    for (v, &r) in assignment.region.iter().enumerate() {
-        members[r as usize].push(v as u32);
+/// The vertices of the regions that are wanted, n_regions or more.
+pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32, Vec<u32>> {
+    let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    if wanted.contains(&true) {
+        for (v, &r) in assignment.region.iter().enumerate().filter(|(_, r)| wanted[**r as usize]) {
+            members.entry(r).or_default().push(v as u32);
+        }
     }
     members
 }

@@ -1,8 +1,9 @@
 //! The regions of the samples: what they sum up to, and the sweeps that move their borders.
 //!
 //! The sweeps are the discrete Voronoi clustering of Valette and Chassery (2004) with the quadric energy: a
-//! vertex goes to the neighbouring region whose own vertex its planes lie nearest to, by the rule of Hartigan (1975):
-//! what a vertex costs counts more in the region that it leaves, which moves away from it, than in the one that it joins.
+//! vertex goes to a neighbouring region where that lowers the sum of the two regions' errors, each at its own
+//! best placement. Most vertices stay, which is seen without placing anything anew: by the rule of Hartigan (1975), what
+//! a vertex costs where regions stand counts more in the one that it leaves than in the one that it would join.
 
 use std::ops::{AddAssign, SubAssign};
 
@@ -15,8 +16,6 @@ use super::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes; keeps every minimum unique.
 const SWEEP_PULL: f32 = 1e-3;
-/// A move has to save this share of what the vertex costs.
-const LEAST_GAIN: f32 = 1e-4;
 
 /// Weighted sums over the vertices of a region.
 #[derive(Clone, Copy, Default)]
@@ -96,14 +95,13 @@ pub(super) fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
     sums
 }
 
-/// Moves border vertices between regions while that lowers their errors, at most `n_sweeps` times over the mesh, and
-/// keeps the sums of the regions in step.
+/// Moves border vertices between regions while that lowers their errors, at most `n_sweeps` times over the vertices that
+/// are due, and keeps the sums of the regions in step.
 ///
 /// Regions stay discs: a vertex moves only where it is a simple point of both regions.
-pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, sums: &mut [Sum], n_sweeps: usize) {
-    let centres = sums.iter().map(centre).collect();
-    let mut state = Sweep { surface, region: &mut assignment.region, sums, centres };
-    let mut due = vec![true; surface.n_vertices()];
+pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, sums: &mut [Sum], n_sweeps: usize, mut due: Vec<bool>) {
+    let (centres, errors) = sums.iter().map(|&sum| Region::new(sum)).map(|region| (region.centre, region.error)).unzip();
+    let mut state = Sweep { surface, region: &mut assignment.region, sums, centres, errors };
     for _ in 0..n_sweeps {
         let mut next = vec![false; surface.n_vertices()];
         for v in 0..surface.n_vertices() as u32 {
@@ -116,10 +114,19 @@ pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, sums: &mut [
     }
 }
 
-/// Where the vertex of a region would go, and the weight of the region; not a number where nothing says.
-fn centre(sum: &Sum) -> Vec4 {
-    let place = sum.quadric(f64::from(SWEEP_PULL)).minimum().map_or(Vec3::NAN, |(x, _)| x.as_vec3());
-    place.extend(sum.weight as f32)
+/// A region with its vertex.
+struct Region {
+    sum: Sum,
+    /// Where its vertex would go, and its weight; not a number where nothing says.
+    centre: Vec4,
+    error: f64,
+}
+
+impl Region {
+    fn new(sum: Sum) -> Self {
+        let (x, error) = sum.quadric(f64::from(SWEEP_PULL)).minimum().unwrap_or((DVec3::NAN, 0.0));
+        Self { sum, centre: x.as_vec3().extend(sum.weight as f32), error }
+    }
 }
 
 struct Sweep<'a> {
@@ -127,6 +134,7 @@ struct Sweep<'a> {
     region: &'a mut Vec<u32>,
     sums: &'a mut [Sum],
     centres: Vec<Vec4>,
+    errors: Vec<f64>,
 }
 
 impl Sweep<'_> {
@@ -134,25 +142,31 @@ impl Sweep<'_> {
     fn improve(&mut self, v: u32) -> bool {
         let own = self.region[v as usize];
         let vertex = Vertex::of(self.surface, v);
-        let mut best = (f32::INFINITY, own);
+        let (mut least, mut label) = (Cost::NONE, own);
         for &w in self.surface.neighbors(v) {
-            let label = self.region[w as usize];
-            let cost = vertex.cost(self.centres[label as usize], 1.0);
-            let cost = if label == own { f32::INFINITY } else { cost };
-            best = if cost < best.0 { (cost, label) } else { best };
+            let there = self.region[w as usize];
+            let cost = vertex.cost(self.centres[there as usize], 1.0);
+            let is_less = there != own && cost.is_less(least);
+            (least, label) = if is_less { (cost, there) } else { (least, label) };
         }
-        let (cost, label) = best;
-        if !(cost < vertex.cost(self.centres[own as usize], -1.0) * (1.0 - LEAST_GAIN)) {
+        if !least.is_less(vertex.cost(self.centres[own as usize], -1.0)) {
             return false;
         }
         if !self.touches_once(v, own) || !self.touches_once(v, label) {
             return false;
         }
         let moved = Sum::of(self.surface, v as usize);
-        self.sums[own as usize] -= moved;
-        self.sums[label as usize] += moved;
-        for r in [own, label] {
-            self.centres[r as usize] = centre(&self.sums[r as usize]);
+        let (mut without, mut with) = (self.sums[own as usize], self.sums[label as usize]);
+        without -= moved;
+        with += moved;
+        let (without, with) = (Region::new(without), Region::new(with));
+        let before = self.errors[own as usize] + self.errors[label as usize];
+        if !(without.error + with.error < before) {
+            return false;
+        }
+        for (r, region) in [(own, without), (label, with)] {
+            let r = r as usize;
+            (self.sums[r], self.centres[r], self.errors[r]) = (region.sum, region.centre, region.error);
         }
         self.region[v as usize] = label;
         true
@@ -191,11 +205,28 @@ impl Vertex {
     /// What the vertex adds to the error of a region that it joins (1) or belongs to (-1): its planes' distance from the
     /// region's vertex, less what that vertex gives way.
     #[inline(always)]
-    fn cost(&self, region: Vec4, sign: f32) -> f32 {
+    fn cost(&self, region: Vec4, sign: f32) -> Cost {
         let [xx, xy, xz, yy, yz, zz] = self.quadric;
         let d = region.truncate() - self.position;
         let distance = d.x * (xx * d.x + 2.0 * (xy * d.y + xz * d.z)) + d.y * (yy * d.y + 2.0 * yz * d.z) + zz * d.z * d.z;
-        distance * region.w / (region.w + sign * self.weight).max(f32::MIN_POSITIVE)
+        Cost { distance: distance * region.w, weight: (region.w + sign * self.weight).max(f32::MIN_POSITIVE) }
+    }
+}
+
+/// A cost as a quotient that is never computed.
+#[derive(Clone, Copy)]
+struct Cost {
+    distance: f32,
+    weight: f32,
+}
+
+impl Cost {
+    /// More than any other.
+    const NONE: Self = Self { distance: 1.0, weight: 0.0 };
+
+    #[inline(always)]
+    fn is_less(self, other: Self) -> bool {
+        self.distance * other.weight < other.distance * self.weight
     }
 }
 
@@ -244,7 +275,7 @@ mod tests {
                 };
                 let (before, discs_before) = (total_energy(&surface, &assignment), discs(&assignment));
                 let mut before_and_after = sums(&surface, &assignment);
-                sweep(&surface, &mut assignment, &mut before_and_after, 2);
+                sweep(&surface, &mut assignment, &mut before_and_after, 2, vec![true; surface.n_vertices()]);
                 let after = total_energy(&surface, &assignment);
                 assert!(after < 0.9 * before, "{before} {after}");
                 let still: Vec<bool> = discs(&assignment);
