@@ -434,7 +434,7 @@ mod tests {
 
     fn begin(mesh: &TriMesh) -> (Surface, Collapse) {
         let surface = Surface::new(mesh);
-        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &surface.faces);
+        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);
         let collapse = Collapse::new(&placed.positions, &placed.quadrics, &surface.rings);
         (surface, collapse)
     }

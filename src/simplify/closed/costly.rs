@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::darts::Assignment;
 use super::placement::PULL;
-use super::quotient::{cut_region, members};
+use super::quotient::{cut_region, members, move_sums};
 use super::regions::Sum;
 use super::surface::Surface;
 
@@ -49,21 +49,14 @@ pub(super) fn cut_costly(
                 cut[v as usize] = true;
                 surface.neighbors(v).iter().for_each(|&w| cut[w as usize] = true);
             }
+            move_sums(surface, assignment, sums, (r, &whole));
+            errors[r as usize] = error(&sums[r as usize]);
+            errors.push(error(&sums[errors.len()]));
             let (stay, go): (Vec<u32>, Vec<u32>) = whole.into_iter().partition(|&v| assignment.region[v as usize] == r);
-            let [rest, fresh] = [&stay, &go].map(|part| sum(surface, part));
-            (sums[r as usize], errors[r as usize]) = (rest, error(&rest));
-            sums.push(fresh);
-            errors.push(error(&fresh));
             lists.extend([(r, stay), (errors.len() as u32 - 1, go)]);
         }
     }
     cut
-}
-
-fn sum(surface: &Surface, vertices: &[u32]) -> Sum {
-    let mut sum = Sum::default();
-    vertices.iter().for_each(|&v| sum += Sum::of(surface, v as usize));
-    sum
 }
 
 /// The error of a region at its best placement.

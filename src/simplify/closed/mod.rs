@@ -28,6 +28,7 @@ use collapse::{Collapse, Remains};
 use darts::Assignment;
 use derivative::Choices;
 use edge_lengths::EdgeLengths;
+use regions::Sum;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
@@ -112,15 +113,15 @@ pub(super) fn simplify_closed(
     let mut assignment = samples(&surface, request, n_samples);
     enter("scores")?;
     importance::weigh(&mut surface, request.importance);
-    enter("sweeps")?;
-    sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
+    enter("cuts")?;
+    let mut sums = sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
     enter("quotient")?;
-    let quotient = quotient::quotient(&surface, &mut assignment);
+    let quotient = quotient::quotient(&surface, &mut assignment, &mut sums);
     enter("placement")?;
-    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     enter("collapse")?;
     let wanted = request.differentiable;
-    let cases = wanted.then(|| placement::cases(&surface, &assignment, &placed.positions));
+    let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
     let mut collapse = Collapse::new(&placed.positions, &placed.quadrics, &quotient.rings);
     collapse.history = wanted.then(Vec::new);
     let end = collapse.run(request.limit);
@@ -196,11 +197,11 @@ fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment
     darts::throw_darts(surface, &lengths, n_darts, request.seed)
 }
 
-/// Moves the borders of the regions, cuts those that cost too much, and moves the borders of the parts; only cuts
-/// without sweeps.
-fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize, with_sweeps: bool) {
+/// Cuts regions that cost too much; with sweeps, moves the borders of the regions before that, and those of the parts after
+/// it. Returns the sums of the regions; none where every vertex is one.
+fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize, with_sweeps: bool) -> Vec<Sum> {
     if assignment.n_regions == surface.n_vertices() {
-        return;
+        return Vec::new();
     }
     let mut sums = regions::sums(surface, assignment);
     if with_sweeps {
@@ -210,6 +211,7 @@ fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usiz
     if with_sweeps && cut.contains(&true) {
         regions::sweep(surface, assignment, &mut sums, 1, cut);
     }
+    sums
 }
 
 /// The mesh that the one pass leaves of `mesh`, before any collapse, from `samples` (vertices of the mesh).
@@ -220,12 +222,12 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
         Samples::Darts { n, seed } => darts::throw_darts(&surface, &lengths, n, seed),
         Samples::Vertices(samples) => darts::assign_to(&surface, &lengths, samples),
     };
+    let mut sums = regions::sums(&surface, &assignment);
     if with_sweeps {
-        let mut sums = regions::sums(&surface, &assignment);
         regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
-    let quotient = quotient::quotient(&surface, &mut assignment);
-    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let quotient = quotient::quotient(&surface, &mut assignment, &mut sums);
+    let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
     TriMesh::new(positions, quotient.faces).ok()
 }

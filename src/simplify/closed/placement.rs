@@ -9,7 +9,7 @@ use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 
 use super::darts::Assignment;
-use super::regions::{Sum, sums};
+use super::regions::Sum;
 use super::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes. More would round corners off,
@@ -41,34 +41,32 @@ pub(super) struct Placement {
     pub quadrics: Vec<Quadric>,
 }
 
-/// Places a vertex for each region of `assignment`, whose quotient has the given faces.
-pub(super) fn place(surface: &Surface, assignment: &Assignment, faces: &[[u32; 3]]) -> Placement {
+/// Places a vertex for each region of `assignment`, of which the sums are given and the faces of the quotient.
+pub(super) fn place(surface: &Surface, assignment: &Assignment, sums: &[Sum], faces: &[[u32; 3]]) -> Placement {
     if assignment.n_regions == surface.n_vertices() {
         return stay(surface);
     }
-    let sums = sums(surface, assignment);
     let quadrics: Vec<Quadric> = sums.iter().map(|sum| sum.quadric(f64::from(PULL))).collect();
-    let mut positions: Vec<DVec3> = quadrics.iter().zip(&sums).map(|(q, sum)| best_position(q, sum).1).collect();
-    let mut turned = turned_regions(&positions, &sums, faces);
+    let mut positions: Vec<DVec3> = quadrics.iter().zip(sums).map(|(q, sum)| best_position(q, sum).1).collect();
+    let mut turned = turned_regions(&positions, sums, faces);
     if !turned.is_empty() {
-        let safe = central_vertices(surface, assignment, &sums);
+        let safe = central_vertices(surface, assignment, sums);
         for _ in 0..2 {
             for &r in &turned {
                 positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
             }
-            turned = turned_regions(&positions, &sums, faces);
+            turned = turned_regions(&positions, sums, faces);
         }
     }
     Placement { positions, quadrics }
 }
 
 /// How [`place`] came to these positions.
-pub(super) fn cases(surface: &Surface, assignment: &Assignment, positions: &[DVec3]) -> Vec<Case> {
+pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], positions: &[DVec3]) -> Vec<Case> {
     if assignment.n_regions == surface.n_vertices() {
         return (0..surface.n_vertices() as u32).map(Case::Vertex).collect();
     }
-    let sums = sums(surface, assignment);
-    let safe = central_vertices(surface, assignment, &sums);
+    let safe = central_vertices(surface, assignment, sums);
     let case = |r: usize| {
         let (case, x) = best_position(&sums[r].quadric(f64::from(PULL)), &sums[r]);
         if x == positions[r] { case } else { Case::Vertex(safe[r]) }
@@ -122,6 +120,7 @@ fn turned_regions(positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use super::super::regions::sums;
     use crate::mesh::shapes;
     use glam::Vec3;
 
@@ -131,7 +130,8 @@ mod tests {
         let surface = Surface::new(&mesh);
         let near = |p: &[f32; 3]| p.iter().all(|&x| x <= 0.25);
         let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
-        let placed = place(&surface, &Assignment { region, n_regions: 2 }, &[]);
+        let assignment = Assignment { region, n_regions: 2 };
+        let placed = place(&surface, &assignment, &sums(&surface, &assignment), &[]);
         let corner = surface.scale.restore(placed.positions[0]);
         assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
     }
@@ -142,10 +142,11 @@ mod tests {
         let surface = Surface::new(&mesh);
         let within = |p: &[f32; 3]| (0.25..0.75).contains(&p[0]) && (0.25..0.75).contains(&p[1]);
         let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
-        let placed = place(&surface, &Assignment { region, n_regions: 2 }, &[]);
+        let assignment = Assignment { region, n_regions: 2 };
+        let placed = place(&surface, &assignment, &sums(&surface, &assignment), &[]);
         let middle = Vec3::from(surface.scale.restore(placed.positions[0]));
         assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
-        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[]);
+        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &[]);
         assert!(placed.positions.iter().zip(&surface.positions).all(|(p, q)| p.as_vec3() == *q));
     }
 }

@@ -142,14 +142,8 @@ impl Sweep<'_> {
     fn improve(&mut self, v: u32) -> bool {
         let own = self.region[v as usize];
         let vertex = Vertex::of(self.surface, v);
-        let (mut least, mut label) = (Cost::NONE, own);
-        for &w in self.surface.neighbors(v) {
-            let there = self.region[w as usize];
-            let cost = vertex.cost(self.centres[there as usize], 1.0);
-            let is_less = there != own && cost.is_less(least);
-            (least, label) = if is_less { (cost, there) } else { (least, label) };
-        }
-        if !least.is_less(vertex.cost(self.centres[own as usize], -1.0)) {
+        let (cost, label) = self.cheapest(&vertex, v, own);
+        if !(cost < vertex.costs(&Lanes::all(self.centres[own as usize]), -1.0)[0]) {
             return false;
         }
         if !self.touches_once(v, own) || !self.touches_once(v, label) {
@@ -170,6 +164,26 @@ impl Sweep<'_> {
         }
         self.region[v as usize] = label;
         true
+    }
+
+    /// The neighbouring region that `v` would cost least in, and that cost.
+    #[inline(always)]
+    fn cheapest(&self, vertex: &Vertex, v: u32, own: u32) -> (f32, u32) {
+        let mut best = (f32::INFINITY, own);
+        for chunk in self.surface.neighbors(v).chunks(LANES) {
+            let mut labels = [own; LANES];
+            let mut lanes = Lanes::default();
+            for (i, &w) in chunk.iter().enumerate() {
+                labels[i] = self.region[w as usize];
+                lanes.set(i, self.centres[labels[i] as usize]);
+            }
+            let costs = vertex.costs(&lanes, 1.0);
+            for i in 0..LANES {
+                let is_less = labels[i] != own && costs[i] < best.0;
+                best = if is_less { (costs[i], labels[i]) } else { best };
+            }
+        }
+        best
     }
 
     /// Whether the neighbours of `v` with this label follow one another.
@@ -202,31 +216,40 @@ impl Vertex {
         Self { quadric, position: surface.positions[v as usize], weight }
     }
 
-    /// What the vertex adds to the error of a region that it joins (1) or belongs to (-1): its planes' distance from the
+    /// What the vertex adds to the errors of regions that it joins (1) or belongs to (-1): its planes' distance from the
     /// region's vertex, less what that vertex gives way.
     #[inline(always)]
-    fn cost(&self, region: Vec4, sign: f32) -> Cost {
+    fn costs(&self, regions: &Lanes, sign: f32) -> [f32; LANES] {
         let [xx, xy, xz, yy, yz, zz] = self.quadric;
-        let d = region.truncate() - self.position;
-        let distance = d.x * (xx * d.x + 2.0 * (xy * d.y + xz * d.z)) + d.y * (yy * d.y + 2.0 * yz * d.z) + zz * d.z * d.z;
-        Cost { distance: distance * region.w, weight: (region.w + sign * self.weight).max(f32::MIN_POSITIVE) }
+        let (p, weight) = (self.position, sign * self.weight);
+        std::array::from_fn(|i| {
+            let (x, y, z) = (regions.x[i] - p.x, regions.y[i] - p.y, regions.z[i] - p.z);
+            let distance = x * (xx * x + 2.0 * (xy * y + xz * z)) + y * (yy * y + 2.0 * yz * z) + zz * z * z;
+            distance * regions.weight[i] / (regions.weight[i] + weight).max(f32::MIN_POSITIVE)
+        })
     }
 }
 
-/// A cost as a quotient that is never computed.
-#[derive(Clone, Copy)]
-struct Cost {
-    distance: f32,
-    weight: f32,
+/// Regions that are looked at together.
+const LANES: usize = 8;
+
+/// The vertices and weights of a few regions, coordinate by coordinate.
+#[derive(Default)]
+struct Lanes {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    weight: [f32; LANES],
 }
 
-impl Cost {
-    /// More than any other.
-    const NONE: Self = Self { distance: 1.0, weight: 0.0 };
+impl Lanes {
+    fn all(centre: Vec4) -> Self {
+        Self { x: [centre.x; LANES], y: [centre.y; LANES], z: [centre.z; LANES], weight: [centre.w; LANES] }
+    }
 
     #[inline(always)]
-    fn is_less(self, other: Self) -> bool {
-        self.distance * other.weight < other.distance * self.weight
+    fn set(&mut self, lane: usize, centre: Vec4) {
+        [self.x[lane], self.y[lane], self.z[lane], self.weight[lane]] = centre.to_array();
     }
 }
 
