@@ -1,0 +1,148 @@
+//! The output's faces as points of the original see them: which one a point belongs to, where in it, how far above it.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::triangle::nearest_weights;
+
+use super::faces_around::FacesAround;
+
+/// Cosine between the normals of point and face above which a walk is believed not to have strayed over a crease.
+const AGREES: f32 = 0.8;
+/// Edges that a walk may cross.
+const MOST_STEPS: usize = 12;
+
+/// A face as functions of the point, one cache line.
+#[repr(align(64))]
+pub(super) struct Facet {
+    /// Gradients of the barycentric weights of the first two corners.
+    gradients: [Vec3; 2],
+    /// Unit normal; zero where there is none, as the gradients are.
+    pub normal: Vec3,
+    /// Position of the third corner, where all of these are 0.
+    origin: Vec3,
+    /// The corners.
+    corners: [u32; 3],
+}
+
+/// A place of a point over a face.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Place {
+    /// The face.
+    pub face: u32,
+    /// Barycentric weights of about the nearest point in it, none negative, their sum 1.
+    pub weights: [f32; 3],
+    /// Height over the plane of the face.
+    pub height: f32,
+}
+
+impl Facet {
+    /// The face with these corners.
+    pub fn new(corners: [u32; 3], positions: &[Vec3]) -> Self {
+        let [a, b, origin] = corners.map(|v| positions[v as usize]);
+        let (u, v) = (a - origin, b - origin);
+        let area_normal = u.cross(v);
+        let squared = area_normal.length_squared();
+        let inverse = if squared > f32::MIN_POSITIVE { 1.0 / squared } else { 0.0 };
+        let gradients = [v.cross(area_normal) * inverse, area_normal.cross(u) * inverse];
+        Self { gradients, normal: area_normal * inverse.sqrt(), origin, corners }
+    }
+
+    /// Height of a point over the plane of the face.
+    pub fn height(&self, point: Vec3) -> f32 {
+        self.normal.dot(point - self.origin)
+    }
+
+    /// The barycentric weight of the third corner at the place of a point.
+    pub fn third(&self, point: Vec3) -> f32 {
+        let offset = point - self.origin;
+        1.0 - self.gradients[0].dot(offset) - self.gradients[1].dot(offset)
+    }
+
+    fn weights(&self, offset: Vec3) -> [f32; 3] {
+        let (u, v) = (self.gradients[0].dot(offset), self.gradients[1].dot(offset));
+        [u, v, 1.0 - u - v]
+    }
+}
+
+/// The faces of the output and their neighbourhoods.
+pub(super) struct Facets<'a> {
+    facets: Vec<Facet>,
+    positions: &'a [Vec3],
+    around: &'a FacesAround,
+}
+
+impl<'a> Facets<'a> {
+    /// From positions (n_vertices x 3) and faces (n_faces x 3) with what lies around them.
+    pub fn new(positions: &'a [Vec3], faces: &[[u32; 3]], around: &'a FacesAround) -> Self {
+        let facets = faces.par_iter().map(|&face| Facet::new(face, positions)).collect();
+        Self { facets, positions, around }
+    }
+
+    /// Unit normal of a face; zero where there is none.
+    pub fn normal(&self, face: usize) -> Vec3 {
+        self.facets[face].normal
+    }
+
+    /// A face near a point that lies amid three vertices, some of which may be the same.
+    pub fn amid(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+        let edge = if a != b { [a, b] } else { [b, c] };
+        let along = self.around.along(edge[0], edge[1]).or_else(|| self.around.along(edge[1], edge[0]));
+        along.or_else(|| self.around.corners(a).first().map(|corner| corner.face))
+    }
+
+    /// Where a point belongs, at which the original has this normal of any length: where a walk from face `start`
+    /// leads, or else the nearest face around `vertex` that looks the same way.
+    pub fn place(&self, point: Vec3, normal: Vec3, start: u32, vertex: u32) -> Option<Place> {
+        let place = self.walk(point, start);
+        let alike = self.facets[place.face as usize].normal.dot(normal);
+        let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
+        if agrees { Some(place) } else { self.nearest_around(point, normal, vertex) }
+    }
+
+    /// Crosses edges toward the point until it lies over a face, or beyond the edge just crossed.
+    fn walk(&self, point: Vec3, start: u32) -> Place {
+        let (mut face, mut from) = (start, u32::MAX);
+        for _ in 0..MOST_STEPS {
+            let facet = &self.facets[face as usize];
+            let [u, v, w] = facet.weights(point - facet.origin);
+            let [a, b, c] = facet.corners;
+            let (least, edge) = if u < v { (u, [c, b]) } else { (v, [a, c]) };
+            let (least, edge) = if w < least { (w, [b, a]) } else { (least, edge) };
+            if least >= 0.0 {
+                break;
+            }
+            let Some(beyond) = self.around.along(edge[0], edge[1]).filter(|&beyond| beyond != from) else { break };
+            (face, from) = (beyond, face);
+        }
+        self.over(face, point)
+    }
+
+    /// The place over a face, moved into it.
+    fn over(&self, face: u32, point: Vec3) -> Place {
+        let facet = &self.facets[face as usize];
+        let offset = point - facet.origin;
+        let within = facet.weights(offset).map(|w| w.max(0.0));
+        let total: f32 = within.iter().sum();
+        Place { face, weights: within.map(|w| w / total), height: facet.normal.dot(offset) }
+    }
+
+    /// The nearest place in the faces around `vertex` that look the same way.
+    fn nearest_around(&self, point: Vec3, normal: Vec3, vertex: u32) -> Option<Place> {
+        let mut best: Option<(f32, Place)> = None;
+        for face in self.around.faces(vertex) {
+            let facet = &self.facets[face as usize];
+            if facet.normal.dot(normal) <= 0.0 {
+                continue;
+            }
+            let corners = facet.corners.map(|v| self.positions[v as usize]);
+            let weights = nearest_weights(point, corners);
+            let gap = point - (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]);
+            let distance = gap.length_squared();
+            if best.is_none_or(|(least, _)| distance < least) {
+                best = Some((distance, Place { face, weights, height: facet.normal.dot(gap) }));
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+}
