@@ -84,11 +84,16 @@ impl<'a> Facets<'a> {
         self.facets[face].normal
     }
 
-    /// A face near a point that lies amid three vertices, some of which may be the same.
-    pub fn amid(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
-        let edge = if a != b { [a, b] } else { [b, c] };
-        let along = self.around.along(edge[0], edge[1]).or_else(|| self.around.along(edge[1], edge[0]));
-        along.or_else(|| self.around.corners(a).first().map(|corner| corner.face))
+    /// A face at the edge between the regions of a point's three vertices; none where they are all the same, or far
+    /// apart.
+    pub fn between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+        let [u, v] = if a != b { [a, b] } else { [b, c] };
+        if u == v { None } else { self.around.along(u, v).or_else(|| self.around.along(v, u)) }
+    }
+
+    /// Any face at a vertex.
+    pub fn at(&self, vertex: u32) -> Option<u32> {
+        self.around.corners(vertex).first().map(|corner| corner.face)
     }
 
     /// Where a point belongs, at which the original has this normal of any length: where a walk from face `start`

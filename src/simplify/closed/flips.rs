@@ -88,22 +88,22 @@ impl PointsOfFaces {
     fn new(points: &mut Points, facets: &Facets, n_faces: usize) -> Self {
         let mut starts = vec![0u32; n_faces + 2];
         let mut errors = vec![0.0; n_faces];
-        let mut found: Vec<(u32, Weighed)> = Vec::new();
+        let mut found: Vec<(u32, u32, f32)> = Vec::new();
         points.place(facets, |matches| {
-            for Match { area, place, at, .. } in matches.iter().flatten() {
+            for Match { point, area, place } in matches.iter().flatten() {
                 starts[place.face as usize + 2] += 1;
                 errors[place.face as usize] += area * place.height * place.height;
-                found.push((place.face, Weighed { at: *at, area: *area }));
+                found.push((place.face, *point, *area));
             }
         });
         (2..starts.len()).for_each(|f| starts[f] += starts[f - 1]);
-        let mut points = vec![Weighed::default(); found.len()];
-        for (face, point) in found {
+        let mut weighed = vec![Weighed::default(); found.len()];
+        for (face, point, area) in found {
             let slot = &mut starts[face as usize + 1];
-            points[*slot as usize] = point;
+            weighed[*slot as usize] = Weighed { at: points.position(point), area };
             *slot += 1;
         }
-        Self { starts, points, errors }
+        Self { starts, points: weighed, errors }
     }
 
     fn of(&self, face: u32) -> &[Weighed] {

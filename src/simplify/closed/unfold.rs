@@ -27,10 +27,13 @@ pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32
     let mut around = FacesAround::new(positions.len(), faces);
     let starts = anchors(surface, positions, vertex_of);
     let mut n_flipped = 0;
-    for (sight, most_loss) in ROUNDS {
+    let mut touched: FxHashSet<u32> = FxHashSet::default();
+    for (round, (sight, most_loss)) in ROUNDS.into_iter().enumerate() {
         let original = Original { surface, positions, starts: &starts, sight, most_loss };
-        let mut touched: FxHashSet<u32> = FxHashSet::default();
-        for &f in &folded {
+        // The second round is the first again: only near what it changed can anything be different.
+        let near = if round == 1 { folded_near(faces, &around, &folded, &touched) } else { folded.clone() };
+        touched.clear();
+        for &f in &near {
             if original.looks_away(faces[f as usize])
                 && let Some(diamond) = original.find_flip(f, faces, &around, &touched)
             {
@@ -123,6 +126,13 @@ fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
     }
     let is_folded = |face: &[u32; 3]| face.iter().any(|&v| normal(face).dot(means[v as usize]) < 0.0);
     (0..faces.len() as u32).filter(|&f| is_folded(&faces[f as usize])).collect()
+}
+
+/// The `folded` faces beside which an edge was flipped.
+fn folded_near(faces: &[[u32; 3]], around: &FacesAround, folded: &[u32], touched: &FxHashSet<u32>) -> Vec<u32> {
+    let rings = touched.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]);
+    let near: FxHashSet<u32> = rings.collect();
+    folded.iter().copied().filter(|&f| faces[f as usize].iter().any(|v| near.contains(v))).collect()
 }
 
 /// Of the faces that were `folded` and those at `touched` vertices, the ones that are.
