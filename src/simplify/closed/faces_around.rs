@@ -37,6 +37,7 @@ impl FacesAround {
     }
 
     /// The faces at `vertex`.
+    #[inline]
     pub fn corners(&self, vertex: u32) -> &[Corner] {
         if !self.changed.is_empty()
             && let Some(row) = self.changed.get(&vertex)
@@ -52,6 +53,7 @@ impl FacesAround {
     }
 
     /// The face that runs along its edge from `u` to `v`; beyond a face's edge it is the one that runs the other way.
+    #[inline]
     pub fn along(&self, u: u32, v: u32) -> Option<u32> {
         self.corners(u).iter().find(|corner| corner.next == v).map(|corner| corner.face)
     }

@@ -1,5 +1,7 @@
 //! The output's faces as points of the original see them: which one a point belongs to, where in it, how far above it.
 
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -11,6 +13,10 @@ use super::faces_around::FacesAround;
 const AGREES: f32 = 0.8;
 /// Edges that a walk may cross.
 const MOST_STEPS: usize = 12;
+/// No face.
+const NONE: u32 = u32::MAX;
+/// A face that nobody has looked for yet.
+const UNKNOWN: u32 = u32::MAX - 1;
 
 /// A face as functions of the point, one cache line.
 #[repr(align(64))]
@@ -21,8 +27,8 @@ pub(super) struct Facet {
     pub normal: Vec3,
     /// Position of the third corner, where all of these are 0.
     origin: Vec3,
-    /// The corners.
-    corners: [u32; 3],
+    /// The faces beyond the edges opposite to the corners, as far as they are known; `NONE` beyond a border.
+    beyond: [AtomicU32; 3],
 }
 
 /// A place of a point over a face.
@@ -38,14 +44,13 @@ pub(super) struct Place {
 
 impl Facet {
     /// The face with these corners.
-    pub fn new(corners: [u32; 3], positions: &[Vec3]) -> Self {
-        let [a, b, origin] = corners.map(|v| positions[v as usize]);
+    pub fn new([a, b, origin]: [Vec3; 3]) -> Self {
         let (u, v) = (a - origin, b - origin);
         let area_normal = u.cross(v);
         let squared = area_normal.length_squared();
         let inverse = if squared > f32::MIN_POSITIVE { 1.0 / squared } else { 0.0 };
         let gradients = [v.cross(area_normal) * inverse, area_normal.cross(u) * inverse];
-        Self { gradients, normal: area_normal * inverse.sqrt(), origin, corners }
+        Self { gradients, normal: area_normal * inverse.sqrt(), origin, beyond: [const { AtomicU32::new(UNKNOWN) }; 3] }
     }
 
     /// Height of a point over the plane of the face.
@@ -53,13 +58,9 @@ impl Facet {
         self.normal.dot(point - self.origin)
     }
 
-    /// The barycentric weight of the third corner at the place of a point.
-    pub fn third(&self, point: Vec3) -> f32 {
+    /// The barycentric weights of the foot of a point, negative where it lies outside.
+    pub fn weights(&self, point: Vec3) -> [f32; 3] {
         let offset = point - self.origin;
-        1.0 - self.gradients[0].dot(offset) - self.gradients[1].dot(offset)
-    }
-
-    fn weights(&self, offset: Vec3) -> [f32; 3] {
         let (u, v) = (self.gradients[0].dot(offset), self.gradients[1].dot(offset));
         [u, v, 1.0 - u - v]
     }
@@ -69,19 +70,20 @@ impl Facet {
 pub(super) struct Facets<'a> {
     facets: Vec<Facet>,
     positions: &'a [Vec3],
+    faces: &'a [[u32; 3]],
     around: &'a FacesAround,
 }
 
 impl<'a> Facets<'a> {
     /// From positions (n_vertices x 3) and faces (n_faces x 3) with what lies around them.
-    pub fn new(positions: &'a [Vec3], faces: &[[u32; 3]], around: &'a FacesAround) -> Self {
-        let facets = faces.par_iter().map(|&face| Facet::new(face, positions)).collect();
-        Self { facets, positions, around }
+    pub fn new(positions: &'a [Vec3], faces: &'a [[u32; 3]], around: &'a FacesAround) -> Self {
+        let facet = |face: &[u32; 3]| Facet::new(face.map(|v| positions[v as usize]));
+        Self { facets: faces.par_iter().map(facet).collect(), positions, faces, around }
     }
 
     /// Unit normal of a face; zero where there is none.
-    pub fn normal(&self, face: usize) -> Vec3 {
-        self.facets[face].normal
+    pub fn normal(&self, face: u32) -> Vec3 {
+        self.facets[face as usize].normal
     }
 
     /// A face at the edge between the regions of a point's three vertices; none where they are all the same, or far
@@ -100,36 +102,43 @@ impl<'a> Facets<'a> {
     /// leads, or else the nearest face around `vertex` that looks the same way.
     pub fn place(&self, point: Vec3, normal: Vec3, start: u32, vertex: u32) -> Option<Place> {
         let place = self.walk(point, start);
-        let alike = self.facets[place.face as usize].normal.dot(normal);
+        let alike = self.normal(place.face).dot(normal);
         let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
         if agrees { Some(place) } else { self.nearest_around(point, normal, vertex) }
     }
 
     /// Crosses edges toward the point until it lies over a face, or beyond the edge just crossed.
     fn walk(&self, point: Vec3, start: u32) -> Place {
-        let (mut face, mut from) = (start, u32::MAX);
+        let (mut face, mut from) = (start, NONE);
+        let mut weights = self.facets[face as usize].weights(point);
         for _ in 0..MOST_STEPS {
-            let facet = &self.facets[face as usize];
-            let [u, v, w] = facet.weights(point - facet.origin);
-            let [a, b, c] = facet.corners;
-            let (least, edge) = if u < v { (u, [c, b]) } else { (v, [a, c]) };
-            let (least, edge) = if w < least { (w, [b, a]) } else { (least, edge) };
-            if least >= 0.0 {
+            let [u, v, w] = weights;
+            if u.min(v).min(w) >= 0.0 {
                 break;
             }
-            let Some(beyond) = self.around.along(edge[0], edge[1]).filter(|&beyond| beyond != from) else { break };
+            let beyond = self.beyond(face, if w < u.min(v) { 2 } else { usize::from(v < u) });
+            if beyond == from || beyond == NONE {
+                break;
+            }
             (face, from) = (beyond, face);
+            weights = self.facets[face as usize].weights(point);
         }
-        self.over(face, point)
+        let within = weights.map(|w| w.max(0.0));
+        let inverse = 1.0 / (within[0] + within[1] + within[2]);
+        Place { face, weights: within.map(|w| w * inverse), height: self.facets[face as usize].height(point) }
     }
 
-    /// The place over a face, moved into it.
-    fn over(&self, face: u32, point: Vec3) -> Place {
-        let facet = &self.facets[face as usize];
-        let offset = point - facet.origin;
-        let within = facet.weights(offset).map(|w| w.max(0.0));
-        let total: f32 = within.iter().sum();
-        Place { face, weights: within.map(|w| w / total), height: facet.normal.dot(offset) }
+    /// The face beyond the edge opposite to a corner (0, 1, 2), or `NONE`; looked for once and then remembered.
+    fn beyond(&self, face: u32, corner: usize) -> u32 {
+        let memory = &self.facets[face as usize].beyond[corner];
+        let known = memory.load(Relaxed);
+        if known != UNKNOWN {
+            return known;
+        }
+        let corners = self.faces[face as usize];
+        let found = self.around.along(corners[(corner + 2) % 3], corners[(corner + 1) % 3]).unwrap_or(NONE);
+        memory.store(found, Relaxed);
+        found
     }
 
     /// The nearest place in the faces around `vertex` that look the same way.
@@ -140,12 +149,12 @@ impl<'a> Facets<'a> {
             if facet.normal.dot(normal) <= 0.0 {
                 continue;
             }
-            let corners = facet.corners.map(|v| self.positions[v as usize]);
+            let corners = self.faces[face as usize].map(|v| self.positions[v as usize]);
             let weights = nearest_weights(point, corners);
-            let gap = point - (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]);
-            let distance = gap.length_squared();
+            let foot = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+            let distance = point.distance_squared(foot);
             if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, Place { face, weights, height: facet.normal.dot(gap) }));
+                best = Some((distance, Place { face, weights, height: facet.height(point) }));
             }
         }
         best.map(|(_, place)| place)

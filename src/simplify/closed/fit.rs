@@ -40,25 +40,23 @@ pub(super) struct Step {
     pub moved: Vec<bool>,
 }
 
-/// Moves the output vertices toward the points of the original `n_steps` times; appends the steps to `history`, if any.
-pub(super) fn fit(points: &mut Points, output: &mut Output, n_steps: usize, mut history: Option<&mut Vec<Step>>) {
+/// Moves the output vertices toward the points of the original by one step; appends it to `history`, if any.
+pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut Vec<Step>>) {
     let around = FacesAround::new(output.positions.len(), output.faces);
-    for _ in 0..n_steps {
-        let facets = Facets::new(output.positions, output.faces, &around);
-        let mut matches = history.as_ref().map(|_| Vec::new());
-        let mut sums = vec![FaceSums::default(); output.faces.len()];
-        points.place(&facets, |found| {
-            found.iter().flatten().for_each(|m| sums[m.place.face as usize].add(m));
-            matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
-        });
-        let steps = solve(output, &facets, &sums);
-        let after = take_steps(output, &facets, &around, &steps);
-        if let (Some(history), Some(matches)) = (&mut history, matches) {
-            let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
-            history.push(Step { matches, moved });
-        }
-        output.positions.copy_from_slice(&after);
+    let facets = Facets::new(output.positions, output.faces, &around);
+    let mut matches = history.as_ref().map(|_| Vec::new());
+    let mut sums = vec![FaceSums::default(); output.faces.len()];
+    points.place(&facets, |found| {
+        found.iter().flatten().for_each(|m| sums[m.place.face as usize].add(m));
+        matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
+    });
+    let steps = solve(output, &facets, &sums);
+    let after = take_steps(output, &facets, &around, &steps);
+    if let (Some(history), Some(matches)) = (history, matches) {
+        let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
+        history.push(Step { matches, moved });
     }
+    output.positions.copy_from_slice(&after);
 }
 
 /// Sums over the points of a face, weighted with their areas.
@@ -82,31 +80,31 @@ impl FaceSums {
             self.products[3 + i] += weighted[i] * weights[(i + 1) % 3];
         }
     }
+
+    /// By how much the squared heights change when the corners rise by as much as this times t: the factors of
+    /// `-2 t` and of `t^2`.
+    fn slope_and_curvature(&self, rises: [f32; 3]) -> [f32; 2] {
+        let next = |i: usize| rises[(i + 1) % 3];
+        let slope = (0..3).map(|i| self.heights[i] * rises[i]).sum();
+        let square = |i: usize| rises[i] * (self.products[i] * rises[i] + 2.0 * self.products[3 + i] * next(i));
+        [slope, (0..3).map(square).sum()]
+    }
 }
 
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
 /// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays.
 fn solve(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
     let directions = directions(output, facets, sums);
-    // Along its direction, a vertex's points change their sum of squares by -2 t slope + t^2 curvature.
     let mut gains = vec![[0.0f32; 2]; directions.len()];
     let mut total = [0.0f64; 2];
     for (f, (face, sum)) in output.faces.iter().zip(sums).enumerate() {
-        let normal = facets.normal(f);
-        let rises = face.map(|v| normal.dot(directions[v as usize]));
-        let slope: f32 = (0..3).map(|i| sum.heights[i] * rises[i]).sum();
-        let curvature: f32 = (0..3)
-            .map(|i| rises[i] * (sum.products[i] * rises[i] + 2.0 * sum.products[3 + i] * rises[(i + 1) % 3]))
-            .sum();
-        total[0] += f64::from(slope);
-        total[1] += f64::from(curvature);
+        let normal = facets.normal(f as u32);
+        let change = sum.slope_and_curvature(face.map(|v| normal.dot(directions[v as usize])));
         let whole: f32 = sum.weights.iter().sum();
-        if whole > 0.0 {
-            for (v, weight) in face.iter().zip(sum.weights) {
-                let gain = &mut gains[*v as usize];
-                gain[0] += weight / whole * slope;
-                gain[1] += weight / whole * curvature;
-            }
+        let share = if whole > 0.0 { 1.0 / whole } else { 0.0 };
+        for k in 0..2 {
+            total[k] += f64::from(change[k]);
+            face.iter().zip(sum.weights).for_each(|(&v, w)| gains[v as usize][k] += w * share * change[k]);
         }
     }
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
@@ -118,13 +116,12 @@ fn solve(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
 fn directions(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     for (f, (face, sum)) in output.faces.iter().zip(sums).enumerate() {
-        let n = facets.normal(f);
+        let n = facets.normal(f as u32);
+        let outer = [n.x * n.x, n.x * n.y, n.x * n.z, n.y * n.y, n.y * n.z, n.z * n.z];
         for (i, v) in face.iter().enumerate() {
-            let (w, h) = (sum.weights[i], sum.heights[i]);
-            let row = [w * n.x * n.x, w * n.x * n.y, w * n.x * n.z, w * n.y * n.y, w * n.y * n.z, w * n.z * n.z];
             let system = &mut systems[*v as usize];
-            system[..6].iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
-            system[6..].iter_mut().zip((n * h).to_array()).for_each(|(sum, x)| *sum += x);
+            system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[i] * x);
+            system[6..].iter_mut().zip(n.to_array()).for_each(|(entry, x)| *entry += sum.heights[i] * x);
         }
     }
     systems.iter().map(solve_block).collect()
@@ -149,7 +146,7 @@ fn solve_block(system: &[f32; 9]) -> Vec3 {
 /// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
 fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3]) -> Vec<Vec3> {
     let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
-    let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f as usize, after);
+    let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
     let mut turned: Vec<u32> = (0..output.faces.len() as u32).into_par_iter().filter(|f| turns(f, &after)).collect();
     while !turned.is_empty() {
         let mut back = Vec::new();
@@ -166,13 +163,13 @@ fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[V
 }
 
 /// Whether a face turns too far when its corners go to where they are `after`.
-fn turns(output: &Output, facets: &Facets, f: usize, after: &[Vec3]) -> bool {
-    let normal = area_normal(output.faces[f].map(|v| after[v as usize]));
+fn turns(output: &Output, facets: &Facets, f: u32, after: &[Vec3]) -> bool {
+    let normal = area_normal(output.faces[f as usize].map(|v| after[v as usize]));
     let below = |unit: Vec3, least: f32| {
         let along = unit.dot(normal);
         along < 0.0 || along * along < least * least * normal.length_squared()
     };
-    below(facets.normal(f), LEAST_COSINE) || below(output.meant[f], LEAST_MEANT)
+    below(facets.normal(f), LEAST_COSINE) || below(output.meant[f as usize], LEAST_MEANT)
 }
 
 #[cfg(test)]
@@ -205,7 +202,9 @@ mod tests {
         let vertex_of = nearest_of(&surface, &before);
         let mut points = Points::new(&surface, &vertex_of, before.len());
         let mut output = Output { positions: &mut positions, faces: coarse.faces(), meant: &meant };
-        fit(&mut points, &mut output, n_steps, None);
+        for _ in 0..n_steps {
+            fit(&mut points, &mut output, None);
+        }
         (before, positions)
     }
 

@@ -15,6 +15,8 @@ use super::points::{Match, Points};
 
 /// Squared heights over the other two faces, over those over the two faces, below which a flip pays.
 const GAIN: f32 = 0.6;
+/// Squared heights over the two faces, over the mean of a face, below which no flip is looked for.
+const LEAST_ERROR: f32 = 0.25;
 /// Least cosine between the faces' normals before and after.
 const LEAST_COSINE: f32 = 0.5;
 /// Cosine between the two faces above which their diagonals hardly differ.
@@ -82,6 +84,8 @@ struct PointsOfFaces {
     points: Vec<Weighed>,
     /// Sums of squared heights, times areas, over the faces.
     errors: Vec<f32>,
+    /// The errors of two faces below which no flip is looked for.
+    least_error: f32,
 }
 
 impl PointsOfFaces {
@@ -103,7 +107,8 @@ impl PointsOfFaces {
             weighed[*slot as usize] = Weighed { at: points.position(point), area };
             *slot += 1;
         }
-        Self { starts, points: weighed, errors }
+        let mean = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / n_faces as f64;
+        Self { starts, points: weighed, errors, least_error: LEAST_ERROR * mean as f32 }
     }
 
     fn of(&self, face: u32) -> &[Weighed] {
@@ -112,20 +117,24 @@ impl PointsOfFaces {
 
     /// How much nearer to the points the other two faces lie (sum of squared heights times areas), if that is enough.
     fn gain(&self, facets: &Facets, positions: &[Vec3], diamond: &Diamond, meant: [Vec3; 2]) -> Option<f32> {
-        let old = diamond.faces.map(|f| facets.normal(f as usize));
+        let before: f32 = diamond.faces.iter().map(|&f| self.errors[f as usize]).sum();
+        if before < self.least_error {
+            return None;
+        }
+        let old = diamond.faces.map(|f| facets.normal(f));
         if old[0].dot(old[1]) > FLAT {
             return None;
         }
         let [a, b, c, d] = diamond.corners;
         let like = |n: Vec3, m: Vec3| n.dot(m) > LEAST_COSINE;
-        let new = [Facet::new([c, d, b], positions), Facet::new([d, c, a], positions)];
+        let new = [[c, d, b], [d, c, a]].map(|face| Facet::new(face.map(|v| positions[v as usize])));
         if new.iter().any(|n| old.iter().chain(&meant).any(|m| !like(n.normal, *m))) {
             return None;
         }
-        let before: f32 = diamond.faces.iter().map(|&f| self.errors[f as usize]).sum();
         let points = diamond.faces.iter().flat_map(|&f| self.of(f));
         let heights = points.map(|point| {
-            let height = new[usize::from(new[0].third(point.at) < 0.0)].height(point.at);
+            let heights = [new[0].height(point.at), new[1].height(point.at)];
+            let height = if new[0].weights(point.at)[2] < 0.0 { heights[1] } else { heights[0] };
             point.area * height * height
         });
         let after: f32 = heights.sum();

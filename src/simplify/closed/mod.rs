@@ -39,8 +39,8 @@ pub use importance::importance_of_scores;
 
 /// Sweeps over the borders of the regions; more move hardly any vertex.
 const SWEEPS: usize = 2;
-/// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
-/// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
+/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
+/// the diagonals.
 const COARSE: usize = 15;
 /// Share of the samples that are darts; the rest is for cutting regions that cost too much.
 const DARTS: f64 = 0.9;
@@ -139,7 +139,7 @@ pub(super) fn simplify_closed(
     let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals };
     let mut steps = wanted.then(Vec::new);
     if request.parts.fit {
-        fit::fit(&mut points, &mut output, if coarse { 2 } else { 1 }, steps.as_mut());
+        fit::fit(&mut points, &mut output, steps.as_mut());
     }
     let fitted = wanted.then(|| faces.clone());
     enter("finish")?;
