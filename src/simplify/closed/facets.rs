@@ -93,39 +93,59 @@ impl<'a> Facets<'a> {
         if u == v { None } else { self.around.along(u, v).or_else(|| self.around.along(v, u)) }
     }
 
-    /// Any face at a vertex.
-    pub fn at(&self, vertex: u32) -> Option<u32> {
-        self.around.corners(vertex).first().map(|corner| corner.face)
+    /// A face at a vertex; the first of all where it has none.
+    pub fn at(&self, vertex: u32) -> u32 {
+        self.around.corners(vertex).first().map_or(0, |corner| corner.face)
     }
 
-    /// Where a point belongs, at which the original has this normal of any length: where a walk from face `start`
-    /// leads, or else the nearest face around `vertex` that looks the same way.
-    pub fn place(&self, point: Vec3, normal: Vec3, start: u32, vertex: u32) -> Option<Place> {
-        let place = self.walk(point, start);
-        let alike = self.normal(place.face).dot(normal);
-        let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
-        if agrees { Some(place) } else { self.nearest_around(point, normal, vertex) }
+    /// Whether there is no face.
+    pub fn is_empty(&self) -> bool {
+        self.facets.is_empty()
     }
 
-    /// Crosses edges toward the point until it lies over a face, or beyond the edge just crossed.
-    fn walk(&self, point: Vec3, start: u32) -> Place {
-        let (mut face, mut from) = (start, NONE);
-        let mut weights = self.facets[face as usize].weights(point);
+    /// Walks from the `faces`, one per point, over edges toward the points, each until it lies over a face or beyond the
+    /// edge just crossed.
+    ///
+    /// All points step at once, round by round: which of them go on is sorted out without a branch, so that no point
+    /// waits for another's memory.
+    pub fn walk(&self, points: &[Vec3], faces: &mut [u32]) {
+        let mut from = vec![NONE; points.len()];
+        let mut toward = vec![0u8; points.len()];
+        let mut walking: Vec<usize> = (0..points.len()).collect();
         for _ in 0..MOST_STEPS {
-            let [u, v, w] = weights;
-            if u.min(v).min(w) >= 0.0 {
-                break;
+            let mut n_outside = 0;
+            for k in 0..walking.len() {
+                let i = walking[k];
+                let [u, v, w] = self.facets[faces[i] as usize].weights(points[i]);
+                let least = u.min(v);
+                toward[i] = if w < least { 2 } else { u8::from(v < u) };
+                walking[n_outside] = i;
+                n_outside += usize::from(least.min(w) < 0.0);
             }
-            let beyond = self.beyond(face, if w < u.min(v) { 2 } else { usize::from(v < u) });
-            if beyond == from || beyond == NONE {
-                break;
-            }
-            (face, from) = (beyond, face);
-            weights = self.facets[face as usize].weights(point);
+            walking.truncate(n_outside);
+            walking.retain(|&i| {
+                let beyond = self.beyond(faces[i], usize::from(toward[i]));
+                let goes = beyond != from[i] && beyond != NONE;
+                if goes {
+                    (from[i], faces[i]) = (faces[i], beyond);
+                }
+                goes
+            });
         }
-        let within = weights.map(|w| w.max(0.0));
+    }
+
+    /// The place of a point, at which the original has this normal of any length, over the face that a walk led to; or
+    /// else over the nearest face around `vertex` that looks the same way.
+    pub fn place(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Place> {
+        let facet = &self.facets[face as usize];
+        let alike = facet.normal.dot(normal);
+        let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
+        if !agrees {
+            return self.nearest_around(point, normal, vertex);
+        }
+        let within = facet.weights(point).map(|w| w.max(0.0));
         let inverse = 1.0 / (within[0] + within[1] + within[2]);
-        Place { face, weights: within.map(|w| w * inverse), height: self.facets[face as usize].height(point) }
+        Some(Place { face, weights: within.map(|w| w * inverse), height: facet.height(point) })
     }
 
     /// The face beyond the edge opposite to a corner (0, 1, 2), or `NONE`; looked for once and then remembered.

@@ -11,10 +11,10 @@ use super::surface::Surface;
 /// Input faces looked at per output vertex, at most.
 const POINTS_PER_VERTEX: usize = 14;
 /// Points that one thread places in a row.
-const CHUNK: usize = 1024;
+const CHUNK: usize = 512;
 /// Points that are placed before they are handed on: few enough to stay in the cache.
-const BATCH: usize = 4 * CHUNK;
-/// Vertices of whose faces the last one found is kept in mind.
+const BATCH: usize = 8 * CHUNK;
+/// Vertices of whose faces one is kept in mind.
 const REMEMBERED: usize = 128;
 /// The face of a point that belongs to none.
 const NONE: u32 = u32::MAX;
@@ -48,59 +48,55 @@ impl<'a> Points<'a> {
 
     /// Finds the places of all points and hands them on in batches, in order.
     pub fn place(&mut self, facets: &Facets, mut hand_on: impl FnMut(&[Option<Match>])) {
+        if facets.is_empty() {
+            return;
+        }
         let n_points = self.faces.len();
+        let stride = ((self.surface.faces.len() as u64) << 32) / n_points.max(1) as u64;
         let mut faces = std::mem::take(&mut self.faces);
         let mut found = vec![None; n_points.min(BATCH)];
         for (batch, faces) in faces.chunks_mut(BATCH).enumerate() {
             let found = &mut found[..faces.len()];
             let chunks = faces.par_chunks_mut(CHUNK).zip(found.par_chunks_mut(CHUNK)).enumerate();
             chunks.for_each(|(chunk, (faces, found))| {
-                let first = batch * BATCH + chunk * CHUNK;
-                let point = |i: usize| ((first + i) as u64 * self.surface.faces.len() as u64 / n_points as u64) as u32;
-                self.begin(facets, point, faces);
-                self.place_run(facets, point, faces, found);
+                let first = (batch * BATCH + chunk * CHUNK) as u64;
+                let points = (first..first + faces.len() as u64).map(|i| (i * stride >> 32) as u32);
+                self.place_run(facets, points.collect(), faces, found);
             });
             hand_on(found);
         }
         self.faces = faces;
     }
 
-    /// The output vertices of the corners of an input face.
-    fn vertices(&self, point: u32) -> [u32; 3] {
-        self.surface.faces[point as usize].map(|v| self.vertex_of[v as usize])
-    }
-
-    /// Faces to begin at, where regions meet, for points that have none yet.
-    fn begin(&self, facets: &Facets, point: impl Fn(usize) -> u32, faces: &mut [u32]) {
-        for (i, face) in faces.iter_mut().enumerate().filter(|(_, face)| **face == NONE) {
-            *face = facets.between(self.vertices(point(i))).unwrap_or(NONE);
+    /// Finds the places of a run of points from the faces where they were the last time, or else from those where they
+    /// may be.
+    fn place_run(&self, facets: &Facets, points: Vec<u32>, faces: &mut [u32], found: &mut [Option<Match>]) {
+        self.begin(facets, &points, faces);
+        let corners = |point: u32| self.surface.faces[point as usize].map(|v| self.surface.positions[v as usize]);
+        let places: Vec<Vec3> = points.iter().map(|&point| centroid(corners(point))).collect();
+        facets.walk(&places, faces);
+        for (i, &point) in points.iter().enumerate() {
+            let normal = area_normal(corners(point));
+            let vertex = self.vertex_of[self.surface.faces[point as usize][0] as usize];
+            let place = facets.place(places[i], normal, faces[i], vertex);
+            found[i] = place.map(|place| Match { point, area: 0.5 * normal.length(), place });
+            faces[i] = place.map_or(NONE, |place| place.face);
         }
     }
 
-    /// Finds the places of a run of points from the faces to begin at, or else from where the last point of the same
-    /// region is.
-    fn place_run(&self, facets: &Facets, point: impl Fn(usize) -> u32, faces: &mut [u32], found: &mut [Option<Match>]) {
+    /// Faces to begin at for points that have none: where regions meet, and amid a region the last one of these.
+    fn begin(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
-        for (i, (face, found)) in faces.iter_mut().zip(found).enumerate() {
-            let point = point(i);
-            let vertex = self.vertices(point)[0];
-            let last = &mut last[vertex as usize % REMEMBERED];
-            let near = if last.0 == vertex { Some(last.1) } else { facets.at(vertex) };
-            let start = if *face == NONE { near } else { Some(*face) };
-            *found = start.and_then(|start| self.place_point(facets, point, start, vertex));
-            *face = found.map_or(NONE, |m| m.place.face);
-            if *face != NONE {
-                *last = (vertex, *face);
-            }
+        for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
+            let vertices = self.surface.faces[point as usize].map(|v| self.vertex_of[v as usize]);
+            let last = &mut last[vertices[0] as usize % REMEMBERED];
+            *face = match facets.between(vertices) {
+                Some(between) => between,
+                None if last.0 == vertices[0] => last.1,
+                None => facets.at(vertices[0]),
+            };
+            *last = (vertices[0], *face);
         }
-    }
-
-    /// Where the centroid of an input face belongs, looked for from output face `start` on, or around `vertex`.
-    fn place_point(&self, facets: &Facets, point: u32, start: u32, vertex: u32) -> Option<Match> {
-        let corners = self.surface.faces[point as usize].map(|v| self.surface.positions[v as usize]);
-        let normal = area_normal(corners);
-        let place = facets.place(centroid(corners), normal, start, vertex)?;
-        Some(Match { point, area: 0.5 * normal.length(), place })
     }
 
     /// Where a point lies.
