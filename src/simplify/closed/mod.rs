@@ -7,11 +7,14 @@ mod darts;
 mod derivative;
 mod edge_lengths;
 mod faces_around;
+mod facets;
 mod fit;
 mod flips;
 mod importance;
 mod links;
+mod nearest;
 mod placement;
+mod points;
 mod quotient;
 mod regions;
 mod separate;
@@ -28,6 +31,7 @@ use collapse::{Collapse, Remains};
 use darts::Assignment;
 use derivative::Choices;
 use edge_lengths::EdgeLengths;
+use points::Points;
 use regions::Sum;
 use surface::Surface;
 
@@ -37,8 +41,8 @@ pub use importance::importance_of_scores;
 
 /// Sweeps over the borders of the regions; more move hardly any vertex.
 const SWEEPS: usize = 2;
-/// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
-/// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
+/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
+/// the diagonals.
 const COARSE: usize = 15;
 /// Share of the samples that are darts; the rest is for cutting regions that cost too much.
 const DARTS: f64 = 0.9;
@@ -130,13 +134,14 @@ pub(super) fn simplify_closed(
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
-    let flipped_edges = if coarse && request.parts.flips { flips::flip(&surface, &vertex_of, &mut remains) } else { 0 };
+    let mut points = Points::new(&surface, &vertex_of, remains.positions.len());
+    let flipped_edges = if coarse && request.parts.flips { flips::flip(&mut points, &mut remains) } else { 0 };
     enter("fit")?;
     let Remains { mut positions, mut faces, normals, vertex_of: output_of } = remains;
-    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, vertex_of: &vertex_of };
+    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals };
     let mut steps = wanted.then(Vec::new);
     if request.parts.fit {
-        fit::fit(&surface, &mut output, if coarse { 2 } else { 1 }, steps.as_mut());
+        fit::fit(&mut points, &mut output, steps.as_mut());
     }
     let fitted = wanted.then(|| faces.clone());
     enter("finish")?;

@@ -179,7 +179,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
     }
 
-    /// Meshes with the sizes that lead over every branch: fits of one and two steps, all vertices as samples, borders,
+    /// Meshes with the sizes that lead over every branch: fits with and without flips, all vertices as samples, borders,
     /// flat parts, sheets that were split.
     fn cases() -> Vec<(TriMesh, usize)> {
         vec![
