@@ -3,16 +3,16 @@
 //! Each vertex becomes as many vertices as it has fans of faces joined over edges with two faces; edges with
 //! more than two faces become borders. Nothing moves and no face is lost.
 
-use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 
 use super::OneRings;
 use super::union_find::UnionFind;
 
 /// A manifold with the same faces as the input, its rings, and where its vertices come from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Manifold {
-    /// Faces, n_faces x 3, in the input's order; some wound the other way.
-    pub faces: Vec<[u32; 3]>,
+pub struct Manifold<'a> {
+    /// Faces, n_faces x 3, in the input's order; some wound the other way. Borrowed where nothing had to change.
+    pub faces: Cow<'a, [[u32; 3]]>,
     /// Neighbours in order.
     pub rings: OneRings,
     /// For the vertices beyond the input's, the vertex each is a copy of.
@@ -27,69 +27,83 @@ pub struct Manifold {
 ///
 /// ```
 /// // Two triangles that touch in vertex 0 alone.
-/// let manifold = neural_mesh::mesh::manifold(5, vec![[0, 1, 2], [0, 3, 4]]);
+/// let manifold = neural_mesh::mesh::manifold(5, &[[0, 1, 2], [0, 3, 4]]);
 /// assert_eq!(manifold.copies, [0]);
 /// ```
-pub fn manifold(n_vertices: usize, faces: Vec<[u32; 3]>) -> Manifold {
-    match OneRings::new(n_vertices, &faces) {
-        Ok(rings) if rings.is_oriented() => Manifold { faces, rings, copies: Vec::new(), turned_faces: 0 },
-        _ => take_apart(n_vertices, faces),
-    }
-}
-
-fn take_apart(n_vertices: usize, mut faces: Vec<[u32; 3]>) -> Manifold {
-    let as_wound = joints(&faces);
-    let turned_faces = orient(&mut faces, &as_wound);
-    let joints = joints(&faces);
-    let mut copies = split_fans(n_vertices, &mut faces, &joints);
+pub fn manifold(n_vertices: usize, faces: &[[u32; 3]]) -> Manifold<'_> {
+    let mut faces = Cow::Borrowed(faces);
+    let mut copies = Vec::new();
+    let mut turned_faces = None;
     loop {
         match OneRings::new(n_vertices + copies.len(), &faces) {
-            Ok(rings) => return Manifold { faces, rings, copies, turned_faces },
-            Err(error) => separate_corners(n_vertices, &mut faces, &error.vertices, &mut copies),
+            Ok(rings) if rings.is_oriented() || turned_faces.is_some() => {
+                return Manifold { faces, rings, copies, turned_faces: turned_faces.unwrap_or(0) };
+            }
+            Ok(rings) => turned_faces = Some(orient(rings.n_vertices(), faces.to_mut())),
+            Err(error) => split_fans(n_vertices, faces.to_mut(), &error.vertices, &mut copies),
         }
     }
 }
 
-/// Pairs of half-edges (3 x face + corner) over the edges that have exactly two faces, both orders.
-fn joints(faces: &[[u32; 3]]) -> Vec<(u32, u32)> {
-    let mut halves: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * faces.len());
-    for (f, face) in faces.iter().enumerate() {
-        for i in 0..3 {
-            let (a, b) = (face[i], face[(i + 1) % 3]);
-            halves.push((a.min(b), a.max(b), (3 * f + i) as u32));
+/// Gives each fan of faces around `vertices` (ascending) a vertex of its own and notes what the new ones are copies of.
+fn split_fans(n_vertices: usize, faces: &mut [[u32; 3]], vertices: &[u32], copies: &mut Vec<u32>) {
+    let mut moved = Vec::new();
+    for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
+        let mut fans = fans(faces, corners);
+        let mut vertex_of = vec![0; corners.len()];
+        for (i, &(vertex, corner)) in corners.iter().enumerate() {
+            let first = fans.find(i as u32) as usize;
+            vertex_of[i] = if first < i { vertex_of[first] } else { vertex };
+            if first == i && i > 0 {
+                vertex_of[i] = (n_vertices + copies.len()) as u32;
+                copies.push((vertex as usize).checked_sub(n_vertices).map_or(vertex, |copy| copies[copy]));
+            }
+            moved.push((corner, vertex_of[i]));
         }
     }
-    halves.sort_unstable();
-    let same_edge = halves.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
-    same_edge.filter(|edge| edge.len() == 2).map(|edge| (edge[0].2, edge[1].2)).collect()
+    for (corner, vertex) in moved {
+        faces.as_flattened_mut()[corner as usize] = vertex;
+    }
 }
 
-/// Turns faces so that neighbours over joints agree wherever they can, most faces staying; returns how many turned.
-fn orient(faces: &mut [[u32; 3]], joints: &[(u32, u32)]) -> usize {
-    let mut starts = vec![0u32; faces.len() + 2];
-    for &(h, g) in joints {
-        starts[h as usize / 3 + 2] += 1;
-        starts[g as usize / 3 + 2] += 1;
-    }
-    for f in 2..starts.len() {
-        starts[f] += starts[f - 1];
-    }
-    let mut neighbors = vec![(0u32, false); 2 * joints.len()];
-    for &(h, g) in joints {
-        let agree = faces[h as usize / 3][h as usize % 3] != faces[g as usize / 3][g as usize % 3];
-        for (from, to) in [(h / 3, g / 3), (g / 3, h / 3)] {
-            let slot = &mut starts[from as usize + 1];
-            neighbors[*slot as usize] = (to, !agree);
-            *slot += 1;
+/// The corners (3 x face + place) at `vertices` (ascending) as (vertex, corner), ascending.
+fn corners_at(faces: &[[u32; 3]], vertices: &[u32]) -> Vec<(u32, u32)> {
+    let mut is_one = vec![false; vertices.last().map_or(0, |&last| last as usize + 1)];
+    vertices.iter().for_each(|&v| is_one[v as usize] = true);
+    let all = faces.as_flattened().iter().zip(0u32..);
+    let mut corners: Vec<(u32, u32)> =
+        all.filter(|&(&v, _)| is_one.get(v as usize) == Some(&true)).map(|(&v, corner)| (v, corner)).collect();
+    corners.sort_unstable();
+    corners
+}
+
+/// The corners at one vertex as sets, joined over the edges with exactly two faces; each alone if all would be one,
+/// which is two faces back to back.
+fn fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
+    let others = |&(vertex, corner): &(u32, u32)| faces[corner as usize / 3].into_iter().filter(move |&w| w != vertex);
+    let mut spokes: Vec<(u32, u32)> =
+        corners.iter().zip(0..).flat_map(|(corner, i)| others(corner).map(move |w| (w, i))).collect();
+    spokes.sort_unstable();
+    let mut fans = UnionFind::new(corners.len());
+    for spoke in spokes.chunk_by(|a, b| a.0 == b.0) {
+        if let &[(_, i), (_, j)] = spoke {
+            fans.union(i, j);
         }
     }
+    if fans.sets() == 1 { UnionFind::new(corners.len()) } else { fans }
+}
+
+/// Turns faces of a manifold so that neighbours agree wherever they can, most faces staying; returns how many turned.
+fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
+    let twins = twins(n_vertices, faces);
     let mut side = vec![None; faces.len()];
+    let mut component = Vec::with_capacity(faces.len());
     let mut turned = 0;
     for seed in 0..faces.len() {
         if side[seed].is_some() {
             continue;
         }
-        let component = spread_side(seed, &starts, &neighbors, &mut side);
+        spread_side(seed, faces, &twins, &mut side, &mut component);
         let opposed = component.iter().filter(|&&f| side[f as usize] == Some(true)).count();
         let minority = 2 * opposed <= component.len();
         for &f in &component {
@@ -103,70 +117,63 @@ fn orient(faces: &mut [[u32; 3]], joints: &[(u32, u32)]) -> usize {
 }
 
 /// Visits the faces joined to `seed` and notes for each whether it is wound against it.
-fn spread_side(seed: usize, starts: &[u32], neighbors: &[(u32, bool)], side: &mut [Option<bool>]) -> Vec<u32> {
+fn spread_side(seed: usize, faces: &[[u32; 3]], twins: &[u32], side: &mut [Option<bool>], component: &mut Vec<u32>) {
     side[seed] = Some(false);
-    let mut component = vec![seed as u32];
+    component.clear();
+    component.push(seed as u32);
     let mut next = 0;
-    while next < component.len() {
-        let f = component[next] as usize;
+    while let Some(&f) = component.get(next) {
         next += 1;
-        for &(g, opposed) in &neighbors[starts[f] as usize..starts[f + 1] as usize] {
-            if side[g as usize].is_none() {
-                side[g as usize] = side[f].map(|s| s != opposed);
-                component.push(g);
+        for half in 3 * f..3 * f + 3 {
+            let twin = twins[half as usize];
+            if twin != u32::MAX && side[twin as usize / 3].is_none() {
+                let opposed = faces.as_flattened()[half as usize] == faces.as_flattened()[twin as usize];
+                side[twin as usize / 3] = side[f as usize].map(|side| side != opposed);
+                component.push(twin / 3);
             }
         }
     }
-    component
 }
 
-/// Gives each fan of faces around a vertex a vertex of its own; returns what the new ones are copies of.
-fn split_fans(n_vertices: usize, faces: &mut [[u32; 3]], joints: &[(u32, u32)]) -> Vec<u32> {
-    let mut fans = UnionFind::new(3 * faces.len());
-    for &(h, g) in joints {
-        let (face_h, face_g) = (faces[h as usize / 3], faces[g as usize / 3]);
-        let ends = [face_h[h as usize % 3], face_h[(h as usize + 1) % 3]];
-        for end in ends {
-            let corner = |f: u32, face: [u32; 3]| 3 * f + u32::from(face[1] == end) + 2 * u32::from(face[2] == end);
-            fans.union(corner(h / 3, face_h), corner(g / 3, face_g));
+/// For each half-edge (3 x face + place) the other one over the same edge, `u32::MAX` at borders.
+fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
+    let ends = |face: [u32; 3], i: usize| (face[i].min(face[(i + 1) % 3]), face[i].max(face[(i + 1) % 3]));
+    let mut next = vec![0u32; n_vertices];
+    for &face in faces {
+        (0..3).for_each(|i| next[ends(face, i).0 as usize] += 1);
+    }
+    let mut n_before = 0;
+    for start in &mut next {
+        n_before += std::mem::replace(start, n_before);
+    }
+    // Half-edges by their smaller vertex, each with its larger one.
+    let mut rows = vec![(0u32, 0u32); 3 * faces.len()];
+    for (f, &face) in faces.iter().enumerate() {
+        for i in 0..3 {
+            let (low, high) = ends(face, i);
+            rows[next[low as usize] as usize] = (high, (3 * f + i) as u32);
+            next[low as usize] += 1;
         }
     }
-    let mut first_fan = vec![u32::MAX; n_vertices];
-    let mut copy_of_fan: FxHashMap<u32, u32> = FxHashMap::default();
-    let mut copies = Vec::new();
-    for corner in 0..3 * faces.len() as u32 {
-        let root = fans.find(corner);
-        let vertex = &mut faces[corner as usize / 3][corner as usize % 3];
-        let owner = &mut first_fan[*vertex as usize];
-        if *owner == u32::MAX {
-            *owner = root;
+    let mut twins = vec![u32::MAX; rows.len()];
+    let mut begin = 0;
+    for end in next {
+        let row = &mut rows[begin..end as usize];
+        row.sort_unstable();
+        for edge in row.chunk_by(|a, b| a.0 == b.0) {
+            if let &[(_, g), (_, h)] = edge {
+                (twins[g as usize], twins[h as usize]) = (h, g);
+            }
         }
-        if *owner != root {
-            *vertex = *copy_of_fan.entry(root).or_insert_with(|| {
-                copies.push(*vertex);
-                (n_vertices + copies.len() - 1) as u32
-            });
-        }
+        begin = end as usize;
     }
-    copies
-}
-
-/// The last resort: every face at these vertices gets a corner of its own, the first one the vertex itself.
-fn separate_corners(n_vertices: usize, faces: &mut [[u32; 3]], vertices: &[u32], copies: &mut Vec<u32>) {
-    let mut is_taken = vec![false; vertices.len()];
-    for corner in faces.as_flattened_mut() {
-        let Ok(place) = vertices.binary_search(corner) else { continue };
-        if std::mem::replace(&mut is_taken[place], true) {
-            let source = if (*corner as usize) < n_vertices { *corner } else { copies[*corner as usize - n_vertices] };
-            copies.push(source);
-            *corner = (n_vertices + copies.len() - 1) as u32;
-        }
-    }
+    twins
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes;
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -174,7 +181,8 @@ mod tests {
     fn tetrahedra_that_share_an_edge_come_apart_closed() {
         let a = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let b = a.map(|f| f.map(|v| if v < 2 { v } else { v + 2 }));
-        let manifold = manifold(6, [a, b].concat());
+        let faces = [a, b].concat();
+        let manifold = manifold(6, &faces);
         assert_eq!(manifold.copies.len(), 2);
         assert_eq!(manifold.rings.n_apexes(), 0);
         assert!(manifold.rings.is_oriented());
@@ -183,7 +191,7 @@ mod tests {
     #[test]
     fn a_single_turned_face_is_turned_back() {
         let faces = vec![[0, 2, 1], [0, 3, 1], [1, 2, 3], [2, 0, 3]];
-        let manifold = manifold(4, faces);
+        let manifold = manifold(4, &faces);
         assert_eq!(manifold.turned_faces, 1);
         assert!(manifold.rings.is_oriented());
         assert_eq!(manifold.faces[0], [0, 2, 1]);
@@ -191,7 +199,8 @@ mod tests {
 
     #[test]
     fn three_sheets_on_an_edge_become_borders() {
-        let manifold = manifold(5, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
+        let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        let manifold = manifold(5, &faces);
         assert_eq!(manifold.copies.len(), 4);
         assert_eq!(manifold.rings.n_apexes(), 3);
     }
@@ -199,9 +208,35 @@ mod tests {
     #[test]
     fn a_moebius_strip_stays_joined_and_is_said_to_have_one_side() {
         let faces: Vec<[u32; 3]> = (0..5).map(|i| [i, (i + 1) % 5, (i + 2) % 5]).collect();
-        let manifold = manifold(5, faces);
+        let manifold = manifold(5, &faces);
         assert!(manifold.copies.is_empty());
         assert!(!manifold.rings.is_oriented());
+    }
+
+    #[test]
+    fn what_is_a_manifold_is_borrowed() {
+        let mesh = shapes::torus(9, 7, 3.0, 1.0);
+        assert!(matches!(manifold(63, mesh.faces()).faces, Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn the_smaller_part_of_each_component_is_turned() {
+        let mesh = shapes::many_boxes(3);
+        let mut faces = mesh.faces().to_vec();
+        let per_box = faces.len() / 3;
+        (0..per_box / 3).for_each(|f| faces[f].swap(1, 2));
+        (per_box..2 * per_box).for_each(|f| faces[f].swap(1, 2));
+        (2 * per_box..3 * per_box - 2).for_each(|f| faces[f].swap(1, 2));
+        let manifold = manifold(mesh.positions().len(), &faces);
+        assert_eq!(manifold.turned_faces, per_box / 3 + 2);
+        assert_eq!(manifold.faces[..per_box], mesh.faces()[..per_box]);
+        assert!(manifold.rings.is_oriented() && manifold.copies.is_empty());
+    }
+
+    #[test]
+    fn two_faces_back_to_back_come_apart() {
+        let manifold = manifold(3, &[[0, 1, 2], [0, 2, 1]]);
+        assert_eq!((manifold.copies.len(), manifold.rings.n_apexes()), (3, 2));
     }
 
     #[test]
@@ -212,7 +247,7 @@ mod tests {
             let mut vertex = || rng.next_u32() % n;
             let soup = (0..4 + round % 30).map(|_| [vertex(), vertex(), vertex()]);
             let soup: Vec<[u32; 3]> = soup.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
-            let apart = manifold(n as usize, soup.clone());
+            let apart = manifold(n as usize, &soup);
             let source = |v: u32| if v < n { v } else { apart.copies[(v - n) as usize] };
             for (face, original) in apart.faces.iter().zip(&soup) {
                 let [mut sources, mut original] = [face.map(source), *original];

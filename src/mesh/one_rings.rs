@@ -48,38 +48,32 @@ impl OneRings {
     /// assert_eq!(rings.n_apexes(), 1);
     /// ```
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
-        let (starts, mut pairs) = opposite_edges(n_vertices, faces);
-        let mut bad = Vec::new();
+        let (ends, mut pairs) = opposite_edges(n_vertices, faces);
+        let mut rows = Rows { offsets: Vec::with_capacity(n_vertices + 1), neighbors: Vec::with_capacity(pairs.len()) };
+        let (mut open, mut bad) = (Vec::new(), Vec::new());
         let mut oriented = true;
-        let mut offsets = Vec::with_capacity(n_vertices + 1);
-        let mut is_open = vec![false; n_vertices];
-        let mut size = 0;
-        offsets.push(0);
-        for v in 0..n_vertices {
-            let fan = &mut pairs[starts[v] as usize..starts[v + 1] as usize];
+        let mut begin = 0;
+        for (v, &end) in ends.iter().enumerate() {
+            let fan = &mut pairs[begin..end as usize];
+            begin = end as usize;
+            if rows.append_closed(fan) {
+                continue;
+            }
             match order_fan(fan, &mut oriented) {
-                Some(true) => size += fan.len(),
+                Some(true) => rows.append(fan, []),
                 Some(false) => {
-                    is_open[v] = true;
-                    size += fan.len() + 2;
+                    open.push(v as u32);
+                    rows.append(fan, [fan[fan.len() - 1][1], u32::MAX]);
                 }
                 None => bad.push(v as u32),
             }
-            offsets.push(size as u32);
         }
         if !bad.is_empty() {
             return Err(NotManifold { vertices: bad });
         }
-        let mut neighbors = Vec::with_capacity(size);
-        for v in 0..n_vertices {
-            let fan = &pairs[starts[v] as usize..starts[v + 1] as usize];
-            neighbors.extend(fan.iter().map(|pair| pair[0]));
-            if is_open[v] {
-                neighbors.extend([fan[fan.len() - 1][1], u32::MAX]);
-            }
-        }
-        let mut rings = Self { offsets, neighbors, n_apexes: 0, oriented };
-        rings.number_border_loops(&is_open);
+        rows.offsets.push(rows.neighbors.len() as u32);
+        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_apexes: 0, oriented };
+        rings.number_border_loops(&open);
         Ok(rings)
     }
 
@@ -136,15 +130,16 @@ impl OneRings {
         [ring[0], ring[ring.len() - 2]]
     }
 
-    fn number_border_loops(&mut self, is_open: &[bool]) {
+    /// Gives the border loops through the vertices `open` their apexes, in place of the `u32::MAX` in their rings.
+    fn number_border_loops(&mut self, open: &[u32]) {
         let n_vertices = self.n_vertices();
-        for start in (0..n_vertices).filter(|&v| is_open[v]) {
-            if self.neighbors[self.offsets[start + 1] as usize - 1] != u32::MAX {
+        for &start in open {
+            if self.neighbors[self.offsets[start as usize + 1] as usize - 1] != u32::MAX {
                 continue;
             }
             let apex = (n_vertices + self.n_apexes) as u32;
             self.n_apexes += 1;
-            let mut pending = vec![start as u32];
+            let mut pending = vec![start];
             while let Some(v) = pending.pop() {
                 let end = self.offsets[v as usize + 1] as usize;
                 if self.neighbors[end - 1] == u32::MAX {
@@ -156,25 +151,79 @@ impl OneRings {
     }
 }
 
-/// For each vertex the edges opposite to it, as compressed rows: row starts (n_vertices + 1) and vertex pairs.
+/// For each vertex the edges opposite to it, as compressed rows: where each row ends (n_vertices) and vertex pairs.
 fn opposite_edges(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
-    let mut starts = vec![0u32; n_vertices + 2];
+    let mut ends = vec![0u32; n_vertices];
     for &v in faces.as_flattened() {
-        starts[v as usize + 2] += 1;
+        ends[v as usize] += 1;
     }
-    for v in 2..starts.len() {
-        starts[v] += starts[v - 1];
+    let mut n_before = 0;
+    for end in &mut ends {
+        n_before += std::mem::replace(end, n_before);
     }
     let mut pairs = vec![[0; 2]; 3 * faces.len()];
     for &[a, b, c] in faces {
         for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-            let slot = &mut starts[v as usize + 1];
+            let slot = &mut ends[v as usize];
             pairs[*slot as usize] = pair;
             *slot += 1;
         }
     }
-    starts.pop();
-    (starts, pairs)
+    (ends, pairs)
+}
+
+/// Rings as they are appended one after the other.
+struct Rows {
+    offsets: Vec<u32>,
+    neighbors: Vec<u32>,
+}
+
+impl Rows {
+    /// Appends the neighbours that begin the edges of an ordered fan, and those in `rest`.
+    fn append<const N: usize>(&mut self, fan: &[[u32; 2]], rest: [u32; N]) {
+        self.offsets.push(self.neighbors.len() as u32);
+        self.neighbors.extend(fan.iter().map(|pair| pair[0]));
+        self.neighbors.extend(rest);
+    }
+
+    /// Appends the ring of a fan that is short, closed and wound the same way around, as nearly all are; false where
+    /// it is not.
+    fn append_closed(&mut self, fan: &[[u32; 2]]) -> bool {
+        match fan.len() {
+            3 => self.append_cycle::<3>(fan),
+            4 => self.append_cycle::<4>(fan),
+            5 => self.append_cycle::<5>(fan),
+            6 => self.append_cycle::<6>(fan),
+            7 => self.append_cycle::<7>(fan),
+            8 => self.append_cycle::<8>(fan),
+            _ => false,
+        }
+    }
+
+    fn append_cycle<const N: usize>(&mut self, fan: &[[u32; 2]]) -> bool {
+        let Some(ring) = fan.first_chunk::<N>().and_then(cycle) else { return false };
+        self.offsets.push(self.neighbors.len() as u32);
+        self.neighbors.extend(ring);
+        true
+    }
+}
+
+/// The vertices that N edges run through, if each begins where another ends and all of them make one cycle.
+///
+/// All edges are looked at in each step, so that nothing has to be predicted.
+#[inline(always)]
+fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
+    let [first, mut tail] = edges[0];
+    let mut ring = [first; N];
+    let mut is_cycle = true;
+    for here in &mut ring[1..] {
+        *here = tail;
+        is_cycle &= tail != first;
+        // What follows no edge is the vertex u32::MAX, which there is not.
+        tail = edges[1..].iter().fold(u32::MAX, |next, &[a, b]| if a == *here { b } else { next });
+    }
+    is_cycle &= tail == first;
+    is_cycle.then_some(ring)
 }
 
 /// Orders the opposite edges of one vertex so that each begins where the one before ends.
@@ -373,5 +422,20 @@ mod tests {
             }
             assert!(n.is_some() || n_hashed.is_none() || n_hashed.is_some_and(|n| n < 4), "{fan:?}");
         }
+    }
+
+    #[test]
+    fn short_cycles_are_those_that_scanning_finds() {
+        // All ways to take 4 of the directed edges between 4 vertices.
+        let edges: Vec<[u32; 2]> = (0..4).flat_map(|a| (0..4).map(move |b| [a, b])).filter(|[a, b]| a != b).collect();
+        let mut n_cycles = 0;
+        for choice in 0..12_usize.pow(4) {
+            let fan = [1, 12, 144, 1728].map(|unit| edges[choice / unit % 12]);
+            let (mut scanned, mut oriented) = (fan, true);
+            let closed = order_fan(&mut scanned, &mut oriented) == Some(true) && oriented;
+            assert_eq!(cycle(&fan), closed.then(|| scanned.map(|pair| pair[0])), "{fan:?}");
+            n_cycles += usize::from(closed);
+        }
+        assert!(n_cycles > 100);
     }
 }

@@ -1,12 +1,16 @@
 //! The input as the closed assembly works on it: a manifold of unit size with normals and quadrics.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
 /// How much a border counts against the surface: weight of the plane that stands on a border edge.
 pub(super) const BORDER_WEIGHT: f32 = 10.0;
+
+/// Vertices that a thread takes at once.
+const PARALLEL: usize = 4096;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
 pub(super) struct Surface {
@@ -65,21 +69,21 @@ impl Normalisation {
 impl Surface {
     /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
     pub fn new(mesh: &TriMesh) -> Self {
-        let Manifold { faces, rings, copies, .. } = manifold(mesh.positions().len(), mesh.faces().to_vec());
+        let Manifold { faces, rings, copies, .. } = manifold(mesh.positions().len(), mesh.faces());
         let scale = Normalisation::of(mesh.positions());
         let sources = mesh.positions().iter().chain(copies.iter().map(|&v| &mesh.positions()[v as usize]));
         let positions: Vec<Vec3> = sources.map(|&p| scale.normalise(p)).collect();
         let (normals, mut quadrics) = face_sums(&positions, &faces);
         add_border_planes(&positions, &rings, &normals, &mut quadrics);
         support_weightless(&mut quadrics);
+        let faces = faces.into_owned();
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, copies }
     }
 
     /// Lets every vertex count by as much more, n_vertices positive factors.
     pub fn weigh(&mut self, importance: Vec<f32>) {
-        for (quadric, factor) in self.quadrics.iter_mut().zip(&importance) {
-            quadric.iter_mut().for_each(|entry| *entry *= factor);
-        }
+        let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
+        self.quadrics.par_iter_mut().zip(&importance).with_min_len(PARALLEL).for_each(weigh);
         self.importance = importance;
     }
 
