@@ -13,7 +13,7 @@ const PARTS: [(&str, f32); 13] = [
     ("read", 0.02),
     ("surface", 0.05),
     ("samples", 0.09),
-    ("sweeps", 0.08),
+    ("cuts", 0.08),
     ("quotient", 0.09),
     ("placement", 0.01),
     ("collapse", 0.03),

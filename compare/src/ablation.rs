@@ -14,7 +14,7 @@ use crate::turns::Contestant;
 const ALL: &str = "everything";
 
 const WITHOUT: [&str; 5] =
-    ["without learned importance", "without sweeps", "without flips", "without fit", "without oversampling"];
+    ["without learned importance", "with sweeps", "without flips", "without fit", "without oversampling"];
 
 const INTRODUCTION: &str = "\
 The closed assembly without one of its parts, over the whole of it: per mesh and ratio the median over the seeds, then medians \
@@ -34,7 +34,7 @@ fn contestants(weights: &Weights) -> Vec<Contestant<'_>> {
     let cases = [
         (ALL, network, all),
         (importance, Source::Even, all),
-        (sweeps, network, Parts { sweeps: false, ..all }),
+        (sweeps, network, Parts { sweeps: true, ..all }),
         (flips, network, Parts { flips: false, ..all }),
         (fit, network, Parts { fit: false, ..all }),
         (oversampling, network, Parts { oversampling: false, ..all }),

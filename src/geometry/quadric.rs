@@ -49,6 +49,18 @@ impl Quadric {
         (times(&self.a, x).dot(x) - 2.0 * self.b.dot(x) + self.c).max(0.0)
     }
 
+    /// The same form in coordinates whose origin lies at `origin`.
+    ///
+    /// ```
+    /// use neural_mesh::geometry::Quadric;
+    /// let ground = Quadric::around([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
+    /// assert_eq!(ground.about([7.0, 0.0, 3.0].into()).value([5.0, 5.0, 1.0].into()), 2.0 * 3.0 * 3.0);
+    /// ```
+    pub fn about(&self, origin: DVec3) -> Self {
+        let there = times(&self.a, origin);
+        Self { a: self.a, b: self.b - there, c: self.c + (there - self.b * 2.0).dot(origin) }
+    }
+
     /// Sum of the eigenvalues of A: the total weight of the planes.
     pub fn trace(&self) -> f64 {
         self.a[0] + self.a[3] + self.a[5]
@@ -63,7 +75,27 @@ impl Quadric {
     }
 
     /// Where the form is smallest and its value there; `None` where A is singular.
+    #[inline]
     pub fn minimum(&self) -> Option<(DVec3, f64)> {
+        let (adjugate, determinant) = self.adjugate()?;
+        let x = times(&adjugate, self.b) / determinant;
+        Some((x, (self.c - self.b.dot(x)).max(0.0)))
+    }
+
+    /// Upper triangle of the inverse of A; `None` where A is singular.
+    ///
+    /// ```
+    /// use neural_mesh::geometry::Quadric;
+    /// let corner = Quadric::around([2.0, 0.0, 0.0, 4.0, 0.0, 8.0], [0.0, 0.0, 1.0].into());
+    /// assert_eq!(corner.inverse(), Some([0.5, 0.0, 0.0, 0.25, 0.0, 0.125]));
+    /// ```
+    pub fn inverse(&self) -> Option<[f64; 6]> {
+        self.adjugate().map(|(adjugate, determinant)| adjugate.map(|x| x / determinant))
+    }
+
+    /// A's adjugate (upper triangle) and determinant, where that is above rounding.
+    #[inline]
+    fn adjugate(&self) -> Option<([f64; 6], f64)> {
         let [xx, xy, xz, yy, yz, zz] = self.a;
         let (c0, c1, c2) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
         let determinant = xx * c0 + xy * c1 + xz * c2;
@@ -71,9 +103,7 @@ impl Quadric {
         if determinant <= 1e-11 * scale * scale * scale {
             return None;
         }
-        let (c3, c4, c5) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
-        let x = times(&[c0, c1, c2, c3, c4, c5], self.b) / determinant;
-        Some((x, (self.c - self.b.dot(x)).max(0.0)))
+        Some(([c0, c1, c2, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy], determinant))
     }
 }
 

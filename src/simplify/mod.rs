@@ -35,9 +35,10 @@ pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
 pub use weighed::{Weighed, simplify_weighed};
 
-/// Samples per vertex asked for, where the caller leaves the choice: as many as still save time. Fewer cost
-/// accuracy on parts with sharp edges, where every vertex that the samples leave out may have been a corner.
-const OVERSAMPLE: f64 = 2.0;
+/// Samples per vertex asked for at a ratio of 1, where the caller leaves the choice: the fewer are left, the more are
+/// looked at for each. Fewer cost accuracy on parts with sharp edges, where every vertex that the samples leave out may
+/// have been a corner.
+const OVERSAMPLE: f64 = 1.45;
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
 ///
@@ -122,8 +123,8 @@ fn run(
 ) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
     let options = task.options;
     let (mesh, sources) = without_unused(mesh)?;
-    let oversample = resolve_oversample(options)?;
     let limit = resolve_limit(&mesh, options)?;
+    let oversample = resolve_oversample(&mesh, limit, options)?;
     let is_small = limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len();
     match options.assembly {
         Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => {
@@ -258,9 +259,15 @@ fn plain_report(mesh: &TriMesh, options: &Options) -> Report {
     }
 }
 
-fn resolve_oversample(options: &Options) -> Result<f64, SimplifyError> {
-    let oversample = options.oversample.unwrap_or(OVERSAMPLE);
+fn resolve_oversample(mesh: &TriMesh, limit: Limit, options: &Options) -> Result<f64, SimplifyError> {
+    let oversample = options.oversample.unwrap_or_else(|| default_oversample(mesh, limit));
     if (1.0..=4.0).contains(&oversample) { Ok(oversample) } else { Err(SimplifyError::BadOversample(oversample)) }
+}
+
+/// Samples per vertex asked for, where the caller leaves the choice.
+fn default_oversample(mesh: &TriMesh, limit: Limit) -> f64 {
+    let ratio = limit.vertices.min(limit.faces / 2 + 2) as f64 / mesh.positions().len() as f64;
+    (OVERSAMPLE / ratio.cbrt()).clamp(1.0, 4.0)
 }
 
 /// The target as numbers of vertices and faces.

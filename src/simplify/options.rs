@@ -88,7 +88,7 @@ pub struct Parts {
 impl Default for Parts {
     /// All of it.
     fn default() -> Self {
-        Self { oversampling: true, sweeps: true, flips: true, fit: true }
+        Self { oversampling: true, sweeps: false, flips: true, fit: true }
     }
 }
 

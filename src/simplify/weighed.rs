@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use crate::mesh::{Frame, TriMesh};
 
 use super::closed::{Importance, Limit, Request, simplify_closed};
-use super::{OVERSAMPLE, Parts, SimplifyError};
+use super::{Parts, SimplifyError, default_oversample};
 
 /// What an importance leads to.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,9 +48,10 @@ pub fn simplify_weighed(
     if n == 0 || !is_importance(importance, n) || used.contains(&false) {
         return Err(SimplifyError::BadImportance);
     }
+    let limit = Limit { vertices: n_vertices.max(1), faces: usize::MAX };
     let request = Request {
-        limit: Limit { vertices: n_vertices.max(1), faces: usize::MAX },
-        oversample: if parts.oversampling { OVERSAMPLE } else { 1.0 },
+        limit,
+        oversample: if parts.oversampling { default_oversample(mesh, limit) } else { 1.0 },
         importance,
         parts: *parts,
         seed,
@@ -107,7 +108,7 @@ mod tests {
         let whole = result(all);
         let without = [
             Parts { oversampling: false, ..all },
-            Parts { sweeps: false, ..all },
+            Parts { sweeps: true, ..all },
             Parts { flips: false, ..all },
             Parts { fit: false, ..all },
         ];

@@ -4,13 +4,18 @@
 //! is all that keeps the topology: the ends of an edge share exactly the two vertices opposite to it.
 //! Merging only adds to the quadrics of an edge's ends, so costs only grow: an edge is priced again when its
 //! turn comes, not when a neighbour changes.
+//!
+//! What is read most lies closest together: a vertex with its quadric fills one cache line, the complex is the ordered
+//! neighbours of its vertices alone, and faces are made of them at the end.
 
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Quadric;
+use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
 
 use super::bucket_queue::BucketQueue;
+use super::links::{Links, Span};
 
 /// Least cosine between a face's normals before and after a collapse.
 const LEAST_COSINE: f32 = 0.2;
@@ -24,12 +29,13 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Collapse {
     /// Vertices, the apexes of the borders last.
     nodes: Vec<Node>,
-    /// Faces, those with an apex last; a dead one begins with `NONE`.
-    faces: Vec<Face>,
+    /// Where the vertices are: what the nodes say, once more and closer together.
+    positions: Vec<Vec3>,
+    /// The neighbours of the vertices; those of the apexes are not kept.
+    links: Links,
     /// The vertex each vertex was merged into, itself while it lives.
     merged: Vec<u32>,
     n_inner: usize,
-    n_inner_faces: usize,
     n_vertices: usize,
     n_faces: usize,
     queue: BucketQueue<Edge>,
@@ -37,11 +43,7 @@ pub(super) struct Collapse {
     untried_below: f32,
     /// The highest price so far.
     highest: f32,
-    /// Faces around the edge at hand with the normals they would get.
-    turned: Vec<(u32, Vec3)>,
-    around: Vec<u32>,
     turn_forbidden: bool,
-    is_oriented: bool,
     /// The merges in order, where they are to be remembered.
     pub history: Option<Vec<Merge>>,
 }
@@ -70,27 +72,35 @@ pub(super) enum Place {
     Middle,
 }
 
-/// A vertex: where it is, what it stands for, and the list of its corners (4 x face + place).
+/// A vertex: where it is, what it stands for, and where its neighbours are listed.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Node {
-    quadric: Quadric,
-    position: DVec3,
-    first_corner: u32,
-    last_corner: u32,
-    degree: u32,
+    position: Vec3,
+    quadric: LocalQuadric,
+    ring: Span,
     /// Grows with every merge; tells an edge that its price is old.
     version: u32,
-    is_border: bool,
 }
 
-/// A face with, for each corner, the next corner at the same vertex.
+/// A quadric about its vertex: `d -> d'Ad - 2 b'd + c` for the offset `d` from there. Small numbers, so that single
+/// precision holds them as well as double precision held them about the origin.
 #[derive(Clone, Copy)]
-struct Face {
-    vertices: [u32; 3],
-    next_corner: [u32; 3],
-    /// Unit normal; zero where there is none.
-    normal: Vec3,
+struct LocalQuadric {
+    a: [f32; 6],
+    b: [f32; 3],
+    c: f32,
+}
+
+impl LocalQuadric {
+    fn new(quadric: &Quadric, position: Vec3) -> Self {
+        let Quadric { a, b, c } = quadric.about(position.as_dvec3());
+        Self { a: a.map(|x| x as f32), b: b.as_vec3().to_array(), c: c.max(0.0) as f32 }
+    }
+
+    fn wide(&self) -> Quadric {
+        Quadric { a: self.a.map(f64::from), b: DVec3::from(self.b.map(f64::from)), c: f64::from(self.c) }
+    }
 }
 
 /// An edge in the queue: its ends as they were when it was priced, the sum of their versions, and its price.
@@ -134,76 +144,84 @@ pub(in crate::simplify) struct Limit {
 }
 
 /// Unit normal of a triangle; zero where it has (nearly) no area.
-fn unit_normal([a, b, c]: [DVec3; 3]) -> Vec3 {
-    let (p, q) = ((b - a).as_vec3(), (c - a).as_vec3());
-    let normal = p.cross(q);
-    let (squared, scale) = (normal.length_squared(), p.length_squared().max(q.length_squared()));
+fn unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let normal = area_normal([a, b, c]);
+    let scale = a.distance_squared(b).max(a.distance_squared(c));
+    let squared = normal.length_squared();
     if squared <= 1e-12 * scale * scale { Vec3::ZERO } else { normal / squared.sqrt() }
 }
 
-/// The minimum of the summed quadrics of an edge, if it lies near enough to the edge, and its value.
-#[inline(always)]
-fn minimum_within_reach(sum: &Quadric, [p, q]: [DVec3; 2]) -> Option<(DVec3, f64)> {
-    let middle = (p + q) * 0.5;
-    sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * p.distance_squared(q))
+/// An edge about to be merged, seen from its first end: the summed quadric about there, and where the other end is.
+struct Pair {
+    sum: Quadric,
+    other: DVec3,
 }
 
-/// What else comes into question, and what it costs: the two ends and the middle.
-fn candidates(sum: &Quadric, [p, q]: [DVec3; 2]) -> [(DVec3, f64); 3] {
-    [p, q, (p + q) * 0.5].map(|x| (x, sum.value(x)))
+impl Pair {
+    #[inline(always)]
+    fn new(u: &Node, v: &Node) -> Self {
+        let other = (v.position - u.position).as_dvec3();
+        Self { sum: u.quadric.wide() + v.quadric.wide().about(-other), other }
+    }
+
+    /// The minimum, if it lies near enough to the edge, and its value.
+    #[inline(always)]
+    fn minimum_within_reach(&self) -> Option<(DVec3, f64)> {
+        let middle = self.other * 0.5;
+        self.sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * self.other.length_squared())
+    }
+
+    /// The best of what else comes into question: the two ends and the middle.
+    fn best_other(&self) -> (Place, DVec3, f64) {
+        let ways = [(Place::Kept, DVec3::ZERO), (Place::Gone, self.other), (Place::Middle, self.other * 0.5)];
+        let priced = ways.map(|(place, x)| (place, x, self.sum.value(x)));
+        priced.into_iter().min_by(|x, y| x.2.total_cmp(&y.2)).unwrap_or(priced[2])
+    }
+
+    /// Where the merged vertex goes, from the first end, and what that costs.
+    #[inline(always)]
+    fn placement(&self) -> (Place, DVec3, f64) {
+        match self.minimum_within_reach() {
+            Some((x, cost)) => (Place::Minimum, x, cost),
+            None => self.best_other(),
+        }
+    }
 }
 
 impl Collapse {
-    /// Starts from positions and quadrics of the vertices, the faces over them and their rings.
-    pub fn new(positions: Vec<DVec3>, quadrics: Vec<Quadric>, inner: Vec<[u32; 3]>, rings: &OneRings) -> Self {
-        let apex_faces = rings.apex_faces();
-        let (n_inner, n_inner_faces) = (positions.len(), inner.len());
-        let node = |(position, quadric)| Node {
-            quadric,
-            position,
-            first_corner: NONE,
-            last_corner: NONE,
-            degree: 0,
+    /// Starts from positions and quadrics of the vertices and the rings of the faces over them.
+    pub fn new(positions: &[DVec3], quadrics: &[Quadric], rings: &OneRings) -> Self {
+        let (links, spans) = Links::new(rings);
+        let n_inner = positions.len();
+        let positions: Vec<Vec3> = positions.iter().map(|p| p.as_vec3()).collect();
+        let node = |v: usize| Node {
+            position: positions[v],
+            quadric: LocalQuadric::new(&quadrics[v], positions[v]),
+            ring: spans[v],
             version: 0,
-            is_border: false,
         };
-        let apexes = std::iter::repeat_n((DVec3::ZERO, Quadric::default()), rings.n_apexes());
-        let mut nodes: Vec<Node> = positions.into_iter().zip(quadrics).chain(apexes).map(node).collect();
-        let inner = inner.into_iter().map(|vertices| {
-            let normal = unit_normal(vertices.map(|v| nodes[v as usize].position));
-            Face { vertices, next_corner: [NONE; 3], normal }
-        });
-        let mut faces: Vec<Face> = Vec::with_capacity(n_inner_faces + apex_faces.len());
-        faces.extend(inner);
-        for vertices in apex_faces {
-            faces.push(Face { vertices, next_corner: [NONE; 3], normal: Vec3::ZERO });
-            vertices.iter().for_each(|&v| nodes[v as usize].is_border = true);
-        }
-        let mut collapse = Self {
-            merged: (0..nodes.len() as u32).collect(),
+        let apex = |span: &Span| Node {
+            position: Vec3::ZERO,
+            quadric: LocalQuadric::new(&Quadric::default(), Vec3::ZERO),
+            ring: *span,
+            version: 0,
+        };
+        let nodes: Vec<Node> = (0..n_inner).map(node).chain(spans[n_inner..].iter().map(apex)).collect();
+        let n_borders: usize = spans[n_inner..].iter().map(|span| span.len()).sum();
+        Self {
+            merged: (0..n_inner as u32).collect(),
+            n_faces: (rings.n_entries() - 2 * n_borders) / 3,
             nodes,
-            faces,
+            positions,
+            links,
             n_inner,
-            n_inner_faces,
             n_vertices: n_inner,
-            n_faces: n_inner_faces,
             queue: BucketQueue::new([].into_iter()),
             untried_below: 0.0,
             highest: 0.0,
-            turned: Vec::new(),
-            around: Vec::new(),
             turn_forbidden: false,
-            is_oriented: rings.is_oriented(),
             history: None,
-        };
-        for f in 0..collapse.faces.len() {
-            for (place, v) in collapse.faces[f].vertices.into_iter().enumerate() {
-                let corner = (4 * f + place) as u32;
-                collapse.append_corners(v, corner, corner);
-                collapse.nodes[v as usize].degree += 1;
-            }
         }
-        collapse
     }
 
     /// Collapses the cheapest edges until the limit or until none may go.
@@ -220,17 +238,26 @@ impl Collapse {
         End::Reached
     }
 
-    /// What is left, renumbered.
+    /// What is left, renumbered; each face begins with its first vertex.
     pub fn finish(self) -> Remains {
         let mut number = vec![NONE; self.n_inner];
         let mut positions = Vec::with_capacity(self.n_vertices);
-        for v in (0..self.n_inner).filter(|&v| self.merged[v] == v as u32) {
-            number[v] = positions.len() as u32;
-            positions.push(self.nodes[v].position.as_vec3());
+        for v in self.living() {
+            number[v as usize] = positions.len() as u32;
+            positions.push(self.positions[v as usize]);
         }
-        let inner = self.faces[..self.n_inner_faces].iter().filter(|f| f.vertices[0] != NONE);
-        let faces = inner.clone().map(|f| f.vertices.map(|v| number[v as usize])).collect();
-        let normals = inner.map(|f| f.normal).collect();
+        let mut faces = Vec::with_capacity(self.n_faces);
+        for v in self.living() {
+            let ring = self.ring(v);
+            let mut last = ring.last().copied().unwrap_or(NONE);
+            for &w in ring {
+                if v < last && v < w && (last.max(w) as usize) < self.n_inner {
+                    faces.push([v, last, w].map(|v| number[v as usize]));
+                }
+                last = w;
+            }
+        }
+        let normals = faces.iter().map(|f| unit_normal(f.map(|v| positions[v as usize]))).collect();
         let last = |mut v: u32| {
             while self.merged[v as usize] != v {
                 v = self.merged[v as usize];
@@ -241,21 +268,27 @@ impl Collapse {
         Remains { positions, faces, normals, vertex_of }
     }
 
+    fn living(&self) -> impl Iterator<Item = u32> {
+        (0..self.n_inner as u32).filter(|&v| self.merged[v as usize] == v)
+    }
+
+    fn ring(&self, v: u32) -> &[u32] {
+        self.links.of(self.nodes[v as usize].ring)
+    }
+
+    fn is_apex(&self, v: u32) -> bool {
+        v as usize >= self.n_inner
+    }
+
     fn reached(&self, limit: Limit) -> bool {
         self.n_vertices <= limit.vertices && self.n_faces <= limit.faces
     }
 
     fn fill_queue(&mut self) {
-        let mut edges = Vec::with_capacity(self.n_faces * 3 / 2);
-        // Two faces wound alike run along their edge both ways; without that, edges are priced once or twice.
-        let once = self.is_oriented;
-        for face in self.faces.iter().filter(|f| f.vertices[0] != NONE) {
-            let [a, b, c] = face.vertices;
-            for (u, v) in [(a, b), (b, c), (c, a)] {
-                if (u < v || !once) && (u.max(v) as usize) < self.n_inner {
-                    edges.push(self.price(u, v));
-                }
-            }
+        let mut edges = Vec::with_capacity(self.n_faces * 3 / 2 + 3);
+        for u in self.living() {
+            let later = self.ring(u).iter().filter(|&&v| v > u && !self.is_apex(v));
+            edges.extend(later.map(|&v| self.price(u, v)));
         }
         self.highest = edges.iter().map(|edge| edge.cost).fold(0.0, f32::max);
         self.untried_below = self.highest;
@@ -296,165 +329,98 @@ impl Collapse {
         v
     }
 
+    fn pair(&self, u: u32, v: u32) -> Pair {
+        Pair::new(&self.nodes[u as usize], &self.nodes[v as usize])
+    }
+
     fn price(&self, u: u32, v: u32) -> Edge {
         let stamp = self.nodes[u as usize].version + self.nodes[v as usize].version;
-        Edge { ends: [u, v], stamp, cost: self.placement(u, v).1 as f32 }
-    }
-
-    /// Where the merged vertex goes and what that costs.
-    fn placement(&self, u: u32, v: u32) -> (DVec3, f64) {
-        let (sum, ends) = self.sum_and_ends(u, v);
-        minimum_within_reach(&sum, ends).unwrap_or_else(|| {
-            let candidates = candidates(&sum, ends);
-            candidates.into_iter().min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or(candidates[2])
-        })
-    }
-
-    /// Which way [`Self::placement`] takes.
-    #[cold]
-    fn place(&self, u: u32, v: u32) -> Place {
-        let (sum, ends) = self.sum_and_ends(u, v);
-        if minimum_within_reach(&sum, ends).is_some() {
-            return Place::Minimum;
-        }
-        let ways = [Place::Kept, Place::Gone, Place::Middle].into_iter().zip(candidates(&sum, ends));
-        ways.min_by(|x, y| x.1.1.total_cmp(&y.1.1)).map_or(Place::Middle, |(place, _)| place)
-    }
-
-    #[inline(always)]
-    fn sum_and_ends(&self, u: u32, v: u32) -> (Quadric, [DVec3; 2]) {
-        let (u, v) = (&self.nodes[u as usize], &self.nodes[v as usize]);
-        (u.quadric + v.quadric, [u.position, v.position])
+        Edge { ends: [u, v], stamp, cost: self.pair(u, v).placement().2 as f32 }
     }
 
     /// Merges `v` into `u` if topology and the faces around allow it.
     fn try_collapse(&mut self, u: u32, v: u32) -> bool {
         let Some(opposite) = self.link_allows(u, v) else { return false };
-        let (x, _) = self.placement(u, v);
-        self.turned.clear();
+        let pair = self.pair(u, v);
+        let (place, offset, _) = pair.placement();
+        let x = (self.nodes[u as usize].position.as_dvec3() + offset).as_vec3();
         if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
             self.turn_forbidden = true;
             return false;
         }
-        if self.history.is_some() {
-            let merge = Merge { kept: u, gone: v, place: self.place(u, v) };
-            self.history.iter_mut().for_each(|history| history.push(merge));
-        }
-        self.merge(u, v, x, opposite);
+        self.history.iter_mut().for_each(|history| history.push(Merge { kept: u, gone: v, place }));
+        self.merge(u, v, opposite);
+        // The offset that was rounded, so that the quadric stands about the very position.
+        let offset = (x - self.nodes[u as usize].position).as_dvec3();
+        let node = &mut self.nodes[u as usize];
+        let Quadric { a, b, c } = pair.sum.about(offset);
+        node.quadric = LocalQuadric { a: a.map(|x| x as f32), b: b.as_vec3().to_array(), c: c.max(0.0) as f32 };
+        node.position = x;
+        self.positions[u as usize] = x;
         true
     }
 
     /// The two vertices opposite to edge `u v`, if merging its ends keeps the surface what it is.
-    fn link_allows(&mut self, u: u32, v: u32) -> Option<[u32; 2]> {
-        let mut around = std::mem::take(&mut self.around);
-        around.clear();
-        self.for_faces(u, |_, face| around.extend(face.vertices.iter().filter(|&&w| w != u)));
-        let mut opposite = [NONE; 2];
-        let (mut n_opposite, mut n_shared_twice) = (0, 0);
-        self.for_faces(v, |_, face| {
-            if face.vertices.contains(&u) {
-                let [a, b, c] = face.vertices;
-                opposite[n_opposite.min(1)] = a ^ b ^ c ^ u ^ v;
-                n_opposite += 1;
-            }
-            n_shared_twice += face.vertices.iter().filter(|&&w| w != v && w != u && around.contains(&w)).count();
-        });
-        self.around = around;
-        let on_border = opposite.iter().any(|&w| w as usize >= self.n_inner);
-        let node = |w: u32| self.nodes.get(w as usize);
-        let degree = |w: u32| node(w).map_or(0, |n| n.degree);
-        let bridges = [u, v].iter().all(|&w| node(w).is_some_and(|n| n.is_border)) && !on_border;
-        let ok = n_opposite == 2
-            && n_shared_twice == 4
-            && !bridges
-            && (degree(u) > 3 || degree(v) > 3)
-            && opposite.iter().all(|&w| degree(w) > 3);
+    fn link_allows(&self, u: u32, v: u32) -> Option<[u32; 2]> {
+        let (of_u, of_v) = (self.ring(u), self.ring(v));
+        let at = of_u.iter().position(|&w| w == v)?;
+        let next = if at + 1 == of_u.len() { 0 } else { at + 1 };
+        let opposite = [of_u[next], of_u[if at == 0 { of_u.len() - 1 } else { at - 1 }]];
+        let n_shared = of_v.iter().map(|w| usize::from(of_u.contains(w))).sum::<usize>();
+        let on_border = opposite.iter().any(|&w| self.is_apex(w));
+        let bridges = || [of_u, of_v].iter().all(|ring| ring.iter().any(|&w| self.is_apex(w))) && !on_border;
+        let ok = n_shared == 2
+            && (of_u.len() > 3 || of_v.len() > 3)
+            && opposite.iter().all(|&w| self.nodes[w as usize].ring.len() > 3)
+            && !bridges();
         ok.then_some(opposite)
     }
 
-    /// Visits the living faces of `v` with the place of `v` in each, coded as a corner.
-    fn for_faces(&self, v: u32, mut visit: impl FnMut(u32, &Face)) {
-        let mut corner = self.nodes[v as usize].first_corner;
-        while corner != NONE {
-            let face = &self.faces[corner as usize / 4];
-            if face.vertices[0] != NONE {
-                visit(corner, face);
+    /// Whether a face around `u` (without `v`) would turn when `u` moves to `x`.
+    fn turns_over(&self, u: u32, v: u32, x: Vec3) -> bool {
+        let ring = self.ring(u);
+        let p = self.positions[u as usize];
+        let at = ring.iter().position(|&w| w == v).unwrap_or(0);
+        let mut before: Option<Vec3> = None;
+        for &w in ring[at + 1..].iter().chain(&ring[..at]) {
+            let here = self.positions.get(w as usize).copied();
+            if let (Some(q), Some(r)) = (before, here) {
+                let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
+                let (old_squared, new_squared) = (old.length_squared(), new.length_squared());
+                let scale = p.distance_squared(q).max(p.distance_squared(r));
+                let had_normal = old_squared > 1e-12 * scale * scale;
+                if had_normal && !(old.dot(new) > LEAST_COSINE * old_squared.sqrt() * new_squared.sqrt()) {
+                    return true;
+                }
             }
-            corner = face.next_corner[corner as usize % 4];
+            before = here;
         }
+        false
     }
 
-    /// Whether a face around `u` (without `v`) would turn when `u` moves to `x`; notes the normals they would get.
-    fn turns_over(&mut self, u: u32, v: u32, x: DVec3) -> bool {
-        let mut turned = std::mem::take(&mut self.turned);
-        let mut over = false;
-        self.for_faces(u, |corner, face| {
-            let (f, place) = (corner / 4, corner as usize % 4);
-            if !over && (f as usize) < self.n_inner_faces && !face.vertices.contains(&v) {
-                let next = self.nodes[face.vertices[(place + 1) % 3] as usize].position;
-                let last = self.nodes[face.vertices[(place + 2) % 3] as usize].position;
-                let normal = unit_normal([x, next, last]);
-                over = face.normal != Vec3::ZERO && face.normal.dot(normal) <= LEAST_COSINE;
-                turned.push((f, normal));
-            }
-        });
-        self.turned = turned;
-        over
-    }
-
-    fn merge(&mut self, u: u32, v: u32, x: DVec3, opposite: [u32; 2]) {
+    /// Joins the neighbours of `v` to `u` instead.
+    fn merge(&mut self, u: u32, v: u32, opposite: [u32; 2]) {
         self.n_vertices -= 1;
-        self.n_faces -= opposite.iter().filter(|&&w| (w as usize) < self.n_inner).count();
+        self.n_faces -= opposite.iter().filter(|&&w| !self.is_apex(w)).count();
         self.merged[v as usize] = u;
-        self.turned.iter().for_each(|&(f, normal)| self.faces[f as usize].normal = normal);
-        self.rename_corners(u, v);
-        let gone = self.nodes[v as usize];
+        let [of_u, of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
+        for i in 0..of_v.len() {
+            let w = self.links.of(of_v)[i];
+            let is_opposite = opposite.contains(&w);
+            if self.is_apex(w) {
+                let ring = &mut self.nodes[w as usize].ring;
+                *ring = if is_opposite { ring.shorter() } else { *ring };
+            } else if is_opposite {
+                self.links.remove(&mut self.nodes[w as usize].ring, v);
+            } else if w != u {
+                self.links.replace(self.nodes[w as usize].ring, v, u);
+            }
+        }
+        let gone = self.nodes[v as usize].version;
         let node = &mut self.nodes[u as usize];
-        node.position = x;
-        node.quadric += gone.quadric;
-        node.is_border |= gone.is_border;
-        node.degree = node.degree + gone.degree - 4;
+        node.ring = self.links.join([u, v], [of_u, of_v]);
         // Above both, so that no edge of either end passes for priced already.
-        node.version += gone.version + 1;
-        self.append_corners(u, gone.first_corner, gone.last_corner);
-        self.drop_dead_corners(u);
-        opposite.iter().for_each(|&w| self.nodes[w as usize].degree -= 1);
-    }
-
-    /// In the faces of `v` writes `u` for `v`; the faces of the edge die.
-    fn rename_corners(&mut self, u: u32, v: u32) {
-        let mut corner = self.nodes[v as usize].first_corner;
-        while corner != NONE {
-            let face = &mut self.faces[corner as usize / 4];
-            if face.vertices.contains(&u) {
-                face.vertices[0] = NONE;
-            } else if face.vertices[0] != NONE {
-                face.vertices[corner as usize % 4] = u;
-            }
-            corner = face.next_corner[corner as usize % 4];
-        }
-    }
-
-    fn append_corners(&mut self, v: u32, first: u32, last: u32) {
-        let node = &mut self.nodes[v as usize];
-        match node.last_corner {
-            NONE => node.first_corner = first,
-            tail => self.faces[tail as usize / 4].next_corner[tail as usize % 4] = first,
-        }
-        node.last_corner = last;
-    }
-
-    fn drop_dead_corners(&mut self, v: u32) {
-        let mut corner = self.nodes[v as usize].first_corner;
-        (self.nodes[v as usize].first_corner, self.nodes[v as usize].last_corner) = (NONE, NONE);
-        while corner != NONE {
-            let face = &mut self.faces[corner as usize / 4];
-            let next = std::mem::replace(&mut face.next_corner[corner as usize % 4], NONE);
-            if face.vertices[0] != NONE {
-                self.append_corners(v, corner, corner);
-            }
-            corner = next;
-        }
+        node.version += gone + 1;
     }
 }
 
@@ -468,8 +434,8 @@ mod tests {
 
     fn begin(mesh: &TriMesh) -> (Surface, Collapse) {
         let surface = Surface::new(mesh);
-        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &surface.faces);
-        let collapse = Collapse::new(placed.positions, placed.quadrics, surface.faces.clone(), &surface.rings);
+        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);
+        let collapse = Collapse::new(&placed.positions, &placed.quadrics, &surface.rings);
         (surface, collapse)
     }
 
@@ -542,8 +508,7 @@ mod tests {
     fn the_lazy_queue_is_as_good_as_pricing_all_edges_each_time() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::open_cylinder(20, 12)] {
             let error = |collapse: &Collapse| -> f64 {
-                let living = (0..collapse.n_inner).filter(|&v| collapse.merged[v] == v as u32);
-                living.map(|v| collapse.nodes[v].quadric.value(collapse.nodes[v].position)).sum()
+                collapse.living().map(|v| f64::from(collapse.nodes[v as usize].quadric.c)).sum()
             };
             let (mut lazy, mut naive) = (begin(&mesh).1, begin(&mesh).1);
             lazy.run(Limit { vertices: 60, faces: usize::MAX });

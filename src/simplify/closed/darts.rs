@@ -4,9 +4,6 @@
 //! is nearer than the samples before it. When all vertices are reached, each belongs to its nearest sample.
 //! Distances are those of [`EdgeLengths`], so that samples lie where the surface bends.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -137,7 +134,9 @@ struct Field<'a> {
     distance: Vec<f32>,
     owner: Vec<u32>,
     samples: Vec<u32>,
-    front: BinaryHeap<Reverse<(u32, u32)>>,
+    /// Vertices with the distance at which they were reached; those before `next` are done.
+    front: Vec<(u32, f32)>,
+    next: usize,
 }
 
 impl<'a> Field<'a> {
@@ -149,7 +148,8 @@ impl<'a> Field<'a> {
             distance: vec![f32::INFINITY; n],
             owner: vec![0; n],
             samples: Vec::new(),
-            front: BinaryHeap::new(),
+            front: Vec::new(),
+            next: 0,
         }
     }
 
@@ -176,13 +176,16 @@ impl<'a> Field<'a> {
         self.distance[seed as usize] = 0.0;
         self.owner[seed as usize] = self.samples.len() as u32;
         self.samples.push(seed);
-        self.front.push(Reverse((0, seed)));
+        self.front.push((seed, 0.0));
     }
 
     /// Lets the samples in front claim what is nearer to them, free vertices up to `radius` away.
+    ///
+    /// First come, first served: a vertex that is reached again by a shorter way goes on again. Within the few rings of
+    /// a dart that is rare, and costs less than keeping the front in order.
     fn grow(&mut self, radius: f32) {
-        while let Some(Reverse((bits, v))) = self.front.pop() {
-            let distance = f32::from_bits(bits);
+        while let Some(&(v, distance)) = self.front.get(self.next) {
+            self.next += 1;
             if distance > self.distance[v as usize] {
                 continue;
             }
@@ -194,10 +197,12 @@ impl<'a> Field<'a> {
                 if there < *reached && (there <= radius || *reached < f32::INFINITY) {
                     *reached = there;
                     self.owner[w as usize] = owner;
-                    self.front.push(Reverse((there.to_bits(), w)));
+                    self.front.push((w, there));
                 }
             }
         }
+        self.front.clear();
+        self.next = 0;
     }
 }
 

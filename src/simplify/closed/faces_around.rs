@@ -1,9 +1,22 @@
-//! Which faces use a vertex.
+//! Which faces use a vertex, and what lies beyond an edge.
+
+use rustc_hash::FxHashMap;
 
 /// The faces around each vertex as compressed rows.
 pub(super) struct FacesAround {
     starts: Vec<u32>,
-    rows: Vec<u32>,
+    rows: Vec<Corner>,
+    /// Rows that are no longer what they were.
+    changed: FxHashMap<u32, Vec<Corner>>,
+}
+
+/// A face at one of its corners.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Corner {
+    /// The face.
+    pub face: u32,
+    /// The corner that follows in the face.
+    pub next: u32,
 }
 
 impl FacesAround {
@@ -12,18 +25,78 @@ impl FacesAround {
         let mut starts = vec![0u32; n_vertices + 2];
         faces.as_flattened().iter().for_each(|&v| starts[v as usize + 2] += 1);
         (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
-        let mut rows = vec![0; 3 * faces.len()];
-        for (f, face) in faces.iter().enumerate() {
-            for &v in face {
-                rows[starts[v as usize + 1] as usize] = f as u32;
-                starts[v as usize + 1] += 1;
+        let mut rows = vec![Corner::default(); 3 * faces.len()];
+        for (f, &[a, b, c]) in faces.iter().enumerate() {
+            for (v, next) in [(a, b), (b, c), (c, a)] {
+                let slot = &mut starts[v as usize + 1];
+                rows[*slot as usize] = Corner { face: f as u32, next };
+                *slot += 1;
             }
         }
-        Self { starts, rows }
+        Self { starts, rows, changed: FxHashMap::default() }
+    }
+
+    /// The faces at `vertex`.
+    #[inline]
+    pub fn corners(&self, vertex: u32) -> &[Corner] {
+        if !self.changed.is_empty()
+            && let Some(row) = self.changed.get(&vertex)
+        {
+            return row;
+        }
+        &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
     }
 
     /// The faces that use `vertex`.
-    pub fn faces(&self, vertex: u32) -> &[u32] {
-        &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
+    pub fn faces(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        self.corners(vertex).iter().map(|corner| corner.face)
+    }
+
+    /// The face that runs along its edge from `u` to `v`; beyond a face's edge it is the one that runs the other way.
+    #[inline]
+    pub fn along(&self, u: u32, v: u32) -> Option<u32> {
+        self.corners(u).iter().find(|corner| corner.next == v).map(|corner| corner.face)
+    }
+
+    /// Whether an edge joins two vertices.
+    pub fn joins(&self, u: u32, v: u32) -> bool {
+        self.along(u, v).or_else(|| self.along(v, u)).is_some()
+    }
+
+    /// Takes note that face `f` has other corners now.
+    pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
+        for v in before {
+            let row = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
+            self.changed.insert(v, row);
+        }
+        let [a, b, c] = now;
+        for (v, next) in [(a, b), (b, c), (c, a)] {
+            let row = [self.corners(v), &[Corner { face: f, next }]].concat();
+            self.changed.insert(v, row);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flipped_edge_is_found_as_if_sorted_anew() {
+        let mut faces = vec![[0, 1, 2], [1, 0, 3], [2, 1, 4]];
+        let mut around = FacesAround::new(5, &faces);
+        assert_eq!((around.along(1, 0), around.joins(2, 3)), (Some(1), false));
+        for (f, now) in [(0u32, [2, 3, 1]), (1, [3, 2, 0])] {
+            around.replace(f, std::mem::replace(&mut faces[f as usize], now), now);
+        }
+        let anew = FacesAround::new(5, &faces);
+        for v in 0..5 {
+            let sorted = |around: &FacesAround| {
+                let mut row: Vec<(u32, u32)> = around.corners(v).iter().map(|c| (c.face, c.next)).collect();
+                row.sort_unstable();
+                row
+            };
+            assert_eq!(sorted(&around), sorted(&anew), "{v}");
+        }
     }
 }

@@ -1,32 +1,26 @@
 //! Least squares of the output vertices to the original surface.
 //!
 //! A vertex at the minimum of its tangent planes lies too far inside a curved surface for the triangles around it
-//! to cut the surface. So centroids of input faces are sent to the nearest output face, and the output vertices
-//! move toward where the weighted squared distances along the faces' normals are smallest: each in the direction of
+//! to cut the surface. So centroids of input faces are sent to the output face that they lie over, and the output
+//! vertices move toward where the weighted squared heights over the faces are smallest: each in the direction of
 //! its own 3 x 3 system, all by the length that is best for them together. A step that turns a face or does not pay
 //! is not taken.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::geometry::triangle::{area_normal, nearest_weights};
+use crate::geometry::triangle::area_normal;
 
 use super::faces_around::FacesAround;
-use super::surface::Surface;
+use super::facets::{Facets, Place};
+use super::points::{Match, Points};
 
-/// Input faces looked at per output vertex, at most.
-const POINTS_PER_VERTEX: usize = 14;
-/// Points that are matched by one thread in a row.
-const CHUNK: usize = 1024;
 /// Weight of staying in place against the points.
 pub(super) const STAY: f32 = 0.01;
 /// Least cosine between a face's normal before and after a step.
 const LEAST_COSINE: f32 = 0.7;
-
 /// Least cosine between a face's normal and where it is meant to look.
 const LEAST_MEANT: f32 = 0.2;
-/// Cosine between normals above which a guess where a point belongs is believed.
-const AGREES: f32 = 0.8;
 
 /// The output mesh as the fit moves it.
 pub(super) struct Output<'a> {
@@ -36,20 +30,6 @@ pub(super) struct Output<'a> {
     pub faces: &'a [[u32; 3]],
     /// Which way the faces are meant to look, n_faces x 3: no step turns one away from it.
     pub meant: &'a [Vec3],
-    /// For each input vertex the output vertex that its region became.
-    pub vertex_of: &'a [u32],
-}
-
-/// A point of the original over the output face nearest to it.
-pub(super) struct Match {
-    /// The input face whose centroid the point is.
-    pub point: u32,
-    /// The output face.
-    pub face: u32,
-    /// Barycentric weights of the nearest point, scaled with the square root of the point's area.
-    pub weights: [f32; 3],
-    /// Height over the face, scaled likewise.
-    height: f32,
 }
 
 /// A step as it was taken.
@@ -60,192 +40,88 @@ pub(super) struct Step {
     pub moved: Vec<bool>,
 }
 
-/// Moves the output vertices toward the original surface `n_steps` times; appends the steps to `history`, if any.
-pub(super) fn fit(surface: &Surface, output: &mut Output, n_steps: usize, mut history: Option<&mut Vec<Step>>) {
+/// Moves the output vertices toward the points of the original by one step; appends it to `history`, if any.
+pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut Vec<Step>>) {
     let around = FacesAround::new(output.positions.len(), output.faces);
-    let n_faces = surface.faces.len();
-    let n_points = n_faces.min(POINTS_PER_VERTEX * output.positions.len());
-    let mut guesses = vec![u32::MAX; n_points];
-    for _ in 0..n_steps {
-        let target = Target::new(output, &around);
-        let chunks = guesses.par_chunks_mut(CHUNK).enumerate();
-        let matches: Vec<Vec<Match>> = chunks
-            .map(|(chunk, guesses)| {
-                let point = |i: usize| ((chunk * CHUNK + i) as u64 * n_faces as u64 / n_points as u64) as u32;
-                guesses
-                    .iter_mut()
-                    .enumerate()
-                    .filter_map(|(i, guess)| target.match_face(surface, point(i), guess))
-                    .collect()
-            })
-            .collect();
-        let steps = solve(output, &target.normals, &matches);
-        let before = history.as_ref().map(|_| output.positions.to_vec());
-        take_steps(output, &around, &steps);
-        if let (Some(history), Some(before)) = (&mut history, before) {
-            let moved = before.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
-            history.push(Step { matches: matches.into_iter().flatten().collect(), moved });
-        }
+    let facets = Facets::new(output.positions, output.faces, &around);
+    let mut matches = history.as_ref().map(|_| Vec::new());
+    let mut sums = vec![FaceSums::default(); output.faces.len()];
+    points.place(&facets, |found| {
+        found.iter().flatten().for_each(|m| sums[m.place.face as usize].add(m));
+        matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
+    });
+    let steps = solve(output, &facets, &sums);
+    let after = take_steps(output, &facets, &around, &steps);
+    if let (Some(history), Some(matches)) = (history, matches) {
+        let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
+        history.push(Step { matches, moved });
     }
+    output.positions.copy_from_slice(&after);
 }
 
-/// A point of the original and which way the surface looks there.
-struct Point {
-    at: Vec3,
-    normal: Vec3,
-}
-
-/// The surface on which points look for their place.
-struct Target<'a> {
-    positions: &'a [Vec3],
-    faces: &'a [[u32; 3]],
-    vertex_of: &'a [u32],
-    around: &'a FacesAround,
-    /// Unit normals of the faces.
-    normals: Vec<Vec3>,
-    /// Centroids of the faces.
-    centroids: Vec<Vec3>,
-}
-
-/// The nearest point of one face.
-struct Reach {
-    face: u32,
+/// Sums over the points of a face, weighted with their areas.
+#[derive(Clone, Copy, Default)]
+struct FaceSums {
+    /// The barycentric weights.
     weights: [f32; 3],
-    gap: Vec3,
-    distance: f32,
+    /// Weights times heights.
+    heights: [f32; 3],
+    /// Products of weights: 00, 11, 22, 01, 12, 20.
+    products: [f32; 6],
 }
 
-impl<'a> Target<'a> {
-    fn new(output: &'a Output, around: &'a FacesAround) -> Self {
-        let corners = |face: &[u32; 3]| face.map(|v| output.positions[v as usize]);
-        let normals = output.faces.par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
-        let centroids = output.faces.par_iter().map(|face| corners(face).iter().sum::<Vec3>() / 3.0).collect();
-        let Output { positions, faces, vertex_of, .. } = output;
-        Self { positions, faces, vertex_of, around, normals, centroids }
-    }
-
-    /// Matches the centroid of an input face; `guess` says where to start, and remembers where the walk ended.
-    fn match_face(&self, surface: &Surface, point: u32, guess: &mut u32) -> Option<Match> {
-        let face = surface.faces[point as usize];
-        let corners = face.map(|v| surface.positions[v as usize]);
-        let normal = area_normal(corners);
-        let centroid = Point { at: (corners[0] + corners[1] + corners[2]) / 3.0, normal };
-        let reach = self.nearest(&centroid, *guess, self.vertex_of[face[0] as usize])?;
-        *guess = reach.face;
-        let scale = (0.5 * normal.length()).sqrt();
-        let height = scale * self.normals[reach.face as usize].dot(reach.gap);
-        Some(Match { point, face: reach.face, weights: reach.weights.map(|w| w * scale), height })
-    }
-
-    /// The nearest point to which a walk leads, from face `guess` or else from around `vertex`.
-    fn nearest(&self, point: &Point, guess: u32, vertex: u32) -> Option<Reach> {
-        let start = if guess == u32::MAX { self.nearest_centroid(point, vertex) } else { guess };
-        let reach = self.reach(point, start, f32::INFINITY).map(|start| self.walk(point, start));
-        reach.filter(|reach| self.agrees(point, reach)).or_else(|| {
-            let mut best: Option<Reach> = None;
-            for &f in self.around.faces(vertex) {
-                let limit = best.as_ref().map_or(f32::INFINITY, |b| b.distance);
-                best = self.reach(point, f, limit).or(best);
-            }
-            best.map(|start| self.walk(point, start))
-        })
-    }
-
-    /// The face around `vertex` whose centroid lies nearest.
-    fn nearest_centroid(&self, point: &Point, vertex: u32) -> u32 {
-        let mut best = (f32::INFINITY, u32::MAX);
-        for &f in self.around.faces(vertex) {
-            let distance = self.centroids[f as usize].distance_squared(point.at);
-            if distance < best.0 && self.normals[f as usize].dot(point.normal) > 0.0 {
-                best = (distance, f);
-            }
+impl FaceSums {
+    fn add(&mut self, Match { area, place: Place { weights, height, .. }, .. }: &Match) {
+        let weighted = weights.map(|w| w * area);
+        for i in 0..3 {
+            self.weights[i] += weighted[i];
+            self.heights[i] += weighted[i] * height;
+            self.products[i] += weighted[i] * weights[i];
+            self.products[3 + i] += weighted[i] * weights[(i + 1) % 3];
         }
-        best.1
     }
 
-    fn walk(&self, point: &Point, start: Reach) -> Reach {
-        let mut best = start;
-        while let Some(closer) = self.step(point, &best) {
-            best = closer;
-        }
-        best
-    }
-
-    /// Whether the face reached looks the same way well enough for a walk not to have strayed over a crease.
-    fn agrees(&self, point: &Point, reach: &Reach) -> bool {
-        self.normals[reach.face as usize].dot(point.normal) >= AGREES * point.normal.length()
-    }
-
-    /// The nearest point of `face` if it looks the same way and is nearer than `limit` (squared).
-    fn reach(&self, point: &Point, face: u32, limit: f32) -> Option<Reach> {
-        if self.normals.get(face as usize)?.dot(point.normal) <= 0.0 {
-            return None;
-        }
-        let triangle = self.faces[face as usize].map(|v| self.positions[v as usize]);
-        let weights = nearest_weights(point.at, triangle);
-        let gap = point.at - (triangle[0] * weights[0] + triangle[1] * weights[1] + triangle[2] * weights[2]);
-        let distance = gap.length_squared();
-        (distance < limit).then_some(Reach { face, weights, gap, distance })
-    }
-
-    /// A face beyond the edge or vertex on which `from` lies that is nearer; `None` inside a face.
-    fn step(&self, point: &Point, from: &Reach) -> Option<Reach> {
-        let on: [bool; 3] = from.weights.map(|w| w > 0.0);
-        let n_on = on.iter().filter(|&&on| on).count();
-        if n_on == 3 {
-            return None;
-        }
-        let face = self.faces[from.face as usize];
-        let pivot = on.iter().position(|&on| on)?;
-        let mut best: Option<Reach> = None;
-        for &f in self.around.faces(face[pivot]) {
-            let other = self.faces[f as usize];
-            let beyond = f != from.face && (n_on == 1 || (0..3).all(|i| !on[i] || other.contains(&face[i])));
-            if beyond {
-                let limit = best.as_ref().map_or(from.distance * (1.0 - 1e-6), |b| b.distance);
-                best = self.reach(point, f, limit).or(best);
-            }
-        }
-        best
+    /// By how much the squared heights change when the corners rise by as much as this times t: the factors of
+    /// `-2 t` and of `t^2`.
+    fn slope_and_curvature(&self, rises: [f32; 3]) -> [f32; 2] {
+        let next = |i: usize| rises[(i + 1) % 3];
+        let slope = (0..3).map(|i| self.heights[i] * rises[i]).sum();
+        let square = |i: usize| rises[i] * (self.products[i] * rises[i] + 2.0 * self.products[3 + i] * next(i));
+        [slope, (0..3).map(square).sum()]
     }
 }
 
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
-/// staying; preconditioned with lumped blocks of J'J. A vertex whose own points would not gain stays.
-fn solve(output: &Output, normals: &[Vec3], matches: &[Vec<Match>]) -> Vec<Vec3> {
-    let directions = directions(output, normals, matches);
-    // Along its direction, a vertex's points change their sum of squares by -2 t slope + t^2 curvature.
-    let mut slope = vec![0.0f32; directions.len()];
-    let mut curvature = vec![0.0f32; directions.len()];
-    for m in matches.iter().flatten() {
-        let face = output.faces[m.face as usize];
-        let normal = normals[m.face as usize];
-        let rise: f32 = (0..3).map(|i| m.weights[i] * normal.dot(directions[face[i] as usize])).sum();
-        let total: f32 = m.weights.iter().sum();
-        for i in 0..3 {
-            let share = if total > 0.0 { m.weights[i] / total } else { 0.0 };
-            slope[face[i] as usize] += share * m.height * rise;
-            curvature[face[i] as usize] += share * rise * rise;
+/// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays.
+fn solve(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
+    let directions = directions(output, facets, sums);
+    let mut gains = vec![[0.0f32; 2]; directions.len()];
+    let mut total = [0.0f64; 2];
+    for (f, (face, sum)) in output.faces.iter().zip(sums).enumerate() {
+        let normal = facets.normal(f as u32);
+        let change = sum.slope_and_curvature(face.map(|v| normal.dot(directions[v as usize])));
+        let whole: f32 = sum.weights.iter().sum();
+        let share = if whole > 0.0 { 1.0 / whole } else { 0.0 };
+        for k in 0..2 {
+            total[k] += f64::from(change[k]);
+            face.iter().zip(sum.weights).for_each(|(&v, w)| gains[v as usize][k] += w * share * change[k]);
         }
     }
-    let sum = |values: &[f32]| values.iter().map(|&x| f64::from(x)).sum::<f64>();
-    let length = (sum(&slope) / sum(&curvature).max(f64::MIN_POSITIVE)) as f32;
-    let pays = |v: usize| 2.0 * slope[v] > length * curvature[v];
-    (0..directions.len()).map(|v| if pays(v) { directions[v] * length } else { Vec3::ZERO }).collect()
+    let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
+    let pays = |[slope, curvature]: [f32; 2]| 2.0 * slope > length * curvature;
+    directions.iter().zip(gains).map(|(d, gain)| if pays(gain) { *d * length } else { Vec3::ZERO }).collect()
 }
 
 /// Each vertex's solution of its own lumped 3 x 3 system.
-fn directions(output: &Output, normals: &[Vec3], matches: &[Vec<Match>]) -> Vec<Vec3> {
+fn directions(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
-    for m in matches.iter().flatten() {
-        let n = normals[m.face as usize];
-        let total: f32 = m.weights.iter().sum();
-        for (v, weight) in output.faces[m.face as usize].into_iter().zip(m.weights) {
-            let (w, h) = (weight * total, weight * m.height);
-            let row = [w * n.x * n.x, w * n.x * n.y, w * n.x * n.z, w * n.y * n.y, w * n.y * n.z, w * n.z * n.z];
-            let system = &mut systems[v as usize];
-            system[..6].iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
-            system[6..].iter_mut().zip((n * h).to_array()).for_each(|(sum, x)| *sum += x);
+    for (f, (face, sum)) in output.faces.iter().zip(sums).enumerate() {
+        let n = facets.normal(f as u32);
+        let outer = [n.x * n.x, n.x * n.y, n.x * n.z, n.y * n.y, n.y * n.z, n.z * n.z];
+        for (i, v) in face.iter().enumerate() {
+            let system = &mut systems[*v as usize];
+            system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[i] * x);
+            system[6..].iter_mut().zip(n.to_array()).for_each(|(entry, x)| *entry += sum.heights[i] * x);
         }
     }
     systems.iter().map(solve_block).collect()
@@ -267,29 +143,38 @@ fn solve_block(system: &[f32; 9]) -> Vec3 {
     if x.is_finite() { x } else { Vec3::ZERO }
 }
 
-/// Moves each vertex where no face around it turns.
-fn take_steps(output: &mut Output, around: &FacesAround, steps: &[Vec3]) {
-    for (v, step) in steps.iter().enumerate() {
-        let target = output.positions[v] + *step;
-        if !turns_a_face(output, around, v as u32, target) {
-            output.positions[v] = target;
+/// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
+fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3]) -> Vec<Vec3> {
+    let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
+    let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
+    let mut turned: Vec<u32> = (0..output.faces.len() as u32).into_par_iter().filter(|f| turns(f, &after)).collect();
+    while !turned.is_empty() {
+        let mut back = Vec::new();
+        for &v in turned.iter().flat_map(|&f| &output.faces[f as usize]) {
+            let (now, before) = (&mut after[v as usize], output.positions[v as usize]);
+            if *now != before {
+                *now = before;
+                back.push(v);
+            }
         }
+        turned = back.iter().flat_map(|&v| around.faces(v)).filter(|f| turns(f, &after)).collect();
     }
+    after
 }
 
-fn turns_a_face(output: &Output, around: &FacesAround, v: u32, target: Vec3) -> bool {
-    around.faces(v).iter().any(|&f| {
-        let face = output.faces[f as usize];
-        let before = face.map(|w| output.positions[w as usize]);
-        let after = face.map(|w| if w == v { target } else { output.positions[w as usize] });
-        let (n, m) = (area_normal(before), area_normal(after));
-        n.dot(m) < LEAST_COSINE * (n.length_squared() * m.length_squared()).sqrt()
-            || m.dot(output.meant[f as usize]) < LEAST_MEANT * m.length()
-    })
+/// Whether a face turns too far when its corners go to where they are `after`.
+fn turns(output: &Output, facets: &Facets, f: u32, after: &[Vec3]) -> bool {
+    let normal = area_normal(output.faces[f as usize].map(|v| after[v as usize]));
+    let below = |unit: Vec3, least: f32| {
+        let along = unit.dot(normal);
+        along < 0.0 || along * along < least * least * normal.length_squared()
+    };
+    below(facets.normal(f), LEAST_COSINE) || below(output.meant[f as usize], LEAST_MEANT)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::surface::Surface;
     use super::*;
     use crate::mesh::shapes;
 
@@ -315,9 +200,11 @@ mod tests {
         let normal = |face: &[u32; 3]| area_normal(face.map(|v| before[v as usize])).normalize();
         let meant: Vec<Vec3> = coarse.faces().iter().map(normal).collect();
         let vertex_of = nearest_of(&surface, &before);
-        let mut output =
-            Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, vertex_of: &vertex_of };
-        fit(&surface, &mut output, n_steps, None);
+        let mut points = Points::new(&surface, &vertex_of, before.len());
+        let mut output = Output { positions: &mut positions, faces: coarse.faces(), meant: &meant };
+        for _ in 0..n_steps {
+            fit(&mut points, &mut output, None);
+        }
         (before, positions)
     }
 

@@ -7,10 +7,14 @@ mod darts;
 mod derivative;
 mod edge_lengths;
 mod faces_around;
+mod facets;
 mod fit;
 mod flips;
 mod importance;
+mod links;
+mod nearest;
 mod placement;
+mod points;
 mod quotient;
 mod regions;
 mod separate;
@@ -27,6 +31,8 @@ use collapse::{Collapse, Remains};
 use darts::Assignment;
 use derivative::Choices;
 use edge_lengths::EdgeLengths;
+use points::Points;
+use regions::Sum;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
@@ -35,8 +41,8 @@ pub use importance::importance_of_scores;
 
 /// Sweeps over the borders of the regions; more move hardly any vertex.
 const SWEEPS: usize = 2;
-/// Input vertices per output vertex from which on flips and a second fit to the original pay: nearer to the
-/// original's own size, the collapse has seen to the diagonals, and one fit leaves little for another.
+/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
+/// the diagonals.
 const COARSE: usize = 15;
 /// Share of the samples that are darts; the rest is for cutting regions that cost too much.
 const DARTS: f64 = 0.9;
@@ -111,16 +117,16 @@ pub(super) fn simplify_closed(
     let mut assignment = samples(&surface, request, n_samples);
     enter("scores")?;
     importance::weigh(&mut surface, &assignment, request.importance);
-    enter("sweeps")?;
-    sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
+    enter("cuts")?;
+    let mut sums = sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
     enter("quotient")?;
-    let quotient = quotient::quotient(&surface, &mut assignment);
+    let quotient = quotient::quotient(&surface, &mut assignment, &mut sums);
     enter("placement")?;
-    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     enter("collapse")?;
     let wanted = request.differentiable;
-    let cases = wanted.then(|| placement::cases(&surface, &assignment, &placed.positions));
-    let mut collapse = Collapse::new(placed.positions, placed.quadrics, quotient.faces, &quotient.rings);
+    let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
+    let mut collapse = Collapse::new(&placed.positions, &placed.quadrics, &quotient.rings);
     collapse.history = wanted.then(Vec::new);
     let end = collapse.run(request.limit);
     let merges = collapse.history.take();
@@ -128,13 +134,14 @@ pub(super) fn simplify_closed(
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
-    let flipped_edges = if coarse && request.parts.flips { flips::flip(&surface, &vertex_of, &mut remains) } else { 0 };
+    let mut points = Points::new(&surface, &vertex_of, remains.positions.len());
+    let flipped_edges = if coarse && request.parts.flips { flips::flip(&mut points, &mut remains) } else { 0 };
     enter("fit")?;
     let Remains { mut positions, mut faces, normals, vertex_of: output_of } = remains;
-    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, vertex_of: &vertex_of };
+    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals };
     let mut steps = wanted.then(Vec::new);
     if request.parts.fit {
-        fit::fit(&surface, &mut output, if coarse { 2 } else { 1 }, steps.as_mut());
+        fit::fit(&mut points, &mut output, steps.as_mut());
     }
     let fitted = wanted.then(|| faces.clone());
     enter("finish")?;
@@ -195,20 +202,21 @@ fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment
     darts::throw_darts(surface, &lengths, n_darts, request.seed)
 }
 
-/// Moves the borders of the regions, cuts those that cost too much, and moves the borders of the parts; only cuts
-/// without sweeps.
-fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize, with_sweeps: bool) {
+/// Cuts regions that cost too much; with sweeps, moves the borders of the regions before that, and those of the parts after
+/// it. Returns the sums of the regions; none where every vertex is one.
+fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize, with_sweeps: bool) -> Vec<Sum> {
     if assignment.n_regions == surface.n_vertices() {
-        return;
+        return Vec::new();
     }
+    let mut sums = regions::sums(surface, assignment);
     if with_sweeps {
-        regions::sweep(surface, assignment, SWEEPS);
+        regions::sweep(surface, assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
-    let n_before = assignment.n_regions;
-    costly::cut_costly(surface, assignment, n_samples);
-    if with_sweeps && assignment.n_regions > n_before {
-        regions::sweep(surface, assignment, 1);
+    let cut = costly::cut_costly(surface, assignment, &mut sums, n_samples);
+    if with_sweeps && cut.contains(&true) {
+        regions::sweep(surface, assignment, &mut sums, 1, cut);
     }
+    sums
 }
 
 /// The mesh that the one pass leaves of `mesh`, before any collapse, from `samples` (vertices of the mesh).
@@ -219,11 +227,12 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
         Samples::Darts { n, seed } => darts::throw_darts(&surface, &lengths, n, seed),
         Samples::Vertices(samples) => darts::assign_to(&surface, &lengths, samples),
     };
+    let mut sums = regions::sums(&surface, &assignment);
     if with_sweeps {
-        regions::sweep(&surface, &mut assignment, SWEEPS);
+        regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
-    let quotient = quotient::quotient(&surface, &mut assignment);
-    let placed = placement::place(&surface, &assignment, &quotient.faces);
+    let quotient = quotient::quotient(&surface, &mut assignment, &mut sums);
+    let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
     TriMesh::new(positions, quotient.faces).ok()
 }

@@ -9,7 +9,7 @@ use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 
 use super::darts::Assignment;
-use super::regions::vertex_quadric;
+use super::regions::Sum;
 use super::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes. More would round corners off,
@@ -41,50 +41,34 @@ pub(super) struct Placement {
     pub quadrics: Vec<Quadric>,
 }
 
-/// Area-weighted sums over a region's vertices.
-#[derive(Clone, Copy, Default)]
-struct Moments {
-    weight: f64,
-    position: DVec3,
-    squared: f64,
-    normal: DVec3,
-}
-
-impl Moments {
-    fn mean(&self) -> DVec3 {
-        self.position / self.weight
-    }
-
-    fn variance(&self) -> f64 {
-        (self.squared / self.weight - self.mean().length_squared()).max(0.0)
-    }
-}
-
-/// Places a vertex for each region of `assignment`, whose quotient has the given faces.
-pub(super) fn place(surface: &Surface, assignment: &Assignment, faces: &[[u32; 3]]) -> Placement {
+/// Places a vertex for each region of `assignment`, of which the sums are given and the faces of the quotient.
+pub(super) fn place(surface: &Surface, assignment: &Assignment, sums: &[Sum], faces: &[[u32; 3]]) -> Placement {
     if assignment.n_regions == surface.n_vertices() {
         return stay(surface);
     }
-    let (quadrics, moments) = sums(surface, assignment);
-    let mut positions: Vec<DVec3> = quadrics.iter().zip(&moments).map(|(q, m)| best_position(q, m).1).collect();
-    let safe = central_vertices(surface, assignment, &moments);
-    for _ in 0..2 {
-        for r in turned_regions(&positions, &moments, faces) {
-            positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
+    let quadrics: Vec<Quadric> = sums.iter().map(|sum| sum.quadric(f64::from(PULL))).collect();
+    let mut positions: Vec<DVec3> = quadrics.iter().zip(sums).map(|(q, sum)| best_position(q, sum).1).collect();
+    let mut turned = turned_regions(&positions, sums, faces);
+    if !turned.is_empty() {
+        let safe = central_vertices(surface, assignment, sums);
+        for _ in 0..2 {
+            for &r in &turned {
+                positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
+            }
+            turned = turned_regions(&positions, sums, faces);
         }
     }
     Placement { positions, quadrics }
 }
 
 /// How [`place`] came to these positions.
-pub(super) fn cases(surface: &Surface, assignment: &Assignment, positions: &[DVec3]) -> Vec<Case> {
+pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], positions: &[DVec3]) -> Vec<Case> {
     if assignment.n_regions == surface.n_vertices() {
         return (0..surface.n_vertices() as u32).map(Case::Vertex).collect();
     }
-    let (quadrics, moments) = sums(surface, assignment);
-    let safe = central_vertices(surface, assignment, &moments);
+    let safe = central_vertices(surface, assignment, sums);
     let case = |r: usize| {
-        let (case, x) = best_position(&quadrics[r], &moments[r]);
+        let (case, x) = best_position(&sums[r].quadric(f64::from(PULL)), &sums[r]);
         if x == positions[r] { case } else { Case::Vertex(safe[r]) }
     };
     (0..assignment.n_regions).map(case).collect()
@@ -93,29 +77,13 @@ pub(super) fn cases(surface: &Surface, assignment: &Assignment, positions: &[DVe
 /// Every vertex where it is, for an assignment that is the identity.
 fn stay(surface: &Surface) -> Placement {
     let positions = surface.positions.iter().map(|p| p.as_dvec3()).collect();
-    let quadrics = (0..surface.n_vertices()).map(|v| vertex_quadric(surface, v, PULL)).collect();
-    Placement { positions, quadrics }
+    let quadric = |v| Sum::of(surface, v).quadric(f64::from(PULL));
+    Placement { positions, quadrics: (0..surface.n_vertices()).map(quadric).collect() }
 }
 
-fn sums(surface: &Surface, assignment: &Assignment) -> (Vec<Quadric>, Vec<Moments>) {
-    let mut quadrics = vec![Quadric::default(); assignment.n_regions];
-    let mut moments = vec![Moments::default(); assignment.n_regions];
-    for (v, &r) in assignment.region.iter().enumerate() {
-        quadrics[r as usize] += vertex_quadric(surface, v, PULL);
-        let weight = surface.weight(v);
-        let p = surface.positions[v].as_dvec3();
-        let m = &mut moments[r as usize];
-        m.weight += weight;
-        m.position += p * weight;
-        m.squared += p.length_squared() * weight;
-        m.normal += surface.normals[v].as_dvec3() * weight;
-    }
-    (quadrics, moments)
-}
-
-fn best_position(quadric: &Quadric, moments: &Moments) -> (Case, DVec3) {
-    let mean = moments.mean();
-    let far = FAR * FAR * moments.variance();
+fn best_position(quadric: &Quadric, sum: &Sum) -> (Case, DVec3) {
+    let mean = sum.mean();
+    let far = FAR * FAR * sum.variance();
     if let Some((x, _)) = quadric.minimum().filter(|(x, _)| x.distance_squared(mean) <= far) {
         return (Case::Minimum, x);
     }
@@ -126,11 +94,11 @@ fn best_position(quadric: &Quadric, moments: &Moments) -> (Case, DVec3) {
 }
 
 /// For each region its vertex nearest to the mean.
-fn central_vertices(surface: &Surface, assignment: &Assignment, moments: &[Moments]) -> Vec<u32> {
-    let mut nearest = vec![(f64::INFINITY, 0); moments.len()];
+fn central_vertices(surface: &Surface, assignment: &Assignment, sums: &[Sum]) -> Vec<u32> {
+    let mut nearest = vec![(f64::INFINITY, 0); sums.len()];
     for (v, &r) in assignment.region.iter().enumerate() {
         let p = surface.positions[v].as_dvec3();
-        let distance = p.distance_squared(moments[r as usize].mean());
+        let distance = p.distance_squared(sums[r as usize].mean());
         let best = &mut nearest[r as usize];
         if distance < best.0 {
             *best = (distance, v as u32);
@@ -140,10 +108,10 @@ fn central_vertices(surface: &Surface, assignment: &Assignment, moments: &[Momen
 }
 
 /// The regions at the corners of faces that look away from what they stand for.
-fn turned_regions(positions: &[DVec3], moments: &[Moments], faces: &[[u32; 3]]) -> Vec<u32> {
+fn turned_regions(positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<u32> {
     let turned = |face: &&[u32; 3]| {
         let normal = area_normal_f64(face.map(|r| positions[r as usize]));
-        let meant: DVec3 = face.iter().map(|&r| moments[r as usize].normal.normalize_or_zero()).sum();
+        let meant: DVec3 = face.iter().map(|&r| sums[r as usize].normal.normalize_or_zero()).sum();
         normal.dot(meant) <= 0.0
     };
     faces.iter().filter(turned).flatten().copied().collect()
@@ -152,6 +120,7 @@ fn turned_regions(positions: &[DVec3], moments: &[Moments], faces: &[[u32; 3]]) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use super::super::regions::sums;
     use crate::mesh::shapes;
     use glam::Vec3;
 
@@ -161,7 +130,8 @@ mod tests {
         let surface = Surface::new(&mesh);
         let near = |p: &[f32; 3]| p.iter().all(|&x| x <= 0.25);
         let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
-        let placed = place(&surface, &Assignment { region, n_regions: 2, samples: Vec::new() }, &[]);
+        let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
+        let placed = place(&surface, &assignment, &sums(&surface, &assignment), &[]);
         let corner = surface.scale.restore(placed.positions[0]);
         assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
     }
@@ -172,10 +142,11 @@ mod tests {
         let surface = Surface::new(&mesh);
         let within = |p: &[f32; 3]| (0.25..0.75).contains(&p[0]) && (0.25..0.75).contains(&p[1]);
         let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
-        let placed = place(&surface, &Assignment { region, n_regions: 2, samples: Vec::new() }, &[]);
+        let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
+        let placed = place(&surface, &assignment, &sums(&surface, &assignment), &[]);
         let middle = Vec3::from(surface.scale.restore(placed.positions[0]));
         assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
-        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[]);
+        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &[]);
         assert!(placed.positions.iter().zip(&surface.positions).all(|(p, q)| p.as_vec3() == *q));
     }
 }

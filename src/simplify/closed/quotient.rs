@@ -5,15 +5,16 @@
 //! each strip of faces between two regions to an edge. The conditions are checked; a region that breaks one is cut
 //! in two, which ends at the latest with the input itself.
 
-use std::collections::VecDeque;
+use std::collections::BTreeMap;
 
 use crate::mesh::OneRings;
 
 use super::darts::Assignment;
+use super::regions::Sum;
 use super::surface::Surface;
 
 /// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
-const HALVINGS: usize = 2;
+const HALVINGS: usize = 3;
 
 /// The quotient's faces over region indices.
 pub(super) struct Quotient {
@@ -25,8 +26,8 @@ pub(super) struct Quotient {
     pub n_refined: usize,
 }
 
-/// Builds the quotient, cutting regions of `assignment` where they stand in the way.
-pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotient {
+/// Builds the quotient, cutting regions of `assignment` where they stand in the way; keeps the sums of the regions in step.
+pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec<Sum>) -> Quotient {
     let apex_faces = surface.rings.apex_faces();
     let n_before = assignment.n_regions;
     let mut rounds = 0;
@@ -41,15 +42,19 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment) -> Quotie
         let n_inner = faces.inner.len();
         let closed = [faces.inner, faces.border].concat();
         let n_nodes = assignment.n_regions + surface.rings.n_apexes();
-        match OneRings::new(n_nodes, &closed) {
-            Err(error) => error.vertices.iter().for_each(|&r| broken[r as usize] = true),
-            Ok(rings) => (0..assignment.n_regions).for_each(|r| broken[r] |= rings.ring(r as u32).is_empty()),
-        }
+        mark_flat_pillows(&closed, assignment.n_regions, &mut broken);
         let parts = if rounds < HALVINGS { Parts::Halves } else { Parts::Vertices };
         rounds += 1;
-        if !refine(surface, assignment, &broken, &closed, parts) {
+        if broken.contains(&true) && refine(surface, assignment, sums, &broken, parts, &closed) {
+            continue;
+        }
+        let rings = OneRings::new(n_nodes, &closed);
+        if let Err(error) = &rings {
+            error.vertices.iter().for_each(|&r| broken[r as usize] = true);
+        }
+        if !refine(surface, assignment, sums, &broken, parts, &closed) {
             let faces = closed[..n_inner].to_vec();
-            let rings = OneRings::new(assignment.n_regions, &faces);
+            let rings = if n_inner == closed.len() { rings } else { OneRings::new(assignment.n_regions, &faces) };
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
             if let (Ok(rings), false) = (rings, broken.contains(&true)) {
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
@@ -106,6 +111,19 @@ fn mark_bridges(border: &[[u32; 3]], broken: &mut [bool]) {
     }
 }
 
+/// Marks the regions with fewer than three neighbours, and those: contracted, the faces between them would lie on each
+/// other.
+fn mark_flat_pillows(faces: &[[u32; 3]], n_regions: usize, broken: &mut [bool]) {
+    let mut n_faces = vec![0u32; broken.len()];
+    faces.as_flattened().iter().for_each(|&r| n_faces[r as usize] += 1);
+    for face in faces {
+        if face.iter().any(|&r| n_faces[r as usize] < 3) {
+            face.iter().for_each(|&r| broken[r as usize] = true);
+        }
+    }
+    n_faces[..n_regions].iter().zip(broken).for_each(|(&n, broken)| *broken |= n == 0);
+}
+
 /// What a broken region is cut into.
 #[derive(Clone, Copy)]
 enum Parts {
@@ -114,29 +132,35 @@ enum Parts {
 }
 
 /// Cuts every broken region, or the regions around it where it is a single vertex; false if none was cut.
-fn refine(surface: &Surface, assignment: &mut Assignment, broken: &[bool], faces: &[[u32; 3]], parts: Parts) -> bool {
+fn refine(
+    surface: &Surface,
+    assignment: &mut Assignment,
+    sums: &mut Vec<Sum>,
+    broken: &[bool],
+    parts: Parts,
+    faces: &[[u32; 3]],
+) -> bool {
     if !broken.contains(&true) {
         return false;
     }
-    let members = members(assignment);
-    let single = |r: u32| members.get(r as usize).is_none_or(|m| m.len() < 2);
+    let mut sizes = vec![0u32; assignment.n_regions];
+    assignment.region.iter().for_each(|&r| sizes[r as usize] += 1);
+    let single = |r: u32| sizes.get(r as usize).is_none_or(|&size| size < 2);
     let mut cut: Vec<bool> = broken.iter().enumerate().map(|(r, &b)| b && !single(r as u32)).collect();
     for face in faces {
         if face.iter().any(|&r| broken[r as usize] && single(r)) {
             face.iter().for_each(|&r| cut[r as usize] = !single(r));
         }
     }
-    let mut progressed = false;
-    for (r, vertices) in members.iter().enumerate() {
-        if cut[r] {
-            match parts {
-                Parts::Halves => cut_region(surface, assignment, vertices),
-                Parts::Vertices => dissolve(assignment, vertices),
-            }
-            progressed = true;
+    let members = members(assignment, &cut);
+    for (&r, vertices) in &members {
+        match parts {
+            Parts::Halves => cut_region(surface, assignment, vertices),
+            Parts::Vertices => dissolve(assignment, vertices),
         }
+        move_sums(surface, assignment, sums, (r, vertices));
     }
-    progressed
+    !members.is_empty()
 }
 
 /// Gives every vertex of a region but the first a label of its own.
@@ -147,66 +171,85 @@ fn dissolve(assignment: &mut Assignment, vertices: &[u32]) {
     }
 }
 
-/// The vertices of each region.
-pub(super) fn members(assignment: &Assignment) -> Vec<Vec<u32>> {
-    let mut members = vec![Vec::new(); assignment.n_regions];
-    for (v, &r) in assignment.region.iter().enumerate() {
-        members[r as usize].push(v as u32);
+/// Takes the vertices of region `r` that were given other labels over to the sums of those.
+pub(super) fn move_sums(surface: &Surface, assignment: &Assignment, sums: &mut Vec<Sum>, (r, whole): (u32, &[u32])) {
+    sums[r as usize] = Sum::default();
+    sums.resize(assignment.n_regions, Sum::default());
+    whole.iter().for_each(|&v| sums[assignment.region[v as usize] as usize] += Sum::of(surface, v as usize));
+}
+
+/// The vertices of the regions that are wanted, n_regions or more, each list ascending.
+pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32, Vec<u32>> {
+    if !wanted.contains(&true) {
+        return BTreeMap::new();
     }
-    members
+    let inside = |r: u32| wanted[r as usize];
+    let mut pairs: Vec<(u32, u32)> = (0u32..).zip(&assignment.region).filter(|(_, r)| inside(**r)).map(|(v, &r)| (r, v)).collect();
+    pairs.sort_unstable();
+    pairs.chunk_by(|x, y| x.0 == y.0).map(|list| (list[0].0, list.iter().map(|pair| pair.1).collect())).collect()
 }
 
 /// Gives the half of a region that is nearer to its far end a label of its own, and so each part that is cut off.
 pub(super) fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) {
-    let own = assignment.region[vertices[0] as usize];
-    let reached = spread(surface, assignment, &[vertices[0]], own);
     let fresh = assignment.n_regions as u32;
     assignment.n_regions += 1;
-    if reached.len() < vertices.len() {
-        let mut inside = reached;
-        inside.sort_unstable();
-        for v in vertices.iter().filter(|v| inside.binary_search(v).is_err()) {
-            assignment.region[*v as usize] = fresh;
-        }
+    let whole = Region::of(vertices);
+    let reached = whole.spread(surface, &[vertices[0]]);
+    let order = &reached.order;
+    if order.len() < vertices.len() {
+        let cut_off = (0..vertices.len()).filter(|&i| reached.side[i] == UNREACHED);
+        cut_off.for_each(|i| assignment.region[vertices[i] as usize] = fresh);
         return;
     }
-    let far = reached[reached.len() - 1];
-    let both = spread_two(surface, assignment, [vertices[0], far], own);
-    both.into_iter().for_each(|v| assignment.region[v as usize] = fresh);
+    let far = order[order.len() - 1];
+    let both = whole.spread(surface, &[vertices[0], far]);
+    let second = (0..vertices.len()).filter(|&i| both.side[i] == 1);
+    second.for_each(|i| assignment.region[vertices[i] as usize] = fresh);
 }
 
-/// The vertices of region `own` in the order in which a search from `seeds` meets them.
-fn spread(surface: &Surface, assignment: &Assignment, seeds: &[u32], own: u32) -> Vec<u32> {
-    let mut seen: rustc_hash::FxHashSet<u32> = seeds.iter().copied().collect();
-    let mut order = seeds.to_vec();
-    let mut next = 0;
-    while next < order.len() {
-        for &w in surface.neighbors(order[next]) {
-            if assignment.region[w as usize] == own && seen.insert(w) {
-                order.push(w);
-            }
-        }
-        next += 1;
-    }
-    order
+/// Not met by a search.
+const UNREACHED: u32 = u32::MAX;
+
+/// The vertices of a region in ascending order.
+struct Region<'a> {
+    vertices: &'a [u32],
 }
 
-/// The vertices of region `own` that are nearer, in edges, to the second seed than to the first.
-fn spread_two(surface: &Surface, assignment: &Assignment, seeds: [u32; 2], own: u32) -> Vec<u32> {
-    let mut side: rustc_hash::FxHashMap<u32, bool> = seeds.into_iter().zip([false, true]).collect();
-    let mut front: VecDeque<u32> = seeds.into();
-    while let Some(v) = front.pop_front() {
-        let second = side[&v];
-        for &w in surface.neighbors(v) {
-            if assignment.region[w as usize] == own && !side.contains_key(&w) {
-                side.insert(w, second);
-                front.push_back(w);
-            }
-        }
+/// What a search met.
+struct Reached {
+    /// The vertices in the order in which they were met.
+    order: Vec<u32>,
+    /// For each vertex of the region the number of the seed that it was met from.
+    side: Vec<u32>,
+}
+
+impl<'a> Region<'a> {
+    fn of(vertices: &'a [u32]) -> Self {
+        debug_assert!(vertices.is_sorted());
+        Self { vertices }
     }
-    let mut second: Vec<u32> = side.into_iter().filter(|&(_, second)| second).map(|(v, _)| v).collect();
-    second.sort_unstable();
-    second
+
+    /// Searches the region from the seeds, all of them at once, in edges.
+    fn spread(&self, surface: &Surface, seeds: &[u32]) -> Reached {
+        let mut reached = Reached { order: seeds.to_vec(), side: vec![UNREACHED; self.vertices.len()] };
+        let place = |v: u32| self.vertices.binary_search(&v).ok();
+        for (number, &seed) in seeds.iter().enumerate() {
+            place(seed).into_iter().for_each(|i| reached.side[i] = number as u32);
+        }
+        let mut next = 0;
+        while next < reached.order.len() {
+            let v = reached.order[next];
+            let side = place(v).map_or(UNREACHED, |i| reached.side[i]);
+            for &w in surface.neighbors(v) {
+                if let Some(i) = place(w).filter(|&i| reached.side[i] == UNREACHED) {
+                    reached.side[i] = side;
+                    reached.order.push(w);
+                }
+            }
+            next += 1;
+        }
+        reached
+    }
 }
 
 #[cfg(test)]
@@ -215,12 +258,14 @@ mod tests {
     use crate::mesh::{TriMesh, shapes, topology};
     use crate::simplify::closed::darts::assign_to;
     use crate::simplify::closed::edge_lengths::EdgeLengths;
+    use crate::simplify::closed::regions::sums;
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
     /// The quotient judged by the naive figures: the same surface as the mesh.
     fn assert_same_surface(mesh: &TriMesh, surface: &Surface, mut assignment: Assignment) {
-        let quotient = quotient(surface, &mut assignment);
+        let mut sums = sums(surface, &assignment);
+        let quotient = quotient(surface, &mut assignment, &mut sums);
         let places = (0..assignment.n_regions).map(|r| [r as f32, 0.0, 0.0]).collect();
         let (before, after) = (topology(mesh), topology(&TriMesh::new(places, quotient.faces).unwrap()));
         assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
@@ -269,7 +314,8 @@ mod tests {
         let lengths = EdgeLengths::new(&surface);
         let corners: Vec<u32> = (0..12).collect();
         let mut assignment = assign_to(&surface, &lengths, &corners);
-        let quotient = quotient(&surface, &mut assignment);
+        let mut sums = sums(&surface, &assignment);
+        let quotient = quotient(&surface, &mut assignment, &mut sums);
         assert_eq!((quotient.n_refined, quotient.faces.len(), assignment.n_regions), (0, 20, 12));
     }
 
@@ -277,9 +323,9 @@ mod tests {
     fn regions_of_one_vertex_each_are_numbered_like_the_vertices() {
         let surface = Surface::new(&shapes::icosphere(1));
         let n_regions = surface.n_vertices();
-        let mut assignment =
-            Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
-        let quotient = quotient(&surface, &mut assignment);
+        let mut assignment = Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
+        let mut sums = sums(&surface, &assignment);
+        let quotient = quotient(&surface, &mut assignment, &mut sums);
         assert_eq!(quotient.faces, surface.faces);
         assert_eq!(assignment.region, Assignment::identity(n_regions).region);
     }

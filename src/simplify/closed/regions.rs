@@ -1,8 +1,13 @@
-//! The regions of the samples: their quadrics, and the sweeps that move their borders.
+//! The regions of the samples: what they sum up to, and the sweeps that move their borders.
 //!
 //! The sweeps are the discrete Voronoi clustering of Valette and Chassery (2004) with the quadric energy: a
 //! vertex goes to a neighbouring region where that lowers the sum of the two regions' errors, each at its own
-//! best placement.
+//! best placement. Most vertices stay, which is seen without placing anything anew: by the rule of Hartigan (1975), what
+//! a vertex costs where regions stand counts more in the one that it leaves than in the one that it would join.
+
+use std::ops::{AddAssign, SubAssign};
+
+use glam::{DVec3, Vec3, Vec4};
 
 use crate::geometry::Quadric;
 
@@ -12,30 +17,91 @@ use super::surface::Surface;
 /// Weight of the distance to the region's vertices against that to its planes; keeps every minimum unique.
 const SWEEP_PULL: f32 = 1e-3;
 
-/// The quadric of one vertex, with a pull toward it of `pull` times its weight.
-pub(super) fn vertex_quadric(surface: &Surface, v: usize, pull: f32) -> Quadric {
-    let mut a = surface.quadrics[v];
-    let weight = pull * (a[0] + a[3] + a[5]);
-    for diagonal in [0, 3, 5] {
-        a[diagonal] += weight;
-    }
-    Quadric::around(a, surface.positions[v])
+/// Weighted sums over the vertices of a region.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sum {
+    /// The planes.
+    pub planes: Quadric,
+    /// The weights: areas times importance.
+    pub weight: f64,
+    /// Weighted sum of the positions.
+    pub position: DVec3,
+    /// Weighted sum of the squared positions.
+    pub squared: f64,
+    /// Weighted sum of the normals.
+    pub normal: DVec3,
 }
 
-/// Moves border vertices between regions while the energy falls, at most `n_sweeps` times over the mesh.
+impl Sum {
+    /// The sum over one vertex.
+    pub fn of(surface: &Surface, v: usize) -> Self {
+        let weight = surface.weight(v);
+        let p = surface.positions[v].as_dvec3();
+        Self {
+            planes: Quadric::around(surface.quadrics[v], surface.positions[v]),
+            weight,
+            position: p * weight,
+            squared: p.length_squared() * weight,
+            normal: surface.normals[v].as_dvec3() * weight,
+        }
+    }
+
+    /// The planes, and the distances to the vertices with `pull` times their weight.
+    pub fn quadric(&self, pull: f64) -> Quadric {
+        let mut sum = self.planes;
+        [0, 3, 5].into_iter().for_each(|diagonal| sum.a[diagonal] += pull * self.weight);
+        sum.b += self.position * pull;
+        sum.c += self.squared * pull;
+        sum
+    }
+
+    /// The mean of the vertices.
+    pub fn mean(&self) -> DVec3 {
+        self.position / self.weight
+    }
+
+    /// Mean squared distance of the vertices from their mean.
+    pub fn variance(&self) -> f64 {
+        (self.squared / self.weight - self.mean().length_squared()).max(0.0)
+    }
+}
+
+impl AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.planes += other.planes;
+        self.weight += other.weight;
+        self.position += other.position;
+        self.squared += other.squared;
+        self.normal += other.normal;
+    }
+}
+
+impl SubAssign for Sum {
+    fn sub_assign(&mut self, other: Self) {
+        self.planes -= other.planes;
+        self.weight -= other.weight;
+        self.position -= other.position;
+        self.squared -= other.squared;
+        self.normal -= other.normal;
+    }
+}
+
+/// The sums of all regions.
+pub(super) fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
+    let mut sums = vec![Sum::default(); assignment.n_regions];
+    for (v, &region) in assignment.region.iter().enumerate() {
+        sums[region as usize] += Sum::of(surface, v);
+    }
+    sums
+}
+
+/// Moves border vertices between regions while that lowers their errors, at most `n_sweeps` times over the vertices that
+/// are due, and keeps the sums of the regions in step.
 ///
 /// Regions stay discs: a vertex moves only where it is a simple point of both regions.
-pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, n_sweeps: usize) {
-    if assignment.n_regions == surface.n_vertices() {
-        return;
-    }
-    let mut quadrics = vec![Quadric::default(); assignment.n_regions];
-    for (v, &region) in assignment.region.iter().enumerate() {
-        quadrics[region as usize] += vertex_quadric(surface, v, SWEEP_PULL);
-    }
-    let energies = quadrics.iter().map(energy).collect();
-    let mut state = Sweep { surface, region: &mut assignment.region, quadrics, energies };
-    let mut due = vec![true; surface.n_vertices()];
+pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, sums: &mut [Sum], n_sweeps: usize, mut due: Vec<bool>) {
+    let (centres, errors) = sums.iter().map(|&sum| Region::new(sum)).map(|region| (region.centre, region.error)).unzip();
+    let mut state = Sweep { surface, region: &mut assignment.region, sums, centres, errors };
     for _ in 0..n_sweeps {
         let mut next = vec![false; surface.n_vertices()];
         for v in 0..surface.n_vertices() as u32 {
@@ -48,95 +114,142 @@ pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, n_sweeps: us
     }
 }
 
-fn energy(quadric: &Quadric) -> f64 {
-    quadric.minimum().map_or(0.0, |(_, value)| value)
+/// A region with its vertex.
+struct Region {
+    sum: Sum,
+    /// Where its vertex would go, and its weight; not a number where nothing says.
+    centre: Vec4,
+    error: f64,
+}
+
+impl Region {
+    fn new(sum: Sum) -> Self {
+        let (x, error) = sum.quadric(f64::from(SWEEP_PULL)).minimum().unwrap_or((DVec3::NAN, 0.0));
+        Self { sum, centre: x.as_vec3().extend(sum.weight as f32), error }
+    }
 }
 
 struct Sweep<'a> {
     surface: &'a Surface,
     region: &'a mut Vec<u32>,
-    quadrics: Vec<Quadric>,
-    energies: Vec<f64>,
+    sums: &'a mut [Sum],
+    centres: Vec<Vec4>,
+    errors: Vec<f64>,
 }
 
 impl Sweep<'_> {
     /// Moves `v` to the region where it costs least, if that is another than its own.
     fn improve(&mut self, v: u32) -> bool {
         let own = self.region[v as usize];
-        let Some(runs) = self.label_runs(v, own) else { return false };
-        if runs.count(own) != 1 {
+        let vertex = Vertex::of(self.surface, v);
+        let (cost, label) = self.cheapest(&vertex, v, own);
+        if !(cost < vertex.costs(&Lanes::all(self.centres[own as usize]), -1.0)[0]) {
             return false;
         }
-        let moved = vertex_quadric(self.surface, v as usize, SWEEP_PULL);
-        let without = self.quadrics[own as usize] - moved;
-        let energy_without = energy(&without);
-        let saved = self.energies[own as usize] - energy_without;
-        let mut best = None;
-        let mut best_gain = 1e-9 * self.energies[own as usize];
-        for &(label, count) in runs.as_slice() {
-            if label == own || count != 1 || label as usize >= self.quadrics.len() {
-                continue;
-            }
-            let with = self.quadrics[label as usize] + moved;
-            let energy_with = energy(&with);
-            let gain = saved + self.energies[label as usize] - energy_with;
-            if gain > best_gain {
-                best_gain = gain;
-                best = Some((label, with, energy_with));
-            }
+        if !self.touches_once(v, own) || !self.touches_once(v, label) {
+            return false;
         }
-        let Some((label, with, energy_with)) = best else { return false };
+        let moved = Sum::of(self.surface, v as usize);
+        let (mut without, mut with) = (self.sums[own as usize], self.sums[label as usize]);
+        without -= moved;
+        with += moved;
+        let (without, with) = (Region::new(without), Region::new(with));
+        let before = self.errors[own as usize] + self.errors[label as usize];
+        if !(without.error + with.error < before) {
+            return false;
+        }
+        for (r, region) in [(own, without), (label, with)] {
+            let r = r as usize;
+            (self.sums[r], self.centres[r], self.errors[r]) = (region.sum, region.centre, region.error);
+        }
         self.region[v as usize] = label;
-        (self.quadrics[own as usize], self.energies[own as usize]) = (without, energy_without);
-        (self.quadrics[label as usize], self.energies[label as usize]) = (with, energy_with);
         true
     }
 
-    /// How often each label begins around `v`; `None` where all are `own` or there are too many.
-    fn label_runs(&self, v: u32, own: u32) -> Option<Runs> {
-        let ring = self.surface.rings.ring(v);
-        let label = |w: u32| self.region.get(w as usize).copied().unwrap_or(u32::MAX);
-        if ring.iter().all(|&w| label(w) == own) {
-            return None;
-        }
-        let mut runs = Runs::default();
-        let mut before = label(*ring.last()?);
-        for &w in ring {
-            let here = label(w);
-            if here != before && !runs.add(here) {
-                return None;
+    /// The neighbouring region that `v` would cost least in, and that cost.
+    #[inline(always)]
+    fn cheapest(&self, vertex: &Vertex, v: u32, own: u32) -> (f32, u32) {
+        let mut best = (f32::INFINITY, own);
+        for chunk in self.surface.neighbors(v).chunks(LANES) {
+            let mut labels = [own; LANES];
+            let mut lanes = Lanes::default();
+            for (i, &w) in chunk.iter().enumerate() {
+                labels[i] = self.region[w as usize];
+                lanes.set(i, self.centres[labels[i] as usize]);
             }
+            let costs = vertex.costs(&lanes, 1.0);
+            for i in 0..LANES {
+                let is_less = labels[i] != own && costs[i] < best.0;
+                best = if is_less { (costs[i], labels[i]) } else { best };
+            }
+        }
+        best
+    }
+
+    /// Whether the neighbours of `v` with this label follow one another.
+    fn touches_once(&self, v: u32, label: u32) -> bool {
+        let has = |w: u32| self.region.get(w as usize).is_some_and(|&there| there == label);
+        let ring = self.surface.rings.ring(v);
+        let mut before = ring.last().is_some_and(|&w| has(w));
+        let mut n_begins = 0;
+        for &w in ring {
+            let here = has(w);
+            n_begins += u32::from(here && !before);
             before = here;
         }
-        Some(runs)
+        n_begins == 1
     }
 }
 
-/// A few labels with their counts.
+/// A vertex as the regions see it.
+struct Vertex {
+    quadric: [f32; 6],
+    position: Vec3,
+    weight: f32,
+}
+
+impl Vertex {
+    fn of(surface: &Surface, v: u32) -> Self {
+        let mut quadric = surface.quadrics[v as usize];
+        let weight = quadric[0] + quadric[3] + quadric[5];
+        [0, 3, 5].into_iter().for_each(|diagonal| quadric[diagonal] += SWEEP_PULL * weight);
+        Self { quadric, position: surface.positions[v as usize], weight }
+    }
+
+    /// What the vertex adds to the errors of regions that it joins (1) or belongs to (-1): its planes' distance from the
+    /// region's vertex, less what that vertex gives way.
+    #[inline(always)]
+    fn costs(&self, regions: &Lanes, sign: f32) -> [f32; LANES] {
+        let [xx, xy, xz, yy, yz, zz] = self.quadric;
+        let (p, weight) = (self.position, sign * self.weight);
+        std::array::from_fn(|i| {
+            let (x, y, z) = (regions.x[i] - p.x, regions.y[i] - p.y, regions.z[i] - p.z);
+            let distance = x * (xx * x + 2.0 * (xy * y + xz * z)) + y * (yy * y + 2.0 * yz * z) + zz * z * z;
+            distance * regions.weight[i] / (regions.weight[i] + weight).max(f32::MIN_POSITIVE)
+        })
+    }
+}
+
+/// Regions that are looked at together.
+const LANES: usize = 8;
+
+/// The vertices and weights of a few regions, coordinate by coordinate.
 #[derive(Default)]
-struct Runs {
-    entries: [(u32, u32); 12],
-    n: usize,
+struct Lanes {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    weight: [f32; LANES],
 }
 
-impl Runs {
-    fn add(&mut self, label: u32) -> bool {
-        if let Some(entry) = self.entries[..self.n].iter_mut().find(|entry| entry.0 == label) {
-            entry.1 += 1;
-            return true;
-        }
-        let Some(slot) = self.entries.get_mut(self.n) else { return false };
-        *slot = (label, 1);
-        self.n += 1;
-        true
+impl Lanes {
+    fn all(centre: Vec4) -> Self {
+        Self { x: [centre.x; LANES], y: [centre.y; LANES], z: [centre.z; LANES], weight: [centre.w; LANES] }
     }
 
-    fn count(&self, label: u32) -> u32 {
-        self.as_slice().iter().find(|entry| entry.0 == label).map_or(0, |entry| entry.1)
-    }
-
-    fn as_slice(&self) -> &[(u32, u32)] {
-        &self.entries[..self.n]
+    #[inline(always)]
+    fn set(&mut self, lane: usize, centre: Vec4) {
+        [self.x[lane], self.y[lane], self.z[lane], self.weight[lane]] = centre.to_array();
     }
 }
 
@@ -149,11 +262,8 @@ mod tests {
     use std::collections::HashSet;
 
     fn total_energy(surface: &Surface, assignment: &Assignment) -> f64 {
-        let mut quadrics = vec![Quadric::default(); assignment.n_regions];
-        for (v, &r) in assignment.region.iter().enumerate() {
-            quadrics[r as usize] += vertex_quadric(surface, v, SWEEP_PULL);
-        }
-        quadrics.iter().map(energy).sum()
+        let energy = |sum: &Sum| sum.quadric(f64::from(SWEEP_PULL)).minimum().map_or(0.0, |(_, energy)| energy);
+        sums(surface, assignment).iter().map(energy).sum()
     }
 
     /// The naive twin of the simple-point test: a region of a closed surface is a disc.
@@ -187,7 +297,8 @@ mod tests {
                     (0..a.n_regions as u32).map(|r| is_disc(&surface, a, r)).collect()
                 };
                 let (before, discs_before) = (total_energy(&surface, &assignment), discs(&assignment));
-                sweep(&surface, &mut assignment, 2);
+                let mut before_and_after = sums(&surface, &assignment);
+                sweep(&surface, &mut assignment, &mut before_and_after, 2, vec![true; surface.n_vertices()]);
                 let after = total_energy(&surface, &assignment);
                 assert!(after < 0.9 * before, "{before} {after}");
                 let still: Vec<bool> = discs(&assignment);

@@ -1,14 +1,22 @@
 //! Keeps the output's vertices apart after rounding: a file that is welded again must stay the same mesh.
 
+use std::hash::BuildHasher;
+
 use glam::Vec3;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::mesh::Frame;
+
+/// Bits per vertex in the table that finds the vertices whose positions may coincide.
+const BITS: usize = 16;
 
 /// Moves vertices whose written positions coincide apart by the smallest steps that do; returns how many moved.
 ///
 /// `positions` are local, n_vertices x 3; `frame` says how they will be written.
 pub(super) fn separate(positions: &mut [[f32; 3]], frame: &Frame) -> usize {
+    if are_apart(positions, frame) {
+        return 0;
+    }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     taken.reserve(positions.len());
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
@@ -25,9 +33,24 @@ pub(super) fn separate(positions: &mut [[f32; 3]], frame: &Frame) -> usize {
 
 /// Whether no two vertices would be written at the same position.
 pub(super) fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
+    let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
+    let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
+    let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);
+    let mut any = 0;
+    for &position in positions {
+        let bit = bit_of(key(frame, position));
+        let mask = 1 << (bit % 64);
+        any |= once[bit / 64] & mask;
+        twice[bit / 64] |= once[bit / 64] & mask;
+        once[bit / 64] |= mask;
+    }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
-    taken.reserve(positions.len());
-    positions.iter().all(|&position| taken.insert(key(frame, position)))
+    let is_doubtful = |key: [u64; 3]| {
+        let bit = bit_of(key);
+        twice[bit / 64] >> (bit % 64) & 1 == 1
+    };
+    let mut keys = positions.iter().map(|&position| key(frame, position));
+    any == 0 || keys.all(|key| !is_doubtful(key) || taken.insert(key))
 }
 
 fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {

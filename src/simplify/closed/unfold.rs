@@ -6,11 +6,12 @@
 //! so that the original's normal nearby decides.
 
 use glam::Vec3;
+use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::area_normal;
 
 use super::faces_around::FacesAround;
-use super::flips::{anchors, distance_squared, nearest_vertex};
+use super::nearest::{anchors, distance_squared, nearest_vertex};
 use super::surface::Surface;
 
 /// What counts as looking away, and how much farther from the original (squared) the other diagonal may then lie,
@@ -26,18 +27,22 @@ pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32
     let mut around = FacesAround::new(positions.len(), faces);
     let starts = anchors(surface, positions, vertex_of);
     let mut n_flipped = 0;
-    for (sight, most_loss) in ROUNDS {
+    let mut touched: FxHashSet<u32> = FxHashSet::default();
+    for (round, (sight, most_loss)) in ROUNDS.into_iter().enumerate() {
         let original = Original { surface, positions, starts: &starts, sight, most_loss };
-        let mut touched = vec![false; positions.len()];
-        let before = n_flipped;
-        for &f in &folded {
-            n_flipped +=
-                usize::from(original.looks_away(faces[f as usize]) && original.mend(f, faces, &around, &mut touched));
+        // The second round is the first again: only near what it changed can anything be different.
+        let near = if round == 1 { folded_near(faces, &around, &folded, &touched) } else { folded.clone() };
+        touched.clear();
+        for &f in &near {
+            if original.looks_away(faces[f as usize])
+                && let Some(diamond) = original.find_flip(f, faces, &around, &touched)
+            {
+                diamond.flip(faces, &mut around);
+                touched.extend(diamond.corners);
+                n_flipped += 1;
+            }
         }
-        if n_flipped > before {
-            folded = folded_faces(positions, faces);
-            around = FacesAround::new(positions.len(), faces);
-        }
+        folded = still_folded(positions, faces, &around, folded, &touched);
     }
     move_corners(surface, positions, faces, &around, &folded, &starts);
     n_flipped
@@ -62,11 +67,11 @@ fn move_corners(
             continue;
         }
         for v in faces[f as usize] {
-            let before = (n_away(positions, around.faces(v)), positions[v as usize]);
+            let before = (n_away(positions, &around.faces(v).collect::<Vec<_>>()), positions[v as usize]);
             let mut best = before;
             for place in other_places(surface, positions, faces, around, v, starts[v as usize]) {
                 positions[v as usize] = place;
-                let n = n_away(positions, around.faces(v));
+                let n = n_away(positions, &around.faces(v).collect::<Vec<_>>());
                 best = if n < best.0 { (n, place) } else { best };
             }
             positions[v as usize] = best.1;
@@ -82,8 +87,8 @@ fn opposes_all(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround, f: 
     let face = faces[f as usize];
     let normal = |face: [u32; 3]| area_normal(face.map(|v| positions[v as usize]));
     let beside = |g: u32| g != f && faces[g as usize].iter().filter(|v| face.contains(v)).count() == 2;
-    let mut neighbors = face.iter().flat_map(|&v| around.faces(v)).filter(|&&g| beside(g));
-    neighbors.all(|&g| normal(faces[g as usize]).dot(normal(face)) < 0.0)
+    let mut neighbors = face.iter().flat_map(|&v| around.faces(v)).filter(|&g| beside(g));
+    neighbors.all(|g| normal(faces[g as usize]).dot(normal(face)) < 0.0)
 }
 
 /// Where else a vertex could be: amid its neighbours, on a vertex of the original near there, or near where it is.
@@ -95,7 +100,7 @@ fn other_places(
     v: u32,
     start: u32,
 ) -> [Vec3; 3] {
-    let corners = around.faces(v).iter().flat_map(|&f| faces[f as usize]).filter(|&w| w != v);
+    let corners = around.faces(v).flat_map(|f| faces[f as usize]).filter(|&w| w != v);
     let (sum, n) = corners.fold((Vec3::ZERO, 0.0), |(sum, n), w| (sum + positions[w as usize], n + 1.0));
     let amid = sum / n;
     let on_original = |p: Vec3| surface.positions[nearest_vertex(surface, p, start).0 as usize];
@@ -121,6 +126,35 @@ fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
     }
     let is_folded = |face: &[u32; 3]| face.iter().any(|&v| normal(face).dot(means[v as usize]) < 0.0);
     (0..faces.len() as u32).filter(|&f| is_folded(&faces[f as usize])).collect()
+}
+
+/// The `folded` faces beside which an edge was flipped.
+fn folded_near(faces: &[[u32; 3]], around: &FacesAround, folded: &[u32], touched: &FxHashSet<u32>) -> Vec<u32> {
+    let rings = touched.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]);
+    let near: FxHashSet<u32> = rings.collect();
+    folded.iter().copied().filter(|&f| faces[f as usize].iter().any(|v| near.contains(v))).collect()
+}
+
+/// Of the faces that were `folded` and those at `touched` vertices, the ones that are.
+fn still_folded(
+    positions: &[Vec3],
+    faces: &[[u32; 3]],
+    around: &FacesAround,
+    mut folded: Vec<u32>,
+    touched: &FxHashSet<u32>,
+) -> Vec<u32> {
+    if touched.is_empty() {
+        return folded;
+    }
+    let normal = |f: u32| area_normal(faces[f as usize].map(|v| positions[v as usize]));
+    let mean = |v: u32| around.faces(v).map(normal).sum::<Vec3>();
+    folded.extend(
+        touched.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]).flat_map(|v| around.faces(v)),
+    );
+    folded.sort_unstable();
+    folded.dedup();
+    folded.retain(|&f| faces[f as usize].iter().any(|&v| normal(f).dot(mean(v)) < 0.0));
+    folded
 }
 
 /// The original as the output's faces see it.
@@ -151,30 +185,44 @@ impl Original<'_> {
         [1.0 / 3.0, 2.0 / 3.0].iter().map(|&t| distance_squared(self.surface, p.lerp(q, t), start)).sum()
     }
 
-    /// Flips the longest edge of face `f` whose other diagonal is free, not much farther from the original, and
-    /// makes two faces that look right.
-    fn mend(&self, f: u32, faces: &mut [[u32; 3]], around: &FacesAround, touched: &mut [bool]) -> bool {
+    /// The longest edge of face `f` whose other diagonal is free, not much farther from the original, and makes two
+    /// faces that look right; none at a vertex that was `touched`.
+    fn find_flip(&self, f: u32, faces: &[[u32; 3]], around: &FacesAround, touched: &FxHashSet<u32>) -> Option<Diamond> {
         let [a, b, c] = faces[f as usize];
         let length = |u: u32, v: u32| self.positions[u as usize].distance_squared(self.positions[v as usize]);
         let mut sides = [(a, b, c), (b, c, a), (c, a, b)];
         sides.sort_by(|x, y| length(y.0, y.1).total_cmp(&length(x.0, x.1)));
-        for (a, b, c) in sides {
-            let directed = |face: [u32; 3]| (0..3).any(|i| face[i] == b && face[(i + 1) % 3] == a);
-            let Some(&g) = around.faces(a).iter().find(|&&g| directed(faces[g as usize])) else { continue };
-            let Some(&d) = faces[g as usize].iter().find(|&&v| v != a && v != b) else { continue };
-            let joined = around.faces(c).iter().any(|&h| faces[h as usize].contains(&d));
-            let new = [[c, d, b], [d, c, a]];
-            if joined || self.distance(c, d) > self.most_loss * self.distance(a, b) {
-                continue;
-            }
-            if [a, b, c, d].iter().any(|&v| touched[v as usize]) || new.iter().any(|&n| self.looks_away(n)) {
-                continue;
-            }
-            [faces[f as usize], faces[g as usize]] = new;
-            [a, b, c, d].iter().for_each(|&v| touched[v as usize] = true);
-            return true;
+        sides.into_iter().find_map(|(a, b, c)| {
+            let g = around.along(b, a)?;
+            let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
+            let diamond = Diamond { faces: [f, g], corners: [a, b, c, d] };
+            let is_free = !around.joins(c, d) && c != d && !diamond.corners.iter().any(|v| touched.contains(v));
+            let helps = || {
+                self.distance(c, d) <= self.most_loss * self.distance(a, b)
+                    && !diamond.flipped().iter().any(|&n| self.looks_away(n))
+            };
+            (is_free && helps()).then_some(diamond)
+        })
+    }
+}
+
+/// An edge over which two faces meet: their corners `a b c` and `b a d`.
+struct Diamond {
+    faces: [u32; 2],
+    corners: [u32; 4],
+}
+
+impl Diamond {
+    /// The faces with the other diagonal.
+    fn flipped(&self) -> [[u32; 3]; 2] {
+        let [a, b, c, d] = self.corners;
+        [[c, d, b], [d, c, a]]
+    }
+
+    fn flip(&self, faces: &mut [[u32; 3]], around: &mut FacesAround) {
+        for (f, now) in self.faces.into_iter().zip(self.flipped()) {
+            around.replace(f, std::mem::replace(&mut faces[f as usize], now), now);
         }
-        false
     }
 }
 

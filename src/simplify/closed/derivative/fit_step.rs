@@ -10,7 +10,8 @@ use super::algebra::{
     Form, area_normal_backward, outer, solve, solve_backward, stiffened, stiffened_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::fit::{Match, STAY, Step};
+use crate::simplify::closed::fit::{STAY, Step};
+use crate::simplify::closed::points::Match;
 
 /// A step and the two surfaces between which it was taken.
 pub(super) struct FitStep<'a> {
@@ -92,14 +93,12 @@ impl FitStep<'_> {
 
     fn row(&self, m: &Match, normals: &[DVec3]) -> Row {
         let point = self.input_faces[m.point as usize].map(|v| self.input[v as usize]);
-        let total: f64 = m.weights.iter().map(|&w| f64::from(w)).sum();
-        let share = |i: usize| if total > 0.0 { f64::from(m.weights[i]) / total } else { 0.0 };
-        let face = self.output_faces[m.face as usize];
-        let corners = [0, 1, 2].map(|i| (face[i] as usize, share(i)));
+        let face = self.output_faces[m.place.face as usize];
+        let corners = [0, 1, 2].map(|i| (face[i] as usize, f64::from(m.place.weights[i])));
         let foot: DVec3 = corners.iter().map(|&(v, share)| self.output[v] * share).sum();
         let gap = (point[0] + point[1] + point[2]) / 3.0 - foot;
-        let normal = normals[m.face as usize].normalize_or_zero();
-        let area = if total > 0.0 { 0.5 * area_normal_f64(point).length() } else { 0.0 };
+        let normal = normals[m.place.face as usize].normalize_or_zero();
+        let area = 0.5 * area_normal_f64(point).length();
         Row { corners, area, gap, normal, height: normal.dot(gap) }
     }
 
@@ -128,7 +127,7 @@ impl FitStep<'_> {
     fn rows_backward(&self, rows: &[Row], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
-            to_units[m.face as usize] += to.normal + row.gap * to.height;
+            to_units[m.place.face as usize] += to.normal + row.gap * to.height;
             let to_gap = row.normal * to.height;
             row.corners.iter().for_each(|&(v, share)| to_output[v] -= to_gap * share);
             let face = self.input_faces[m.point as usize];

@@ -179,7 +179,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
     }
 
-    /// Meshes with the sizes that lead over every branch: fits of one and two steps, all vertices as samples, borders,
+    /// Meshes with the sizes that lead over every branch: fits with and without flips, all vertices as samples, borders,
     /// flat parts, sheets that were split.
     fn cases() -> Vec<(TriMesh, usize)> {
         vec![
@@ -233,7 +233,9 @@ mod tests {
         for (mesh, n) in cases() {
             let (closed, derivative) = run(&mesh, n);
             let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-            assert!(most < 1e-5, "{most} of the size of a mesh with {n} vertices left");
+            // The collapse carries its quadrics in single precision: within flat parts, where nothing says where a vertex
+            // belongs but a pull of a millionth, that moves it.
+            assert!(most < 1e-3, "{most} of the size of a mesh with {n} vertices left");
             let again = derivative.positions(mesh.positions());
             let near = |p: &[f32; 3], q: &[f32; 3]| (0..3).all(|k| (p[k] - q[k]).abs() <= 1e-6 * q[k].abs().max(1.0));
             assert!(again.iter().zip(closed.mesh.positions()).all(|(p, q)| near(p, q)));

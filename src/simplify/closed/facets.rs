@@ -1,0 +1,182 @@
+//! The output's faces as points of the original see them: which one a point belongs to, where in it, how far above it.
+
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::triangle::nearest_weights;
+
+use super::faces_around::FacesAround;
+
+/// Cosine between the normals of point and face above which a walk is believed not to have strayed over a crease.
+const AGREES: f32 = 0.8;
+/// Edges that a walk may cross.
+const MOST_STEPS: usize = 12;
+/// No face.
+const NONE: u32 = u32::MAX;
+/// A face that nobody has looked for yet.
+const UNKNOWN: u32 = u32::MAX - 1;
+
+/// A face as functions of the point, one cache line.
+#[repr(align(64))]
+pub(super) struct Facet {
+    /// Gradients of the barycentric weights of the first two corners.
+    gradients: [Vec3; 2],
+    /// Unit normal; zero where there is none, as the gradients are.
+    pub normal: Vec3,
+    /// Position of the third corner, where all of these are 0.
+    origin: Vec3,
+    /// The faces beyond the edges opposite to the corners, as far as they are known; `NONE` beyond a border.
+    beyond: [AtomicU32; 3],
+}
+
+/// A place of a point over a face.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Place {
+    /// The face.
+    pub face: u32,
+    /// Barycentric weights of about the nearest point in it, none negative, their sum 1.
+    pub weights: [f32; 3],
+    /// Height over the plane of the face.
+    pub height: f32,
+}
+
+impl Facet {
+    /// The face with these corners.
+    pub fn new([a, b, origin]: [Vec3; 3]) -> Self {
+        let (u, v) = (a - origin, b - origin);
+        let area_normal = u.cross(v);
+        let squared = area_normal.length_squared();
+        let inverse = if squared > f32::MIN_POSITIVE { 1.0 / squared } else { 0.0 };
+        let gradients = [v.cross(area_normal) * inverse, area_normal.cross(u) * inverse];
+        Self { gradients, normal: area_normal * inverse.sqrt(), origin, beyond: [const { AtomicU32::new(UNKNOWN) }; 3] }
+    }
+
+    /// Height of a point over the plane of the face.
+    pub fn height(&self, point: Vec3) -> f32 {
+        self.normal.dot(point - self.origin)
+    }
+
+    /// The barycentric weights of the foot of a point, negative where it lies outside.
+    pub fn weights(&self, point: Vec3) -> [f32; 3] {
+        let offset = point - self.origin;
+        let (u, v) = (self.gradients[0].dot(offset), self.gradients[1].dot(offset));
+        [u, v, 1.0 - u - v]
+    }
+}
+
+/// The faces of the output and their neighbourhoods.
+pub(super) struct Facets<'a> {
+    facets: Vec<Facet>,
+    positions: &'a [Vec3],
+    faces: &'a [[u32; 3]],
+    around: &'a FacesAround,
+}
+
+impl<'a> Facets<'a> {
+    /// From positions (n_vertices x 3) and faces (n_faces x 3) with what lies around them.
+    pub fn new(positions: &'a [Vec3], faces: &'a [[u32; 3]], around: &'a FacesAround) -> Self {
+        let facet = |face: &[u32; 3]| Facet::new(face.map(|v| positions[v as usize]));
+        Self { facets: faces.par_iter().map(facet).collect(), positions, faces, around }
+    }
+
+    /// Unit normal of a face; zero where there is none.
+    pub fn normal(&self, face: u32) -> Vec3 {
+        self.facets[face as usize].normal
+    }
+
+    /// A face at the edge between the regions of a point's three vertices; none where they are all the same, or far
+    /// apart.
+    pub fn between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+        let [u, v] = if a != b { [a, b] } else { [b, c] };
+        if u == v { None } else { self.around.along(u, v).or_else(|| self.around.along(v, u)) }
+    }
+
+    /// A face at a vertex; the first of all where it has none.
+    pub fn at(&self, vertex: u32) -> u32 {
+        self.around.corners(vertex).first().map_or(0, |corner| corner.face)
+    }
+
+    /// Whether there is no face.
+    pub fn is_empty(&self) -> bool {
+        self.facets.is_empty()
+    }
+
+    /// Walks from the `faces`, one per point, over edges toward the points, each until it lies over a face or beyond the
+    /// edge just crossed.
+    ///
+    /// All points step at once, round by round: which of them go on is sorted out without a branch, so that no point
+    /// waits for another's memory.
+    pub fn walk(&self, points: &[Vec3], faces: &mut [u32]) {
+        let mut from = vec![NONE; points.len()];
+        let mut toward = vec![0u8; points.len()];
+        let mut walking: Vec<usize> = (0..points.len()).collect();
+        for _ in 0..MOST_STEPS {
+            let mut n_outside = 0;
+            for k in 0..walking.len() {
+                let i = walking[k];
+                let [u, v, w] = self.facets[faces[i] as usize].weights(points[i]);
+                let least = u.min(v);
+                toward[i] = if w < least { 2 } else { u8::from(v < u) };
+                walking[n_outside] = i;
+                n_outside += usize::from(least.min(w) < 0.0);
+            }
+            walking.truncate(n_outside);
+            walking.retain(|&i| {
+                let beyond = self.beyond(faces[i], usize::from(toward[i]));
+                let goes = beyond != from[i] && beyond != NONE;
+                if goes {
+                    (from[i], faces[i]) = (faces[i], beyond);
+                }
+                goes
+            });
+        }
+    }
+
+    /// The place of a point, at which the original has this normal of any length, over the face that a walk led to; or
+    /// else over the nearest face around `vertex` that looks the same way.
+    pub fn place(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Place> {
+        let facet = &self.facets[face as usize];
+        let alike = facet.normal.dot(normal);
+        let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
+        if !agrees {
+            return self.nearest_around(point, normal, vertex);
+        }
+        let within = facet.weights(point).map(|w| w.max(0.0));
+        let inverse = 1.0 / (within[0] + within[1] + within[2]);
+        Some(Place { face, weights: within.map(|w| w * inverse), height: facet.height(point) })
+    }
+
+    /// The face beyond the edge opposite to a corner (0, 1, 2), or `NONE`; looked for once and then remembered.
+    fn beyond(&self, face: u32, corner: usize) -> u32 {
+        let memory = &self.facets[face as usize].beyond[corner];
+        let known = memory.load(Relaxed);
+        if known != UNKNOWN {
+            return known;
+        }
+        let corners = self.faces[face as usize];
+        let found = self.around.along(corners[(corner + 2) % 3], corners[(corner + 1) % 3]).unwrap_or(NONE);
+        memory.store(found, Relaxed);
+        found
+    }
+
+    /// The nearest place in the faces around `vertex` that look the same way.
+    fn nearest_around(&self, point: Vec3, normal: Vec3, vertex: u32) -> Option<Place> {
+        let mut best: Option<(f32, Place)> = None;
+        for face in self.around.faces(vertex) {
+            let facet = &self.facets[face as usize];
+            if facet.normal.dot(normal) <= 0.0 {
+                continue;
+            }
+            let corners = self.faces[face as usize].map(|v| self.positions[v as usize]);
+            let weights = nearest_weights(point, corners);
+            let foot = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+            let distance = point.distance_squared(foot);
+            if best.is_none_or(|(least, _)| distance < least) {
+                best = Some((distance, Place { face, weights, height: facet.height(point) }));
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+}
