@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fields.push(("crossing".into(), format!("{:?}", self_intersecting_faces(&original))));
     fields.push(("crossing_simplified".into(), format!("{:?}", self_intersecting_faces(&simplified))));
     let judging = Judging { samples: SAMPLES, ..Judging::default() };
-    let figures = compare(&Original::new(&original, &judging), &simplified);
+    let figures = compare(&Original::new(&original, &judging), &simplified, simplified.positions().len());
     fields.extend(figures.iter().map(|figure| (figure.name.into(), json(figure.value))));
     let lines: Vec<String> = fields.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();
     std::fs::write(folder.join("measured.json"), format!("{{\n{}\n}}\n", lines.join(",\n")))?;

@@ -217,6 +217,9 @@ pub struct CompareArgs {
     /// Leave out what takes longest: the spectrum, and distances along the surface
     #[arg(long)]
     pub quick: bool,
+    /// Draw the meshes from six sides and measure how alike the pictures are
+    #[arg(long)]
+    pub appearance: bool,
     /// Threads to use [default: one per core]; the figures are the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
@@ -342,6 +345,9 @@ pub struct EvaluateArgs {
     /// Measure the spectrum too (the paper's LE), which takes longer than all the rest
     #[arg(long)]
     pub spectrum: bool,
+    /// Draw the meshes from six sides and measure how alike the pictures are
+    #[arg(long)]
+    pub appearance: bool,
     /// Samples on each surface
     #[arg(long, value_name = "N", default_value_t = 50_000)]
     pub samples: usize,

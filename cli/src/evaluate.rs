@@ -70,6 +70,7 @@ fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Fail
             threads: args.threads.unwrap_or_else(rayon::current_num_threads),
             samples: args.samples,
             spectrum: args.spectrum,
+            appearance: args.appearance,
             only: args.only.clone(),
         },
         weights: args.weights.clone(),

@@ -14,6 +14,7 @@ use super::row::How;
 use super::rows_file::RowsFile;
 use super::settings::{Origin, weights_name};
 use super::{EvaluateError, Method, Row, Settings, hardware};
+use crate::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
 use crate::mesh::{TriMesh, shapes};
 use crate::metrics::{Figure, Judging, Original, compare};
 use crate::model::Weights;
@@ -130,13 +131,14 @@ pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()
 pub(super) fn figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
     let judging = Judging { samples: 1, eigenpairs: 0, geodesics: false, ..Judging::default() };
-    compared(&Original::new(&mesh, &judging), &mesh)
+    compared(&Original::new(&mesh, &judging), &mesh, 0, None)
 }
 
 /// The figures of a result but its size, which has columns of its own.
-fn compared(original: &Original, result: &TriMesh) -> Vec<Figure> {
-    let mut figures = compare(original, result);
+fn compared(original: &Original, result: &TriMesh, n_asked: usize, looks: Option<&Appearance>) -> Vec<Figure> {
+    let mut figures = compare(original, result, n_asked);
     figures.retain(|figure| !["vertices", "faces"].contains(&figure.name));
+    figures.extend(appearance::figures(looks));
     figures
 }
 
@@ -259,7 +261,40 @@ impl Run<'_> {
             return None;
         }
         let judged = methods.par_iter().zip(outcomes);
-        Some(judged.map(|(method, outcome)| judged_row(blank(method), subject, outcome)).collect())
+        Some(judged.map(|(method, outcome)| self.judged_row(blank(method), subject, outcome)).collect())
+    }
+
+    /// The row with what came of its method.
+    fn judged_row(&self, blank: Row, subject: &Subject, outcome: Outcome) -> Row {
+        let Outcome { size, seconds, result } = outcome;
+        let Subject { mesh, original } = subject;
+        let row = Row {
+            vertices_in: mesh.positions().len(),
+            faces_in: mesh.faces().len(),
+            vertices_asked: size.vertices,
+            faces_asked: size.faces,
+            ..blank
+        };
+        match result {
+            Err(error) => Row { error, ..row },
+            Ok(result) => Row {
+                vertices_out: result.positions().len(),
+                faces_out: result.faces().len(),
+                seconds: median(seconds.clone()),
+                how: How { runs: seconds.len(), ..row.how },
+                figures: compared(original, &result, size.vertices, self.looks(mesh, &result).as_ref())
+                    .into_iter()
+                    .map(|figure| figure.value)
+                    .collect(),
+                ..row
+            },
+        }
+    }
+
+    /// How alike original and result look, where that was asked for.
+    fn looks(&self, original: &TriMesh, result: &TriMesh) -> Option<Appearance> {
+        let asked = self.request.settings.appearance;
+        asked.then(|| appearance(original, result, USUAL_HEIGHT)).flatten()
     }
 
     fn how(&self, method: &Method) -> How {
@@ -282,30 +317,6 @@ impl Run<'_> {
             cpu: hardware::cpu(),
             cores: hardware::cores(),
         }
-    }
-}
-
-/// The row with what came of its method.
-fn judged_row(blank: Row, subject: &Subject, outcome: Outcome) -> Row {
-    let Outcome { size, seconds, result } = outcome;
-    let Subject { mesh, original } = subject;
-    let row = Row {
-        vertices_in: mesh.positions().len(),
-        faces_in: mesh.faces().len(),
-        vertices_asked: size.vertices,
-        faces_asked: size.faces,
-        ..blank
-    };
-    match result {
-        Err(error) => Row { error, ..row },
-        Ok(result) => Row {
-            vertices_out: result.positions().len(),
-            faces_out: result.faces().len(),
-            seconds: median(seconds.clone()),
-            how: How { runs: seconds.len(), ..row.how },
-            figures: compared(original, &result).into_iter().map(|figure| figure.value).collect(),
-            ..row
-        },
     }
 }
 

@@ -32,6 +32,8 @@ pub struct Settings {
     pub samples: usize,
     /// Whether the spectrum is measured (the paper's LE), which costs more than all other figures.
     pub spectrum: bool,
+    /// Whether pictures are drawn and compared.
+    pub appearance: bool,
     /// Beginnings of the names of the mesh files that take part; all of them where there is none.
     pub only: Vec<String>,
 }
@@ -49,6 +51,7 @@ impl Default for Settings {
             threads: 1,
             samples: 50_000,
             spectrum: false,
+            appearance: false,
             only: Vec::new(),
         }
     }

@@ -1,6 +1,5 @@
 //! Many rows as few numbers: means and medians over meshes and seeds, and quotients to one of the methods.
 
-use super::run::median;
 use super::{Row, Table};
 
 /// What a column of the tables is made of.
@@ -39,12 +38,22 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Median over meshes and seeds of a method's value divided by another's in the same case; `None` where no case has
-/// both, or the other's are 0.
-pub(super) fn median_quotient(rows: &[&Row], others: &[&Row], value: Value) -> Option<f64> {
-    let partner = |row: &Row| others.iter().find(|other| other.mesh == row.mesh && other.seed == row.seed);
-    let quotient = |row: &&Row| Some(value.of(row)? / value.of(partner(row)?)?);
-    median(rows.iter().filter_map(quotient).filter(|quotient| quotient.is_finite()).collect())
+/// Values of a method divided by another's in the same case, meshes and seeds; cases where one has no value, or the other's
+/// is 0, have none.
+pub(super) fn quotients(rows: &[&Row], others: &[&Row], value: Value) -> Vec<f64> {
+    let quotient = |row: &&Row| Some(value.of(row)? / value.of(partner(row, others)?)?);
+    rows.iter().filter_map(quotient).filter(|quotient| quotient.is_finite()).collect()
+}
+
+/// Cases in which both have a result.
+pub(super) fn n_both(rows: &[&Row], others: &[&Row]) -> usize {
+    let has_result = |row: &Row| row.error.is_empty();
+    rows.iter().filter(|row| has_result(row) && partner(row, others).is_some_and(has_result)).count()
+}
+
+/// The row of the same mesh and seed.
+fn partner<'a>(row: &Row, others: &[&'a Row]) -> Option<&'a Row> {
+    others.iter().copied().find(|other| other.mesh == row.mesh && other.seed == row.seed)
 }
 
 /// Sizes asked for, from the smallest.
@@ -89,8 +98,8 @@ mod tests {
         let ours = [row("a", "x", Some(1.0)), row("b", "x", Some(9.0)), row("c", "x", Some(5.0))];
         let others = [row("b", "y", Some(3.0)), row("a", "y", Some(2.0)), row("c", "y", Some(0.0))];
         let [ours, others] = [&ours, &others].map(|rows| rows.iter().collect::<Vec<_>>());
-        assert_eq!(median_quotient(&ours, &others, Value::Figure(0, 1.0)), Some(0.5 * (0.5 + 3.0)));
-        assert_eq!(median_quotient(&ours, &[], Value::Figure(0, 1.0)), None);
+        assert_eq!(quotients(&ours, &others, Value::Figure(0, 1.0)), [0.5, 3.0]);
+        assert!(quotients(&ours, &[], Value::Figure(0, 1.0)).is_empty());
     }
 
     #[test]

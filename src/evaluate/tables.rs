@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::run::{figures, median};
-use super::summary::{Value, distinct, mean, median_quotient, methods, ratios, rows_of, values};
+use super::summary::{self, Value, distinct, mean, methods, ratios, rows_of, values};
 use super::{Row, Table};
 use crate::metrics::Figure;
 
@@ -73,7 +73,8 @@ fn head(table: &Table) -> String {
     let mut head = format!(
         "# Evaluation\n\n{} meshes, seeds {seeds}, {samples} samples on each surface. neural-mesh {versions}. Times: \
          median of {runs} runs on {machines}.\n\nCells are *mean / median* over meshes and seeds; the best mean is \
-         bold, lower is better. Distances count in percent of the bounding box's diagonal.\n\n",
+         bold, lower is better. Each is over the results that have a value: a number in brackets says of how many, where \
+         they are fewer than the results. Distances count in percent of the bounding box's diagonal.\n\n",
         meshes.len()
     );
     let explained = figures();
@@ -128,21 +129,29 @@ fn section(page: &mut String, table: &Table, title: &str, columns: &[Shown], rel
 
 fn quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Shown], other: &str) {
     let header: Vec<&str> = columns.iter().map(|column| column.title.split(',').next().unwrap_or_default()).collect();
-    let _ = writeln!(page, "\nRelative to {other}: medians over the quotients of each mesh and seed.\n");
+    let _ = writeln!(
+        page,
+        "\nRelative to {other}: medians over the quotients of each mesh and seed, but those where {other} has 0 \
+         (in brackets: of how many, where some have none).\n"
+    );
     let _ = writeln!(page, "| method / {other} | {} |", header.join(" | "));
     let _ = writeln!(page, "|---|{}", "---|".repeat(columns.len()));
     let others = rows_of(table, ratio, other);
     for method in methods(table) {
         let rows = rows_of(table, ratio, method);
-        let cells = columns.iter().map(|column| shown_number(median_quotient(&rows, &others, column.value)));
+        let n_both = summary::n_both(&rows, &others);
+        let cells = columns.iter().map(|column| {
+            let quotients = summary::quotients(&rows, &others, column.value);
+            let fewer = of_fewer(quotients.len(), n_both);
+            format!("{}{fewer}", shown_number(median(quotients)))
+        });
         let _ = writeln!(page, "| {method} | {} |", cells.collect::<Vec<_>>().join(" | "));
     }
 }
 
 /// `28 of 30`: cases with a result; meshes that could not be read are nobody's fault.
 fn results(rows: &[&Row]) -> String {
-    let there = rows.iter().filter(|row| row.error.is_empty()).count();
-    format!("{there} of {}", rows.iter().filter(|row| row.vertices_in > 0).count())
+    format!("{} of {}", n_results(rows), rows.iter().filter(|row| row.vertices_in > 0).count())
 }
 
 /// The least mean of all methods; sizes have none.
@@ -160,8 +169,18 @@ fn cell(rows: &[&Row], value: Value, best: Option<f64>) -> String {
     if mean.is_none() {
         return "-".into();
     }
+    let fewer = of_fewer(values.len(), n_results(rows));
     let [shown, middle] = [mean, median(values)].map(shown_number);
-    if mean == best { format!("**{shown}** / {middle}") } else { format!("{shown} / {middle}") }
+    if mean == best { format!("**{shown}** / {middle}{fewer}") } else { format!("{shown} / {middle}{fewer}") }
+}
+
+/// The number of values in brackets, where there are some but fewer than could be.
+fn of_fewer(n_values: usize, n_results: usize) -> String {
+    if (1..n_results).contains(&n_values) { format!(" ({n_values})") } else { String::new() }
+}
+
+fn n_results(rows: &[&Row]) -> usize {
+    rows.iter().filter(|row| row.error.is_empty()).count()
 }
 
 /// Three significant digits.
@@ -221,6 +240,19 @@ mod tests {
         assert!(page.contains("| method / better | time |") && page.contains("| worse | 2.00 |"), "{page}");
         assert!(page.contains("| worse | 1 | b, ratio 0.1, seed 0 | a \\| b |"), "{page}");
         assert!(!page.contains("CD |"), "columns without values stay out: {page}");
+    }
+
+    #[test]
+    fn means_and_quotients_of_fewer_cases_say_of_how_many() {
+        let mut table = table();
+        table.rows.pop();
+        table.rows[2].figures = vec![None];
+        table.rows.push(Row { mesh: "b".into(), figures: vec![Some(5.0)], ..table.rows[1].clone() });
+        let page = page(&table, Some("better"));
+        assert!(page.contains("| better | 2 of 2 | 0 / 0 | 0 / 0 | **1.00** / 1.00 (1) |"), "{page}");
+        assert!(page.contains("| worse | - | - | 2.00 (1) |"), "{page}");
+        table.rows[0].figures = vec![Some(0.0)];
+        assert!(self::page(&table, Some("better")).contains("| worse | - | - | - |"), "nothing is divided by 0");
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod eigenvalues;
 pub mod nearest_on_triangle;
 pub mod polygon;
 pub mod quadric;
+pub mod sides;
 pub mod triangle;
 
 pub use eigenvalues::eigenvalues;

@@ -2,7 +2,9 @@
 
 pub mod cleanup;
 mod compact;
+mod edges;
 mod first_equal;
+mod irregular_edges;
 mod manifold;
 mod one_rings;
 mod point_cloud;
@@ -19,6 +21,8 @@ mod vertex_normals;
 mod winding;
 
 pub use compact::compact;
+pub use edges::{Edge, edges};
+pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
 pub use point_cloud::{PointCloud, point_cloud};

@@ -1,6 +1,7 @@
 //! What a mesh is as a surface: closed or not, manifold or not, its pieces, holes and handles.
 
 use super::TriMesh;
+use super::edges::{HalfEdge, for_each_edge, next_corner};
 use super::union_find::UnionFind;
 
 /// The topology figures of a mesh.
@@ -44,13 +45,6 @@ impl Topology {
     }
 }
 
-/// Half-edge `3 * face + corner` runs from that corner to the next; `end` is its vertex with the larger index.
-#[derive(Clone, Copy, Default)]
-struct HalfEdge {
-    end: u32,
-    half_edge: u32,
-}
-
 /// Counts the topology figures of a mesh, in time linear in its size.
 ///
 /// ```
@@ -64,44 +58,6 @@ pub fn topology(mesh: &TriMesh) -> Topology {
     let mut links = Links::new(mesh);
     for_each_edge(mesh, |half_edges| links.join(half_edges));
     links.summarise()
-}
-
-/// Calls `visit` with the half-edges of every edge.
-fn for_each_edge(mesh: &TriMesh, mut visit: impl FnMut(&[HalfEdge])) {
-    let (starts, mut half_edges) = half_edges_by_smaller_vertex(mesh);
-    for range in starts.windows(2) {
-        let bucket = &mut half_edges[range[0] as usize..range[1] as usize];
-        bucket.sort_unstable_by_key(|h| (h.end, h.half_edge));
-        bucket.chunk_by(|x, y| x.end == y.end).for_each(&mut visit);
-    }
-}
-
-/// All half-edges, those of vertex `v` (the smaller of the two) at `starts[v]..starts[v + 1]`.
-fn half_edges_by_smaller_vertex(mesh: &TriMesh) -> (Vec<u32>, Vec<HalfEdge>) {
-    let mut starts = vec![0u32; mesh.positions().len() + 2];
-    for [a, b] in ends_of_half_edges(mesh) {
-        starts[a.min(b) as usize + 2] += 1;
-    }
-    for v in 2..starts.len() {
-        starts[v] += starts[v - 1];
-    }
-    let mut half_edges = vec![HalfEdge::default(); 3 * mesh.faces().len()];
-    for ([a, b], half_edge) in ends_of_half_edges(mesh).zip(0..) {
-        let slot = &mut starts[a.min(b) as usize + 1];
-        half_edges[*slot as usize] = HalfEdge { end: a.max(b), half_edge };
-        *slot += 1;
-    }
-    starts.pop();
-    (starts, half_edges)
-}
-
-fn ends_of_half_edges(mesh: &TriMesh) -> impl Iterator<Item = [u32; 2]> {
-    mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-}
-
-/// Corner of the vertex where the half-edge ends: the next one of the same face.
-fn next_corner(half_edge: u32) -> u32 {
-    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
 /// What is gathered edge by edge.

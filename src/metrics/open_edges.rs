@@ -4,13 +4,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::TriMesh;
+use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// How far from the input's border, in lengths of the edge, an edge may run and still lie on it.
+/// How far from the input's border an edge may run and still lie on it, in lengths of the edge, or in mean lengths of
+/// the result's edges, whichever is less.
 ///
 /// A result has fewer vertices than the input, and those at a border need not lie on it: sampled vertices stand up to
-/// about one edge inside. Borders are thin, so that few holes hide there.
+/// about one edge inside. Borders are thin, so that few holes hide there; a hole of one face beside a border does. A
+/// long edge must come nearer than its length, or it would hide holes far from any border.
 const REACH: f64 = 1.0;
 
 /// Counts of edges of a simplified mesh.
@@ -42,9 +44,10 @@ impl OpenEdges {
 
 /// Counts the edges of `simplified` that lack two faces, and those of them away from the borders of `original`.
 ///
-/// An edge lies on a border of the original when both its ends and its middle are at most one length of the edge away
-/// from the original's border edges, those with a single face. So the same rule serves results that keep vertices where
-/// they were and results that move them. Edges with three or more faces never lie on a border.
+/// An edge lies on a border of the original when both its ends and its middle are no farther from the original's border
+/// edges, those with a single face, than the edge is long, and than the mean of the result's edges is long. So the same
+/// rule serves results that keep vertices where they were and results that move them. Edges with three or more faces
+/// never lie on a border.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::open_edges};
@@ -56,36 +59,36 @@ impl OpenEdges {
 /// assert_eq!((edges.wa_percent(), open_edges(&opened, &opened).open_percent()), (50.0, 0.0));
 /// ```
 pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
-    let counted = edges_with_counts(simplified);
+    let edges = edges(simplified);
     let border = border_of(original);
-    let lacking: Vec<([u32; 2], usize)> = counted.iter().copied().filter(|&(_, n_faces)| n_faces != 2).collect();
-    let is_open = |&&(edge, n_faces): &&([u32; 2], usize)| n_faces > 2 || !lies_on(&border, ends(simplified, edge));
-    let open = lacking.par_iter().filter(is_open).count();
-    OpenEdges { edges: counted.len(), without_two_faces: lacking.len(), open }
-}
-
-/// Every edge once, the smaller vertex first, with its number of faces.
-fn edges_with_counts(mesh: &TriMesh) -> Vec<([u32; 2], usize)> {
-    let sides = mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    edges.par_sort_unstable();
-    edges.chunk_by(|a, b| a == b).map(|copies| (copies[0], copies.len())).collect()
+    let mean = edges.iter().map(|edge| length(simplified, edge)).sum::<f64>() / edges.len().max(1) as f64;
+    let lacking: Vec<&Edge> = edges.iter().filter(|edge| edge.n_faces() != 2).collect();
+    let lies_on_border = |edge: &Edge| {
+        let reach = REACH * length(simplified, edge).min(mean);
+        edge.n_faces() == 1 && lies_on(&border, ends(simplified, edge), reach)
+    };
+    let open = lacking.par_iter().filter(|edge| !lies_on_border(edge)).count();
+    OpenEdges { edges: edges.len(), without_two_faces: lacking.len(), open }
 }
 
 /// The border edges, as triangles without area.
 fn border_of(mesh: &TriMesh) -> NearestOnTriangles {
-    let edges = edges_with_counts(mesh).into_iter().filter(|&(_, n_faces)| n_faces == 1);
+    let border = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
     let corners: Vec<[[f32; 3]; 3]> =
-        edges.map(|([a, b], _)| [a, b, b].map(|v| mesh.positions()[v as usize])).collect();
+        border.map(|Edge { ends: [a, b], .. }| [a, b, b].map(|v| mesh.positions()[v as usize])).collect();
     NearestOnTriangles::new(&corners)
 }
 
-fn ends(mesh: &TriMesh, edge: [u32; 2]) -> [DVec3; 2] {
-    edge.map(|v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)))
+fn ends(mesh: &TriMesh, edge: &Edge) -> [DVec3; 2] {
+    edge.ends.map(|v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)))
 }
 
-fn lies_on(border: &NearestOnTriangles, [a, b]: [DVec3; 2]) -> bool {
-    let reach = REACH * a.distance(b);
+fn length(mesh: &TriMesh, edge: &Edge) -> f64 {
+    let [a, b] = ends(mesh, edge);
+    a.distance(b)
+}
+
+fn lies_on(border: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
     let is_near = |p: DVec3| border.nearest(p).is_some_and(|hit| hit.distance2 <= reach * reach);
     is_near(a) && is_near(b) && is_near(a.midpoint(b))
 }
@@ -138,6 +141,33 @@ mod tests {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
         let fan = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
         assert_eq!(open_edges(&fan, &fan), OpenEdges { edges: 7, without_two_faces: 7, open: 1 });
+    }
+
+    /// A cube open on top: a side of it that is missing in the result, too, has edges as long as the way to the border.
+    #[test]
+    fn long_edges_hide_no_holes_far_from_the_border() {
+        let fine = shapes::cuboid([1.0; 3], 16);
+        let top = |mesh: &TriMesh| {
+            let is_up = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.999 * highest(mesh));
+            let gone: Vec<usize> = (0..mesh.faces().len()).filter(|&face| is_up(&mesh.faces()[face])).collect();
+            without(mesh, &gone)
+        };
+        let open_box = top(&fine);
+        // A pillar of one long face per half side, between many small faces that make the mean edge short.
+        let mut positions = open_box.positions().to_vec();
+        let mut faces = open_box.faces().to_vec();
+        let n = positions.len() as u32;
+        let above = highest(&open_box);
+        positions.extend([[0.0, 0.0, above - 0.9], [0.9, 0.0, above - 0.9], [0.5, 0.01, above - 0.9]]);
+        faces.push([n, n + 1, n + 2]);
+        let result = TriMesh::new(positions, faces).unwrap();
+        let edges = open_edges(&open_box, &result);
+        assert_eq!(edges.without_two_faces - edges.open, topology(&open_box).boundary_edges);
+        assert_eq!(edges.open, 3);
+    }
+
+    fn highest(mesh: &TriMesh) -> f32 {
+        mesh.positions().iter().map(|p| p[2]).fold(f32::MIN, f32::max)
     }
 
     #[test]

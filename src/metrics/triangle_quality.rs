@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::laplacian::area;
 use super::surface::triangles;
+use crate::geometry::sides::area;
 use crate::mesh::TriMesh;
 
 /// A face whose smallest angle is below this counts as a sliver, in degrees.

@@ -12,14 +12,14 @@ pub fn bytes(comparison: &Comparison) -> Vec<u8> {
 
 /// All figures with names and units.
 pub fn value(comparison: &Comparison) -> Value {
-    let Comparison { original, results, judging } = comparison;
+    let Comparison { original, results, judging, .. } = comparison;
     let figures = results.first().map_or(&[][..], |result| &result.figures);
     json!({
         "program": concat!("neural-mesh ", env!("CARGO_PKG_VERSION")),
         "settings": {
             "samples": judging.samples,
             "seed": judging.seed,
-            "eigenpairs": judging.eigenpairs,
+            "eigenpairs": comparison.n_eigenpairs,
             "geodesics": judging.geodesics,
         },
         "original": size(original),

@@ -1,16 +1,15 @@
 //! `neural-mesh compare`: reads an original and simplified meshes, judges each, and says it as table, JSON and page.
 
 mod json;
-mod marked;
 mod meshes;
 mod packed;
 mod page;
-mod painted;
 mod surface_data;
 mod table;
 
 use std::path::Path;
 
+use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::metrics::{Figure, Judging, Original, compare};
 
 use crate::args::CompareArgs;
@@ -26,11 +25,16 @@ use meshes::{Named, read_all};
 /// More samples than any comparison needs, fewer than fill the memory.
 const MOST_SAMPLES: usize = 10_000_000;
 
+/// The eigenpairs of a mesh of so many vertices take about 3 GB and some minutes: of larger ones they are left out.
+const MOST_FOR_SPECTRUM: usize = 400_000;
+
 /// An original, what was made of it, and how each result was judged.
 struct Comparison {
     original: Named,
     results: Vec<Judged>,
     judging: Judging,
+    /// Eigenpairs of the Laplacian that all results were judged by.
+    n_eigenpairs: usize,
 }
 
 /// A simplified mesh with its figures.
@@ -52,7 +56,8 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     progress.show("read", 0.0);
     let (original, simplified) = read_all(args)?;
     progress.show("check", 0.0);
-    let comparison = judged(original, simplified, judging(args));
+    let judging = judging(args, std::iter::once(&original).chain(&simplified));
+    let comparison = judged(args, original, simplified, judging);
     progress.show("picture", 0.0);
     let pending = written(args, &comparison)?;
     drop(progress);
@@ -62,16 +67,36 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn judging(args: &CompareArgs) -> Judging {
+fn judging<'a>(args: &CompareArgs, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
     let all = Judging { samples: args.samples, seed: args.seed, ..Judging::default() };
-    if args.quick { Judging { eigenpairs: 0, geodesics: false, ..all } } else { all }
+    if args.quick {
+        Judging { eigenpairs: 0, geodesics: false, ..all }
+    } else if meshes.any(|named| named.mesh.positions().len() > MOST_FOR_SPECTRUM) {
+        Judging { eigenpairs: 0, ..all }
+    } else {
+        all
+    }
 }
 
-fn judged(original: Named, simplified: Vec<Named>, judging: Judging) -> Comparison {
+fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, judging: Judging) -> Comparison {
     let prepared = Original::new(&original.mesh, &judging);
-    let judge = |mesh: Named| Judged { figures: compare(&prepared, &mesh.mesh), mesh };
+    let n_asked = size_for_all(&simplified);
+    let judge = |mesh: Named| {
+        let mut figures = compare(&prepared, &mesh.mesh, n_asked);
+        let looks = args.appearance.then(|| appearance(&original.mesh, &mesh.mesh, USUAL_HEIGHT)).flatten();
+        figures.extend(appearance::figures(looks.as_ref()));
+        Judged { figures, mesh }
+    };
     let results = simplified.into_iter().map(judge).collect();
-    Comparison { original, results, judging }
+    let n_eigenpairs = prepared.eigenpairs(n_asked);
+    Comparison { original, results, judging, n_eigenpairs }
+}
+
+/// The size that decides how many eigenpairs all results are judged by: that of the smallest with faces.
+fn size_for_all(simplified: &[Named]) -> usize {
+    let meshes = simplified.iter().map(|named| &named.mesh);
+    let sizes = meshes.filter(|mesh| !mesh.faces().is_empty()).map(|mesh| mesh.positions().len());
+    sizes.min().unwrap_or_default()
 }
 
 /// What goes to files, on its way there.
@@ -108,4 +133,33 @@ fn check(args: &CompareArgs) -> Result<(), Failure> {
         return Err(Failure::Usage("JSON and page have the same name: give each a file of its own".into()));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::{TriMesh, shapes};
+
+    fn named(mesh: TriMesh) -> Named {
+        Named { name: "a.ply".into(), mesh }
+    }
+
+    #[test]
+    fn the_smallest_result_decides_how_many_eigenpairs_count() {
+        let results = [TriMesh::default(), shapes::icosphere(2), shapes::icosphere(1)].map(named);
+        assert_eq!(size_for_all(&results), 42);
+        assert_eq!(size_for_all(&[]), 0);
+    }
+
+    #[test]
+    fn the_spectrum_of_huge_meshes_is_left_out() {
+        let words = ["neural-mesh", "compare", "a.ply", "b.ply"];
+        let arguments = <crate::args::Args as clap::Parser>::parse_from(words);
+        let crate::args::Command::Compare(args) = arguments.command else { panic!("no comparison") };
+        let many = TriMesh::new(vec![[0.0; 3]; MOST_FOR_SPECTRUM + 1], vec![[0, 1, 2]]).unwrap();
+        let of = |meshes: &[Named]| judging(&args, meshes.iter());
+        assert_eq!(of(&[named(shapes::icosphere(1))]), Judging::default());
+        let left_out = of(&[named(shapes::icosphere(1)), named(many)]);
+        assert_eq!(left_out, Judging { eigenpairs: 0, ..Judging::default() });
+    }
 }

@@ -1,14 +1,11 @@
 //! A comparison as one HTML file that asks for nothing else: the viewer with the meshes and figures inside.
 
-use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::{TriMesh, irregular_edges};
+use neural_mesh::metrics::{Painted, PaintedScale, nearest_on, painted_scale};
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
 
-use super::marked::marked;
 use super::packed::Packed;
-use super::painted::{
-    Distances, Scale, distances, points_of_faces, scale, shares_of_points, shares_of_vertices, steps, surface, vertices,
-};
 use super::surface_data::SurfaceData;
 use super::{Comparison, json};
 
@@ -35,8 +32,8 @@ fn data(comparison: &Comparison) -> String {
     let Comparison { original, results, .. } = comparison;
     let meshes = std::iter::once(original).chain(results.iter().map(|result| &result.mesh));
     let surfaces: Vec<SurfaceData> = meshes.map(|named| packed(&named.mesh)).collect();
-    let pairs = painted(comparison);
-    let scale = scale_of(comparison, &pairs);
+    let pairs = distances(comparison);
+    let scale = scale(comparison, &pairs);
     let mut scripts = vec![island("surface-0", &surfaces[0].text)];
     for (at, pair) in pairs.iter().enumerate() {
         let mut values = Packed::default();
@@ -49,7 +46,7 @@ fn data(comparison: &Comparison) -> String {
     let words = json!({
         "comparison": json::value(comparison),
         "surfaces": layouts,
-        "scale": scale,
+        "scale": { "p95": scale.p95, "p99": scale.p99, "max": scale.max },
         "eye": toward_eye(&original.mesh),
     });
     scripts.insert(0, json_island(&words));
@@ -57,43 +54,36 @@ fn data(comparison: &Comparison) -> String {
 }
 
 fn packed(mesh: &TriMesh) -> SurfaceData {
-    SurfaceData::new(mesh, &marked(mesh), steps(mesh))
+    SurfaceData::new(mesh, &irregular_edges(mesh), Painted::new(mesh).steps)
 }
 
-fn painted(comparison: &Comparison) -> Vec<Distances> {
-    let original = &comparison.original.mesh;
-    let (surface_of_original, points_of_original) = (surface(original), painted_points(original));
+/// Distances between the original and a result, at the painted points of each.
+struct Distances {
+    /// From the result to the original.
+    of_result: Vec<f32>,
+    /// From the original to the result.
+    of_original: Vec<f32>,
+}
+
+fn distances(comparison: &Comparison) -> Vec<Distances> {
+    let original = Painted::new(&comparison.original.mesh);
+    let surface = nearest_on(&comparison.original.mesh);
     let pair = |result: &TriMesh| Distances {
-        of_result: distances(&painted_points(result), &surface_of_original),
-        of_original: distances(&points_of_original, &surface(result)),
+        of_result: Painted::new(result).distances_to(&surface),
+        of_original: original.distances_to(&nearest_on(result)),
     };
     comparison.results.iter().map(|result| pair(&result.mesh.mesh)).collect()
 }
 
-/// Where a mesh has distances.
-fn painted_points(mesh: &TriMesh) -> Vec<[f64; 3]> {
-    match steps(mesh) {
-        1 => vertices(mesh),
-        steps => points_of_faces(mesh, steps),
-    }
-}
-
-fn scale_of(comparison: &Comparison, pairs: &[Distances]) -> Scale {
-    let shares_of_original = painted_shares(&comparison.original.mesh);
+/// One scale over the surfaces of all pairs, each of the same weight.
+fn scale(comparison: &Comparison, pairs: &[Distances]) -> PaintedScale {
+    let shares_of_original = Painted::new(&comparison.original.mesh).shares();
     let mut weighed = Vec::new();
     for (result, pair) in comparison.results.iter().zip(pairs) {
-        weighed.extend(pair.of_result.iter().copied().zip(painted_shares(&result.mesh.mesh)));
+        weighed.extend(pair.of_result.iter().copied().zip(Painted::new(&result.mesh.mesh).shares()));
         weighed.extend(pair.of_original.iter().copied().zip(shares_of_original.iter().copied()));
     }
-    scale(weighed)
-}
-
-/// What each of these points stands for.
-fn painted_shares(mesh: &TriMesh) -> Vec<f64> {
-    match steps(mesh) {
-        1 => shares_of_vertices(mesh),
-        steps => shares_of_points(mesh, steps),
-    }
+    painted_scale(weighed)
 }
 
 /// Packed numbers in parts, between which a browser can do other things while it reads the page.
@@ -126,7 +116,12 @@ mod tests {
     fn page(name: &str) -> String {
         let named = |mesh: TriMesh| Named { name: name.into(), mesh };
         let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
-        html(&Comparison { original: named(shapes::icosphere(2)), results: vec![result], judging: Judging::default() })
+        html(&Comparison {
+            original: named(shapes::icosphere(2)),
+            results: vec![result],
+            judging: Judging::default(),
+            n_eigenpairs: 0,
+        })
     }
 
     #[test]

@@ -3,10 +3,9 @@
 //! Vertices are numbered in the order in which the faces first use them, so that the numbers in a face are near the
 //! highest one so far. Positions are rounded to 65,535 steps along the longest side of the bounding box.
 
-use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::{IrregularEdges, TriMesh};
 use serde::Serialize;
 
-use super::marked::Marked;
 use super::packed::Packed;
 
 /// The largest quantised number.
@@ -41,7 +40,7 @@ pub struct SurfaceData {
 
 impl SurfaceData {
     /// Quantises and packs a mesh, whose faces are painted in so many steps.
-    pub fn new(mesh: &TriMesh, marked: &Marked, steps: usize) -> Self {
+    pub fn new(mesh: &TriMesh, marked: &IrregularEdges, steps: usize) -> Self {
         let (order, number) = in_order_of_use(mesh);
         let (low, sides) = bounding_box(mesh.positions());
         let step = sides.into_iter().fold(0.0, f64::max) / STEPS;
@@ -129,10 +128,9 @@ fn pack_edges(packed: &mut Packed, edges: &[[u32; 2]], number: &[u32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::marked::marked;
     use super::super::packed::tests::{undone, unpacked};
     use super::*;
-    use neural_mesh::mesh::shapes;
+    use neural_mesh::mesh::{irregular_edges, shapes};
 
     /// Differences summed up.
     fn summed(differences: &[u32]) -> Vec<u32> {
@@ -169,7 +167,7 @@ mod tests {
     }
 
     fn check(mesh: &TriMesh) {
-        let marked = marked(mesh);
+        let marked = irregular_edges(mesh);
         let data = SurfaceData::new(mesh, &marked, 1);
         let (positions, corners, edges) = read_back(&data);
         let wanted: Vec<u32> = mesh.faces().iter().flatten().copied().collect();
@@ -198,7 +196,7 @@ mod tests {
     #[test]
     fn values_come_back_with_more_digits_where_they_are_small() {
         let mesh = shapes::icosphere(3);
-        let data = SurfaceData::new(&mesh, &marked(&mesh), 1);
+        let data = SurfaceData::new(&mesh, &irregular_edges(&mesh), 1);
         let values: Vec<f32> = (0..mesh.positions().len()).map(|i| (i as f32 / 100.0).powi(3)).collect();
         let max = *values.last().unwrap();
         let mut packed = Packed::default();
@@ -215,7 +213,7 @@ mod tests {
     fn without_any_distance_all_values_are_zero() {
         let mesh = shapes::icosphere(0);
         let mut packed = Packed::default();
-        SurfaceData::new(&mesh, &marked(&mesh), 1).pack_values(&mut packed, &[0.0; 12], 0.0);
+        SurfaceData::new(&mesh, &irregular_edges(&mesh), 1).pack_values(&mut packed, &[0.0; 12], 0.0);
         assert_eq!(unpacked(&packed.text()), [0; 12]);
     }
 }

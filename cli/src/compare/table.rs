@@ -2,20 +2,36 @@
 
 use neural_mesh::metrics::Figure;
 
-use super::{Comparison, Judged, Named};
+use super::{Comparison, Judged, MOST_FOR_SPECTRUM, Named};
 use crate::words::{grouped, shortened};
 
 /// The lines of the table, columns aligned.
 pub fn lines(comparison: &Comparison) -> Vec<String> {
-    let Comparison { original, results, judging } = comparison;
+    let Comparison { original, results, judging, .. } = comparison;
     let samples = grouped(judging.samples);
     let mut lines = vec![
         format!("original  {}: {}", original.name, counts(original)),
         format!("judged    from {samples} samples on each surface, seed {}", judging.seed),
-        String::new(),
     ];
+    lines.extend(spectrum(comparison));
+    lines.push(String::new());
     lines.extend(aligned(&rows(results)));
     lines
+}
+
+/// How much of the spectrum was judged; nothing where it was not asked for.
+fn spectrum(comparison: &Comparison) -> Option<String> {
+    let Comparison { judging, n_eigenpairs, .. } = comparison;
+    match (judging.eigenpairs, judging.geodesics) {
+        (0, false) => None,
+        (0, true) => {
+            let most = grouped(MOST_FOR_SPECTRUM);
+            Some(format!("spectrum  left out: it takes too long and too much memory above {most} vertices"))
+        }
+        _ => {
+            Some(format!("spectrum  from the first {n_eigenpairs} eigenpairs, at most a quarter of the smallest mesh"))
+        }
+    }
 }
 
 fn counts(named: &Named) -> String {

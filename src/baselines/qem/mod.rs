@@ -16,15 +16,14 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::BaselineError;
-use crate::mesh::TriMesh;
-use quadrics::edges;
+use crate::mesh::{TriMesh, edges};
 use surface::{Candidate, Surface};
 
 /// Collapses the cheapest edges until at most `n_faces` are left.
 pub(super) fn qem(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     let mut surface = Surface::new(mesh);
     let mut queue: BinaryHeap<Reverse<Candidate>> =
-        edges(mesh.faces()).into_iter().map(|(edge, _)| Reverse(surface.candidate(edge))).collect();
+        edges(mesh).into_iter().map(|edge| Reverse(surface.candidate(edge.ends))).collect();
     while surface.n_faces > n_faces {
         let Some(Reverse(candidate)) = queue.pop() else { break };
         if surface.is_current(&candidate) && !surface.turns_a_face(&candidate) {

@@ -60,7 +60,7 @@ impl Surface {
         for (f, face) in (0..).zip(&faces) {
             face.iter().for_each(|&v| faces_of[v as usize].push(f));
         }
-        let quadrics = quadrics(&positions, &faces);
+        let quadrics = quadrics(mesh);
         let changes = vec![0; positions.len()];
         Self { positions, quadrics, n_faces: faces.len(), faces, faces_of, changes }
     }

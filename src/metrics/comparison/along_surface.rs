@@ -11,17 +11,20 @@ struct Pair<'a> {
     original: &'a Intrinsic,
     simplified: Intrinsic,
     carried: Carried,
+    /// Eigenpairs to compare.
+    n_pairs: usize,
     /// Places of the vertices from which distances are measured.
     sources: [u32; 2],
 }
 
 /// Errors of the eigenpairs (the paper's LE), of geodesic and of biharmonic distances.
-pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> [Figure; 5] {
-    let pair = pair(original, simplified, surface);
+pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> [Figure; 5] {
+    let pair = pair(original, simplified, surface, n_asked);
     let spectrum = pair.as_ref().and_then(|pair| {
         let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
         let area = pair.simplified.laplacian.mass.iter().sum();
-        Some(spectrum_error(&pair.original.laplacian.mass, pairs, others, &pair.carried, area))
+        let mass = &pair.original.laplacian.mass;
+        (pair.n_pairs > 0).then(|| spectrum_error(mass, pairs, others, &pair.carried, area, pair.n_pairs))
     });
     let functions = "mean squared error of the Laplacian's eigenfunctions, each of mean square 1 (the paper's LE)";
     let span = "share of the carried eigenfunctions outside of the span of the original's";
@@ -37,14 +40,15 @@ pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> 
     ]
 }
 
-fn pair<'a>(original: &'a Original, simplified: &TriMesh, surface: &Surface) -> Option<Pair<'a>> {
+fn pair<'a>(original: &'a Original, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> Option<Pair<'a>> {
     let first = original.intrinsic.as_ref()?;
-    let second = Intrinsic::new(simplified, &original.judging)?;
+    let n_pairs = original.eigenpairs(n_asked);
+    let second = Intrinsic::new(simplified, &original.judging, 4 * n_pairs)?;
     let carried = Carried::new(&first.points, simplified, &second.laplacian, surface)?;
     // Both begin at about the same place: the vertex of the simplified mesh decides, as there are fewer.
     let source = second.nearest(original.source(&first.points));
     let sources = [first.nearest(second.points[source as usize]), source];
-    Some(Pair { original: first, simplified: second, carried, sources })
+    Some(Pair { original: first, simplified: second, carried, n_pairs, sources })
 }
 
 fn geodesic_error(pair: &Pair) -> Option<f64> {
@@ -56,7 +60,7 @@ fn geodesic_error(pair: &Pair) -> Option<f64> {
 
 fn biharmonic_error(pair: &Pair) -> Option<f64> {
     let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
-    let n_pairs = pairs.values.len().min(others.values.len());
+    let n_pairs = pair.n_pairs.min(others.values.len());
     let distances = pairs.biharmonic_distances(pair.sources[0], n_pairs);
     let others = others.biharmonic_distances(pair.sources[1], n_pairs);
     error_percent(pair, &distances, &within_piece(others, &pair.simplified.laplacian, pair.sources[1]))

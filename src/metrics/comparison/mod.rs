@@ -11,6 +11,7 @@ mod shape;
 use crate::mesh::{TriMesh, topology};
 use crate::metrics::Surface;
 
+use original::scaled;
 pub use original::{Judging, Original};
 
 /// One figure of a comparison.
@@ -26,24 +27,29 @@ pub struct Figure {
     pub value: Option<f64>,
 }
 
-/// Measures a simplified mesh against its original: always the same figures in the same order.
+/// Measures a simplified mesh, which was asked to have `n_asked` vertices, against its original: always the same figures in the
+/// same order.
+///
+/// What it was asked for decides how many eigenpairs are compared, so that methods that were asked for the same are judged by
+/// the same number, also those that lost vertices.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Judging, Original, compare}};
 /// let judging = Judging { samples: 1000, ..Judging::default() };
 /// let original = Original::new(&shapes::icosphere(3), &judging);
-/// let figures = compare(&original, &shapes::icosphere(2));
+/// let figures = compare(&original, &shapes::icosphere(2), 162);
 /// let distance = figures.iter().find(|figure| figure.name == "distance_mean").unwrap();
 /// assert!(distance.value.unwrap() < 1.0 && distance.unit == "% of diagonal");
 /// ```
-pub fn compare(original: &Original, simplified: &TriMesh) -> Vec<Figure> {
+pub fn compare(original: &Original, simplified: &TriMesh, n_asked: usize) -> Vec<Figure> {
+    let simplified = &scaled(simplified, original.scale);
     // Other places than the original's, so that equal surfaces are not measured at the very same points.
     let surface = Surface::new(simplified, original.judging.samples, original.judging.seed.wrapping_add(1));
     let found = topology(simplified);
     let mut figures = Vec::new();
     figures.extend(shape::sizes(simplified));
     figures.extend(on_surface::figures(original, simplified, &surface));
-    figures.extend(along_surface::figures(original, simplified, &surface));
+    figures.extend(along_surface::figures(original, simplified, &surface, n_asked));
     figures.extend(shape::edges(original, simplified, &found));
     figures.extend(shape::topology(original, simplified, &surface, &found));
     figures.extend(shape::triangles(simplified));
@@ -62,7 +68,7 @@ mod tests {
     const JUDGING: Judging = Judging { samples: 3000, seed: 0, eigenpairs: 20, geodesics: true, source: None };
 
     fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
-        compare(&Original::new(original, &JUDGING), simplified)
+        compare(&Original::new(original, &JUDGING), simplified, simplified.positions().len())
     }
 
     fn value(figures: &[Figure], name: &str) -> Option<f64> {
@@ -137,7 +143,56 @@ mod tests {
             assert_eq!(names(compared(&odd, &odd)), all);
         }
         let little = Judging { eigenpairs: 0, geodesics: false, ..JUDGING };
-        assert_eq!(names(compare(&Original::new(&sphere, &little), &sphere)), all);
+        assert_eq!(names(compare(&Original::new(&sphere, &little), &sphere, 42)), all);
+    }
+
+    /// Half a sphere must not be judged by fewer eigenfunctions than the whole one.
+    #[test]
+    fn lost_vertices_do_not_make_the_spectrum_better() {
+        let sphere = shapes::icosphere(4);
+        let judging = Judging { eigenpairs: 100, geodesics: false, ..JUDGING };
+        let original = Original::new(&sphere, &judging);
+        let coarse = shapes::icosphere(2);
+        let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
+        let errors = [320, 160, 20, 1].map(|n| {
+            let figures = compare(&original, &few(n), coarse.positions().len());
+            ["laplacian_functions", "laplacian_span", "laplacian_values"].map(|name| value(&figures, name).unwrap())
+        });
+        for figure in 0..3 {
+            assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
+        }
+        // Of 40 functions one face has three.
+        assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
+        assert_eq!((original.eigenpairs(162), original.eigenpairs(100_000)), (40, 100));
+    }
+
+    #[test]
+    fn figures_do_not_depend_on_the_unit() {
+        let [fine, coarse] = [3, 2].map(shapes::icosphere);
+        let scaled = |mesh: &TriMesh, by: f32| {
+            let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
+            TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
+        };
+        let usual = compared(&fine, &coarse);
+        for power in [-100, 90] {
+            let by = 2f32.powi(power);
+            assert_eq!(compared(&scaled(&fine, by), &scaled(&coarse, by)), usual);
+        }
+    }
+
+    #[test]
+    fn a_source_that_no_face_uses_is_none() {
+        let sphere = shapes::icosphere(3);
+        let mut positions = sphere.positions().to_vec();
+        positions.push([9.0; 3]);
+        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
+        let from = |source| {
+            let judging = Judging { source, eigenpairs: 0, ..JUDGING };
+            let figures = compare(&Original::new(&with_point, &judging), &shapes::icosphere(2), 162);
+            value(&figures, "geodesic_error").unwrap()
+        };
+        assert_eq!(from(Some(642)), from(None));
+        assert_eq!(from(Some(100_000)), from(None));
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub fn topology(original: &Original, simplified: &TriMesh, surface: &Surface, fo
     let more = |a: usize, b: usize| a as f64 - b as f64;
     let genus = found.genus.zip(original.topology.genus).map(|(a, b)| more(a, b));
     let change = |(a, b): (f64, f64)| 100.0 * (a - b) / b.abs();
-    let volume = volume(simplified, found).zip(original.volume).map(change);
+    let volume = volume(simplified).zip(original.volume).map(change);
     let pieces = Some(more(found.components, original.topology.components));
     let area = Some(change((surface.area, original.surface.area)));
     let unit = "% of the original's";

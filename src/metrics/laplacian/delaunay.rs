@@ -5,7 +5,8 @@
 
 use std::collections::VecDeque;
 
-use super::glued::{Glued, area, next, opposite_cotangent};
+use super::glued::{Glued, next};
+use crate::geometry::sides::{area, opposite_cotangent};
 
 /// An edge is left alone where its cotangents sum up to more than this: rounding must not flip forth and back.
 const SLACK: f64 = -1e-8;

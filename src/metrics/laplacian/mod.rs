@@ -10,10 +10,11 @@ mod tufted;
 
 use rayon::prelude::*;
 
+use crate::geometry::sides::{area, opposite_cotangent};
 use crate::mesh::TriMesh;
 use crate::mesh::union_find::UnionFind;
 
-pub use glued::{Glued, area, opposite_cotangent};
+pub use glued::Glued;
 
 /// By which share of the mean edge length two sides of each triangle are made longer than the third.
 const MOLLIFICATION: f64 = 1e-5;

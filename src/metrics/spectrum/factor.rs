@@ -5,20 +5,18 @@ use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatMut, Side};
 
-use crate::metrics::laplacian::Laplacian;
-
 /// `a L + b M`, factored once to solve for many right-hand sides.
 pub struct Factor {
     llt: Llt<u32, f64>,
 }
 
 impl Factor {
-    /// Factors `a L + b M`, `a` and `b` positive; `None` where rounding makes it indefinite.
-    pub fn new(laplacian: &Laplacian, a: f64, b: f64) -> Option<Self> {
-        let n = laplacian.mass.len();
-        let mut diagonal: Vec<f64> = laplacian.mass.iter().map(|mass| b * mass).collect();
-        let mut entries = Vec::with_capacity(n + laplacian.edges.len());
-        for &([i, j], weight) in &laplacian.edges {
+    /// Factors `a L + b M` of masses and weighed edges, `a` and `b` positive; `None` where rounding makes it indefinite.
+    pub fn new(mass: &[f64], edges: &[([u32; 2], f64)], a: f64, b: f64) -> Option<Self> {
+        let n = mass.len();
+        let mut diagonal: Vec<f64> = mass.iter().map(|mass| b * mass).collect();
+        let mut entries = Vec::with_capacity(n + edges.len());
+        for &([i, j], weight) in edges {
             entries.push(Triplet::new(j, i, -a * weight));
             diagonal[i as usize] += a * weight;
             diagonal[j as usize] += a * weight;
@@ -29,9 +27,11 @@ impl Factor {
         Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).ok().map(|llt| Self { llt })
     }
 
-    /// Puts the solutions in the place of the right-hand sides, one per column.
+    /// Puts the solutions in the place of the right-hand sides, one per column; two threads share the columns.
     pub fn solve_in_place(&self, columns: MatMut<'_, f64>) {
-        self.llt.solve_in_place(columns);
+        let half = columns.ncols() / 2;
+        let (some, others) = columns.split_at_col_mut(half);
+        rayon::join(|| self.llt.solve_in_place(some), || self.llt.solve_in_place(others));
     }
 
     /// The solution for one right-hand side.
@@ -46,12 +46,13 @@ impl Factor {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::metrics::Laplacian;
 
     #[test]
     fn solutions_solve() {
         let laplacian = Laplacian::new(&shapes::icosphere(2)).unwrap();
         let right: Vec<f64> = (0..laplacian.mass.len()).map(|i| (i as f64).sin()).collect();
-        let u = Factor::new(&laplacian, 2.0, 3.0).unwrap().solve(&right);
+        let u = Factor::new(&laplacian.mass, &laplacian.edges, 2.0, 3.0).unwrap().solve(&right);
         let mut back: Vec<f64> = u.iter().zip(&laplacian.mass).map(|(u, mass)| 3.0 * mass * u).collect();
         for &([i, j], weight) in &laplacian.edges {
             let flow = 2.0 * weight * (u[i as usize] - u[j as usize]);

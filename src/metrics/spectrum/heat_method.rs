@@ -4,10 +4,16 @@
 //! over about one edge length, and a few percent off where edges are long.
 
 use super::factor::Factor;
-use crate::metrics::laplacian::{Glued, Laplacian, area};
+use super::longest_way::longest_way;
+use crate::geometry::sides::area;
+use crate::metrics::laplacian::{Glued, Laplacian};
 
 /// What keeps the Laplacian alone from being singular, as a share of its usual first eigenvalue.
 const SHIFT: f64 = 1e-7;
+
+/// How often the heat may fall by a factor of e on the longest way: what is left of it, e^-500, is a number, and so is what is left
+/// where the way is longer than was found by up to two fifths.
+const MOST_FALLS: f64 = 500.0;
 
 /// A surface made ready for distances from any of its vertices.
 pub struct HeatMethod {
@@ -20,6 +26,9 @@ pub struct HeatMethod {
 impl HeatMethod {
     /// Factors both systems; `None` where rounding makes one indefinite.
     ///
+    /// The time step is the square of the mean edge length, and on surfaces that are longer than 500 edges the square of a 500th of
+    /// their length: with a shorter one no heat would arrive at the other end that a number can hold.
+    ///
     /// ```
     /// use neural_mesh::{mesh::shapes, metrics::{HeatMethod, Laplacian}};
     /// let sphere = Laplacian::new(&shapes::icosphere(4)).unwrap();
@@ -28,9 +37,10 @@ impl HeatMethod {
     /// assert!(distances[0] == 0.0 && (farthest - std::f64::consts::PI).abs() < 0.1);
     /// ```
     pub fn new(laplacian: &Laplacian) -> Option<Self> {
-        let time = laplacian.surface.mean_length().powi(2);
+        let time = laplacian.surface.mean_length().max(longest_way(laplacian) / MOST_FALLS).powi(2);
         let shift = SHIFT * 4.0 * std::f64::consts::PI / laplacian.mass.iter().sum::<f64>();
-        Some(Self { flow: Factor::new(laplacian, time, 1.0)?, poisson: Factor::new(laplacian, 1.0, shift)? })
+        let factor = |a: f64, b: f64| Factor::new(&laplacian.mass, &laplacian.edges, a, b);
+        Some(Self { flow: factor(time, 1.0)?, poisson: factor(1.0, shift)? })
     }
 
     /// Distances from the vertex at place `source` of [`Laplacian::vertices`] to all others, in the mesh's unit: n;
@@ -103,6 +113,23 @@ mod tests {
     #[test]
     fn along_a_sphere_it_is_the_angle() {
         assert!(error(&shapes::icosphere(5), |p, q| p.normalize().dot(q.normalize()).clamp(-1.0, 1.0).acos()) < 0.01);
+    }
+
+    /// A tube 5000 edges long: after 700 there would be no heat that a number can hold.
+    #[test]
+    fn heat_arrives_at_the_end_of_a_long_tube() {
+        let (n_around, n_up) = (6, 5000);
+        let corner = |i: u32, j: u32| {
+            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / f64::from(n_around)).sin_cos();
+            [cos as f32, sin as f32, j as f32]
+        };
+        let positions = (0..=n_up).flat_map(|j| (0..n_around).map(move |i| corner(i, j))).collect();
+        let at = |i: u32, j: u32| j * n_around + i % n_around;
+        let quad =
+            |i: u32, j: u32| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]];
+        let faces = (0..n_up).flat_map(|j| (0..n_around).flat_map(move |i| quad(i, j))).collect();
+        let error = error(&TriMesh::new(positions, faces).unwrap(), |p, q| (q - p).z);
+        assert!(error < 2e-3, "{error}");
     }
 
     #[test]

@@ -3,10 +3,13 @@
 //! After Golub and Underwood, "The block Lanczos method for computing eigenvalues" (1977). A block finds eigenvalues that
 //! are several times there, up to its width and usually beyond.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use std::ops::Range;
+
+use faer::{Mat, MatMut, MatRef, Side};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+use super::slabs::Slabs;
 
 /// Columns of a block.
 const WIDTH: usize = 8;
@@ -22,7 +25,7 @@ const GROWTH: usize = 16;
 /// The basis so far and the operator seen in it.
 struct Krylov {
     /// Orthonormal columns, n rows; the first `len` and the block after them are filled, what follows is zero.
-    basis: Mat<f64>,
+    basis: Slabs,
     /// The operator in the basis, lower triangle, capacity x capacity.
     seen: Mat<f64>,
     len: usize,
@@ -52,62 +55,68 @@ pub fn largest(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f64>)) -> Opt
 impl Krylov {
     fn new(n: usize, capacity: usize) -> Self {
         let rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        let basis = Mat::zeros(n, GROWTH * WIDTH);
+        let basis = Slabs::zeros(n, GROWTH * WIDTH);
         let mut krylov = Self { basis, seen: Mat::zeros(capacity, capacity), len: 0, rng };
-        krylov.push(&Mat::zeros(n, WIDTH));
+        krylov.push(Slabs::zeros(n, WIDTH));
         krylov
     }
 
     /// Adds the last block to the basis and the next one after it; returns the triangle that links the two.
     fn step(&mut self, apply: &impl Fn(MatMut<'_, f64>)) -> Mat<f64> {
         let (from, to) = (self.len, self.len + WIDTH);
-        if self.basis.ncols() < to + WIDTH {
-            self.basis.resize_with(self.basis.nrows(), to + GROWTH * WIDTH, |_, _| 0.0);
+        if self.basis.n_columns() < to + WIDTH {
+            self.basis.widen(to + GROWTH * WIDTH);
         }
-        let mut block = self.basis.subcols(from, WIDTH).to_owned();
+        let mut block = self.basis.columns(from..to).whole();
         apply(block.as_mut());
+        let mut block = Slabs::of(block.as_ref());
         self.len = to;
-        // In exact arithmetic only the last two blocks matter; the second pass takes out what rounding has left.
+        // In exact arithmetic only the last two blocks matter; what rounding leaves of the others, `push` takes out.
         let near = from.saturating_sub(WIDTH);
-        let mut inside = Mat::zeros(to, WIDTH);
-        inside.subrows_mut(near, to - near).copy_from(project_out(self.basis.subcols(near, to - near), &mut block));
-        inside += project_out(self.basis.subcols(0, to), &mut block);
-        self.seen.submatrix_mut(from, from, WIDTH, WIDTH).copy_from(inside.subrows(from, WIDTH));
-        let link = self.push(&block);
+        let inside = project_out(&self.basis, near..to, &mut block);
+        self.seen.submatrix_mut(from, from, WIDTH, WIDTH).copy_from(inside.subrows(from - near, WIDTH));
+        let link = self.push(block);
         self.seen.submatrix_mut(to, from, WIDTH, WIDTH).copy_from(&link);
         link
     }
 
     /// Orthonormalises the columns of a block and puts them after the basis; returns the triangle R of block = Q R.
-    fn push(&mut self, block: &Mat<f64>) -> Mat<f64> {
+    fn push(&mut self, mut block: Slabs) -> Mat<f64> {
+        let first = self.orthonormalise(&mut block);
+        project_out(&self.basis, 0..self.len, &mut block);
+        let second = self.orthonormalise(&mut block);
+        self.basis.put(self.len, &block);
+        second * first
+    }
+
+    /// Makes the columns of a block orthonormal, one after the other; returns the triangle R of block = Q R. Where nothing
+    /// new lies in the direction of a column, any other will do.
+    fn orthonormalise(&mut self, block: &mut Slabs) -> Mat<f64> {
         let mut triangle = Mat::zeros(WIDTH, WIDTH);
         for j in 0..WIDTH {
-            let mut column = block.subcols(j, 1).to_owned();
-            let before = column.norm_l2();
-            let others = self.basis.subcols(self.len, j);
-            let inside = project_out(others, &mut column);
-            let left = column.norm_l2();
-            triangle.submatrix_mut(0, j, j, 1).copy_from(inside);
+            let mut column = block.columns(j..j + 1);
+            let before = length(&column);
+            let mut inside = project_out(block, 0..j, &mut column);
+            let left = length(&column);
             if left > 1e-10 * before {
                 triangle[(j, j)] = left;
-                project_out(self.basis.subcols(0, self.len + j), &mut column);
+                inside += project_out(block, 0..j, &mut column);
             } else {
-                // Nothing new lies in this direction: any other will do.
                 column = self.random_column();
+                (0..2).for_each(|_| drop(project_out(block, 0..j, &mut column)));
             }
-            let length = column.norm_l2();
-            self.basis.col_mut(self.len + j).copy_from(column.col(0) * faer::Scale(1.0 / length));
+            triangle.submatrix_mut(0, j, j, 1).copy_from(inside);
+            block.put(j, &column.mixed(Mat::from_fn(1, 1, |_, _| 1.0 / length(&column)).as_ref()));
         }
         triangle
     }
 
-    /// A direction orthogonal to all columns filled so far; those not yet filled are zero and do no harm.
-    fn random_column(&mut self) -> Mat<f64> {
+    /// A direction orthogonal to the basis so far.
+    fn random_column(&mut self) -> Slabs {
         let uniform = |rng: &mut Xoshiro256PlusPlus| (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
-        let mut column = Mat::from_fn(self.basis.nrows(), 1, |_, _| uniform(&mut self.rng));
-        for _ in 0..2 {
-            project_out(self.basis.as_ref(), &mut column);
-        }
+        let column = Mat::from_fn(self.basis.n_rows(), 1, |_, _| uniform(&mut self.rng));
+        let mut column = Slabs::of(column.as_ref());
+        (0..2).for_each(|_| drop(project_out(&self.basis, 0..self.len, &mut column)));
         column
     }
 
@@ -125,18 +134,21 @@ impl Krylov {
             return None;
         }
         let turned = Mat::from_fn(self.len, n_pairs, |row, i| eigen.U()[(row, largest(i))]);
-        let mut vectors = Mat::zeros(self.basis.nrows(), n_pairs);
-        matmul(&mut vectors, Accum::Replace, self.basis.subcols(0, self.len), &turned, 1.0, Par::Seq);
+        let vectors = self.basis.mixed(turned.as_ref()).whole();
         Some(((0..n_pairs).map(|i| values[largest(i)]).collect(), vectors))
     }
 }
 
-/// Takes from the columns of `block` what lies in the span of the orthonormal columns `basis`, and returns it in that basis.
-fn project_out(basis: MatRef<'_, f64>, block: &mut Mat<f64>) -> Mat<f64> {
-    let mut inside = Mat::zeros(basis.ncols(), block.ncols());
-    matmul(&mut inside, Accum::Replace, basis.transpose(), &*block, 1.0, Par::Seq);
-    matmul(block, Accum::Add, basis, &inside, -1.0, Par::Seq);
+/// Takes from the columns of `block` what lies in the span of some orthonormal columns of `basis`; returns it in these.
+fn project_out(basis: &Slabs, columns: Range<usize>, block: &mut Slabs) -> Mat<f64> {
+    let inside = basis.inner(columns.clone(), block);
+    block.subtract(basis, columns, inside.as_ref());
     inside
+}
+
+/// Length of a single column.
+fn length(column: &Slabs) -> f64 {
+    column.inner(0..1, column)[(0, 0)].sqrt()
 }
 
 #[cfg(test)]

@@ -6,6 +6,9 @@ mod eigenpairs;
 mod factor;
 mod heat_method;
 mod lanczos;
+mod longest_way;
+mod pieces;
+mod slabs;
 mod spectrum_error;
 
 pub use carried::Carried;

@@ -16,7 +16,7 @@ use super::eigenpairs::Eigenpairs;
 /// Eigenvalues of the original closer than this share of their mean spacing count as one.
 const SAME: f64 = 0.1;
 
-/// Errors over the eigenpairs that both meshes have.
+/// Errors over eigenpairs. Those that a simplified mesh of too few vertices does not have count as such that fit nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpectrumError {
     /// Mean squared error of the eigenfunctions, each of mean square 1; 2 where nothing fits.
@@ -24,31 +24,38 @@ pub struct SpectrumError {
     /// Mean share of a carried eigenfunction that lies outside of the span of the original's, 0 to 1; it does not see
     /// eigenfunctions that change places.
     pub span: f64,
-    /// Mean error of the eigenvalues, as a share of the original's.
+    /// Mean error of the eigenvalues, as a share of the original's; 1 where there is none.
     pub values: f64,
 }
 
-/// Measures the first `n_pairs` of both; `mass` are the original's.
+/// Measures the first `n_pairs`, at most as many as the original's; `mass` are the original's.
 pub fn spectrum_error(
     mass: &[f64],
     original: &Eigenpairs,
     simplified: &Eigenpairs,
     carried: &Carried,
     simplified_area: f64,
+    n_pairs: usize,
 ) -> SpectrumError {
-    let n_pairs = original.values.len().min(simplified.values.len());
+    let n_found = n_pairs.min(simplified.values.len());
     let ratio = simplified_area / mass.iter().sum::<f64>();
     let functions: Vec<Vec<f64>> =
-        (0..n_pairs).into_par_iter().map(|pair| carried.values(simplified.function(pair))).collect();
+        (0..n_found).into_par_iter().map(|pair| carried.values(simplified.function(pair))).collect();
     let square = |u: &Vec<f64>| ratio * u.iter().zip(mass).map(|(u, m)| m * u * u).sum::<f64>();
     let squares: Vec<f64> = functions.iter().map(square).collect();
     let inner = inner_products(mass, original, &functions, ratio.sqrt());
-    let groups = groups(&original.values[..n_pairs], SAME * original.spacing());
+    let groups = groups(&original.values[..n_found], SAME * original.spacing());
     SpectrumError {
-        functions: functions_error(&groups, &squares, &inner),
-        span: span_error(&squares, &inner),
-        values: values_error(original, simplified, n_pairs),
+        functions: with_missing(functions_error(&groups, &squares, &inner), n_found, n_pairs, 2.0),
+        span: with_missing(span_error(&squares, &inner), n_found, n_pairs, 1.0),
+        values: with_missing(values_error(original, simplified, n_found), n_found, n_pairs, 1.0),
     }
+}
+
+/// The mean over `n_pairs` errors, of which those beyond `n_found` are `missing`.
+fn with_missing(mean: f64, n_found: usize, n_pairs: usize, missing: f64) -> f64 {
+    let found = n_found as f64 / n_pairs.max(1) as f64;
+    found * mean + (1.0 - found) * missing
 }
 
 /// Inner products of the original's functions (rows) with carried ones (columns), as if all had mean square 1.

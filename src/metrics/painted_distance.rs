@@ -1,11 +1,11 @@
-//! The distances that the page paints: from the vertices of a mesh, or from more points of each face, to the surface of
-//! another.
+//! Distances to paint on a mesh: from its vertices, or from more points of each face, to the surface of another.
 
-use neural_mesh::geometry::triangle::area_normal_f64;
-use neural_mesh::mesh::TriMesh;
-use neural_mesh::spatial::NearestOnTriangles;
 use rayon::prelude::*;
-use serde::Serialize;
+
+use super::surface::triangles;
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::spatial::NearestOnTriangles;
 
 /// Most points painted on a mesh whose faces are few and large.
 const MOST_POINTS: usize = 120_000;
@@ -13,18 +13,9 @@ const MOST_POINTS: usize = 120_000;
 /// Most steps along a side of a face.
 const MOST_STEPS: usize = 8;
 
-/// Distances between an original and a result, in the mesh's unit, each at the vertices or at [`points_of_faces`].
-pub struct Distances {
-    /// From the result to the original.
-    pub of_result: Vec<f32>,
-    /// From the original to the result.
-    pub of_original: Vec<f32>,
-}
-
-/// Where the colours may end, in the mesh's unit: over the surfaces of all pairs, each of the same weight, a vertex
-/// standing for its share of the area.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Scale {
+/// Where colours may end, in the mesh's unit: over surfaces of which each point stands for a share.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PaintedScale {
     /// Exceeded on a twentieth of the surface.
     pub p95: f32,
     /// Exceeded on a hundredth of the surface.
@@ -33,26 +24,65 @@ pub struct Scale {
     pub max: f32,
 }
 
-/// A mesh made ready for nearest points.
-pub fn surface(mesh: &TriMesh) -> NearestOnTriangles {
-    let corners: Vec<_> = mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect();
-    NearestOnTriangles::new(&corners)
+/// A mesh with the points of it that are painted.
+pub struct Painted<'a> {
+    mesh: &'a TriMesh,
+    /// Steps along the sides of the faces from one painted point to the next: as many as fit, 1 for the vertices alone. A
+    /// large face may have its corners on the original and its middle far away.
+    pub steps: usize,
+}
+
+impl<'a> Painted<'a> {
+    /// Chooses the points: each vertex where there are many faces, up to 45 evenly spread points of each face where there
+    /// are few.
+    ///
+    /// ```
+    /// use neural_mesh::{mesh::shapes, metrics::{Painted, nearest_on}};
+    /// let (coarse, fine) = (shapes::icosphere(0), shapes::icosphere(3));
+    /// let distances = Painted::new(&coarse).distances_to(&nearest_on(&fine));
+    /// assert!(distances.len() == 20 * 45 && distances.iter().all(|&distance| distance < 0.21));
+    /// ```
+    pub fn new(mesh: &'a TriMesh) -> Self {
+        Self { mesh, steps: steps(mesh) }
+    }
+
+    /// Distance of each painted point from another surface, in the mesh's unit: n_vertices, or n_faces x points of a face,
+    /// corners and sides included, row by row from the first corner (the page's `refine.js` has the same order).
+    pub fn distances_to(&self, other: &NearestOnTriangles) -> Vec<f32> {
+        let points = match self.steps {
+            1 => vertices(self.mesh),
+            steps => points_of_faces(self.mesh, steps),
+        };
+        distances(&points, other)
+    }
+
+    /// Share of the area that each painted point stands for, like [`Painted::distances_to`]; their sum is 1.
+    pub fn shares(&self) -> Vec<f64> {
+        match self.steps {
+            1 => shares_of_vertices(self.mesh),
+            steps => shares_of_points(self.mesh, steps),
+        }
+    }
 }
 
 /// Distances of points from a surface, n_points.
-pub fn distances(points: &[[f64; 3]], surface: &NearestOnTriangles) -> Vec<f32> {
+fn distances(points: &[[f64; 3]], surface: &NearestOnTriangles) -> Vec<f32> {
     let distance = |&point: &[f64; 3]| surface.nearest(point.into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
     points.par_iter().map(distance).collect()
 }
 
 /// The vertices of a mesh, n_vertices x 3.
-pub fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {
+fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {
     mesh.positions().iter().map(|position| position.map(f64::from)).collect()
 }
 
-/// Steps along the sides of a mesh's faces from one painted point to the next: as many as [`MOST_POINTS`] allow, 1 for
-/// the vertices alone. A large face may have its corners on the original and its middle far away.
-pub fn steps(mesh: &TriMesh) -> usize {
+/// The surface of a mesh, to find nearest points on.
+pub fn nearest_on(mesh: &TriMesh) -> NearestOnTriangles {
+    NearestOnTriangles::new(&triangles(mesh))
+}
+
+/// As many steps as [`MOST_POINTS`] allow, 1 for the vertices alone.
+fn steps(mesh: &TriMesh) -> usize {
     let fit = |steps: &usize| mesh.faces().len() * points_of_a_face(*steps) <= MOST_POINTS;
     (2..=MOST_STEPS).rev().find(fit).unwrap_or(1)
 }
@@ -62,9 +92,8 @@ fn points_of_a_face(steps: usize) -> usize {
     (steps + 1) * (steps + 2) / 2
 }
 
-/// Evenly spread points of every face, corners and sides included, row by row from the first corner: the page's
-/// `refine.js` has the same order.
-pub fn points_of_faces(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
+/// Evenly spread points of every face, row by row from the first corner.
+fn points_of_faces(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
     let mut points = Vec::with_capacity(mesh.faces().len() * points_of_a_face(steps));
     for face in mesh.faces() {
         let [a, b, c] = face.map(|v| mesh.positions()[v as usize].map(f64::from));
@@ -79,7 +108,7 @@ pub fn points_of_faces(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
 }
 
 /// Share of the mesh's area that each vertex stands for, a third of each face around it, n_vertices.
-pub fn shares_of_vertices(mesh: &TriMesh) -> Vec<f64> {
+fn shares_of_vertices(mesh: &TriMesh) -> Vec<f64> {
     let mut shares = vec![0.0; mesh.positions().len()];
     for (face, share) in mesh.faces().iter().zip(shares_of_faces(mesh)) {
         face.iter().for_each(|&v| shares[v as usize] += share / 3.0);
@@ -87,8 +116,8 @@ pub fn shares_of_vertices(mesh: &TriMesh) -> Vec<f64> {
     shares
 }
 
-/// Share of the mesh's area that each of the [`points_of_faces`] stands for.
-pub fn shares_of_points(mesh: &TriMesh, steps: usize) -> Vec<f64> {
+/// Share of the mesh's area that each point of its faces stands for.
+fn shares_of_points(mesh: &TriMesh, steps: usize) -> Vec<f64> {
     let n = points_of_a_face(steps);
     shares_of_faces(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()
 }
@@ -103,7 +132,13 @@ fn shares_of_faces(mesh: &TriMesh) -> Vec<f64> {
 }
 
 /// The scale of distances, each with the share that it stands for.
-pub fn scale(mut weighed: Vec<(f32, f64)>) -> Scale {
+///
+/// ```
+/// use neural_mesh::metrics::painted_scale;
+/// let scale = painted_scale((1..=100).map(|i| (i as f32, 1.0)).collect());
+/// assert_eq!((scale.p95, scale.p99, scale.max), (95.0, 99.0, 100.0));
+/// ```
+pub fn painted_scale(mut weighed: Vec<(f32, f64)>) -> PaintedScale {
     weighed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = weighed.iter().map(|(_, share)| share).sum();
     let below = |part: f64| {
@@ -115,20 +150,20 @@ pub fn scale(mut weighed: Vec<(f32, f64)>) -> Scale {
         reached.map_or(0.0, |&(distance, _)| distance)
     };
     let max = weighed.last().map_or(0.0, |&(distance, _)| distance);
-    Scale { p95: below(0.95), p99: below(0.99), max }
+    PaintedScale { p95: below(0.95), p99: below(0.99), max }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use neural_mesh::mesh::shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn vertices_of_a_sphere_are_off_another_by_the_difference_of_radii() {
         let sphere = shapes::icosphere(3);
         let double = sphere.positions().iter().map(|p| p.map(|x| 2.0 * x)).collect();
         let double = TriMesh::new(double, sphere.faces().to_vec()).unwrap();
-        let found = distances(&vertices(&double), &surface(&sphere));
+        let found = Painted { mesh: &double, steps: 1 }.distances_to(&nearest_on(&sphere));
         assert_eq!(found.len(), double.positions().len());
         assert!(found.iter().all(|d| (d - 1.0).abs() < 0.01), "{found:?}");
     }
@@ -136,10 +171,10 @@ mod tests {
     #[test]
     fn the_scale_counts_area_not_vertices() {
         let even = |i: u32| (i as f32, 1.0);
-        assert_eq!(scale((1..=1000).map(even).collect()), Scale { p95: 950.0, p99: 990.0, max: 1000.0 });
+        assert_eq!(painted_scale((1..=1000).map(even).collect()), PaintedScale { p95: 950.0, p99: 990.0, max: 1000.0 });
         let heavy = vec![(3.0, 1.0), (1.0, 96.0), (2.0, 3.0)];
-        assert_eq!(scale(heavy), Scale { p95: 1.0, p99: 2.0, max: 3.0 });
-        assert_eq!(scale(Vec::new()), Scale::default());
+        assert_eq!(painted_scale(heavy), PaintedScale { p95: 1.0, p99: 2.0, max: 3.0 });
+        assert_eq!(painted_scale(Vec::new()), PaintedScale::default());
     }
 
     #[test]
@@ -163,7 +198,7 @@ mod tests {
         assert_eq!(steps(&shapes::icosphere(6)), 1);
         let points = points_of_faces(&coarse, 8);
         assert_eq!(points.len(), 20 * 45);
-        let [corners, inside] = [vertices(&coarse), points].map(|points| distances(&points, &surface(&fine)));
+        let [corners, inside] = [1, 8].map(|steps| Painted { mesh: &coarse, steps }.distances_to(&nearest_on(&fine)));
         let largest = |distances: Vec<f32>| distances.into_iter().fold(0.0, f32::max);
         // The middle of an icosahedron's face lies 1 - 0.795 below its sphere.
         let (corners, inside) = (largest(corners), largest(inside));

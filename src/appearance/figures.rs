@@ -1,0 +1,26 @@
+//! The likeness of pictures as figures, beside those of `metrics::compare`.
+
+use super::Appearance;
+use crate::metrics::Figure;
+
+/// Always the same figures in the same order; without values where nothing was drawn. `psnr` has none where it is infinite.
+///
+/// ```
+/// use neural_mesh::{appearance::{appearance, figures}, mesh::shapes};
+/// let sphere = shapes::icosphere(2);
+/// let values = figures(appearance(&sphere, &sphere, 64).as_ref()).map(|figure| figure.value);
+/// assert_eq!(values, [Some(1.0), Some(1.0), None, Some(1.0)]);
+/// assert!(figures(None).iter().all(|figure| figure.value.is_none()));
+/// ```
+pub fn figures(appearance: Option<&Appearance>) -> [Figure; 4] {
+    let figure = |name, unit, about, value: fn(&Appearance) -> f64| {
+        let value = appearance.map(value).filter(|value| value.is_finite());
+        Figure { name, unit, about, value }
+    };
+    [
+        figure("ssim", "", "structural similarity of shaded pictures, 1 where they are equal", |a| a.ssim),
+        figure("normals_ssim", "", "structural similarity of pictures of the normals", |a| a.normals_ssim),
+        figure("psnr", "dB", "peak signal-to-noise ratio of shaded pictures", |a| a.psnr),
+        figure("silhouette_iou", "", "shared over united area of the silhouettes", |a| a.silhouette_iou),
+    ]
+}
