@@ -63,7 +63,8 @@ pub(super) fn read(path: &Path) -> Result<TriMesh, String> {
     TriMesh::new(positions.collect(), cleaned.mesh.faces().to_vec()).map_err(|error| format!("the result: {error}"))
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use super::*;
 
