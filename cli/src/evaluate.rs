@@ -107,7 +107,8 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Does one job that comes on standard input; ends with it, because then nobody waits any more.
+/// Does one job that comes on standard input; ends with it, and with all that it has started, because then nobody waits
+/// any more.
 pub fn work() -> Result<(), Failure> {
     let problem =
         |error: std::io::Error| Failure::Failed(format!("standard input: {error}: this is no command to type"));
@@ -115,7 +116,22 @@ pub fn work() -> Result<(), Failure> {
     std::io::stdin().lock().read_line(&mut line).map_err(problem)?;
     std::thread::spawn(|| {
         let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        end_what_was_started();
         std::process::exit(1);
     });
     files::write_to_stdout(answer(&line).as_bytes())
 }
+
+/// Kills the group of processes that this one is the head of, as an evaluation starts it; this one too.
+#[cfg(unix)]
+fn end_what_was_started() {
+    use nix::sys::signal::{Signal, killpg};
+    use nix::unistd::{getpgrp, getpid};
+    if getpgrp() == getpid() {
+        let _ = killpg(getpgrp(), Signal::SIGKILL);
+    }
+}
+
+/// Where there are no such groups, what was started ends by itself.
+#[cfg(not(unix))]
+fn end_what_was_started() {}

@@ -154,6 +154,38 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
 }
 
 #[test]
+fn a_tool_ends_when_the_evaluation_is_killed() {
+    let folder = prepared(&[ball()]);
+    let tool = "stays=sh -c 'sleep 60 & echo $$ $! > ids; wait' {in} {out}";
+    let more = ["--methods", "stays", "--ratios", "0.5", "--tool", tool];
+    let mut child = program(folder.path(), &evaluation("run", &more)).spawn().unwrap();
+    let ids = || std::fs::read_to_string(folder.path().join("ids")).unwrap_or_default();
+    while !ids().ends_with('\n') {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let runs = |id: &str| std::process::Command::new("kill").args(["-0", id]).output().unwrap().status.success();
+    let began = Instant::now();
+    while ids().split_whitespace().any(runs) {
+        assert!(began.elapsed() < Duration::from_secs(10), "{} still run", ids());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn what_a_tool_does_to_its_files_does_nothing_to_the_others() {
+    let folder = prepared(&[ball()]);
+    let tool = "spoils=sh -c 'echo $OMP_NUM_THREADS >> threads; cp $0 $1; echo rubbish > $0' {in} {out}";
+    let more = ["--methods", "spoils,qem", "--ratios", "0.2,0.5", "--tool", tool];
+    let done = run(folder.path(), &evaluation("run", &more));
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    let rows = rows(folder.path(), "run");
+    assert!(rows.len() == 4 && rows.iter().all(|row| row["error"] == ""), "{rows:?}");
+    assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1\n".repeat(2));
+}
+
+#[test]
 fn ctrl_c_keeps_what_is_done() {
     let folder = prepared(&[ball()]);
     let tool = "stays=sh -c 'test {ratio} = 0.2 || sleep 60; cp $0 $1' {in} {out}";

@@ -6,17 +6,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use super::job::{self, Job};
-use super::limited::{Unfinished, run_limited};
+use super::foreign::{self, Foreign};
+use super::job::{self, Job, Work};
+use super::limited::{Unfinished, run_limited, with_last_words};
 use super::tool::Places;
 use super::{Method, Tool};
 use crate::baselines::Size;
-use crate::io::read_path;
 use crate::mesh::TriMesh;
-use crate::mesh::cleanup::{CleanOptions, clean};
 
 /// A program that reads one line from standard input, gives it to [`answer`](super::answer), and prints the answer. It
-/// should end when its standard input does: then nobody waits for it any more.
+/// should end when its standard input does, and with it all that it has started: then nobody waits for it any more.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Worker {
     /// The program.
@@ -93,22 +92,22 @@ impl Engine<'_> {
             threads: self.threads,
         };
         let seconds = match self.worker {
-            Some(worker) => self.ask(worker, &job, wait)?,
+            Some(worker) => self.ask(worker, &Work::Method(job), wait)?,
             None => job::run(&job).map_err(Unfinished::Failed)?,
         };
         let mesh = job::read_mesh(&output).map_err(Unfinished::Failed)?;
         with_faces(mesh, seconds)
     }
 
-    /// Has a worker do the job.
-    fn ask(&self, worker: &Worker, job: &Job, wait: &mut dyn FnMut() -> ControlFlow<()>) -> Result<f64, Unfinished> {
+    /// Has a worker do the work.
+    fn ask(&self, worker: &Worker, work: &Work, wait: &mut dyn FnMut() -> ControlFlow<()>) -> Result<f64, Unfinished> {
         let failed = |error: serde_json::Error| Unfinished::Failed(format!("the worker and its job: {error}"));
-        let line = serde_json::to_string(job).map_err(failed)?;
+        let line = serde_json::to_string(work).map_err(failed)?;
         let mut command = Command::new(&worker.program);
         command.args(&worker.arguments);
         let finished = run_limited(command, &line, self.time_limit, self.scratch, wait)?;
         let answer: Result<f64, String> = serde_json::from_str(&finished.out).map_err(failed)?;
-        answer.map_err(Unfinished::Failed)
+        answer.map_err(|why| Unfinished::Failed(with_last_words(&why, self.scratch)))
     }
 
     fn run_tool(
@@ -117,19 +116,28 @@ impl Engine<'_> {
         asked: &Asked,
         wait: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Done, Unfinished> {
-        let output = self.scratch.join("result");
-        let places = Places { input: &self.input(), output: &output, ratio: asked.ratio, size: asked.size };
-        let output = output.with_extension(tool.ending("out").unwrap_or("ply"));
-        // What an earlier run left is not this one's result.
-        let _ = std::fs::remove_file(&output);
-        let words = tool.words(&places);
-        let Some((program, arguments)) = words.split_first() else {
-            return Err(Unfinished::Failed("the command is empty".into()));
+        // Files of its own: what it does to them does nothing to the others.
+        let place = self.place_for(tool).map_err(|error| Unfinished::Failed(format!("a place for it: {error}")))?;
+        let [input, output] = ["original", "result"].map(|name| place.path().join(name));
+        let places = Places { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
+        let foreign = Foreign { words: tool.words(&places), threads: self.threads };
+        let seconds = match self.worker {
+            Some(worker) => self.ask(worker, &Work::Foreign(foreign), wait)?,
+            None => {
+                let command = foreign.command().map_err(Unfinished::Failed)?;
+                run_limited(command, "", self.time_limit, self.scratch, wait)?.seconds
+            }
         };
-        let mut command = Command::new(program);
-        command.args(arguments);
-        let seconds = run_limited(command, "", self.time_limit, self.scratch, wait)?.seconds;
-        with_faces(read_foreign(&output).map_err(Unfinished::Failed)?, seconds)
+        let output = output.with_extension(tool.ending("out").unwrap_or("ply"));
+        with_faces(foreign::read(&output).map_err(Unfinished::Failed)?, seconds)
+    }
+
+    /// A folder that goes when dropped, with a copy of the mesh at hand in the format that a tool reads.
+    fn place_for(&self, tool: &Tool) -> std::io::Result<tempfile::TempDir> {
+        let place = tempfile::tempdir_in(self.scratch)?;
+        let input = self.input().with_extension(tool.ending("in").unwrap_or("ply"));
+        std::fs::copy(&input, place.path().join("original").with_extension(input.extension().unwrap_or_default()))?;
+        Ok(place)
     }
 
     /// The mesh at hand, without an ending.
@@ -143,15 +151,4 @@ fn with_faces(mesh: TriMesh, seconds: f64) -> Result<Done, Unfinished> {
         return Err(Unfinished::Failed("the result has no face".into()));
     }
     Ok(Done { mesh, seconds })
-}
-
-/// Reads what a program of others has written: welded and cleaned, in the coordinates of the file.
-fn read_foreign(path: &Path) -> Result<TriMesh, String> {
-    if !path.exists() {
-        return Err("left no result".into());
-    }
-    let raw = read_path(path, None).map_err(|error| format!("the result: {error}"))?;
-    let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| format!("the result: {error}"))?;
-    let positions = cleaned.mesh.positions().iter().map(|&local| cleaned.frame.to_file(local).map(|x| x as f32));
-    TriMesh::new(positions.collect(), cleaned.mesh.faces().to_vec()).map_err(|error| format!("the result: {error}"))
 }

@@ -1,5 +1,6 @@
-//! One run of a method of the library: what is asked, and the answer. A job can go to another process as a line of
-//! JSON, so that a method that hangs or crashes takes nothing else with it.
+//! One run of a method of the library: what is asked, and the answer. A job, like the run of a program of others, can go
+//! to another process as a line of JSON, so that a method that hangs or crashes takes nothing else with it, and so that
+//! nothing runs on when the evaluation is killed.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::Method;
+use super::foreign::{self, Foreign};
 use crate::baselines::{Size, simplify_by};
 use crate::io::{Format, read_path, write, write_path};
 use crate::mesh::{Frame, TriMesh};
@@ -31,15 +33,28 @@ pub(super) struct Job {
     pub threads: usize,
 }
 
-/// Does a job that came as a line of JSON, and answers in one: what the process does that a [`Worker`](super::Worker)
-/// starts.
+/// What a worker does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Work {
+    /// Runs a method of the library.
+    Method(Job),
+    /// Runs a program of others.
+    Foreign(Foreign),
+}
+
+/// Does the work that came as a line of JSON, and answers in one: what the process does that a
+/// [`Worker`](super::Worker) starts.
 ///
 /// ```
-/// let answer = neural_mesh::evaluate::answer("no job");
+/// let answer = neural_mesh::evaluate::answer("no work");
 /// assert!(answer.starts_with("{\"Err\":"));
 /// ```
 pub fn answer(line: &str) -> String {
-    let done = serde_json::from_str::<Job>(line).map_err(|error| format!("no job: {error}")).and_then(|job| run(&job));
+    let done = match serde_json::from_str(line) {
+        Ok(Work::Method(job)) => run(&job),
+        Ok(Work::Foreign(foreign)) => foreign::run(&foreign),
+        Err(error) => Err(format!("no work: {error}")),
+    };
     serde_json::to_string(&done).unwrap_or_default()
 }
 
@@ -119,7 +134,7 @@ mod tests {
                 weights: None,
                 threads: 1,
             };
-            let answer = answer(&serde_json::to_string(&job).unwrap());
+            let answer = answer(&serde_json::to_string(&Work::Method(job)).unwrap());
             let seconds: Result<f64, String> = serde_json::from_str(&answer).unwrap();
             assert!(seconds.unwrap() > 0.0);
             assert!((50..=200).contains(&read_mesh(&output).unwrap().positions().len()), "{method}");

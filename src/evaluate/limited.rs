@@ -13,6 +13,10 @@ use process_wrap::std::{ChildWrapper, CommandWrap};
 const MOST_PATIENCE: Duration = Duration::from_millis(20);
 const SHARE_OF_TIME: f64 = 0.01;
 
+/// Files of what a program says.
+const OUT: &str = "stdout";
+const WORDS: &str = "stderr";
+
 /// Letters of a program's last words that are kept.
 const LAST_WORDS: usize = 300;
 
@@ -44,7 +48,7 @@ pub(super) fn run_limited(
     scratch: &Path,
     wait: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Finished, Unfinished> {
-    let [out, words] = ["stdout", "stderr"].map(|name| scratch.join(name));
+    let [out, words] = [OUT, WORDS].map(|name| scratch.join(name));
     let failed = |error: std::io::Error| Unfinished::Failed(format!("cannot be run: {error}"));
     command.stdin(Stdio::piped());
     command.stdout(File::create(&out).map_err(failed)?).stderr(File::create(&words).map_err(failed)?);
@@ -64,7 +68,7 @@ pub(super) fn run_limited(
     let _ = child.wait();
     let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| too_long(limit)))?;
     if !status.success() {
-        return Err(Unfinished::Failed(with_last_words(&end(status), &words)));
+        return Err(Unfinished::Failed(with_last_words(&end(status), scratch)));
     }
     let out = std::fs::read(&out).map_err(failed)?;
     Ok(Finished { seconds, out: String::from_utf8_lossy(&out).into_owned() })
@@ -109,16 +113,16 @@ fn too_long(limit: Duration) -> Unfinished {
 }
 
 /// `exit code 3`, or the signal.
-fn end(status: ExitStatus) -> String {
+pub(super) fn end(status: ExitStatus) -> String {
     match status.code() {
         Some(code) => format!("ended with exit code {code}"),
         None => format!("crashed ({status})"),
     }
 }
 
-/// A failure with the end of what the program said, in one line.
-fn with_last_words(failure: &str, words: &Path) -> String {
-    let words = std::fs::read(words).unwrap_or_default();
+/// A failure with the end of what the program last run in a scratch folder said, in one line.
+pub(super) fn with_last_words(failure: &str, scratch: &Path) -> String {
+    let words = std::fs::read(scratch.join(WORDS)).unwrap_or_default();
     let words = String::from_utf8_lossy(&words);
     let words: Vec<&str> = words.split_whitespace().collect();
     let words = words.join(" ");

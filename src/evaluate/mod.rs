@@ -7,6 +7,7 @@ mod contest;
 mod engine;
 mod error;
 mod folder;
+mod foreign;
 mod hardware;
 mod job;
 mod limited;

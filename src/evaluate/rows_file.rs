@@ -1,6 +1,6 @@
 //! The table of rows on the disk, CSV: rows are added whole, and one that a killed program left by half goes.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -30,9 +30,7 @@ impl RowsFile {
         let problem = |error: std::io::Error| EvaluateError::file(path, format!("cannot be written: {error}"));
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(problem)?;
-        if file.try_lock().is_err() {
-            return Err(EvaluateError::file(path, "is in use by another evaluation: wait for its end"));
-        }
+        file.try_lock().map_err(|error| EvaluateError::file(path, lock_problem(&error)))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(problem)?;
         // A kill may have left the beginning of a row.
@@ -70,6 +68,16 @@ impl RowsFile {
         }
         let bytes = writer.into_inner().map_err(|error| problem(error.into_error()))?;
         self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(problem)
+    }
+}
+
+/// Why nobody else can be kept from writing.
+fn lock_problem(error: &TryLockError) -> String {
+    match error {
+        TryLockError::WouldBlock => "is in use by another evaluation: wait for its end".into(),
+        TryLockError::Error(error) => {
+            format!("cannot be locked: {error}: choose a folder on a disk that has locks, such as a local one")
+        }
     }
 }
 
@@ -124,6 +132,13 @@ mod tests {
             assert_eq!(std::fs::read(&path).unwrap(), whole);
         }
         assert_eq!(read_rows(&path).unwrap().rows, [row("a"), row("b")]);
+    }
+
+    #[test]
+    fn a_disk_without_locks_is_not_taken_for_another_evaluation() {
+        let unsupported = TryLockError::Error(std::io::ErrorKind::Unsupported.into());
+        assert!(lock_problem(&unsupported).contains("unsupported"));
+        assert!(!lock_problem(&unsupported).contains("in use"));
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod camera;
 mod caption;
 mod occlusion;
+mod paint;
 mod png_file;
 mod raster;
 mod shade;
@@ -17,6 +18,7 @@ use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
 
+pub use paint::Scale;
 pub use png_file::encode_png;
 pub use views::{View, view};
 
@@ -65,10 +67,43 @@ impl Default for PictureOptions {
 /// assert!(picture::encode_png(&image).starts_with(b"\x89PNG"));
 /// ```
 pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
+    draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, None))
+}
+
+/// Draws meshes side by side as [`render`] does, each painted by values at its vertices, with lines of equal value: the
+/// first colour, red, is 0, the last one, blue, the end of the scale and what lies beyond. Values that are not finite are
+/// grey, and so is a mesh for which they are missing.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, picture};
+/// let ball = shapes::icosphere(3);
+/// let heights: Vec<f64> = ball.positions().iter().map(|p| f64::from(p[1]) + 1.0).collect();
+/// let options = picture::PictureOptions { height: 120, edges: false, ..Default::default() };
+/// let scale = picture::Scale { end: 2.0, lines: 10 };
+/// let image = picture::render_painted(&[(&ball, &heights)], &scale, &options);
+/// assert_eq!(image.height, 120);
+/// ```
+pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &PictureOptions) -> Image {
+    let (surfaces, values): (Vec<&TriMesh>, Vec<&[f64]>) = meshes.iter().copied().unzip();
+    let nothing: Vec<f64> = vec![f64::NAN; surfaces.iter().map(|mesh| mesh.positions().len()).max().unwrap_or(0)];
+    let values = surfaces.iter().zip(values).map(|(mesh, values)| {
+        let n = mesh.positions().len();
+        if values.len() == n { values } else { &nothing[..n] }
+    });
+    let values: Vec<&[f64]> = values.collect();
+    draw(&surfaces, options, |shape, camera| panel(shape, camera, options.edges, Some((values[shape.number], *scale))))
+}
+
+/// Panels of all meshes under one camera, with their captions.
+fn draw(
+    meshes: &[&TriMesh],
+    options: &PictureOptions,
+    panel: impl Fn(&shape::Shape, &camera::Camera) -> Image + Sync,
+) -> Image {
     let height = options.height.clamp(64, 4096);
     let shapes = shape::shapes(meshes);
     let camera = camera::Camera::of(&shapes, height);
-    let panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera, options.edges)).collect();
+    let panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera)).collect();
     let mut image = side_by_side(&panels, &camera, caption::height(&options.captions));
     for (column, text) in options.captions.iter().take(panels.len()).enumerate() {
         let middle = column * camera.width + camera.width / 2;
@@ -89,13 +124,14 @@ pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
     shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
 }
 
-/// One mesh on the background.
-fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool) -> Image {
+/// One mesh on the background, plain or painted.
+fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, values: Option<(&[f64], Scale)>) -> Image {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let faces = shade::faces(shape, camera, edges);
+    let paint = values.map(|(values, scale)| paint::Paint { points: &points, faces: shape.faces, values, scale });
+    let faces = shade::faces(shape, camera, edges, paint.is_some());
     let open = occlusion::openness(&buffer, &faces, camera);
-    shade::resolve(&buffer, &faces, &open, camera)
+    shade::resolve(&buffer, &faces, &open, camera, paint.as_ref())
 }
 
 /// Panels in a row, with a strip below for the captions.

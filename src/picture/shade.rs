@@ -1,15 +1,18 @@
 //! Light and colour: one tone per face, edges over it, samples averaged to pixels.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::camera::Camera;
+use super::paint::Paint;
 use super::raster::{Buffer, NOTHING};
 use super::shape::Shape;
 use super::{Image, SAMPLES};
 
 /// Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
+/// Under colours of its own: what share of them comes back.
+const PAINTED: Vec3 = Vec3::splat(0.78);
 const BACK: Vec3 = Vec3::new(0.72, 0.20, 0.14);
 const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
 const SKY: Vec3 = Vec3::new(0.97, 0.975, 0.985);
@@ -38,14 +41,15 @@ pub struct Face {
     line: f32,
 }
 
-/// How each face looks: n_faces.
-pub fn faces(shape: &Shape, camera: &Camera, edges: bool) -> Vec<Face> {
+/// How each face looks, in the usual colour or ready to be painted: n_faces.
+pub fn faces(shape: &Shape, camera: &Camera, edges: bool, painted: bool) -> Vec<Face> {
+    let front = if painted { PAINTED } else { FRONT };
     let normals = shape.area_normals();
     let sizes: Vec<f32> = normals.iter().map(|normal| camera.scale * normal.length().sqrt()).collect();
     let strength = if edges { LINE_STRENGTH * fade(usual_size(&sizes), MESH_LINE_SIZES) } else { 0.0 };
     let look = |(face, (normal, &size)): (&[u32; 3], (&Vec3, &f32))| {
         let toward = camera.eye() - camera.view(shape.points[face[0] as usize]);
-        lit(camera.view(normal.normalize_or_zero()), toward, strength * fade(size, LINE_SIZES))
+        lit(camera.view(normal.normalize_or_zero()), toward, front, strength * fade(size, LINE_SIZES))
     };
     shape.faces.par_iter().zip(normals.par_iter().zip(&sizes)).map(look).collect()
 }
@@ -64,10 +68,10 @@ fn usual_size(sizes: &[f32]) -> f32 {
     usual.copied().unwrap_or(0.0)
 }
 
-/// A face with that outward unit normal, the eye in the direction `toward`, edges as dark as `line`.
-fn lit(outward: Vec3, toward: Vec3, line: f32) -> Face {
+/// A face with that outward unit normal, the eye in the direction `toward`, of the colour `front`, edges as dark as `line`.
+fn lit(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     let seen_from_front = outward.dot(toward) >= 0.0;
-    let (normal, colour) = if seen_from_front { (outward, FRONT) } else { (-outward, BACK) };
+    let (normal, colour) = if seen_from_front { (outward, front) } else { (-outward, BACK) };
     let [key, fill] = [KEY, FILL].map(|[from, light]| light * normal.dot(from.normalize()).max(0.0));
     let sky = 0.5 + 0.5 * normal.y;
     Face {
@@ -85,31 +89,49 @@ fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
 }
 
 /// Averages the samples of each pixel; `open` is the share of ambient light per pixel.
-pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera) -> Image {
+pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, paint: Option<&Paint>) -> Image {
+    let look = Look { buffer, faces, paint };
     let mut rgba = vec![255; camera.width * camera.height * 4];
     rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
         let behind = behind(row as f32 / camera.height as f32);
         for (column, pixel) in line.chunks_exact_mut(4).enumerate() {
-            let colour = pixel_colour(buffer, faces, open[row * camera.width + column], [column, row], behind);
+            let colour = look.pixel(open[row * camera.width + column], [column, row], behind);
             pixel.copy_from_slice(&to_srgb(colour));
         }
     });
     Image { width: camera.width, height: camera.height, rgba }
 }
 
-/// Mean colour of a pixel's samples, in linear light.
-fn pixel_colour(buffer: &Buffer, faces: &[Face], open: f32, [column, row]: [usize; 2], behind: Vec3) -> Vec3 {
-    let mut sum = Vec3::ZERO;
-    for y in 0..SAMPLES {
-        for x in 0..SAMPLES {
-            let sample = (row * SAMPLES + y) * buffer.width + column * SAMPLES + x;
-            sum += match buffer.face[sample] {
-                NOTHING => behind,
-                face => face_colour(&faces[face as usize], open, buffer.line[sample]),
-            };
+/// What is seen and how it looks.
+struct Look<'a> {
+    buffer: &'a Buffer,
+    faces: &'a [Face],
+    paint: Option<&'a Paint<'a>>,
+}
+
+impl Look<'_> {
+    /// Mean colour of a pixel's samples, in linear light.
+    fn pixel(&self, open: f32, [column, row]: [usize; 2], behind: Vec3) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        for y in row * SAMPLES..(row + 1) * SAMPLES {
+            for x in column * SAMPLES..(column + 1) * SAMPLES {
+                sum += self.sample([x, y], open).unwrap_or(behind);
+            }
         }
+        sum / (SAMPLES * SAMPLES) as f32
     }
-    sum / (SAMPLES * SAMPLES) as f32
+
+    /// The colour at a sample; `None` where nothing is seen.
+    fn sample(&self, [x, y]: [usize; 2], open: f32) -> Option<Vec3> {
+        let at = y * self.buffer.width + x;
+        let face = self.buffer.face[at];
+        if face == NOTHING {
+            return None;
+        }
+        let colour = face_colour(&self.faces[face as usize], open, self.buffer.line[at]);
+        let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        Some(colour * self.paint.map_or(Vec3::ONE, |paint| paint.colour(face, middle)))
+    }
 }
 
 /// Corners lose ambient light in full and a part of the direct light.
@@ -125,6 +147,15 @@ fn behind(down: f32) -> Vec3 {
 /// The background at a height of the panel, from 0 (top) to 1.
 pub fn background(down: f32) -> [u8; 4] {
     to_srgb(behind(down))
+}
+
+/// sRGB to linear light.
+pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
+    let decode = |byte: u8| {
+        let x = f32::from(byte) / 255.0;
+        if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+    };
+    Vec3::from(colour.map(decode))
 }
 
 /// Linear light to sRGB, opaque.

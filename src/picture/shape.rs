@@ -8,6 +8,8 @@ use crate::mesh::TriMesh;
 
 /// A mesh in a frame in which all meshes of the picture lie inside the unit ball.
 pub struct Shape<'a> {
+    /// Its place among the meshes of the picture.
+    pub number: usize,
     /// Vertex positions: n_vertices.
     pub points: Vec<Vec3>,
     /// Vertex indices of the faces, n_faces x 3.
@@ -29,7 +31,9 @@ pub fn shapes<'a>(meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
     let radius = 0.5 * (high - low).length();
     let scale = if radius > 0.0 { 1.0 / radius } else { 0.0 };
     let place = |&p: &[f32; 3]| ((DVec3::from(p.map(f64::from)) - 0.5 * (low + high)) * scale).as_vec3();
-    let shape =
-        |mesh: &&'a TriMesh| Shape { points: mesh.positions().iter().map(place).collect(), faces: mesh.faces() };
-    meshes.iter().map(shape).collect()
+    let shape = |(number, mesh): (usize, &&'a TriMesh)| {
+        let points = mesh.positions().iter().map(place).collect();
+        Shape { number, points, faces: mesh.faces() }
+    };
+    meshes.iter().enumerate().map(shape).collect()
 }

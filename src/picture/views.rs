@@ -35,11 +35,11 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View
 fn seen(shape: &shape::Shape, camera: &Camera) -> View {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let faces = shade::faces(shape, camera, false);
+    let faces = shade::faces(shape, camera, false, false);
     let open = occlusion::openness(&buffer, &faces, camera);
     let middles = middles(&buffer, camera);
     View {
-        shaded: shade::resolve(&buffer, &faces, &open, camera),
+        shaded: shade::resolve(&buffer, &faces, &open, camera, None),
         normals: normals(&middles, &faces, camera),
         covered: middles.iter().map(|&face| face != NOTHING).collect(),
     }

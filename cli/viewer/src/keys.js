@@ -22,15 +22,25 @@ const CAMERA = {
 export function listen(view, canvas) {
   canvas.addEventListener('keydown', (event) => {
     const actions = CAMERA[event.key];
-    if (!actions || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!actions || isShortcut(event)) return;
     event.preventDefault();
     (event.shiftKey && actions[1] ? actions[1] : actions[0])(view);
   });
   document.addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(event.target)) return;
+    if (isShortcut(event) || isThirdLevel(event) || isTyping(event.target)) return;
     const element = document.querySelector(`[data-key="${CSS.escape(event.key.toLowerCase())}"]`);
     if (element && !element.disabled) element.click();
   });
+}
+
+/** Whether a key is meant for the browser or the system. */
+function isShortcut(event) {
+  return event.metaKey || ((event.ctrlKey || event.altKey) && !isThirdLevel(event));
+}
+
+/** Whether AltGr is held, which some systems report as Ctrl and Alt: keys then write other characters, on some keyboards + and -. */
+function isThirdLevel(event) {
+  return event.getModifierState('AltGraph');
 }
 
 function isTyping(element) {

@@ -56,7 +56,7 @@ export function makeModel(surface, fine, radius, materials) {
     if (edges.length > 0) marks.add(segments(surface.positions, edges, materials.marks[kind]));
   });
   group.add(new Mesh(geometry, materials.solid), marks);
-  return { group, geometry, marks, surface, wire: null };
+  return { group, geometry, marks, surface, wire: null, wiring: null };
 }
 
 function segments(positions, edges, material) {
@@ -67,14 +67,19 @@ function segments(positions, edges, material) {
   return object;
 }
 
-/** Adds the edges of a model, the first time that they are shown. */
-export async function addWire(model, materials) {
-  if (model.wire) return;
+/** Adds the edges of a model, the first time that they are shown; everyone who asks waits until they are there. */
+export function addWire(model, materials) {
+  model.wiring ??= makeWire(model, materials);
+  return model.wiring;
+}
+
+async function makeWire(model, materials) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(model.surface.positions, 3));
-  model.wire = new LineSegments(geometry, wireOf(model, materials));
   geometry.boundingSphere = model.geometry.boundingSphere;
   geometry.setIndex(new BufferAttribute(await allEdges(model.surface), 1));
+  model.wire = new LineSegments(geometry, wireOf(model, materials));
+  model.wire.visible = false;
   model.group.add(model.wire);
 }
 

@@ -31,10 +31,15 @@ export function makeScene(view, surfaces, place) {
   return { view, surfaces, place, roots, materials, loaded, texture: colourTexture(), switches: {}, models: [] };
 }
 
-/** Unpacks a result, and the original with the first one; the second time from memory. */
+/** Unpacks a result, and the original with the first one; the second time from memory, where the first one did not fail. */
 function load(scene, index) {
-  if (!scene.loaded.has(index)) scene.loaded.set(index, index === 0 ? loadModel(scene, 0) : loadResult(scene, index));
-  return scene.loaded.get(index);
+  const { loaded } = scene;
+  if (!loaded.has(index)) {
+    const loading = index === 0 ? loadModel(scene, 0) : loadResult(scene, index);
+    loaded.set(index, loading);
+    loading.catch(() => loaded.delete(index));
+  }
+  return loaded.get(index);
 }
 
 async function loadModel({ surfaces, place, materials }, index) {
@@ -61,7 +66,7 @@ export async function showResult(scene, index) {
   scene.models = [original, model];
   scene.roots.forEach((root, i) => root.clear().add(scene.models[i].group));
   await applySwitches(scene);
-  return true;
+  return scene.wanted === index;
 }
 
 /** Draws as the switches say: {wire, flat, colours, marks, zUp}. */
@@ -87,8 +92,10 @@ async function applySwitches(scene) {
   setLight(view, switches.colours);
   makeRoomForWire(materials, switches.wire);
   if (switches.wire) for (const model of models) await addWire(model, materials);
+  // Where something else has been asked for meanwhile, that is what will be shown.
+  if (scene.switches !== switches || scene.models !== models) return;
   for (const model of models) {
-    if (model.wire) model.wire.visible = scene.switches.wire;
+    if (model.wire) model.wire.visible = switches.wire;
     model.marks.visible = switches.marks;
   }
   askToDraw(view);

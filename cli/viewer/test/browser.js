@@ -3,6 +3,9 @@
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright';
 
+/** Milliseconds that anything may take. */
+const PATIENCE = 180_000;
+
 /** Starts the browser that CHROMIUM names, or Playwright's own. */
 export function launch() {
   return chromium.launch({
@@ -14,6 +17,8 @@ export function launch() {
 /** Opens a page of the program and waits until it has drawn. `complaints` collects errors and requests. */
 export async function open(browser, path, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1000, height: 700 }, ...options });
+  // A graphics card in software beside other work takes its time.
+  context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   const complaints = [];
   const url = pathToFileURL(path).href;
@@ -25,6 +30,6 @@ export async function open(browser, path, options = {}) {
     return route.abort();
   });
   await page.goto(url);
-  await page.waitForSelector('html[data-state="ready"]', { timeout: 60_000 });
+  await page.waitForSelector('html[data-state="ready"]');
   return { page, complaints };
 }

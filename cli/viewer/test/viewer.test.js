@@ -61,6 +61,36 @@ test('marked edges are drawn and counted', () => withPage(OPEN, {}, async (page)
   await changes(page, '#pane-1', () => page.keyboard.press('m'), 0.0005, 0.2);
 }));
 
+test('of switches pressed at once all hold', async () => {
+  let asked;
+  await withPage(OPEN, {}, async (page) => {
+    await page.keyboard.press('m');
+    await page.keyboard.press('w');
+    asked = await shoot(page, '.stage');
+  });
+  await withPage(OPEN, {}, async (page) => {
+    await page.evaluate(() => ['wire', 'marks'].forEach((name) => document.querySelector(`[data-switch="${name}"]`).click()));
+    await isAgain(page, '.stage', asked);
+  });
+});
+
+test('a result that could not be shown is tried again', async () => {
+  const { page, complaints } = await open(browser, SEVERAL);
+  const hide = (from, to) => page.evaluate(([before, after]) => {
+    document.querySelectorAll(`[data-of="${before}"]`).forEach((part) => { part.dataset.of = after; });
+  }, [from, to]);
+  await hide('surface-2', 'hidden');
+  await page.click('#next');
+  await page.waitForFunction(() => document.getElementById('wait').textContent.includes('cannot be shown'));
+  await hide('hidden', 'surface-2');
+  await page.click('#previous');
+  await page.waitForSelector('#wait[hidden]', { state: 'attached' });
+  await page.click('#next');
+  await page.waitForSelector('html[data-result="2"]');
+  assert.equal(complaints.length, 1);
+  await page.context().close();
+});
+
 test('the slider changes the result and its column', () => withPage(SEVERAL, {}, async (page) => {
   await page.focus('#result');
   await changes(page, '#pane-1', async () => {
@@ -91,6 +121,18 @@ test('keys and mouse move both cameras as one', () => withPage(SEVERAL, {}, asyn
   };
   await changes(page, '#pane-0', drag, 0.01);
   await changes(page, '#pane-0', () => page.mouse.wheel(0, -300), 0.01);
+}));
+
+test('AltGr writes characters and presses no switch', () => withPage(SEVERAL, {}, async (page) => {
+  await page.focus('#canvas');
+  const first = await shoot(page, '.stage');
+  const press = (key) => page.evaluate((pressed) => {
+    const held = { modifierAltGraph: true, ctrlKey: true, altKey: true };
+    document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key: pressed, bubbles: true, ...held }));
+  }, key);
+  await press('c');
+  await isAgain(page, '.stage', first);
+  await changes(page, '.stage', () => press('+'), 0.01);
 }));
 
 test('the colours end where the reader says', () => withPage(SEVERAL, {}, async (page) => {

@@ -10,7 +10,7 @@ use crate::same_bits::BitsRow;
 
 /// Peak memory per input face.
 pub fn memory(rows: &[MemoryRow]) -> String {
-    let head = cells(&["mesh", "ratio", "faces", "peak (MB)", "bytes per input face", "asked"]);
+    let head = cells(&["mesh", "ratio", "faces", "peak (MB)", "bytes per input face", "target"]);
     let row = |row: &MemoryRow| {
         let per_face = format!("{:.0}", row.peak_bytes as f64 / row.faces as f64);
         let megabytes = format!("{:.1}", row.peak_bytes as f64 / 1e6);

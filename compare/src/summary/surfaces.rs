@@ -38,9 +38,9 @@ pub fn topology(cases: &Cases) -> String {
         let kept = of_kind.clone().filter(|(input, row)| changes(input, row).is_empty()).count();
         format!("{kept} of {}", of_kind.count())
     };
-    let head = cells(&["results with the topology of their input", "ours", "meshoptimizer", "asked"]);
-    let row = |name: &str, closed, asked: &str| {
-        vec![name.to_owned(), count("ours", closed), count("meshoptimizer", closed), asked.to_owned()]
+    let head = cells(&["results with the topology of their input", "ours", "meshoptimizer", "target"]);
+    let row = |name: &str, closed, target: &str| {
+        vec![name.to_owned(), count("ours", closed), count("meshoptimizer", closed), target.to_owned()]
     };
     let rows = [
         row("closed inputs: closed, edge- and vertex-manifold, same components and genus", true, "all"),
@@ -63,12 +63,12 @@ pub fn folds(cases: &Cases) -> String {
         let before = cases.input(&row.mesh).map_or(0, |input| input.self_intersecting_faces);
         row.self_intersecting_faces.saturating_sub(before)
     };
-    let head = cells(&["over all results", "ours", "meshoptimizer", "asked"]);
-    let both = |name: &str, asked: &str, figure: &dyn Fn(&Row) -> usize| {
+    let head = cells(&["over all results", "ours", "meshoptimizer", "target"]);
+    let both = |name: &str, target: &str, figure: &dyn Fn(&Row) -> usize| {
         let sum = |method: &str| cases.of(method).map(figure).sum::<usize>().to_string();
         let with = |method: &str| cases.of(method).filter(|row| figure(row) > 0).count();
         let cell = |method: &str| format!("{} in {} results", sum(method), with(method));
-        vec![name.to_owned(), cell("ours"), cell("meshoptimizer"), asked.to_owned()]
+        vec![name.to_owned(), cell("ours"), cell("meshoptimizer"), target.to_owned()]
     };
     let rows = [
         both("self-intersecting faces beyond the input's", "-", &beyond),

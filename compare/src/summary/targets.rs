@@ -1,4 +1,4 @@
-//! What the method is asked to reach, and what it reaches.
+//! What we aim at, and what is reached.
 
 use super::cases::Cases;
 use super::markdown::{cells, number, table};
@@ -17,7 +17,7 @@ pub fn medians(cases: &Cases) -> String {
     groups.push(cases.ratios.clone());
     let mut head = cells(&["ours / meshoptimizer: median (90th percentile)"]);
     head.extend(cases.ratios.iter().map(|ratio| format!("{ratio}")));
-    head.extend(cells(&["all", "asked, all"]));
+    head.extend(cells(&["all", "target, all"]));
     let rows: Vec<_> = Figure::ALL.into_iter().map(|figure| median_row(cases, figure, &groups)).collect();
     table(&head, &rows)
 }
@@ -46,7 +46,7 @@ fn median_row(cases: &Cases, figure: Figure, groups: &[Vec<f64>]) -> Vec<String>
 pub fn sharp(cases: &Cases) -> String {
     let mut head = cells(&["mean distance, ours / meshoptimizer"]);
     head.extend(cases.ratios.iter().map(|ratio| format!("{ratio}")));
-    head.push("asked, each".to_owned());
+    head.push("target, each".to_owned());
     let row = |mesh: &&str| {
         let values = cases.ratios.iter().map(|&ratio| number(cases.ratio_of(Figure::Mean, mesh, ratio)));
         [(*mesh).to_owned()].into_iter().chain(values).chain(["1.00".to_owned()]).collect()

@@ -1,0 +1,89 @@
+//! One run of a program of others: its command, with as many threads as a method may use, and what it leaves.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::limited::end;
+use crate::io::read_path;
+use crate::mesh::TriMesh;
+use crate::mesh::cleanup::{CleanOptions, clean};
+
+/// Where libraries that have threads look for their number: OpenMP, rayon, OpenBLAS, MKL, Accelerate, numexpr, Julia.
+const THREADS: [&str; 7] = [
+    "OMP_NUM_THREADS",
+    "RAYON_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "JULIA_NUM_THREADS",
+];
+
+/// What one run of a program is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Foreign {
+    /// Program and arguments.
+    pub words: Vec<String>,
+    /// Threads that it is told to use.
+    pub threads: usize,
+}
+
+impl Foreign {
+    /// The command, ready to run.
+    pub fn command(&self) -> Result<Command, String> {
+        let (program, arguments) = self.words.split_first().ok_or("the command is empty")?;
+        let mut command = Command::new(program);
+        command.args(arguments).envs(THREADS.map(|name| (name, self.threads.to_string())));
+        Ok(command)
+    }
+}
+
+/// Runs it to its end: seconds of the whole process. It goes on standard error as the caller does; nobody hears what it
+/// writes to standard output.
+pub(super) fn run(foreign: &Foreign) -> Result<f64, String> {
+    let mut command = foreign.command()?;
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    let began = Instant::now();
+    let status = command.status().map_err(|error| format!("{} cannot be started: {error}", foreign.words[0]))?;
+    let seconds = began.elapsed().as_secs_f64();
+    if status.success() { Ok(seconds) } else { Err(end(status)) }
+}
+
+/// Reads what it has left: welded and cleaned, in the coordinates of the file.
+pub(super) fn read(path: &Path) -> Result<TriMesh, String> {
+    if !path.exists() {
+        return Err("left no result".into());
+    }
+    let raw = read_path(path, None).map_err(|error| format!("the result: {error}"))?;
+    let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| format!("the result: {error}"))?;
+    let positions = cleaned.mesh.positions().iter().map(|&local| cleaned.frame.to_file(local).map(|x| x as f32));
+    TriMesh::new(positions.collect(), cleaned.mesh.faces().to_vec()).map_err(|error| format!("the result: {error}"))
+}
+
+#[cfg(unix)]
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str) -> Foreign {
+        Foreign { words: ["sh", "-c", script].map(String::from).to_vec(), threads: 3 }
+    }
+
+    #[test]
+    fn it_is_told_how_many_threads_it_may_use() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("threads");
+        run(&shell(&format!("echo $OMP_NUM_THREADS $RAYON_NUM_THREADS > {}", path.display()))).unwrap();
+        assert_eq!(std::fs::read_to_string(path).unwrap(), "3 3\n");
+    }
+
+    #[test]
+    fn its_time_is_that_of_the_whole_process() {
+        assert!((0.2..2.0).contains(&run(&shell("sleep 0.2")).unwrap()));
+        assert_eq!(run(&shell("exit 4")).unwrap_err(), "ended with exit code 4");
+        assert!(run(&Foreign { words: vec!["no-such-program".into()], threads: 1 }).unwrap_err().contains("no-such"));
+    }
+}
