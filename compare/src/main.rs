@@ -11,6 +11,7 @@ mod ablation;
 mod broken_files;
 mod closed;
 mod figure5;
+mod files;
 mod growth;
 mod load;
 mod measure;
@@ -29,6 +30,7 @@ mod stages;
 mod summary;
 mod table;
 mod turns;
+mod whole;
 
 use clap::{Parser, Subcommand};
 
@@ -69,6 +71,13 @@ enum Command {
     Speed(speed::Args),
     /// Show how time and memory grow with the mesh.
     Growth(growth::Args),
+    /// Time reading, cleaning and writing.
+    Files(files::Args),
+    /// Time the whole program, from file to file, against one around meshoptimizer.
+    Whole(whole::Args),
+    /// The program around meshoptimizer.
+    #[command(hide = true)]
+    WholeOther(whole::OtherArgs),
     /// Write the tables as Markdown.
     Summary(summary::Args),
 }
@@ -89,6 +98,9 @@ fn main() -> anyhow::Result<()> {
         Command::Stages(args) => stages::stages(&args),
         Command::Speed(args) => speed::speed(&args),
         Command::Growth(args) => growth::growth(&args),
+        Command::Files(args) => files::files(&args),
+        Command::Whole(args) => whole::whole(&args),
+        Command::WholeOther(args) => whole::other(&args),
         Command::Summary(args) => summary::summary(&args),
     }
 }

@@ -7,6 +7,7 @@ mod curvature_error;
 mod image_likeness;
 mod laplacian;
 mod open_edges;
+mod quick_distance;
 mod self_intersections;
 #[cfg(feature = "spectrum")]
 mod spectrum;
@@ -23,6 +24,7 @@ pub use curvature_error::curvature_error;
 pub use image_likeness::{psnr, silhouette_iou, ssim};
 pub use laplacian::Laplacian;
 pub use open_edges::{OpenEdges, open_edges};
+pub use quick_distance::{QuickDistance, quick_distance};
 pub use self_intersections::self_intersecting_faces;
 #[cfg(feature = "spectrum")]
 pub use spectrum::{Eigenpairs, HeatMethod};

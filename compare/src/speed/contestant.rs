@@ -149,7 +149,7 @@ impl Contestant {
 }
 
 /// What some work makes, and how long it takes.
-fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Time)> {
+pub fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Time)> {
     let now = |clock: ClockId| Ok::<_, anyhow::Error>(Duration::from(clock.now()?));
     let (wall, thread) = (ClockId::CLOCK_MONOTONIC, ClockId::CLOCK_THREAD_CPUTIME_ID);
     let start = (now(wall)?, now(thread)?);
