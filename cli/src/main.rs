@@ -26,9 +26,6 @@ use clap::Parser;
 
 use args::{Args, Command};
 
-#[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
-
 fn main() -> ExitCode {
     let done = match Args::parse().command {
         Command::Simplify(args) if batch::is_meant(&args) => batch::run(args),
