@@ -41,6 +41,10 @@ Scores: the density of the vertices follows scores, those of a small network tha
 --weights FILE. With --scores geometry no network is asked and every vertex counts by its area. The report says which \
 (\"scores\": \"network\").
 
+Batches: meshes are simplified side by side, each into a file of its own name below OUT and a row of OUT/manifest.csv. One \
+that fails is a row too, and the others go on; the exit code is then 1. Folders are searched with those within. With \
+--format all results are of one format.
+
 Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted. Where a constraint stops the simplification \
 before the size asked for, the mesh is written, the exit code is 0, and a line and the report say what stopped it.";
 
@@ -48,12 +52,21 @@ before the size asked for, the mesh is written, the exit code is 0, and a line a
 #[derive(Debug, Parser)]
 #[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).args(["ratio", "vertices", "faces"]))]
 pub struct SimplifyArgs {
-    /// The mesh to simplify; - for standard input
-    #[arg(value_name = "IN")]
-    pub input: PathBuf,
-    /// The mesh to write; - for standard output (then all words go to standard error)
+    /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
+    #[arg(value_name = "IN", required_unless_present = "list")]
+    pub inputs: Vec<PathBuf>,
+    /// The mesh to write; - for standard output (then all words go to standard error). For a batch the folder
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
+    /// File that names the meshes of a batch, one on each line; - for standard input
+    #[arg(long, value_name = "FILE", conflicts_with = "inputs")]
+    pub list: Option<PathBuf>,
+    /// Go on with a batch: meshes that are done are not done again
+    #[arg(long)]
+    pub resume: bool,
+    /// Memory that the meshes of a batch may take together [default: half of what is free]
+    #[arg(long, value_name = "GIB")]
+    pub memory: Option<f64>,
     /// Share of the vertices that stay, above 0 and at most 1
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub ratio: Option<f64>,

@@ -6,19 +6,22 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
+use crate::failure::Failure;
+use crate::words::complain;
+
 /// Files that must not stay when the program is interrupted.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Watches for Ctrl-C and termination from here on.
-pub fn watch() {
+/// Watches for Ctrl-C and termination from here on, to end the program with these words.
+pub fn watch(ending: Failure) {
     // A system without signals is no reason not to simplify.
-    let _ = ctrlc::set_handler(|| {
+    let _ = ctrlc::set_handler(move || {
         // Held until the end: nothing is renamed into place any more.
         let files = held();
         for file in files.iter() {
             let _ = std::fs::remove_file(file);
         }
-        crate::words::complain(&crate::failure::Failure::Interrupted);
+        complain(&ending);
         std::process::exit(130);
     });
 }
@@ -31,7 +34,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub fn watch_for_a_good_end() {
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {
-            crate::words::complain(&crate::failure::Failure::Stopped("interrupted twice: go on with --resume".into()));
+            complain(&Failure::Stopped("interrupted twice: go on with --resume".into()));
             std::process::exit(130);
         }
     });
@@ -54,7 +57,8 @@ pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> 
 pub fn uninterrupted<T>(work: impl FnOnce() -> T) -> T {
     let mut files = held();
     let result = work();
-    files.clear();
+    // Those of other threads are still on their way.
+    files.retain(|file| file.exists());
     result
 }
 

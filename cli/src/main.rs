@@ -1,6 +1,7 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 
 mod args;
+mod batch;
 mod chart;
 mod compare;
 mod curves;
@@ -27,6 +28,7 @@ use args::{Args, Command};
 
 fn main() -> ExitCode {
     let done = match Args::parse().command {
+        Command::Simplify(args) if batch::is_meant(&args) => batch::run(args),
         Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),

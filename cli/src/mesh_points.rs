@@ -57,7 +57,7 @@ pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
     let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
     let mut files_to_be = results.filter(|path| !is_stream(path));
     files_to_be.try_for_each(|path| files::check_place(path, request.args.force))?;
-    interrupt::watch();
+    interrupt::watch(Failure::Interrupted);
     in_pool(request.args.threads, || run_in_pool(&request))
 }
 

@@ -2,7 +2,7 @@
 
 use neural_mesh::mesh::cleanup::CleanCounts;
 use neural_mesh::mesh::{TriMesh, topology};
-use neural_mesh::metrics::SurfaceDistance;
+use neural_mesh::metrics::QuickDistance;
 use neural_mesh::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -34,13 +34,21 @@ pub struct Report {
     pub distance: Option<Distance>,
 }
 
-/// Topology figures of a mesh.
+/// How large a mesh is, and what it is as a surface.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Size {
     /// Vertices that a face uses.
     pub vertices: usize,
     /// Faces.
     pub faces: usize,
+    /// The rest, where anyone asks for it: it takes longer than to write the mesh.
+    #[serde(flatten)]
+    pub shape: Option<Shape>,
+}
+
+/// What a mesh is as a surface.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Shape {
     /// Whether no edge has only one face.
     pub closed: bool,
     /// Edges with one face.
@@ -128,12 +136,17 @@ pub struct Distance {
 }
 
 impl Size {
-    /// The figures of a mesh.
-    pub fn of(mesh: &TriMesh) -> Self {
+    /// The size of a mesh without unused vertices, with its shape or without.
+    pub fn of(mesh: &TriMesh, with_shape: bool) -> Self {
+        let shape = with_shape.then(|| Shape::of(mesh));
+        Self { vertices: mesh.positions().len(), faces: mesh.faces().len(), shape }
+    }
+}
+
+impl Shape {
+    fn of(mesh: &TriMesh) -> Self {
         let figures = topology(mesh);
         Self {
-            vertices: figures.vertices,
-            faces: figures.faces,
             closed: figures.closed,
             boundary_edges: figures.boundary_edges,
             non_manifold_edges: figures.non_manifold_edges,
@@ -146,9 +159,9 @@ impl Size {
 
 impl Output {
     /// The figures of the result.
-    pub fn of(mesh: &TriMesh, done: &neural_mesh::simplify::Report) -> Self {
+    pub fn of(size: Size, done: &neural_mesh::simplify::Report) -> Self {
         Self {
-            size: Size::of(mesh),
+            size,
             vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
             components_pruned: done.components_pruned,
@@ -186,9 +199,9 @@ impl From<&CleanCounts> for Cleaned {
 
 impl Distance {
     /// In percent of the diagonal; a mesh in one point has none, and its distances stay as they are.
-    pub fn of(measured: &SurfaceDistance, samples: usize) -> Self {
+    pub fn of(measured: &QuickDistance, samples: usize) -> Self {
         let percent = if measured.diagonal > 0.0 { 100.0 / measured.diagonal } else { 1.0 };
-        Self { mean_percent: measured.both.mean * percent, max_percent: measured.both.max * percent, samples }
+        Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples }
     }
 }
 

@@ -66,6 +66,7 @@ impl Source {
 
 /// Checks the arguments of `simplify` and fills in what they leave open.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
+    check_single(&args)?;
     let format = args.format.as_deref().map(format_of).transpose()?;
     let output_format = output_format(&args.output, format)?;
     // `--format` is the output's where its name does not say, else the input's.
@@ -73,7 +74,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     let request = Request {
         options: options(&args)?,
         output: (!is_stream(&args.output)).then_some(args.output),
-        source: source(args.input, format, !args.no_weld),
+        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld),
         output_format,
         weights: args.weights,
         n_threads: args.threads,
@@ -99,7 +100,16 @@ pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
+/// What only a batch has a use for.
+fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
+    match args.resume || args.memory.is_some() {
+        true => Err(Failure::Usage("--resume and --memory are for batches: give a folder, a pattern or --list".into())),
+        false => Ok(()),
+    }
+}
+
+/// What is asked of the simplifier.
+pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     let mut options = Options::new(target(args)?);
     options.assembly = match args.assembly {
         AssemblyArg::Closed => Assembly::Closed,

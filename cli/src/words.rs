@@ -40,7 +40,8 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
         notes.push(format!("cleaned   {cleaned}"));
     }
     if output.components_pruned > 0 {
-        notes.push(format!("pruned    {} of {} components", output.components_pruned, input.components));
+        let all = input.shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
+        notes.push(format!("pruned    {}{all} components", output.components_pruned));
     }
     if output.components_at_minimum > 0 {
         notes.push(format!("smallest  {} components stand in their smallest form", output.components_at_minimum));

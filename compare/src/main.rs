@@ -2,6 +2,7 @@
 //!
 //! `closed` and `ablation` make the tables of what the scores and the parts of the closed assembly are worth;
 //! `paper`, `samplers-paper` and `figure5` make the tables and the picture of the paper with given weights.
+//! `speed` times simplification, one row of ratios per mesh and size; `growth` shows how time and memory grow with the mesh.
 //! `run` makes the table of figures, one CSV row per mesh, ratio, seed and method; `memory`, `same-bits` and
 //! `broken-files` make small tables of their own; `summary` turns all of them into a page. Simplification is
 //! timed on one thread, the methods taking turns in one process; metrics use all threads.
@@ -10,21 +11,26 @@ mod ablation;
 mod broken_files;
 mod closed;
 mod figure5;
+mod files;
+mod growth;
 mod load;
 mod measure;
 mod memory;
 mod methods;
 mod paper;
+mod peak;
 mod pictures;
 mod row;
 mod run;
 mod same_bits;
 mod samplers;
 mod samplers_paper;
+mod speed;
 mod stages;
 mod summary;
 mod table;
 mod turns;
+mod whole;
 
 use clap::{Parser, Subcommand};
 
@@ -61,6 +67,17 @@ enum Command {
     SamplersPaper(samplers_paper::Args),
     /// Show where the time goes, stage by stage.
     Stages(stages::Args),
+    /// Time simplification: ours and meshoptimizer's three, taking turns.
+    Speed(speed::Args),
+    /// Show how time and memory grow with the mesh.
+    Growth(growth::Args),
+    /// Time reading, cleaning and writing.
+    Files(files::Args),
+    /// Time the whole program, from file to file, against one around meshoptimizer.
+    Whole(whole::Args),
+    /// The program around meshoptimizer.
+    #[command(hide = true)]
+    WholeOther(whole::OtherArgs),
     /// Write the tables as Markdown.
     Summary(summary::Args),
 }
@@ -79,6 +96,11 @@ fn main() -> anyhow::Result<()> {
         Command::Samplers(args) => samplers::samplers(&args),
         Command::SamplersPaper(args) => samplers_paper::samplers_paper(&args),
         Command::Stages(args) => stages::stages(&args),
+        Command::Speed(args) => speed::speed(&args),
+        Command::Growth(args) => growth::growth(&args),
+        Command::Files(args) => files::files(&args),
+        Command::Whole(args) => whole::whole(&args),
+        Command::WholeOther(args) => whole::other(&args),
         Command::Summary(args) => summary::summary(&args),
     }
 }

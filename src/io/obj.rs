@@ -61,8 +61,8 @@ fn read_corners(text: &mut Text, n_vertices: usize, corners: &mut Vec<u32>) -> R
 
 /// Writes an OBJ text with the shortest digits that read back as the same numbers.
 pub(super) fn write(content: &Content) -> Vec<u8> {
-    let mut out = Vec::with_capacity(40 * content.positions.len() + 24 * content.faces.len());
-    for vertex in 0..content.positions.len() {
+    let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
+    for vertex in 0..content.n_vertices() {
         out.extend(b"v ");
         content.push_position(&mut out, vertex);
         out.push(b'\n');

@@ -98,7 +98,7 @@ fn missing(text: &Text, face: usize, n_faces: usize) -> ReadError {
 
 /// Writes an OFF text with the shortest digits that read back as the same numbers.
 pub(super) fn write(content: &Content) -> Vec<u8> {
-    let (n_vertices, n_faces) = (content.positions.len(), content.faces.len());
+    let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
     let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);
     out.extend(format!("OFF\n{n_vertices} {n_faces} 0\n").as_bytes());
     push_rows(&mut out, content);

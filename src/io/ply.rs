@@ -5,6 +5,8 @@
 mod header;
 mod source;
 
+use rayon::prelude::*;
+
 use header::{Element, Encoding, Header, Scalar};
 use source::Source;
 
@@ -12,6 +14,9 @@ use super::ReadError;
 use super::text::Text;
 use super::write::{Content, push_rows};
 use crate::mesh::{Fans, RawMesh};
+
+/// Records that one task works on.
+const BLOCK: usize = 1 << 14;
 
 /// Reads a PLY file.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
@@ -121,17 +126,17 @@ fn decode_positions(
     big: bool,
     positions: &mut Vec<[f64; 3]>,
 ) {
-    positions.reserve_exact(records.len() / stride);
     let [x, y, z] = scalars;
+    let records = records.par_chunks_exact(stride).with_min_len(BLOCK);
     if !big && [x, y, z] == [(x.0, Scalar::F32), (x.0 + 4, Scalar::F32), (x.0 + 8, Scalar::F32)] {
-        positions.extend(records.chunks_exact(stride).map(|record| {
+        positions.par_extend(records.map(|record| {
             let (floats, _) = record[x.0..x.0 + 12].as_chunks::<4>();
             std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
         }));
     } else {
         let decode =
             |record: &[u8], (offset, scalar): (usize, Scalar)| scalar.decode(&record[offset..], big).unwrap_or(0.0);
-        positions.extend(records.chunks_exact(stride).map(|record| scalars.map(|scalar| decode(record, scalar))));
+        positions.par_extend(records.map(|record| scalars.map(|scalar| decode(record, scalar))));
     }
 }
 
@@ -153,16 +158,15 @@ fn read_leading_triangles(source: &mut Source, element: &Element, faces: &mut Ve
     if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
         return 0;
     }
-    let records = bytes[*at..].chunks_exact(13).take(element.count);
+    let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count);
+    let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
     let order = if *big { u32::from_be_bytes } else { u32::from_le_bytes };
-    let before = faces.len();
-    faces.reserve_exact(records.len());
-    faces.extend(records.take_while(|record| record[0] == 3).map(|record| {
+    faces.par_extend(records.take(n_triangles).map(|record| {
         let (corners, _) = record[1..].as_chunks::<4>();
         std::array::from_fn::<u32, 3, _>(|corner| order(corners[corner]))
     }));
-    *at += 13 * (faces.len() - before);
-    faces.len() - before
+    *at += 13 * n_triangles;
+    n_triangles
 }
 
 /// Triangle strips: each index after the first two makes a face with the two before it; -1 starts a new strip.
@@ -184,7 +188,7 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
 }
 
 fn write_header(content: &Content, encoding: &str) -> String {
-    let (n_vertices, n_faces) = (content.positions.len(), content.faces.len());
+    let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
     let scalar = if content.double { "double" } else { "float" };
     format!(
         "ply\nformat {encoding} 1.0\nelement vertex {n_vertices}\nproperty {scalar} x\nproperty {scalar} y\n\
@@ -194,22 +198,24 @@ fn write_header(content: &Content, encoding: &str) -> String {
 
 /// Writes a little-endian PLY, in doubles where the content is in doubles.
 pub(super) fn write_binary(content: &Content) -> Vec<u8> {
-    let mut out = write_header(content, "binary_little_endian").into_bytes();
-    out.reserve_exact(24 * content.positions.len() + 13 * content.faces.len());
-    for &x in content.positions.iter().flatten() {
+    let header = write_header(content, "binary_little_endian").into_bytes();
+    let stride = if content.double { 24 } else { 12 };
+    let n_position_bytes = stride * content.n_vertices();
+    let mut out = vec![0; header.len() + n_position_bytes + 13 * content.faces.len()];
+    out[..header.len()].copy_from_slice(&header);
+    let (positions, faces) = out[header.len()..].split_at_mut(n_position_bytes);
+    positions.par_chunks_exact_mut(stride).with_min_len(BLOCK).enumerate().for_each(|(vertex, record)| {
+        let position = content.position(vertex);
         if content.double {
-            out.extend(x.to_le_bytes());
+            record.as_chunks_mut().0.iter_mut().zip(position).for_each(|(bytes, x)| *bytes = x.to_le_bytes());
         } else {
-            out.extend((x as f32).to_le_bytes());
+            record.as_chunks_mut().0.iter_mut().zip(position).for_each(|(bytes, x)| *bytes = (x as f32).to_le_bytes());
         }
-    }
-    for face in content.faces {
-        let mut record = [3; 13];
-        for (bytes, vertex) in record[1..].chunks_exact_mut(4).zip(face) {
-            bytes.copy_from_slice(&vertex.to_le_bytes());
-        }
-        out.extend(record);
-    }
+    });
+    faces.par_chunks_exact_mut(13).with_min_len(BLOCK).zip(content.faces).for_each(|(record, face)| {
+        record[0] = 3;
+        record[1..].as_chunks_mut().0.iter_mut().zip(face).for_each(|(bytes, v)| *bytes = v.to_le_bytes());
+    });
     out
 }
 

@@ -1,5 +1,7 @@
 //! STL, binary and text: three positions per face, no vertices; normals, colours and names are passed over.
 
+use rayon::prelude::*;
+
 use super::format::is_binary_stl;
 use super::text::Text;
 use super::write::{Content, push_singles};
@@ -7,6 +9,8 @@ use super::{ReadError, WriteError};
 use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
+/// Records or corners that one task works on.
+const BLOCK: usize = 1 << 14;
 
 /// Reads an STL of either kind; a binary one may start with "solid" too, and have bytes behind its faces.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
@@ -28,15 +32,16 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
         let what = format!("the header announces {count} faces, the file has room for {room}");
         return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
     }
-    let mut mesh = RawMesh::default();
-    mesh.positions.reserve_exact(3 * records.len());
-    for record in records {
-        let (floats, _) = record[12..48].as_chunks::<4>();
-        let (corners, _) = floats.as_chunks::<3>();
-        mesh.positions.extend(corners.iter().map(|corner| corner.map(|float| f64::from(f32::from_le_bytes(float)))));
-    }
-    mesh.faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
-    Ok(mesh)
+    let mut positions = Vec::with_capacity(3 * records.len());
+    let corner = |record: &[u8], corner: usize| {
+        let (floats, _) = record[12 + 12 * corner..24 + 12 * corner].as_chunks::<4>();
+        std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
+    };
+    let n_corners = 3 * records.len();
+    let corners = (0..n_corners).into_par_iter().with_min_len(BLOCK);
+    positions.par_extend(corners.map(|i| corner(&bytes[84 + 50 * (i / 3)..134 + 50 * (i / 3)], i % 3)));
+    let faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
+    Ok(RawMesh { positions, faces, ..RawMesh::default() })
 }
 
 /// The facets of all solids of a text file.
@@ -83,18 +88,17 @@ fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
 /// Coordinates beyond the range of `f32`.
 pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     let positions = single_positions(content)?;
-    let mut out = Vec::with_capacity(84 + 50 * content.faces.len());
-    out.extend([b' '; 80]);
-    out.extend((content.faces.len() as u32).to_le_bytes());
-    for face in content.faces {
+    let mut out = vec![0; 84 + 50 * content.faces.len()];
+    out[..80].fill(b' ');
+    out[80..84].copy_from_slice(&(content.faces.len() as u32).to_le_bytes());
+    let records = out[84..].par_chunks_exact_mut(50).with_min_len(BLOCK);
+    records.zip(content.faces).for_each(|(record, face)| {
         let corners = face.map(|vertex| positions[vertex as usize]);
-        let mut record = [0; 50];
         let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
         for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
             bytes.copy_from_slice(&float.to_le_bytes());
         }
-        out.extend(record);
-    }
+    });
     Ok(out)
 }
 
@@ -124,7 +128,7 @@ pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
 
 /// File coordinates as the format holds them, n_vertices x 3.
 fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
-    let positions: Vec<_> = content.positions.iter().map(|position| position.map(|x| x as f32)).collect();
+    let positions: Vec<_> = (0..content.n_vertices()).map(|v| content.position(v).map(|x| x as f32)).collect();
     if positions.iter().flatten().all(|x| x.is_finite()) {
         return Ok(positions);
     }

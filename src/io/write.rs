@@ -5,8 +5,7 @@ use crate::mesh::{Frame, TriMesh};
 
 /// What a writer puts down.
 pub(super) struct Content<'a> {
-    /// Positions in the file's coordinates, n_vertices x 3.
-    pub positions: Vec<[f64; 3]>,
+    positions: Positions<'a>,
     /// Vertex indices, n_faces x 3.
     pub faces: &'a [[u32; 3]],
     /// Whether the file holds doubles, where the format has a choice.
@@ -15,23 +14,47 @@ pub(super) struct Content<'a> {
     pub single: [bool; 3],
 }
 
+/// Where the coordinates come from.
+enum Positions<'a> {
+    /// From the mesh, in the coordinates of the frame.
+    Local(&'a [[f32; 3]], Frame),
+    /// As given, n_vertices x 3.
+    Exact(Vec<[f64; 3]>),
+}
+
 impl<'a> Content<'a> {
     /// A mesh in the coordinates of `frame`.
     pub fn of(mesh: &'a TriMesh, frame: &Frame) -> Self {
-        let positions = mesh.positions().iter().map(|&local| frame.to_file(local)).collect();
+        let positions = Positions::Local(mesh.positions(), *frame);
         let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
         Self { positions, faces: mesh.faces(), double: frame.double, single }
     }
 
     /// A mesh with the positions it came with.
     pub fn exact(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Self {
-        Self { positions, faces: mesh.faces(), double: true, single: [false; 3] }
+        Self { positions: Positions::Exact(positions), faces: mesh.faces(), double: true, single: [false; 3] }
+    }
+
+    /// Number of vertices.
+    pub fn n_vertices(&self) -> usize {
+        match &self.positions {
+            Positions::Local(positions, _) => positions.len(),
+            Positions::Exact(positions) => positions.len(),
+        }
+    }
+
+    /// Where a vertex lies, in the file's coordinates.
+    pub fn position(&self, vertex: usize) -> [f64; 3] {
+        match &self.positions {
+            Positions::Local(positions, frame) => frame.to_file(positions[vertex]),
+            Positions::Exact(positions) => positions[vertex],
+        }
     }
 
     /// Appends the coordinates of a vertex, separated by blanks.
     pub fn push_position(&self, out: &mut Vec<u8>, vertex: usize) {
         let mut digits = zmij::Buffer::new();
-        for (axis, &x) in self.positions[vertex].iter().enumerate() {
+        for (axis, x) in self.position(vertex).into_iter().enumerate() {
             if axis > 0 {
                 out.push(b' ');
             }
@@ -59,7 +82,7 @@ fn without_point(text: &str) -> &str {
 
 /// Appends one line per vertex, then one per face, as OFF and the text of PLY have them.
 pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
-    for vertex in 0..content.positions.len() {
+    for vertex in 0..content.n_vertices() {
         content.push_position(out, vertex);
         out.push(b'\n');
     }

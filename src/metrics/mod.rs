@@ -8,6 +8,7 @@ mod image_likeness;
 mod laplacian;
 mod open_edges;
 mod painted_distance;
+mod quick_distance;
 mod self_intersections;
 #[cfg(feature = "spectrum")]
 mod spectrum;
@@ -25,6 +26,7 @@ pub use image_likeness::{psnr, silhouette_iou, ssim};
 pub use laplacian::Laplacian;
 pub use open_edges::{OpenEdges, open_edges};
 pub use painted_distance::{Painted, PaintedScale, nearest_on, painted_scale};
+pub use quick_distance::{QuickDistance, quick_distance};
 pub use self_intersections::self_intersecting_faces;
 #[cfg(feature = "spectrum")]
 pub use spectrum::{Eigenpairs, HeatMethod};

@@ -1,6 +1,8 @@
 //! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles; knows no
 //! meshes.
 
+mod curve_order;
+mod face_tree;
 mod farthest_points;
 mod knn;
 mod nearest_on_triangles;
@@ -9,6 +11,7 @@ mod point_grid;
 mod triangle_pieces;
 mod triangle_tree;
 
+pub use face_tree::FaceTree;
 pub use farthest_points::farthest_points;
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};

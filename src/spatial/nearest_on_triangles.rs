@@ -119,7 +119,7 @@ fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
 }
 
 /// The squared distance that an `f32` box distance has to exceed before the box may be left out; boxes lie in -1..1.
-fn limit(distance2: f64, p: DVec3) -> f32 {
+pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
     let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;
     (reach * reach * (1.0 + 1e-6)) as f32

@@ -47,7 +47,7 @@ struct Judged {
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     check(args)?;
     results(args).try_for_each(|path| files::check_place(path, args.force))?;
-    interrupt::watch();
+    interrupt::watch(Failure::Interrupted);
     in_pool(args.threads, || run_in_pool(args))
 }
 

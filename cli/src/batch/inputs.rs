@@ -1,0 +1,150 @@
+//! The meshes of a batch: from folders, patterns and lists to files, each with its place below OUTDIR.
+
+use std::path::{Component, Path, PathBuf};
+
+use neural_mesh::io::Format;
+
+use crate::args::SimplifyArgs;
+use crate::failure::{Failure, name};
+use crate::files;
+use crate::request::is_stream;
+
+/// A mesh to simplify.
+#[derive(Debug, PartialEq)]
+pub struct Input {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// Its path below the folder that all of them lie in: names alone, nothing that leads out.
+    pub place: PathBuf,
+}
+
+/// Whether a path that is no file stands for those it matches.
+pub fn is_pattern(path: &Path) -> bool {
+    !path.exists() && path.to_string_lossy().contains(['*', '?', '['])
+}
+
+/// All meshes that are asked for, each once, ordered by their places.
+pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
+    let asked = match &args.list {
+        Some(list) => listed(list)?,
+        None => args.inputs.clone(),
+    };
+    let out = normal(&args.output);
+    let mut paths = Vec::new();
+    for path in &asked {
+        match path {
+            _ if path.is_dir() => walk(path, &out, &mut paths)?,
+            _ if is_pattern(path) => matched(path, &out, &mut paths)?,
+            _ => paths.push(path.clone()),
+        }
+    }
+    let root = match asked.as_slice() {
+        [only] if only.is_dir() => normal(only),
+        _ => common_folder(&paths),
+    };
+    let mut inputs: Vec<Input> = paths.into_iter().map(|path| input(path, &root)).collect();
+    inputs.sort_by(|a, b| a.place.cmp(&b.place));
+    inputs.dedup_by(|a, b| a.place == b.place);
+    if inputs.is_empty() {
+        let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
+        let what = format!("{}: no mesh files there: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
+        return Err(Failure::Failed(what));
+    }
+    Ok(inputs)
+}
+
+/// The lines of a list, but for empty ones.
+fn listed(list: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let bytes = files::read(list)?;
+    let text = String::from_utf8(bytes).map_err(|_| Failure::of(list, "is not UTF-8: give one path on each line"))?;
+    let paths: Vec<PathBuf> =
+        text.lines().map(str::trim_end).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
+    match paths.iter().find(|path| is_stream(path)) {
+        Some(_) => Err(Failure::of(list, "names standard input: give files")),
+        None => Ok(paths),
+    }
+}
+
+/// The mesh files of a folder and of those within, but for hidden ones and for OUTDIR; links to folders are not followed.
+fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+    let problem = |error| Failure::of(folder, format!("cannot be read: {error}: check the folder"));
+    for entry in std::fs::read_dir(folder).map_err(problem)? {
+        let entry = entry.map_err(problem)?;
+        let (path, kind) = (entry.path(), entry.file_type().map_err(problem)?);
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        match kind.is_dir() {
+            true if normal(&path) != out => walk(&path, out, found)?,
+            false if is_mesh(&path) => found.push(path),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The mesh files that a pattern matches, but for those in OUTDIR.
+fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+    let problem =
+        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: mend the pattern", name(pattern)));
+    let paths = glob::glob(&pattern.to_string_lossy()).map_err(|error| problem(&error))?;
+    let paths = paths.flatten().filter(|path| is_mesh(path) && !normal(path).starts_with(out));
+    found.extend(paths);
+    Ok(())
+}
+
+fn is_mesh(path: &Path) -> bool {
+    Format::from_path(path).is_some() && path.is_file()
+}
+
+fn input(path: PathBuf, root: &Path) -> Input {
+    let absolute = normal(&path);
+    let place = absolute.strip_prefix(root).unwrap_or(&absolute);
+    let place = place.components().filter(|part| matches!(part, Component::Normal(_))).collect();
+    Input { path, place }
+}
+
+/// The deepest folder that all files lie in.
+fn common_folder(paths: &[PathBuf]) -> PathBuf {
+    let folder = |path: &PathBuf| normal(path).parent().map(Path::to_path_buf).unwrap_or_default();
+    let both = |a: PathBuf, b: PathBuf| -> PathBuf {
+        a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
+    };
+    paths.iter().map(folder).reduce(both).unwrap_or_default()
+}
+
+/// The absolute path by its names alone, without `.` and `..`.
+fn normal(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let mut normal = PathBuf::new();
+    for part in absolute.components() {
+        match part {
+            Component::ParentDir => drop(normal.pop()),
+            Component::CurDir => {}
+            part => normal.push(part),
+        }
+    }
+    normal
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_hold_names_alone() {
+        for (path, root, place) in
+            [("/a/b/c.ply", "/a", "b/c.ply"), ("/a/../x/c.ply", "/a", "x/c.ply"), ("/x/c.ply", "/", "x/c.ply")]
+        {
+            assert_eq!(input(path.into(), Path::new(root)).place, Path::new(place), "{path}");
+        }
+    }
+
+    #[test]
+    fn the_common_folder_is_the_deepest() {
+        let folder = |paths: &[&str]| common_folder(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(folder(&["/a/b/c.ply", "/a/bc/d.ply"]), Path::new("/a"));
+        assert_eq!(folder(&["/a/b/c.ply", "/a/b/d/../d.ply"]), Path::new("/a/b"));
+        assert_eq!(folder(&["/a/b.ply"]), Path::new("/a"));
+    }
+}

@@ -1,0 +1,228 @@
+//! `manifest.csv` in OUTDIR: a row for each mesh of the batch, from the start on, so that a batch can be gone on with.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::inputs::Input;
+use crate::failure::Failure;
+use crate::files;
+use crate::report::Report;
+
+/// The name of the file.
+const NAME: &str = "manifest.csv";
+/// Time between two writes while meshes are done: what is lost with a killed program is done again.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// The outcome of a mesh that is not done yet.
+const PENDING: &str = "pending";
+/// How the outcome of a mesh that failed begins.
+const FAILED: &str = "failed: ";
+/// The outcome of a mesh at the size asked for.
+const REACHED: &str = "reached";
+
+/// What became of a mesh.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct Row {
+    /// The mesh, by its place below the folder of all of them.
+    name: String,
+    /// The result, by its place below OUTDIR.
+    output: String,
+    vertices: Option<usize>,
+    faces: Option<usize>,
+    output_vertices: Option<usize>,
+    output_faces: Option<usize>,
+    /// Two-sided distance in percent of the diagonal.
+    mean_percent: Option<f64>,
+    max_percent: Option<f64>,
+    /// From opening the mesh to the result on the disk.
+    seconds: Option<f64>,
+    /// `pending`, `reached`, what stopped it before the size asked for, or `failed: ` and why.
+    outcome: String,
+    /// What was asked of it.
+    request: String,
+}
+
+impl Row {
+    /// Rows of meshes that are not done yet.
+    pub fn all(inputs: &[Input], outputs: &[PathBuf], request: &str) -> Vec<Self> {
+        inputs.iter().zip(outputs).map(|(input, output)| Self::pending(input, output, request)).collect()
+    }
+
+    fn pending(input: &Input, output: &Path, request: &str) -> Self {
+        Self {
+            name: slashed(&input.place),
+            output: slashed(output),
+            vertices: None,
+            faces: None,
+            output_vertices: None,
+            output_faces: None,
+            mean_percent: None,
+            max_percent: None,
+            seconds: None,
+            outcome: PENDING.into(),
+            request: request.into(),
+        }
+    }
+
+    fn is_done(&self) -> bool {
+        self.outcome != PENDING && !self.outcome.starts_with(FAILED)
+    }
+
+    /// Takes over what an earlier run came to; whether a file in the place of the result is that run's.
+    fn go_on(&mut self, old: &Self, folder: &Path, manifest: &Path) -> Result<bool, Failure> {
+        if old.request != self.request {
+            let what = format!("is of another batch ({}): ask for the same, or give another folder", old.request);
+            return Err(Failure::of(manifest, what));
+        }
+        if old.is_done() && folder.join(&old.output).is_file() {
+            *self = old.clone();
+        }
+        // A row without an end: the file is of a run that was killed before it wrote the row.
+        Ok(old.outcome == PENDING && old.output == self.output)
+    }
+
+    fn fill(&mut self, done: Result<Report, Failure>, seconds: f64) {
+        self.seconds = Some(seconds);
+        match done {
+            Err(failure) => self.outcome = format!("{FAILED}{failure}"),
+            Ok(Report { input, output, outcome, distance, .. }) => {
+                (self.vertices, self.faces) = (Some(input.vertices), Some(input.faces));
+                (self.output_vertices, self.output_faces) = (Some(output.size.vertices), Some(output.size.faces));
+                (self.mean_percent, self.max_percent) = distance.map(|d| (d.mean_percent, d.max_percent)).unzip();
+                self.outcome = outcome;
+            }
+        }
+    }
+}
+
+/// A place with the same separators everywhere.
+fn slashed(place: &Path) -> String {
+    let names: Vec<_> = place.iter().map(|name| name.to_string_lossy()).collect();
+    names.join("/")
+}
+
+/// How many meshes ended how.
+pub struct Ends {
+    pub reached: usize,
+    pub stopped: usize,
+    pub failed: usize,
+}
+
+/// The rows, in the memory and on the disk.
+pub struct Manifest {
+    path: PathBuf,
+    rows: Mutex<Rows>,
+    /// Whether the result of a mesh may take the place of a file.
+    may_replace: Vec<bool>,
+}
+
+struct Rows {
+    rows: Vec<Row>,
+    written: Instant,
+}
+
+impl Manifest {
+    /// The rows of a new batch, or of one that goes on: then those that are done stay so.
+    pub fn open(folder: &Path, mut rows: Vec<Row>, resume: bool, force: bool) -> Result<Self, Failure> {
+        let path = folder.join(NAME);
+        let known = if resume && path.exists() { read(&path)? } else { HashMap::new() };
+        if !resume && !force {
+            let outputs = rows.iter().map(|row| folder.join(&row.output));
+            refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
+        }
+        let mut may_replace = vec![force; rows.len()];
+        for (row, may_replace) in rows.iter_mut().zip(&mut may_replace) {
+            if let Some(old) = known.get(&row.name) {
+                *may_replace |= row.go_on(old, folder, &path)?;
+            }
+            let output = folder.join(&row.output);
+            if row.outcome == PENDING && !*may_replace && output.symlink_metadata().is_ok() {
+                row.outcome = format!("{FAILED}{}", exists(&output));
+            }
+        }
+        let manifest = Self { path, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace };
+        manifest.save()?;
+        Ok(manifest)
+    }
+
+    /// Where the file stands.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The meshes that are to be done.
+    pub fn waiting(&self) -> Vec<usize> {
+        let rows = &self.held().rows;
+        (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect()
+    }
+
+    /// What the mesh is called.
+    pub fn name(&self, i: usize) -> String {
+        self.held().rows[i].name.clone()
+    }
+
+    /// The place of the result below OUTDIR.
+    pub fn output(&self, i: usize) -> PathBuf {
+        PathBuf::from(&self.held().rows[i].output)
+    }
+
+    /// Whether the result may take the place of a file.
+    pub fn may_replace(&self, i: usize) -> bool {
+        self.may_replace[i]
+    }
+
+    /// A mesh is done.
+    pub fn set(&self, i: usize, done: Result<Report, Failure>, seconds: f64) -> Result<(), Failure> {
+        let mut held = self.held();
+        held.rows[i].fill(done, seconds);
+        if held.written.elapsed() > PATIENCE { self.write(&mut held) } else { Ok(()) }
+    }
+
+    /// Writes all rows as they are.
+    pub fn save(&self) -> Result<(), Failure> {
+        self.write(&mut self.held())
+    }
+
+    /// How many meshes ended how.
+    pub fn ends(&self) -> Ends {
+        let rows = &self.held().rows;
+        let count = |is: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| is(row)).count();
+        let (reached, failed) = (count(&|row| row.outcome == REACHED), count(&|row| !row.is_done()));
+        Ends { reached, failed, stopped: rows.len() - reached - failed }
+    }
+
+    fn write(&self, held: &mut Rows) -> Result<(), Failure> {
+        let problem = |error: &dyn std::fmt::Display| Failure::of(&self.path, format!("cannot be written: {error}"));
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        held.rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| problem(&error))?;
+        let bytes = writer.into_inner().map_err(|error| problem(&error))?;
+        files::place(vec![files::prepare(&self.path, &bytes, true)?])?;
+        held.written = Instant::now();
+        Ok(())
+    }
+
+    fn held(&self) -> MutexGuard<'_, Rows> {
+        self.rows.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The rows of an earlier run, by the names of their meshes.
+fn read(path: &Path) -> Result<HashMap<String, Row>, Failure> {
+    let problem = |error| Failure::of(path, format!("is no manifest of a batch: {error}: give another folder"));
+    let rows = csv::Reader::from_path(path).map_err(problem)?.into_deserialize();
+    rows.map(|row: Result<Row, csv::Error>| row.map(|row| (row.name.clone(), row)).map_err(problem)).collect()
+}
+
+fn refuse_existing(mut paths: impl Iterator<Item = PathBuf>) -> Result<(), Failure> {
+    match paths.find(|path| path.symlink_metadata().is_ok()) {
+        Some(path) => Err(exists(&path)),
+        None => Ok(()),
+    }
+}
+
+fn exists(path: &Path) -> Failure {
+    Failure::of(path, "exists already: go on with --resume, replace with --force, or choose another folder")
+}

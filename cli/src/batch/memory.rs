@@ -1,0 +1,33 @@
+//! How much memory a mesh takes, by its file, and how much there is.
+
+use neural_mesh::io::Format;
+
+use super::inputs::Input;
+
+/// What a run takes whatever the mesh.
+const BASE: u64 = 8 << 20;
+/// Bound where the system does not say how much memory is free.
+const FALLBACK: u64 = 4 << 30;
+
+/// About the most bytes that a run on the mesh takes, from above. A face takes 250 bytes there, and in a file 20 in binary
+/// PLY and glTF, twice as many in STL and in text.
+pub fn estimate(input: &Input) -> u64 {
+    let bytes = std::fs::metadata(&input.path).map_or(0, |found| found.len());
+    let factor = match Format::from_path(&input.path) {
+        Some(Format::Ply | Format::Gltf) => 14,
+        _ => 7,
+    };
+    BASE + factor * bytes
+}
+
+/// Half of what is free.
+pub fn default_bound() -> u64 {
+    available().unwrap_or(FALLBACK) / 2
+}
+
+/// Bytes that programs can still have, where the system says so (Linux).
+fn available() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| 1024 * kib)
+}

@@ -1,0 +1,180 @@
+//! `neural-mesh simplify` of many meshes: for each a file below OUTDIR and a row of its manifest, whatever becomes of it.
+
+mod inputs;
+mod manifest;
+mod memory;
+mod places;
+mod schedule;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use neural_mesh::io::Format;
+use neural_mesh::model::Weights;
+
+use crate::args::SimplifyArgs;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::report::Report;
+use crate::request::{Request, Source, check_threads, format_of, is_stream, options};
+use crate::words::Voice;
+use crate::{files, interrupt, simplify};
+use inputs::Input;
+use manifest::{Manifest, Row};
+
+/// Whether the arguments ask for a batch: a list, several meshes, a folder or a pattern.
+pub fn is_meant(args: &SimplifyArgs) -> bool {
+    let many = |path: &PathBuf| path.is_dir() || inputs::is_pattern(path);
+    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(many)
+}
+
+/// Simplifies every mesh that is asked for, and fails if any of them did.
+pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
+    let format = checked(&args)?;
+    let inputs = inputs::find(&args)?;
+    let folder = places::open(&args.output)?;
+    let rows = Row::all(&inputs, &places::names(&inputs, format), &request_words(&args));
+    let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
+    interrupt::watch(Failure::Stopped("interrupted: go on with --resume".into()));
+    let weights = args.weights.as_deref().map(simplify::read_weights).transpose()?;
+    let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
+    let began = Instant::now();
+    let written = batch.simplify_all().and_then(|()| batch.manifest.save());
+    batch.bar.finish_and_clear();
+    written?;
+    batch.tell(began.elapsed().as_secs_f64())
+}
+
+/// Refuses what a batch has no use for; gives the format of all results, if one is asked for.
+fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
+    let usage = |what: &str| Err(Failure::Usage(what.into()));
+    if args.report.is_some() || args.picture.is_some() {
+        return usage("--report and --picture are for a single mesh: a batch has its manifest.csv");
+    }
+    if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
+        return usage(
+            "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
+        );
+    }
+    if args.memory.is_some_and(|gib| gib.is_nan() || gib <= 0.0) {
+        return usage("--memory: give a number of GiB above 0");
+    }
+    check_threads(args.threads)?;
+    options(args)?;
+    match args.format.as_deref().map(format_of).transpose()? {
+        Some(Format::Gltf) => usage("glTF is read but not written: choose obj, ply, stl or off for --format"),
+        format => Ok(format),
+    }
+}
+
+/// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
+fn request_words(args: &SimplifyArgs) -> String {
+    let target = match (args.ratio, args.vertices, args.faces) {
+        (Some(ratio), _, _) => format!("--ratio {ratio}"),
+        (_, Some(n), _) => format!("--vertices {n}"),
+        (_, _, n) => format!("--faces {}", n.unwrap_or_default()),
+    };
+    let mut words = format!("{target} --assembly {:?} --scores {:?} --seed {}", args.assembly, args.scores, args.seed);
+    words.make_ascii_lowercase();
+    let named = [
+        args.oversample.map(|x| format!(" --oversample {x}")),
+        args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
+        args.format.as_ref().map(|format| format!(" --format {format}")),
+        args.prune.then(|| " --prune".into()),
+        args.no_weld.then(|| " --no-weld".into()),
+        args.no_check.then(|| " --no-check".into()),
+    ];
+    words.extend(named.into_iter().flatten());
+    words
+}
+
+/// A bar of meshes, on a terminal only.
+fn bar(quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(None, target);
+    if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {pos} of {len} meshes, {elapsed}, about {eta} left") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar
+}
+
+/// A batch, ready to go.
+struct Batch {
+    args: SimplifyArgs,
+    /// OUTDIR, without links.
+    folder: PathBuf,
+    format: Option<Format>,
+    inputs: Vec<Input>,
+    manifest: Manifest,
+    weights: Option<Weights>,
+    bar: ProgressBar,
+}
+
+impl Batch {
+    /// All meshes that are not done yet, several at a time.
+    fn simplify_all(&self) -> Result<(), Failure> {
+        let waiting = self.manifest.waiting();
+        self.bar.set_length(waiting.len() as u64);
+        let bound = self.args.memory.map_or_else(memory::default_bound, |gib| (gib * f64::from(1 << 30)) as u64);
+        let costs = waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i]))).collect();
+        schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i))
+    }
+
+    /// One mesh, come what may: a row.
+    fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
+        let began = Instant::now();
+        let done = catch_unwind(AssertUnwindSafe(|| self.simplify_one(i)));
+        let done = done.unwrap_or_else(|_| Err(Failure::Failed("a fault of this program: please report it".into())));
+        if let Err(failure) = &done {
+            let line = format!("failed    {}: {failure}", self.manifest.name(i));
+            self.bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
+        }
+        self.bar.inc(1);
+        self.manifest.set(i, done, began.elapsed().as_secs_f64())
+    }
+
+    fn simplify_one(&self, i: usize) -> Result<Report, Failure> {
+        let output = places::ready(&self.folder, &self.manifest.output(i))?;
+        let request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
+        request.output.iter().try_for_each(|path| files::check_place(path, request.force))?;
+        let done = simplify::simplify_file(&request, self.weights.as_ref(), &mut Progress::new(true))?;
+        files::place(done.pending)?;
+        Ok(done.report)
+    }
+
+    fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
+        Ok(Request {
+            source: Source::new(input.path.clone(), None, !self.args.no_weld),
+            output_format: self.format.unwrap_or_else(|| places::format_for(input)),
+            output: Some(output),
+            options: options(&self.args)?,
+            weights: None,
+            n_threads: None,
+            check: !self.args.no_check,
+            report: None,
+            picture: None,
+            quiet: true,
+            force,
+        })
+    }
+
+    /// The closing lines.
+    fn tell(&self, seconds: f64) -> Result<(), Failure> {
+        let ends = self.manifest.ends();
+        let voice = if self.args.quiet { Voice::Quiet } else { Voice::Out };
+        voice.say(&format!(
+            "meshes    {}: {} at the size asked for, {} stopped before it, {} failed",
+            self.inputs.len(),
+            ends.reached,
+            ends.stopped,
+            ends.failed
+        ));
+        voice.say(&format!("time      {seconds:.3} s"));
+        match ends.failed {
+            0 => Ok(()),
+            n => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: the rows say why"))),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Where the results of a batch go: one name for each mesh, all of them below OUTDIR.
+
+use std::collections::{HashMap, HashSet};
+use std::ffi::OsString;
+use std::path::{Component, Path, PathBuf};
+
+use neural_mesh::io::Format;
+
+use super::inputs::Input;
+use crate::failure::Failure;
+
+/// Makes OUTDIR where there is none yet; gives its path without links.
+pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
+    let problem = |error| Failure::of(folder, format!("is no folder to write to: {error}: choose another"));
+    std::fs::create_dir_all(folder).map_err(problem)?;
+    folder.canonicalize().map_err(problem)
+}
+
+/// A file below OUTDIR for each mesh, no two the same, whatever the case of their letters.
+///
+/// It has the mesh's own name with the ending of its format. Where two meshes would share it, both keep their old ending
+/// before the new one (`a.obj.ply`), with a number behind where that is taken too.
+pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
+    let own: Vec<PathBuf> = inputs.iter().map(|input| input.place.with_extension(ending(input, format))).collect();
+    let mut wishes = HashMap::<String, usize>::new();
+    for name in &own {
+        *wishes.entry(folded(name)).or_default() += 1;
+    }
+    let is_shared = |name: &Path| wishes.get(&folded(name)).is_some_and(|&n| n > 1);
+    let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| folded(name)).collect();
+    let name = |(input, own): (&Input, PathBuf)| if is_shared(&own) { free(input, format, &mut taken) } else { own };
+    inputs.iter().zip(own).map(name).collect()
+}
+
+/// The first name with both endings that is not taken; takes it.
+fn free(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
+    let mut number = 1;
+    loop {
+        let mut name = OsString::from(input.place.file_name().unwrap_or_default());
+        if number > 1 {
+            name.push(format!("-{number}"));
+        }
+        name.push(".");
+        name.push(ending(input, format));
+        let place = input.place.with_file_name(name);
+        if taken.insert(folded(&place)) {
+            return place;
+        }
+        number += 1;
+    }
+}
+
+/// Some disks take names in any case for one.
+fn folded(place: &Path) -> String {
+    place.to_string_lossy().to_lowercase()
+}
+
+/// The format of a result where none is asked for: that of its mesh, where it can be written.
+pub fn format_for(input: &Input) -> Format {
+    match Format::from_path(&input.place) {
+        None | Some(Format::Gltf) => Format::Ply,
+        Some(format) => format,
+    }
+}
+
+fn ending(input: &Input, format: Option<Format>) -> &'static str {
+    match format.unwrap_or_else(|| format_for(input)) {
+        Format::PlyAscii => Format::Ply.name(),
+        Format::StlAscii => Format::Stl.name(),
+        format => format.name(),
+    }
+}
+
+/// The path of a result, with the folders that it needs. No link may stand on the way: it could lead out of OUTDIR.
+pub fn ready(folder: &Path, place: &Path) -> Result<PathBuf, Failure> {
+    let mut path = folder.to_path_buf();
+    let names = place.components().all(|part| matches!(part, Component::Normal(_)));
+    if !names || place.file_name().is_none() {
+        return Err(Failure::of(place, "leads out of the folder of the results: name the mesh otherwise"));
+    }
+    for part in place.parent().into_iter().flat_map(Path::components) {
+        path.push(part);
+        match std::fs::symlink_metadata(&path) {
+            Ok(found) if found.is_dir() => {}
+            Ok(_) => return Err(Failure::of(&path, "is no folder: move it away")),
+            Err(_) => make_folder(&path)?,
+        }
+    }
+    path.push(place.file_name().unwrap_or_default());
+    match std::fs::symlink_metadata(&path) {
+        Ok(found) if found.is_symlink() => Err(Failure::of(&path, "is a link: move it away")),
+        _ => Ok(path),
+    }
+}
+
+/// Another thread may make it first.
+fn make_folder(path: &Path) -> Result<(), Failure> {
+    match std::fs::create_dir(path) {
+        Err(error) if !path.is_dir() => {
+            Err(Failure::of(path, format!("cannot be made: {error}: check the folder and the disk")))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(places: &[&str], format: Option<Format>) -> Vec<String> {
+        let input = |place: &&str| Input { path: place.into(), place: place.into() };
+        let inputs: Vec<Input> = places.iter().map(input).collect();
+        names(&inputs, format).iter().map(|name| name.to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn names_are_kept_where_nothing_shares_them() {
+        assert_eq!(named(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.ply"]);
+        assert_eq!(named(&["a.obj", "b.stl"], Some(Format::PlyAscii)), ["a.ply", "b.ply"]);
+    }
+
+    #[test]
+    fn shared_names_keep_their_old_ending() {
+        assert_eq!(named(&["a.obj", "a.ply"], Some(Format::Ply)), ["a.obj.ply", "a.ply.ply"]);
+        assert_eq!(named(&["A.ply", "a.ply"], None), ["A.ply.ply", "a.ply-2.ply"]);
+        // A third mesh has the name that one of two would get.
+        let three = named(&["a.obj", "a.obj.ply", "a.ply"], Some(Format::Ply));
+        assert_eq!(three, ["a.obj-2.ply", "a.obj.ply", "a.ply.ply"]);
+    }
+
+    #[test]
+    fn nothing_leads_out() {
+        let folder = tempfile::tempdir().unwrap();
+        for place in ["../a.ply", "/a.ply", "b/../../a.ply", ""] {
+            assert!(ready(folder.path(), Path::new(place)).is_err(), "{place}");
+        }
+        assert_eq!(ready(folder.path(), Path::new("b/c/a.ply")).unwrap(), folder.path().join("b/c/a.ply"));
+        assert!(folder.path().join("b/c").is_dir());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_not_followed() {
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        std::os::unix::fs::symlink(elsewhere.path(), folder.path().join("b")).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path().join("x.ply"), folder.path().join("a.ply")).unwrap();
+        assert!(ready(folder.path(), Path::new("b/c/a.ply")).is_err());
+        assert!(ready(folder.path(), Path::new("a.ply")).is_err());
+        assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,120 @@
+//! Jobs on several threads, the largest first, within a bound on what they take together.
+
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+use crate::failure::Failure;
+use crate::simplify::in_pool;
+
+/// What is still to be done and what is under way.
+struct State {
+    /// Jobs with their costs, the largest last.
+    waiting: Vec<(usize, u64)>,
+    n_running: usize,
+    taken: u64,
+    failure: Option<Failure>,
+}
+
+/// Does every job (named by a number, with its cost), each on one thread, as many at once as there are threads (`None` for
+/// one per core) while their costs together stay within the bound. A job that alone takes more than half of the bound gets
+/// all threads and no company.
+///
+/// # Errors
+/// The first failure of a job; no further job is begun after it.
+pub fn run(
+    costs: Vec<(usize, u64)>,
+    bound: u64,
+    n_threads: Option<usize>,
+    work: &(impl Fn(usize) -> Result<(), Failure> + Sync),
+) -> Result<(), Failure> {
+    let (large, mut small): (Vec<_>, Vec<_>) = costs.into_iter().partition(|&(_, cost)| cost > bound / 2);
+    large.into_iter().try_for_each(|(job, _)| in_pool(n_threads, || work(job)))?;
+    // The sort is stable: equal jobs are done in their order.
+    small.reverse();
+    small.sort_by_key(|&(_, cost)| cost);
+    let n_threads = n_threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let n_workers = n_threads.min(small.len());
+    let threads_each = n_threads / n_workers.max(1);
+    let state = Mutex::new(State { waiting: small, n_running: 0, taken: 0, failure: None });
+    let changed = Condvar::new();
+    std::thread::scope(|scope| {
+        for _ in 0..n_workers {
+            scope.spawn(|| {
+                while let Some((job, cost)) = next(&state, &changed, bound) {
+                    let done = in_pool(Some(threads_each), || work(job));
+                    end(&state, cost, done);
+                    changed.notify_all();
+                }
+            });
+        }
+    });
+    held(&state).failure.take().map_or(Ok(()), Err)
+}
+
+/// The largest job that fits beside those under way, once there is one; none where nothing is left to do.
+fn next(state: &Mutex<State>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
+    let mut held = held(state);
+    loop {
+        if held.waiting.is_empty() || held.failure.is_some() {
+            return None;
+        }
+        let room = bound.saturating_sub(held.taken);
+        let fits = held.waiting.iter().rposition(|&(_, cost)| cost <= room);
+        if let Some(at) = fits.or((held.n_running == 0).then_some(0)) {
+            let (job, cost) = held.waiting.remove(at);
+            held.n_running += 1;
+            held.taken += cost;
+            return Some((job, cost));
+        }
+        held = changed.wait(held).unwrap_or_else(PoisonError::into_inner);
+    }
+}
+
+fn end(state: &Mutex<State>, cost: u64, done: Result<(), Failure>) {
+    let mut held = held(state);
+    held.n_running -= 1;
+    held.taken -= cost;
+    if let Err(failure) = done {
+        held.failure.get_or_insert(failure);
+    }
+}
+
+fn held(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    #[test]
+    fn everything_is_done_once_and_within_the_bound() {
+        let (taken, most) = (AtomicU64::new(0), AtomicU64::new(0));
+        let done = Mutex::new(Vec::new());
+        let costs: Vec<(usize, u64)> = (0..40).map(|i| (i, 1 + (i as u64 * 7) % 30)).collect();
+        let cost = costs.clone();
+        run(costs, 40, Some(8), &|i| {
+            let own = cost[i].1;
+            most.fetch_max(taken.fetch_add(own, Ordering::SeqCst) + own, Ordering::SeqCst);
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            taken.fetch_sub(own, Ordering::SeqCst);
+            done.lock().unwrap().push(i);
+            Ok(())
+        })
+        .unwrap();
+        let mut done = done.into_inner().unwrap();
+        done.sort_unstable();
+        assert_eq!(done, (0..40).collect::<Vec<_>>());
+        assert!((21..=40).contains(&most.into_inner()));
+    }
+
+    #[test]
+    fn a_failure_ends_it() {
+        let begun = AtomicU64::new(0);
+        let failed = run((0..100).map(|i| (i, 1)).collect(), 10, Some(2), &|_| {
+            begun.fetch_add(1, Ordering::SeqCst);
+            Err(Failure::Failed("the disk is full".into()))
+        });
+        assert!(failed.is_err() && begun.into_inner() <= 2);
+    }
+}

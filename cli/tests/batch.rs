@@ -1,0 +1,294 @@
+//! `neural-mesh simplify` of many meshes: every mesh a row, whatever becomes of it, and nothing outside the folder.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
+
+/// The rows of a manifest: the fields of each by name, under the name of the mesh.
+fn manifest(folder: &Path) -> BTreeMap<String, BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(folder.join("manifest.csv")).unwrap();
+    let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_string).collect();
+    let row = |record: csv::StringRecord| -> BTreeMap<String, String> {
+        names.iter().cloned().zip(record.iter().map(str::to_string)).collect()
+    };
+    reader.records().map(|record| row(record.unwrap())).map(|row| (row["name"].clone(), row)).collect()
+}
+
+fn outcome(folder: &Path, mesh: &str) -> String {
+    manifest(folder)[mesh]["outcome"].clone()
+}
+
+fn put(path: &Path, mesh: &TriMesh, format: Format) {
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, write(mesh, &Frame::default(), format).unwrap()).unwrap();
+}
+
+/// A folder `in` of four meshes, one of them in a folder of its own.
+fn prepared() -> tempfile::TempDir {
+    let folder = folder();
+    let input = folder.path().join("in");
+    put(&input.join("a.obj"), &shapes::icosphere(3), Format::Obj);
+    put(&input.join("a.ply"), &shapes::torus(24, 16, 1.0, 0.3), Format::Ply);
+    put(&input.join("deep/er/b.stl"), &shapes::bolt(16), Format::Stl);
+    put(&input.join("c.off"), &shapes::grid(12, 9), Format::Off);
+    fs::write(input.join("words.txt"), "no mesh").unwrap();
+    folder
+}
+
+#[test]
+fn a_folder_becomes_a_folder_with_a_manifest() {
+    let folder = prepared();
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let out = folder.path().join("out");
+    assert_eq!(files(&out), ["a.obj", "a.ply", "c.off", "deep", "manifest.csv"]);
+    assert_eq!(files(&out.join("deep/er")), ["b.stl"]);
+    let rows = manifest(&out);
+    assert_eq!(rows.keys().collect::<Vec<_>>(), ["a.obj", "a.ply", "c.off", "deep/er/b.stl"]);
+    for row in rows.values() {
+        assert_eq!(row["outcome"], "reached");
+        let figure = |name: &str| row[name].parse::<f64>().unwrap();
+        assert!(figure("output_vertices") <= (0.2 * figure("vertices")).ceil(), "{row:?}");
+        assert!(figure("mean_percent") > 0.0 && figure("max_percent") >= figure("mean_percent"), "{row:?}");
+        assert!(figure("seconds") > 0.0);
+        let result = info(&out, &row["output"]);
+        assert_eq!(result["faces"].to_string(), row["output_faces"]);
+    }
+}
+
+#[test]
+fn each_result_is_that_of_the_mesh_alone() {
+    let folder = prepared();
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3"]).code, Some(0));
+    assert_eq!(run(folder.path(), &["simplify", "in/a.ply", "-o", "alone.ply", "--ratio", "0.3"]).code, Some(0));
+    assert_eq!(fs::read(folder.path().join("out/a.ply")).unwrap(), fs::read(folder.path().join("alone.ply")).unwrap());
+}
+
+#[test]
+fn meshes_that_would_share_a_name_keep_their_endings() {
+    let folder = prepared();
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--vertices", "60", "--format", "ply"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let out = folder.path().join("out");
+    assert_eq!(files(&out), ["a.obj.ply", "a.ply.ply", "c.ply", "deep", "manifest.csv"]);
+    assert_eq!(info(&out, "a.obj.ply")["genus"], 0);
+    assert_eq!(info(&out, "a.ply.ply")["genus"], 1);
+}
+
+#[test]
+fn a_failing_mesh_is_a_row_and_not_the_end() {
+    let folder = prepared();
+    let bad: [(&str, &[u8]); 5] = [
+        ("empty.ply", b""),
+        ("cut.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\n"),
+        ("nan.obj", b"v nan nan nan\nv nan 0 0\nv 0 nan 0\nf 1 2 3\n"),
+        ("nowhere.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 7 8 9\n"),
+        ("announced.stl", b"solid\0\0"),
+    ];
+    for (name, bytes) in bad {
+        fs::write(folder.path().join("in").join(name), bytes).unwrap();
+    }
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]);
+    assert_eq!(run.code, Some(1));
+    let out = folder.path().join("out");
+    for (name, _) in bad {
+        assert!(outcome(&out, name).starts_with("failed: "), "{}", outcome(&out, name));
+        assert!(run.words.contains(name), "{}", run.words);
+        assert!(!out.join(name).exists());
+    }
+    for name in ["a.obj", "a.ply", "c.off", "deep/er/b.stl"] {
+        assert_eq!(outcome(&out, name), "reached");
+    }
+    assert!(run.words.contains("5 meshes failed"), "{}", run.words);
+}
+
+#[test]
+fn a_mesh_that_stops_short_is_no_failure() {
+    let folder = folder();
+    put(&folder.path().join("in/chain.ply"), &shapes::chain_of_tori(5), Format::Ply);
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--vertices", "4"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let outcome = outcome(&folder.path().join("out"), "chain.ply");
+    assert!(outcome != "reached" && !outcome.starts_with("failed"), "{outcome}");
+}
+
+#[test]
+fn killed_and_resumed_it_has_the_same_files_and_rows() {
+    let folder = folder();
+    for i in 0..12 {
+        let mesh = shapes::wavy_sphere(4, 2.0 + f64::from(i));
+        put(&folder.path().join(format!("in/{i}.ply")), &mesh, Format::Ply);
+    }
+    let began = Instant::now();
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "whole", "--ratio", "0.1"]).code, Some(0));
+    let took = began.elapsed();
+    for share in [0.2, 0.5, 0.35] {
+        let mut child =
+            program(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"]).spawn().unwrap();
+        std::thread::sleep(took.mul_f64(share));
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    let resumed = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"]);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    let [whole, out] = ["whole", "out"].map(|name| folder.path().join(name));
+    let without_time = |folder: &Path| {
+        let mut rows = manifest(folder);
+        rows.values_mut().for_each(|row| drop(row.remove("seconds")));
+        rows
+    };
+    assert_eq!(without_time(&whole), without_time(&out));
+    for i in 0..12 {
+        let name = format!("{i}.ply");
+        assert_eq!(fs::read(whole.join(&name)).unwrap(), fs::read(out.join(&name)).unwrap(), "{name}");
+    }
+}
+
+#[test]
+fn what_is_done_is_not_done_again() {
+    let folder = prepared();
+    fs::write(folder.path().join("in/bad.ply"), "ply").unwrap();
+    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--resume"];
+    assert_eq!(run(folder.path(), &arguments).code, Some(1));
+    let out = folder.path().join("out");
+    // A result that is there stays as it is; one that is gone and one that failed are made.
+    fs::write(out.join("a.obj"), "mine").unwrap();
+    fs::remove_file(out.join("c.off")).unwrap();
+    put(&folder.path().join("in/bad.ply"), &shapes::icosphere(2), Format::Ply);
+    let resumed = run(folder.path(), &arguments);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert_eq!(fs::read(out.join("a.obj")).unwrap(), b"mine");
+    assert!(out.join("c.off").exists());
+    assert_eq!(outcome(&out, "bad.ply"), "reached");
+}
+
+#[test]
+fn a_resumed_batch_is_the_same_batch() {
+    let folder = prepared();
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]).code, Some(0));
+    let again = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]);
+    assert_eq!(again.code, Some(1));
+    assert!(the_line(&again).contains("--resume"));
+    let other = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3", "--resume"]);
+    assert_eq!(other.code, Some(1));
+    assert!(the_line(&other).contains("--ratio 0.2"));
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3", "--force"]).code, Some(0));
+    // A file that the batch did not make stays.
+    put(&folder.path().join("in/new.ply"), &shapes::icosphere(2), Format::Ply);
+    fs::write(folder.path().join("out/new.ply"), "mine").unwrap();
+    let resumed = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3", "--resume"]);
+    assert_eq!(resumed.code, Some(1));
+    assert_eq!(fs::read(folder.path().join("out/new.ply")).unwrap(), b"mine");
+}
+
+#[test]
+fn lists_patterns_and_names() {
+    let folder = prepared();
+    fs::create_dir(folder.path().join("work")).unwrap();
+    let work = folder.path().join("work");
+    let list = "../in/a.ply\n\n../in/deep/er/b.stl\n../in/gone.ply\n";
+    let listed = run_with_input(&work, &["simplify", "--list", "-", "-o", "listed", "--ratio", "0.5"], list.as_bytes());
+    assert_eq!(listed.code, Some(1), "{}", listed.words);
+    assert_eq!(files(&work), ["listed"]);
+    assert_eq!(files(&work.join("listed")), ["a.ply", "deep", "manifest.csv"]);
+    assert!(outcome(&work.join("listed"), "gone.ply").starts_with("failed"));
+    let matched = run(folder.path(), &["simplify", "in/**/*.[ps]*", "-o", "matched", "--ratio", "0.5"]);
+    assert_eq!(matched.code, Some(0), "{}", matched.words);
+    assert_eq!(files(&folder.path().join("matched")), ["a.ply", "deep", "manifest.csv"]);
+    let named = run(folder.path(), &["simplify", "in/a.ply", "in/c.off", "-o", "named", "--ratio", "0.5"]);
+    assert_eq!(named.code, Some(0), "{}", named.words);
+    assert_eq!(files(&folder.path().join("named")), ["a.ply", "c.off", "manifest.csv"]);
+    let nothing = run(folder.path(), &["simplify", "in/*.glb", "-o", "none", "--ratio", "0.5"]);
+    assert_eq!((nothing.code, folder.path().join("none").exists()), (Some(1), false));
+}
+
+#[test]
+fn results_within_the_searched_folder_are_no_meshes_of_it() {
+    let folder = prepared();
+    let arguments = ["simplify", "in", "-o", "in/out", "--ratio", "0.5", "--resume"];
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    assert_eq!(manifest(&folder.path().join("in/out")).len(), 4);
+}
+
+#[cfg(unix)]
+#[test]
+fn nothing_is_written_outside_the_folder() {
+    let folder = prepared();
+    for name in ["out", "elsewhere"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    std::os::unix::fs::symlink("../elsewhere", folder.path().join("out/deep")).unwrap();
+    std::os::unix::fs::symlink("../elsewhere/a.ply", folder.path().join("out/a.ply")).unwrap();
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.5", "--force"]);
+    assert_eq!(run.code, Some(1));
+    assert_eq!(files(&folder.path().join("elsewhere")), Vec::<String>::new());
+    for name in ["a.ply", "deep/er/b.stl"] {
+        assert!(outcome(&folder.path().join("out"), name).starts_with("failed"));
+    }
+    assert_eq!(outcome(&folder.path().join("out"), "c.off"), "reached");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_batch_that_goes_on() {
+    let folder = folder();
+    for i in 0..40 {
+        put(&folder.path().join(format!("in/{i}.ply")), &shapes::wavy_sphere(4, 3.0), Format::Ply);
+    }
+    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"];
+    let mut child = program(folder.path(), &arguments).spawn().unwrap();
+    let out = folder.path().join("out");
+    let began = Instant::now();
+    while !(out.exists() && files(&out).iter().any(|name| name.ends_with(".ply"))) {
+        assert!(began.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let stopped = finish(child);
+    assert_eq!(stopped.code, Some(130), "{}", stopped.words);
+    assert!(the_line(&stopped).contains("--resume"));
+    assert!(files(&out).iter().all(|name| !name.starts_with('.')), "{:?}", files(&out));
+    assert!(files(&out).len() < 41);
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    assert_eq!(files(&out).len(), 41);
+}
+
+#[test]
+fn what_makes_no_sense_is_a_usage_error() {
+    let folder = prepared();
+    for more in [
+        &["--report", "r.json"][..],
+        &["--picture", "r.png"],
+        &["--format", "gltf"],
+        &["--memory", "0"],
+        &["--threads", "0"],
+        &["--oversample", "9"],
+    ] {
+        let refused = run(folder.path(), &[&["simplify", "in", "-o", "out", "--ratio", "0.2"], more].concat());
+        assert_eq!(refused.code, Some(2), "{more:?} {}", refused.words);
+    }
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "-", "--ratio", "0.2"]).code, Some(2));
+    let single = run(folder.path(), &["simplify", "in/a.ply", "-o", "a.ply", "--ratio", "0.2", "--resume"]);
+    assert_eq!(single.code, Some(2));
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn little_memory_makes_it_slower_and_nothing_else() {
+    let folder = prepared();
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "wide", "--ratio", "0.2"]).code, Some(0));
+    let arguments = ["simplify", "in", "-o", "narrow", "--ratio", "0.2", "--memory", "0.001", "--threads", "3"];
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    for name in ["a.obj", "a.ply", "c.off", "deep/er/b.stl"] {
+        let [wide, narrow] = ["wide", "narrow"].map(|out| fs::read(folder.path().join(out).join(name)).unwrap());
+        assert_eq!(wide, narrow, "{name}");
+    }
+}

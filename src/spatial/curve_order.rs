@@ -1,0 +1,122 @@
+//! Triangles along a space-filling curve (Morton's), so that what is near in the order is near in space.
+
+use rayon::prelude::*;
+
+/// Bits of a coordinate in a place on the curve.
+const BITS: u32 = 10;
+/// Triangles in one place on the curve above which the place is looked at closer.
+const CROWD: usize = 256;
+/// Most times that places are looked at closer.
+const DEPTH: usize = 12;
+
+/// The indices of the triangles (n_faces x 3, indices of finite positions) along the curve, n_faces.
+pub(super) fn curve_order(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
+    let middle = |face: u32| {
+        let [a, b, c] = faces[face as usize].map(|v| positions[v as usize]);
+        // Thirds first: the sum of large coordinates would overflow.
+        std::array::from_fn(|k| a[k] / 3.0 + b[k] / 3.0 + c[k] / 3.0)
+    };
+    let mut order: Vec<u32> = (0..faces.len() as u32).collect();
+    arrange(&mut order, &middle, 0);
+    order
+}
+
+/// Sorts along the curve through the box of the middles, and again within the places that hold a crowd.
+fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth: usize) {
+    let (low, high) = bounds(order, middle);
+    let extent = (0..3).map(|k| high[k] / 2.0 - low[k] / 2.0).fold(0.0, f32::max) * 2.0;
+    if extent.is_nan() || extent <= 0.0 || depth > DEPTH {
+        return;
+    }
+    let cells = (1 << BITS) as f32;
+    let place = |face: u32| {
+        let cell = |(x, low): (f32, f32)| (((x - low) / extent * cells) as u32).min((1 << BITS) - 1);
+        let [x, y, z] = middle(face);
+        let [x, y, z] = [(x, low[0]), (y, low[1]), (z, low[2])].map(cell);
+        spread(x) | spread(y) << 1 | spread(z) << 2
+    };
+    let keys =
+        order.par_iter().with_min_len(4096).map(|&face| u64::from(place(face)) << 32 | u64::from(face)).collect();
+    let keys = sorted_by_place(keys);
+    order.iter_mut().zip(&keys).for_each(|(face, &key)| *face = key as u32);
+    let mut start = 0;
+    for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
+        if run.len() > CROWD && run.len() < keys.len() {
+            arrange(&mut order[start..start + run.len()], middle, depth + 1);
+        }
+        start += run.len();
+    }
+}
+
+fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> ([f32; 3], [f32; 3]) {
+    let none = || ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    let both = |a: ([f32; 3], [f32; 3]), b: ([f32; 3], [f32; 3])| {
+        (std::array::from_fn(|k| a.0[k].min(b.0[k])), std::array::from_fn(|k| a.1[k].max(b.1[k])))
+    };
+    let point = |&face: &u32| (middle(face), middle(face));
+    order.par_iter().with_min_len(4096).map(point).reduce(none, both)
+}
+
+/// The lowest [`BITS`] bits, two zeros before each.
+fn spread(x: u32) -> u32 {
+    let x = (x | x << 16) & 0x0300_00ff;
+    let x = (x | x << 8) & 0x0300_f00f;
+    let x = (x | x << 4) & 0x030c_30c3;
+    (x | x << 2) & 0x0924_9249
+}
+
+/// Sorts keys by their upper half, from the lowest digit to the highest; equal ones keep their order.
+fn sorted_by_place(mut keys: Vec<u64>) -> Vec<u64> {
+    let mut sorted = vec![0; keys.len()];
+    for shift in [32, 32 + BITS, 32 + 2 * BITS] {
+        let digit = |key: u64| (key >> shift) as usize & ((1 << BITS) - 1);
+        let mut starts = [0u32; 1 << BITS];
+        keys.iter().for_each(|&key| starts[digit(key)] += 1);
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += std::mem::replace(start, sum);
+        }
+        for &key in &keys {
+            let start = &mut starts[digit(key)];
+            sorted[*start as usize] = key;
+            *start += 1;
+        }
+        std::mem::swap(&mut keys, &mut sorted);
+    }
+    keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spreading_leaves_room_for_two() {
+        for x in 0..1u32 << BITS {
+            let naive = (0..BITS).map(|bit| (x >> bit & 1) << (3 * bit)).sum::<u32>();
+            assert_eq!(spread(x), naive);
+        }
+    }
+
+    #[test]
+    fn keys_are_sorted_by_their_place() {
+        let keys: Vec<u64> = (0..5000u64).map(|i| (i * i * 2_654_435_761 % (1 << 30)) << 32 | i).collect();
+        let mut expected = keys.clone();
+        expected.sort_unstable();
+        assert_eq!(sorted_by_place(keys), expected);
+    }
+
+    #[test]
+    fn every_triangle_is_there_once_and_neighbours_are_near() {
+        let n = 64u32;
+        let positions: Vec<[f32; 3]> = (0..n * n).map(|i| [(i * 37 % n) as f32, (i / n) as f32, 0.0]).collect();
+        let faces: Vec<[u32; 3]> = (0..n * n).map(|i| [i, i, i]).collect();
+        let order = curve_order(&positions, &faces);
+        let mut once = order.clone();
+        once.sort_unstable();
+        assert!(once.iter().copied().eq(0..n * n));
+        let at = |i: u32| glam::Vec3::from(positions[i as usize]);
+        let steps: f32 = order.windows(2).map(|pair| at(pair[0]).distance(at(pair[1]))).sum();
+        assert!(steps / ((n * n) as f32) < 2.0, "{steps}");
+    }
+}
