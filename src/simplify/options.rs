@@ -16,7 +16,7 @@ pub enum Target {
 /// How sampled vertices become a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Assembly {
-    /// Closed where the input was closed: sweeps, quotient, collapse, flips, fit.
+    /// Closed where the input was closed: cuts, quotient, collapse, flips, fit.
     #[default]
     Closed,
     /// The paper's (Sec. 4): faces with p > 0.5, the best two per edge, vertices at input positions.
@@ -72,12 +72,12 @@ pub enum Samples<'a> {
 }
 
 /// What the closed assembly does beside darts, quotient and collapse: switches for measuring what each is worth.
-/// [`simplify`](super::simplify) does all of it.
+/// [`simplify`](super::simplify) does all of it but the sweeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts {
     /// Draws more samples than vertices asked for, so that the collapse can choose.
     pub oversampling: bool,
-    /// Moves the borders of the regions.
+    /// Moves the borders of the regions: what [`simplify`](super::simplify) leaves out.
     pub sweeps: bool,
     /// Flips edges whose other diagonal lies nearer to the original.
     pub flips: bool,
@@ -86,7 +86,7 @@ pub struct Parts {
 }
 
 impl Default for Parts {
-    /// All of it.
+    /// All but the sweeps.
     fn default() -> Self {
         Self { oversampling: true, sweeps: false, flips: true, fit: true }
     }
