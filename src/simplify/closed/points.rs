@@ -108,3 +108,44 @@ impl<'a> Points<'a> {
 fn centroid(corners: [Vec3; 3]) -> Vec3 {
     (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::faces_around::FacesAround;
+    use super::*;
+    use crate::geometry::triangle::nearest_point;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn points_belong_to_the_faces_that_a_search_of_all_finds() {
+        let surface = Surface::new(&shapes::wavy_sphere(4, 3.0));
+        let coarse = shapes::icosphere(2);
+        // The first vertices of a sphere that is divided further are those of the coarser one.
+        let positions = surface.positions[..coarse.positions().len()].to_vec();
+        let nearest = |p: &Vec3| {
+            let distance = |v: &u32| positions[*v as usize].distance_squared(*p);
+            (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap()
+        };
+        let vertex_of: Vec<u32> = surface.positions.iter().map(nearest).collect();
+        let around = FacesAround::new(positions.len(), coarse.faces());
+        let facets = Facets::new(&positions, coarse.faces(), &around);
+        let mut points = Points::new(&surface, &vertex_of, surface.faces.len());
+        let (mut n_found, mut n_like_naive) = (0, 0);
+        points.place(&facets, |matches| {
+            for m in matches.iter().flatten() {
+                let corners = |f: &[u32; 3]| f.map(|v| positions[v as usize]);
+                let at = centroid(surface.faces[m.point as usize].map(|v| surface.positions[v as usize]));
+                let [a, b, c] = corners(&coarse.faces()[m.place.face as usize]);
+                let [u, v, w] = m.place.weights;
+                let naive = coarse.faces().iter().map(|f| nearest_point(at, corners(f)).distance(at));
+                let naive = naive.fold(f32::INFINITY, f32::min);
+                n_found += 1;
+                n_like_naive += usize::from((a * u + b * v + c * w).distance(at) < 1.01 * naive + 1e-6);
+                assert!(m.place.weights.iter().all(|w| *w >= 0.0) && (u + v + w - 1.0).abs() < 1e-5);
+                assert!(m.place.height.abs() <= naive + 1e-5);
+            }
+        });
+        assert_eq!(n_found, surface.faces.len());
+        assert!(n_like_naive as f64 > 0.97 * f64::from(n_found as u32), "{n_like_naive} of {n_found}");
+    }
+}
