@@ -5,6 +5,7 @@ mod chamfer;
 mod comparison;
 mod curvature_error;
 mod image_likeness;
+#[cfg(feature = "spectrum")]
 mod laplacian;
 mod open_edges;
 mod painted_distance;
@@ -23,6 +24,7 @@ pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{Figure, Judging, Original, compare};
 pub use curvature_error::curvature_error;
 pub use image_likeness::{psnr, silhouette_iou, ssim};
+#[cfg(feature = "spectrum")]
 pub use laplacian::Laplacian;
 pub use open_edges::{OpenEdges, open_edges};
 pub use painted_distance::{Painted, PaintedScale, nearest_on, painted_scale};
