@@ -79,7 +79,7 @@ fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> 
 
 /// Errors of the distances along the surface and of the biharmonic ones, in percent of the largest.
 fn errors(judge: &Original, mesh: &TriMesh) -> Result<[f64; 2], Failure> {
-    let figures = compare(judge, mesh);
+    let figures = compare(judge, mesh, mesh.positions().len());
     let value = |name: &str| figures.iter().find(|figure| figure.name == name)?.value;
     let both = value("geodesic_error").zip(value("biharmonic_error"));
     let (geodesic, biharmonic) = both.ok_or("the distances cannot be measured")?;
