@@ -17,8 +17,8 @@ pub struct IrregularEdges {
 ///
 /// ```
 /// use neural_mesh::mesh::{irregular_edges, shapes};
-/// let irregular = irregular_edges(&shapes::grid(2, 2));
-/// assert!(irregular.open.len() == 8 && irregular.non_manifold.is_empty() && irregular.turned.is_empty());
+/// let irregular = irregular_edges(&shapes::grid(3, 3));
+/// assert!(irregular.open.len() == 12 && irregular.non_manifold.is_empty() && irregular.turned.is_empty());
 /// ```
 pub fn irregular_edges(mesh: &TriMesh) -> IrregularEdges {
     let mut irregular = IrregularEdges::default();
