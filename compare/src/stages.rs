@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Result;
-use nix::time::ClockId;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Options, Target, simplify};
+use nix::time::ClockId;
 
 use crate::load::{load, name};
 use crate::methods::{Scores, meshoptimizer};

@@ -389,7 +389,8 @@ impl Collapse {
                 let (old_squared, new_squared) = (old.length_squared(), new.length_squared());
                 let scale = p.distance_squared(q).max(p.distance_squared(r));
                 let had_normal = old_squared > 1e-12 * scale * scale;
-                if had_normal && !(old.dot(new) > LEAST_COSINE * old_squared.sqrt() * new_squared.sqrt()) {
+                let stays = old.dot(new) > LEAST_COSINE * old_squared.sqrt() * new_squared.sqrt();
+                if had_normal && !stays {
                     return true;
                 }
             }

@@ -119,8 +119,8 @@ fn turned_regions(positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::regions::sums;
+    use super::*;
     use crate::mesh::shapes;
     use glam::Vec3;
 

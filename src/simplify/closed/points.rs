@@ -60,7 +60,7 @@ impl<'a> Points<'a> {
             let chunks = faces.par_chunks_mut(CHUNK).zip(found.par_chunks_mut(CHUNK)).enumerate();
             chunks.for_each(|(chunk, (faces, found))| {
                 let first = (batch * BATCH + chunk * CHUNK) as u64;
-                let points = (first..first + faces.len() as u64).map(|i| (i * stride >> 32) as u32);
+                let points = (first..first + faces.len() as u64).map(|i| ((i * stride) >> 32) as u32);
                 self.place_run(facets, points.collect(), faces, found);
             });
             hand_on(found);

@@ -184,7 +184,8 @@ pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32,
         return BTreeMap::new();
     }
     let inside = |r: u32| wanted[r as usize];
-    let mut pairs: Vec<(u32, u32)> = (0u32..).zip(&assignment.region).filter(|(_, r)| inside(**r)).map(|(v, &r)| (r, v)).collect();
+    let mut pairs: Vec<(u32, u32)> =
+        (0u32..).zip(&assignment.region).filter(|(_, r)| inside(**r)).map(|(v, &r)| (r, v)).collect();
     pairs.sort_unstable();
     pairs.chunk_by(|x, y| x.0 == y.0).map(|list| (list[0].0, list.iter().map(|pair| pair.1).collect())).collect()
 }
@@ -323,7 +324,8 @@ mod tests {
     fn regions_of_one_vertex_each_are_numbered_like_the_vertices() {
         let surface = Surface::new(&shapes::icosphere(1));
         let n_regions = surface.n_vertices();
-        let mut assignment = Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
+        let mut assignment =
+            Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
         let mut sums = sums(&surface, &assignment);
         let quotient = quotient(&surface, &mut assignment, &mut sums);
         assert_eq!(quotient.faces, surface.faces);

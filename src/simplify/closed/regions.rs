@@ -99,8 +99,15 @@ pub(super) fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
 /// are due, and keeps the sums of the regions in step.
 ///
 /// Regions stay discs: a vertex moves only where it is a simple point of both regions.
-pub(super) fn sweep(surface: &Surface, assignment: &mut Assignment, sums: &mut [Sum], n_sweeps: usize, mut due: Vec<bool>) {
-    let (centres, errors) = sums.iter().map(|&sum| Region::new(sum)).map(|region| (region.centre, region.error)).unzip();
+pub(super) fn sweep(
+    surface: &Surface,
+    assignment: &mut Assignment,
+    sums: &mut [Sum],
+    n_sweeps: usize,
+    mut due: Vec<bool>,
+) {
+    let (centres, errors) =
+        sums.iter().map(|&sum| Region::new(sum)).map(|region| (region.centre, region.error)).unzip();
     let mut state = Sweep { surface, region: &mut assignment.region, sums, centres, errors };
     for _ in 0..n_sweeps {
         let mut next = vec![false; surface.n_vertices()];
@@ -143,7 +150,8 @@ impl Sweep<'_> {
         let own = self.region[v as usize];
         let vertex = Vertex::of(self.surface, v);
         let (cost, label) = self.cheapest(&vertex, v, own);
-        if !(cost < vertex.costs(&Lanes::all(self.centres[own as usize]), -1.0)[0]) {
+        let is_less = cost < vertex.costs(&Lanes::all(self.centres[own as usize]), -1.0)[0];
+        if !is_less {
             return false;
         }
         if !self.touches_once(v, own) || !self.touches_once(v, label) {
@@ -155,7 +163,8 @@ impl Sweep<'_> {
         with += moved;
         let (without, with) = (Region::new(without), Region::new(with));
         let before = self.errors[own as usize] + self.errors[label as usize];
-        if !(without.error + with.error < before) {
+        let pays = without.error + with.error < before;
+        if !pays {
             return false;
         }
         for (r, region) in [(own, without), (label, with)] {
