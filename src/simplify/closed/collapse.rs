@@ -144,11 +144,15 @@ pub(in crate::simplify) struct Limit {
 }
 
 /// Unit normal of a triangle; zero where it has (nearly) no area.
-fn unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    let normal = area_normal([a, b, c]);
+fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
+    let normal = area_normal(corners);
+    if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
+}
+
+/// Whether this normal of a triangle is more than rounding.
+fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let scale = a.distance_squared(b).max(a.distance_squared(c));
-    let squared = normal.length_squared();
-    if squared <= 1e-12 * scale * scale { Vec3::ZERO } else { normal / squared.sqrt() }
+    area_normal.length_squared() > 1e-12 * scale * scale
 }
 
 /// An edge about to be merged, seen from its first end: the summed quadric about there, and where the other end is.
@@ -350,11 +354,9 @@ impl Collapse {
         }
         self.history.iter_mut().for_each(|history| history.push(Merge { kept: u, gone: v, place }));
         self.merge(u, v, opposite);
-        // The offset that was rounded, so that the quadric stands about the very position.
-        let offset = (x - self.nodes[u as usize].position).as_dvec3();
         let node = &mut self.nodes[u as usize];
-        let Quadric { a, b, c } = pair.sum.about(offset);
-        node.quadric = LocalQuadric { a: a.map(|x| x as f32), b: b.as_vec3().to_array(), c: c.max(0.0) as f32 };
+        // About the position as it was rounded.
+        node.quadric = LocalQuadric::new(&pair.sum, x - node.position);
         node.position = x;
         self.positions[u as usize] = x;
         true
@@ -386,11 +388,8 @@ impl Collapse {
             let here = self.positions.get(w as usize).copied();
             if let (Some(q), Some(r)) = (before, here) {
                 let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
-                let (old_squared, new_squared) = (old.length_squared(), new.length_squared());
-                let scale = p.distance_squared(q).max(p.distance_squared(r));
-                let had_normal = old_squared > 1e-12 * scale * scale;
-                let stays = old.dot(new) > LEAST_COSINE * old_squared.sqrt() * new_squared.sqrt();
-                if had_normal && !stays {
+                let stays = old.dot(new) > LEAST_COSINE * old.length() * new.length();
+                if !stays && has_area(old, [p, q, r]) {
                     return true;
                 }
             }

@@ -19,14 +19,14 @@ const HEAVY: f64 = 0.2;
 const ROUNDS: usize = 8;
 
 /// Cuts costly regions in two while they hold much of the error, at most until there are `most_regions`, and keeps the
-/// sums of the regions in step. Says of every vertex whether its region was cut, or that of a neighbour.
+/// sums of the regions in step. Returns the vertices of the regions that were cut; those cut twice come twice.
 pub(super) fn cut_costly(
     surface: &Surface,
     assignment: &mut Assignment,
     sums: &mut Vec<Sum>,
     most_regions: usize,
-) -> Vec<bool> {
-    let mut cut = vec![false; surface.n_vertices()];
+) -> Vec<u32> {
+    let mut cut = Vec::new();
     let mut errors: Vec<f64> = sums.iter().map(error).collect();
     let mut lists = BTreeMap::new();
     for _ in 0..ROUNDS {
@@ -45,10 +45,7 @@ pub(super) fn cut_costly(
             }
             let Some(whole) = lists.remove(&r).filter(|whole: &Vec<u32>| whole.len() > 1) else { continue };
             cut_region(surface, assignment, &whole);
-            for &v in &whole {
-                cut[v as usize] = true;
-                surface.neighbors(v).iter().for_each(|&w| cut[w as usize] = true);
-            }
+            cut.extend_from_slice(&whole);
             move_sums(surface, assignment, sums, (r, &whole));
             errors[r as usize] = error(&sums[r as usize]);
             errors.push(error(&sums[errors.len()]));

@@ -213,8 +213,13 @@ fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usiz
         regions::sweep(surface, assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
     let cut = costly::cut_costly(surface, assignment, &mut sums, n_samples);
-    if with_sweeps && cut.contains(&true) {
-        regions::sweep(surface, assignment, &mut sums, 1, cut);
+    if with_sweeps && !cut.is_empty() {
+        let mut due = vec![false; surface.n_vertices()];
+        for v in cut {
+            due[v as usize] = true;
+            surface.neighbors(v).iter().for_each(|&w| due[w as usize] = true);
+        }
+        regions::sweep(surface, assignment, &mut sums, 1, due);
     }
     sums
 }

@@ -45,7 +45,7 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment, sums: &mu
         mark_flat_pillows(&closed, assignment.n_regions, &mut broken);
         let parts = if rounds < HALVINGS { Parts::Halves } else { Parts::Vertices };
         rounds += 1;
-        if broken.contains(&true) && refine(surface, assignment, sums, &broken, parts, &closed) {
+        if refine(surface, assignment, sums, &broken, parts, &closed) {
             continue;
         }
         let rings = OneRings::new(n_nodes, &closed);

@@ -150,7 +150,7 @@ impl Sweep<'_> {
         let own = self.region[v as usize];
         let vertex = Vertex::of(self.surface, v);
         let (cost, label) = self.cheapest(&vertex, v, own);
-        let is_less = cost < vertex.costs(&Lanes::all(self.centres[own as usize]), -1.0)[0];
+        let is_less = cost < vertex.cost(self.centres[own as usize], -1.0);
         if !is_less {
             return false;
         }
@@ -176,21 +176,11 @@ impl Sweep<'_> {
     }
 
     /// The neighbouring region that `v` would cost least in, and that cost.
-    #[inline(always)]
     fn cheapest(&self, vertex: &Vertex, v: u32, own: u32) -> (f32, u32) {
         let mut best = (f32::INFINITY, own);
-        for chunk in self.surface.neighbors(v).chunks(LANES) {
-            let mut labels = [own; LANES];
-            let mut lanes = Lanes::default();
-            for (i, &w) in chunk.iter().enumerate() {
-                labels[i] = self.region[w as usize];
-                lanes.set(i, self.centres[labels[i] as usize]);
-            }
-            let costs = vertex.costs(&lanes, 1.0);
-            for i in 0..LANES {
-                let is_less = labels[i] != own && costs[i] < best.0;
-                best = if is_less { (costs[i], labels[i]) } else { best };
-            }
+        for label in self.surface.neighbors(v).iter().map(|&w| self.region[w as usize]) {
+            let cost = vertex.cost(self.centres[label as usize], 1.0);
+            best = if label != own && cost < best.0 { (cost, label) } else { best };
         }
         best
     }
@@ -225,40 +215,13 @@ impl Vertex {
         Self { quadric, position: surface.positions[v as usize], weight }
     }
 
-    /// What the vertex adds to the errors of regions that it joins (1) or belongs to (-1): its planes' distance from the
+    /// What the vertex adds to the error of a region that it joins (1) or belongs to (-1): its planes' distance from the
     /// region's vertex, less what that vertex gives way.
-    #[inline(always)]
-    fn costs(&self, regions: &Lanes, sign: f32) -> [f32; LANES] {
+    fn cost(&self, centre: Vec4, sign: f32) -> f32 {
         let [xx, xy, xz, yy, yz, zz] = self.quadric;
-        let (p, weight) = (self.position, sign * self.weight);
-        std::array::from_fn(|i| {
-            let (x, y, z) = (regions.x[i] - p.x, regions.y[i] - p.y, regions.z[i] - p.z);
-            let distance = x * (xx * x + 2.0 * (xy * y + xz * z)) + y * (yy * y + 2.0 * yz * z) + zz * z * z;
-            distance * regions.weight[i] / (regions.weight[i] + weight).max(f32::MIN_POSITIVE)
-        })
-    }
-}
-
-/// Regions that are looked at together.
-const LANES: usize = 8;
-
-/// The vertices and weights of a few regions, coordinate by coordinate.
-#[derive(Default)]
-struct Lanes {
-    x: [f32; LANES],
-    y: [f32; LANES],
-    z: [f32; LANES],
-    weight: [f32; LANES],
-}
-
-impl Lanes {
-    fn all(centre: Vec4) -> Self {
-        Self { x: [centre.x; LANES], y: [centre.y; LANES], z: [centre.z; LANES], weight: [centre.w; LANES] }
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, centre: Vec4) {
-        [self.x[lane], self.y[lane], self.z[lane], self.weight[lane]] = centre.to_array();
+        let Vec3 { x, y, z } = centre.truncate() - self.position;
+        let distance = x * (xx * x + 2.0 * (xy * y + xz * z)) + y * (yy * y + 2.0 * yz * z) + zz * z * z;
+        distance * centre.w / (centre.w + sign * self.weight).max(f32::MIN_POSITIVE)
     }
 }
 
