@@ -155,7 +155,7 @@ fn surveyed_coordinates_keep_their_millimetres() {
     let text: String =
         positions.iter().map(|[x, y, z]| format!("v {x:.3} {y:.3} {z:.3}\n")).collect::<String>() + "f 1 2 3\n";
     assert!(io::read(text.as_bytes(), None).unwrap().double);
-    let raw = RawMesh { positions: positions.clone(), faces, double: true, dropped_faces: 0 };
+    let raw = RawMesh { positions: positions.clone(), faces, double: true, ..RawMesh::default() };
     let Cleaned { mesh, frame, source, .. } = clean(raw, &CleanOptions::default()).unwrap();
     for format in [Format::Obj, Format::Ply, Format::PlyAscii, Format::Off] {
         let back = io::read(&io::write(&mesh, &frame, format).unwrap(), None).unwrap();

@@ -14,7 +14,7 @@
 
 use super::first_equal::first_equal;
 use super::repeated_faces::repeated_faces;
-use super::{Frame, InvalidMesh, RawMesh, TriMesh};
+use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
 /// What cleaning may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +59,8 @@ pub struct Cleaned {
     pub counts: CleanCounts,
     /// The vertex of the raw mesh that each vertex is, n_vertices.
     pub source: Vec<u32>,
+    /// What corners and faces carry.
+    pub attributes: Attributes,
 }
 
 /// Why nothing valid is left.
@@ -75,6 +77,8 @@ pub enum CleanError {
     },
     /// More vertices or faces than `u32` indices reach.
     TooLarge,
+    /// There is not one row of attributes for each face, or they name values that do not exist.
+    UnfitAttributes,
     /// The mesh extends beyond what `f32` holds.
     TooFar {
         /// A vertex that lies too far out.
@@ -93,6 +97,7 @@ impl std::fmt::Display for CleanError {
                 write!(f, "no usable face (faces: {n_faces}, vertices: {n_vertices}, {counts}): mend the mesh")
             }
             Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
+            Self::UnfitAttributes => write!(f, "the attributes are not those of the faces: give one row for each face"),
             Self::TooFar { vertex } => {
                 write!(f, "vertex {vertex} lies beyond the range of single precision (3.4e38): scale the mesh")
             }
@@ -134,35 +139,65 @@ impl std::fmt::Display for CleanCounts {
 /// assert_eq!(cleaned.counts.to_string(), "welded vertices: 1, degenerate faces: 1, duplicate faces: 1");
 /// ```
 pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError> {
-    let RawMesh { positions, mut faces, double, dropped_faces } = raw;
+    let RawMesh { positions, faces, double, dropped_faces, mut attributes } = raw;
     let (n_raw_vertices, n_raw_faces) = (positions.len(), faces.len());
     if n_raw_vertices.max(n_raw_faces) > (u32::MAX / 4) as usize {
         return Err(CleanError::TooLarge);
     }
     let mut counts = CleanCounts { dropped_faces, ..CleanCounts::default() };
+    let mut faces = FaceList::new(faces, !attributes.is_empty());
     drop_broken_faces(&positions, &mut faces, &mut counts);
-    let used = used_vertices(&faces, n_raw_vertices);
+    let used = used_vertices(&faces.corners, n_raw_vertices);
     let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
     let local = to_local(positions, &used, &frame)?;
     if options.weld {
-        counts.welded_vertices = weld(&local, &used, &mut faces);
+        counts.welded_vertices = weld(&local, &used, &mut faces.corners);
     }
     drop_degenerate_faces(&mut faces, &mut counts);
     drop_duplicate_faces(&mut faces, local.len(), &mut counts);
+    let FaceList { corners: mut faces, numbers } = faces;
     let (local, source) = drop_unused_vertices(local, &mut faces);
     counts.unreferenced_vertices = n_raw_vertices - counts.welded_vertices - local.len();
     if faces.is_empty() {
         return Err(CleanError::NoFaces { n_vertices: n_raw_vertices, n_faces: n_raw_faces, counts });
     }
+    if let Some(numbers) = numbers {
+        attributes = attributes.of_faces(&numbers).ok_or(CleanError::UnfitAttributes)?;
+    }
     let mesh = TriMesh::new(local, faces).map_err(|error| match error {
         InvalidMesh::NotFinite { vertex } => CleanError::TooFar { vertex: source[vertex] as usize },
         _ => CleanError::TooLarge,
     })?;
-    Ok(Cleaned { mesh, frame, counts, source })
+    Ok(Cleaned { mesh, frame, counts, source, attributes })
+}
+
+/// The faces that are left, and where they stood if anyone has to know.
+struct FaceList {
+    corners: Vec<[u32; 3]>,
+    numbers: Option<Vec<u32>>,
+}
+
+impl FaceList {
+    fn new(corners: Vec<[u32; 3]>, numbered: bool) -> Self {
+        let numbers = numbered.then(|| (0..corners.len() as u32).collect());
+        Self { corners, numbers }
+    }
+
+    fn len(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Keeps the faces that are wanted; `is_wanted` sees each once, in order.
+    fn retain(&mut self, mut is_wanted: impl FnMut(&[u32; 3]) -> bool) {
+        let Some(numbers) = &mut self.numbers else { return self.corners.retain(is_wanted) };
+        let mut both = std::mem::take(&mut self.corners).into_iter().zip(std::mem::take(numbers)).collect::<Vec<_>>();
+        both.retain(|(face, _)| is_wanted(face));
+        (self.corners, *numbers) = both.into_iter().unzip();
+    }
 }
 
 /// Steps 1 and 2, and the first half of 4.
-fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
+fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     let n_vertices = positions.len();
     let all_finite = positions.iter().flatten().all(|x| x.is_finite());
     faces.retain(|face| {
@@ -177,7 +212,7 @@ fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut Vec<[u32; 3]>, counts: 
 }
 
 /// Step 4.
-fn drop_degenerate_faces(faces: &mut Vec<[u32; 3]>, counts: &mut CleanCounts) {
+fn drop_degenerate_faces(faces: &mut FaceList, counts: &mut CleanCounts) {
     let before = faces.len();
     faces.retain(|&[a, b, c]| a != b && b != c && c != a);
     counts.degenerate_faces += before - faces.len();
@@ -238,8 +273,8 @@ fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]]) -> usize {
 }
 
 /// Step 5.
-fn drop_duplicate_faces(faces: &mut Vec<[u32; 3]>, n_vertices: usize, counts: &mut CleanCounts) {
-    let repeated = repeated_faces(faces, n_vertices);
+fn drop_duplicate_faces(faces: &mut FaceList, n_vertices: usize, counts: &mut CleanCounts) {
+    let repeated = repeated_faces(&faces.corners, n_vertices);
     counts.duplicate_faces += repeated.len();
     if !repeated.is_empty() {
         let mut repeated = repeated.into_iter().peekable();
@@ -268,6 +303,7 @@ fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]]) -> (Vec<[f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::{Channel, Role};
     use proptest::prelude::*;
 
     const NAN: f64 = f64::NAN;
@@ -364,7 +400,7 @@ mod tests {
         let positions: Vec<_> =
             (0..30).map(|i| [5e6 + step * f64::from(i), -4.2e6 + step * f64::from(i * i), 300.0]).collect();
         let faces = (0..28).map(|i| [i, i + 1, i + 2]).collect();
-        let raw = RawMesh { positions: positions.clone(), faces, double: true, dropped_faces: 0 };
+        let raw = RawMesh { positions: positions.clone(), faces, double: true, ..RawMesh::default() };
         let Cleaned { mesh, frame, .. } = clean(raw, &CleanOptions::default()).unwrap();
         for (local, exact) in mesh.positions().iter().zip(&positions) {
             let written = frame.to_file(*local);
@@ -375,7 +411,7 @@ mod tests {
     #[test]
     fn doubles_near_the_origin_are_not_moved() {
         let positions = vec![[0.1f32; 3].map(f64::from), [1.0, -0.2, 0.0], [0.0, 1.0, 0.0]];
-        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, dropped_faces: 0 };
+        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, ..RawMesh::default() };
         assert_eq!(clean(raw, &CleanOptions::default()).unwrap().frame.origin, [0.0; 3]);
     }
 
@@ -383,14 +419,14 @@ mod tests {
     fn what_exceeds_single_precision_is_refused_in_one_line() {
         for double in [false, true] {
             let positions = vec![[0.0; 3], [1e300, 0.0, 0.0], [0.0, 1.0, 0.0], [-1e300, 0.0, 0.0]];
-            let raw = RawMesh { positions, faces: vec![[0, 1, 2], [1, 2, 3]], double, dropped_faces: 0 };
+            let raw = RawMesh { positions, faces: vec![[0, 1, 2], [1, 2, 3]], double, ..RawMesh::default() };
             let error = clean(raw, &CleanOptions::default()).unwrap_err();
             assert!(matches!(error, CleanError::TooFar { .. }), "{error}");
             assert!(!error.to_string().contains('\n'));
         }
         // Far out, but small: fits once moved.
         let positions = vec![[1e300, 0.0, 0.0], [1e300, 1.0, 0.0], [1e300, 0.0, 1.0]];
-        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, dropped_faces: 0 };
+        let raw = RawMesh { positions, faces: vec![[0, 1, 2]], double: true, ..RawMesh::default() };
         assert!(clean(raw, &CleanOptions::default()).is_ok());
     }
 
@@ -401,5 +437,21 @@ mod tests {
         assert!(text.starts_with("no usable face (faces: 2, vertices: 3"), "{text}");
         assert!(text.contains("faces with non-finite corners: 1, faces with corners out of range: 1"), "{text}");
         assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces (vertices: 1)"));
+    }
+
+    #[test]
+    fn attributes_stay_with_their_faces() {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]];
+        let faces = vec![[0, 1, 9], [3, 1, 2], [0, 0, 1], [0, 2, 1]];
+        let values = (0..4).map(|i| i as f32).collect();
+        let channels = vec![Channel { name: "heat".into(), role: Role::Other, width: 1, values }];
+        let attributes = Attributes { wedges: faces.clone(), channels, groups: vec![5, 6, 7, 8] };
+        let raw = RawMesh { positions, faces, attributes, ..RawMesh::default() };
+        let Cleaned { mesh, attributes, .. } = clean(raw.clone(), &CleanOptions::default()).unwrap();
+        assert_eq!(mesh.faces(), [[0, 1, 2]]);
+        assert_eq!((attributes.wedges, attributes.groups), (vec![[3, 1, 2]], vec![6]));
+        let mut short = raw;
+        short.attributes.groups.truncate(1);
+        assert_eq!(clean(short, &CleanOptions::default()), Err(CleanError::UnfitAttributes));
     }
 }

@@ -1,5 +1,6 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
+mod attributes;
 pub mod cleanup;
 mod compact;
 mod edges;
@@ -20,6 +21,7 @@ pub(crate) mod union_find;
 mod vertex_normals;
 mod winding;
 
+pub use attributes::{Attributes, Channel, Role};
 pub use compact::compact;
 pub use edges::{Edge, edges};
 pub use irregular_edges::{IrregularEdges, irregular_edges};

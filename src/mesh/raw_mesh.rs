@@ -1,5 +1,7 @@
 //! A mesh as a file states it: parsed, not yet checked.
 
+use super::Attributes;
+
 /// Vertices and triangles as read: indices may be out of range, coordinates may be NaN, positions may repeat.
 ///
 /// Polygons are triangulated by the reader; everything else that can be wrong is `cleanup`'s to handle.
@@ -13,6 +15,8 @@ pub struct RawMesh {
     pub double: bool,
     /// Faces of the file that could not become triangles (fewer than three corners).
     pub dropped_faces: usize,
+    /// What corners and faces carry, with a row for each of `faces` where there is anything.
+    pub attributes: Attributes,
 }
 
 /// How the `f32` coordinates of a [`TriMesh`](super::TriMesh) lie in the file: `file = origin + local`.

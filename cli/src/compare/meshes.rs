@@ -74,7 +74,7 @@ mod tests {
 
     fn far_triangle(x: f64, double: bool) -> Cleaned {
         let positions = vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
-        clean(RawMesh { positions, faces: vec![[0, 1, 2]], double, dropped_faces: 0 }, &CleanOptions::default())
+        clean(RawMesh { positions, faces: vec![[0, 1, 2]], double, ..RawMesh::default() }, &CleanOptions::default())
             .unwrap()
     }
 
