@@ -43,6 +43,8 @@ pub(super) struct Pruned {
     pub mesh: TriMesh,
     /// Where its vertices stood.
     pub sources: Vec<u32>,
+    /// Which of its faces are left.
+    pub faces: Vec<u32>,
     /// Number of components dropped.
     pub n_dropped: usize,
 }
@@ -72,9 +74,9 @@ pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<Pruned> {
     if n_dropped == 0 {
         return None;
     }
-    let kept = mesh.faces().iter().zip(&component).filter(|(_, c)| !dropped[**c as usize]);
-    let faces: Vec<[u32; 3]> = kept.map(|(face, _)| *face).collect();
-    compact(mesh.positions(), faces).ok().map(|(mesh, sources)| Pruned { mesh, sources, n_dropped })
+    let faces: Vec<u32> = (0u32..).zip(&component).filter(|(_, c)| !dropped[**c as usize]).map(|(f, _)| f).collect();
+    let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
+    compact(mesh.positions(), kept).ok().map(|(mesh, sources)| Pruned { mesh, sources, faces, n_dropped })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod bending;
 mod closed;
 mod components;
+mod input;
 mod mesh_points;
 mod network_scores;
 mod one_pass;
@@ -16,14 +17,15 @@ mod weighed;
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
-use crate::mesh::{TriMesh, compact};
+use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
-use closed::{Closed, Derivative, End, Limit, Request, is_sound, simplify_closed};
+use closed::{Closed, Derivative, End, Keep, Limit, Request, is_sound, simplify_closed};
 use components::{count_components, pruned};
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
+pub use input::Input;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use one_pass::one_pass;
@@ -68,7 +70,38 @@ pub fn simplify(
     options: &Options,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
-    run(mesh, weights, &Task { options, differentiable: false }, progress).map(|(simplified, _)| simplified)
+    simplify_input(&Input::bare(mesh), weights, options, progress)
+}
+
+/// As [`simplify`], with what the mesh carries: texture coordinates, normals, materials, skins come back with the result,
+/// and vertices may count more than others.
+///
+/// Seams stay seams: no face of the result mixes two groups, or the two sides of an edge where the values jump. The values at
+/// a corner are those of the original at the nearest point on the corner's side. The paper's assembly carries nothing.
+///
+/// # Errors
+/// As [`simplify`]; [`SimplifyError::BadInput`] where attributes or importance are not those of the mesh.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use neural_mesh::mesh::{Attributes, shapes};
+/// use neural_mesh::simplify::{Input, Options, Target, simplify_input};
+/// let mesh = shapes::icosphere(4);
+/// let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
+/// let groups = mesh.faces().iter().map(|face| u32::from(is_north(face))).collect();
+/// let attributes = Attributes { groups, ..Attributes::default() };
+/// let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+/// let options = Options::new(Target::Vertices(200));
+/// let result = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(result.attributes.groups.len(), result.mesh.faces().len());
+/// ```
+pub fn simplify_input(
+    input: &Input,
+    weights: Option<&Weights>,
+    options: &Options,
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    run(input, weights, &Task { options, differentiable: false }, progress).map(|(simplified, _)| simplified)
 }
 
 /// As [`simplify`], with the record of how the result depends on the positions of the input. Takes longer; the result
@@ -99,7 +132,8 @@ pub fn simplify_recorded(
     options: &Options,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let (simplified, derivative) = run(mesh, weights, &Task { options, differentiable: true }, progress)?;
+    let task = Task { options, differentiable: true };
+    let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {
         Some(derivative) => Record::closed(n_input, n_output, derivative),
@@ -116,23 +150,29 @@ struct Task<'a> {
 }
 
 fn run(
-    mesh: &TriMesh,
+    input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
     let options = task.options;
-    let (mesh, sources) = without_unused(mesh)?;
+    input.check()?;
+    let (mesh, sources) = without_unused(input.mesh)?;
+    let importance = input.importance_of(sources.as_deref());
+    let input = Input { mesh: &mesh, importance: &importance, ..*input };
     let limit = resolve_limit(&mesh, options)?;
     let oversample = resolve_oversample(&mesh, limit, options)?;
     let is_small = limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len();
     match options.assembly {
         Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => {
-            Ok((unchanged(&mesh, sources, options, oversample), None))
+            Ok((unchanged(&input, sources, options, oversample), None))
         }
-        Assembly::Paper if is_small => Ok((unchanged(&mesh, sources, options, oversample), None)),
+        Assembly::Paper if is_small => Ok((unchanged(&input, sources, options, oversample), None)),
         Assembly::Closed => {
-            let (simplified, derivative) = closed_result(&mesh, weights, task, limit, oversample, progress)?;
+            let (mut simplified, derivative) = closed_result(&input, weights, task, limit, oversample, progress)?;
+            if let (Some(kept), Some(_)) = (&mut simplified.source_vertices, &sources) {
+                *kept = through(sources.clone(), std::mem::take(kept));
+            }
             Ok((simplified, derivative.map(|derivative| within(derivative, sources))))
         }
         Assembly::Paper => Ok((paper_result(&mesh, sources, weights, options, limit, progress)?, None)),
@@ -148,7 +188,7 @@ fn within(derivative: Derivative, sources: Option<Vec<u32>>) -> Derivative {
 }
 
 fn closed_result(
-    mesh: &TriMesh,
+    input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     limit: Limit,
@@ -157,22 +197,34 @@ fn closed_result(
 ) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
     let Task { options, differentiable } = *task;
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
-    let pruned = if options.prune { pruned(mesh, n_target) } else { None };
-    let (mesh, n_pruned) = pruned.as_ref().map_or((mesh, 0), |pruned| (&pruned.mesh, pruned.n_dropped));
+    let pruned = if options.prune { pruned(input.mesh, n_target) } else { None };
+    let n_pruned = pruned.as_ref().map_or(0, |pruned| pruned.n_dropped);
+    let left = pruned.as_ref().map(|pruned| input.part(&pruned.sources, &pruned.faces)).transpose()?;
+    let mesh = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
+    let (attributes, factors) = left.as_ref().map_or((input.attributes, input.importance), |left| (&left.0, &left.1));
     let importance = match options.scores {
+        _ if !factors.is_empty() => Importance::Given(factors),
         ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
         ScoreSource::Geometry => Importance::Even,
     };
+    let edges = input::kept_edges(mesh, attributes, options);
+    let locked = input::locked_vertices(mesh, options);
+    let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
+    let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes };
     let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
-    let request = Request { limit, oversample, importance, parts, seed, frame, differentiable };
+    let request = Request { limit, oversample, importance, parts, seed, frame, differentiable, keep };
     let mut closed = simplify_closed(mesh, &request, progress)?;
     let report = Report {
         outcome: outcome(closed.end),
         components_pruned: n_pruned,
+        kept_edges: edges.len(),
+        locked_vertices: locked.iter().filter(|&&locked| locked).count(),
         ..closed_report(&closed, options, oversample)
     };
-    let derivative = closed.derivative.take().map(|derivative| within(derivative, pruned.map(|p| p.sources)));
-    Ok((Simplified { mesh: closed.mesh, source_vertices: None, report }, derivative))
+    let sources = pruned.map(|p| p.sources);
+    let derivative = closed.derivative.take().map(|derivative| within(derivative, sources.clone()));
+    let source_vertices = closed.source_vertices.map(|kept| through(sources, kept));
+    Ok((Simplified { mesh: closed.mesh, attributes: closed.attributes, source_vertices, report }, derivative))
 }
 
 fn paper_result(
@@ -188,14 +240,17 @@ fn paper_result(
     let result = paper::simplify_paper(mesh, n_target, weights, options.seed, progress)?;
     let (lighter, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
     let report = plain_report(&lighter, options);
-    Ok(Simplified { mesh: lighter, source_vertices: Some(through(sources, kept)), report })
+    let source_vertices = Some(through(sources, kept));
+    Ok(Simplified { mesh: lighter, attributes: Attributes::default(), source_vertices, report })
 }
 
 /// The mesh as it is, for targets that it meets already.
-fn unchanged(mesh: &TriMesh, sources: Option<Vec<u32>>, options: &Options, oversample: f64) -> Simplified {
+fn unchanged(input: &Input, sources: Option<Vec<u32>>, options: &Options, oversample: f64) -> Simplified {
+    let mesh = input.mesh;
     let all = (0..mesh.positions().len() as u32).collect();
     let report = Report { oversample, ..plain_report(mesh, options) };
-    Simplified { mesh: mesh.clone(), source_vertices: Some(through(sources, all)), report }
+    let source_vertices = Some(through(sources, all));
+    Simplified { mesh: mesh.clone(), attributes: input.attributes.clone(), source_vertices, report }
 }
 
 /// Vertices of the caller's mesh for vertices of the one without unused vertices.
@@ -224,6 +279,7 @@ fn outcome(end: End) -> Outcome {
     match end {
         End::Reached => Outcome::Reached,
         End::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
+        End::Held => Outcome::Stopped("seams, creases or locked vertices hold what is left".into()),
         End::WouldTurn => Outcome::Stopped("no edge is left that could go without turning a face over".into()),
     }
 }
@@ -252,6 +308,8 @@ fn plain_report(mesh: &TriMesh, options: &Options) -> Report {
         vertices_after_pass: mesh.positions().len(),
         components_at_minimum: count_components(mesh).1,
         components_pruned: 0,
+        kept_edges: 0,
+        locked_vertices: 0,
         split_vertices: 0,
         refined_regions: 0,
         flipped_edges: 0,

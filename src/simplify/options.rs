@@ -1,6 +1,6 @@
 //! What a caller asks of the simplifier and what it is told: plain data, no algorithm.
 
-use crate::mesh::{Frame, TriMesh};
+use crate::mesh::{Attributes, Frame, TriMesh};
 
 /// How large the result should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +38,12 @@ pub struct Options {
     pub seed: u64,
     /// Whether components too small for the target may be dropped instead of kept in their smallest closed form.
     pub prune: bool,
+    /// Whether the vertices and edges of the borders stay as they are (closed assembly only), bit for bit.
+    pub lock_borders: bool,
+    /// Whether the vertices of the result are vertices of the input (closed assembly; the paper's always are).
+    pub subset: bool,
+    /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
+    pub crease_angle: Option<f32>,
     /// How the coordinates will be rounded when written: no two vertices of the result share a rounded position.
     pub frame: Frame,
 }
@@ -52,6 +58,9 @@ impl Options {
             oversample: None,
             seed: 0,
             prune: false,
+            lock_borders: false,
+            subset: false,
+            crease_angle: None,
             frame: Frame::default(),
         }
     }
@@ -126,6 +135,10 @@ pub struct Report {
     pub components_at_minimum: usize,
     /// Components dropped, with `prune` only.
     pub components_pruned: usize,
+    /// Edges of the input that had to stay edges: seams and creases.
+    pub kept_edges: usize,
+    /// Vertices of the input that had to stay where they are.
+    pub locked_vertices: usize,
     /// Vertices that were split because more than one sheet met there, and edges that were cut likewise.
     pub split_vertices: usize,
     /// Quotient edges or regions that had to be refined to keep the surface a manifold.
@@ -141,8 +154,10 @@ pub struct Report {
 pub struct Simplified {
     /// The lighter mesh.
     pub mesh: TriMesh,
+    /// What its corners and faces carry; nothing where the input carries nothing, and with the paper's assembly.
+    pub attributes: Attributes,
     /// For each output vertex the input vertex whose position it has, where every vertex has one
-    /// (paper assembly, or nothing to do).
+    /// (paper assembly, subset, or nothing to do).
     pub source_vertices: Option<Vec<u32>>,
     /// What was done.
     pub report: Report,
@@ -168,6 +183,8 @@ pub enum SimplifyError {
     BadTarget(Target),
     /// `oversample` outside 1 to 4.
     BadOversample(f64),
+    /// The attributes have not one row for each face, or there is not one importance for each vertex.
+    BadInput,
     /// Not one positive factor for every vertex, or there are vertices that no face uses.
     BadImportance,
     /// The network's probabilities leave no face.
@@ -187,6 +204,10 @@ impl std::fmt::Display for SimplifyError {
                 write!(f, "{target:?} is no size: give a ratio above 0 and at most 1, or a count of at least 1")
             }
             Self::BadOversample(x) => write!(f, "oversample {x} is outside 1 to 4"),
+            Self::BadInput => write!(
+                f,
+                "attributes or importance are not those of the mesh: give a row for each face, a positive number for each vertex"
+            ),
             Self::BadImportance => {
                 write!(
                     f,

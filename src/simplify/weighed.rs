@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use crate::mesh::{Frame, TriMesh};
 
-use super::closed::{Importance, Limit, Request, simplify_closed};
+use super::closed::{Importance, Keep, Limit, Request, simplify_closed};
 use super::{Parts, SimplifyError, default_oversample};
 
 /// What an importance leads to.
@@ -57,6 +57,7 @@ pub fn simplify_weighed(
         seed,
         frame: Frame::default(),
         differentiable: false,
+        keep: Keep::default(),
     };
     let closed = simplify_closed(mesh, &request, &mut |_| ControlFlow::Continue(()))?;
     let mut vertex_of = closed.vertex_of;

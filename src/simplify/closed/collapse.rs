@@ -15,6 +15,7 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
 
 use super::bucket_queue::BucketQueue;
+use super::holds::Holds;
 use super::links::{Links, Span};
 
 /// Least cosine between a face's normals before and after a collapse.
@@ -44,6 +45,8 @@ pub(super) struct Collapse {
     /// The highest price so far.
     highest: f32,
     turn_forbidden: bool,
+    /// What holds it back beside the topology.
+    pub holds: Option<Holds>,
     /// The merges in order, where they are to be remembered.
     pub history: Option<Vec<Merge>>,
 }
@@ -120,6 +123,8 @@ pub(in crate::simplify) enum End {
     Smallest,
     /// The edges that could go would turn a face over.
     WouldTurn,
+    /// What has to stay leaves no edge that could go.
+    Held,
 }
 
 /// What is left of the complex, without apexes and dead parts.
@@ -132,6 +137,10 @@ pub(super) struct Remains {
     pub normals: Vec<Vec3>,
     /// For each inner vertex at the start the vertex it was merged into.
     pub vertex_of: Vec<u32>,
+    /// Whether each vertex has to stay where it is; empty where all may move.
+    pub fixed: Vec<bool>,
+    /// The vertices of the surface that the vertices lie on, as far as they were to stay on one; empty where none was.
+    pub origins: Vec<u32>,
 }
 
 /// When to stop.
@@ -156,7 +165,7 @@ fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
 }
 
 /// An edge about to be merged, seen from its first end: the summed quadric about there, and where the other end is.
-struct Pair {
+pub(super) struct Pair {
     sum: Quadric,
     other: DVec3,
 }
@@ -177,14 +186,23 @@ impl Pair {
 
     /// The best of what else comes into question: the two ends and the middle.
     fn best_other(&self) -> (Place, DVec3, f64) {
-        let ways = [(Place::Kept, DVec3::ZERO), (Place::Gone, self.other), (Place::Middle, self.other * 0.5)];
-        let priced = ways.map(|(place, x)| (place, x, self.sum.value(x)));
+        let priced = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
         priced.into_iter().min_by(|x, y| x.2.total_cmp(&y.2)).unwrap_or(priced[2])
+    }
+
+    /// One of the two ends or, for any other place, the middle, from the first end, and what that costs.
+    pub fn at(&self, place: Place) -> (Place, DVec3, f64) {
+        let x = match place {
+            Place::Kept => DVec3::ZERO,
+            Place::Gone => self.other,
+            Place::Middle | Place::Minimum => self.other * 0.5,
+        };
+        (place, x, self.sum.value(x))
     }
 
     /// Where the merged vertex goes, from the first end, and what that costs.
     #[inline(always)]
-    fn placement(&self) -> (Place, DVec3, f64) {
+    pub fn placement(&self) -> (Place, DVec3, f64) {
         match self.minimum_within_reach() {
             Some((x, cost)) => (Place::Minimum, x, cost),
             None => self.best_other(),
@@ -224,6 +242,7 @@ impl Collapse {
             untried_below: 0.0,
             highest: 0.0,
             turn_forbidden: false,
+            holds: None,
             history: None,
         }
     }
@@ -236,7 +255,11 @@ impl Collapse {
             self.fill_queue();
             self.empty_queue(limit);
             if self.n_vertices == before {
-                return if self.turn_forbidden { End::WouldTurn } else { End::Smallest };
+                return match (self.holds.is_some(), self.turn_forbidden) {
+                    (true, _) => End::Held,
+                    (_, true) => End::WouldTurn,
+                    _ => End::Smallest,
+                };
             }
         }
         End::Reached
@@ -269,7 +292,10 @@ impl Collapse {
             number[v as usize]
         };
         let vertex_of = (0..self.n_inner as u32).map(last).collect();
-        Remains { positions, faces, normals, vertex_of }
+        let of_living =
+            self.holds.iter().flat_map(|holds| self.living().map(move |v| (holds.is_fixed(v), holds.origin(v))));
+        let (fixed, origins) = of_living.unzip();
+        Remains { positions, faces, normals, vertex_of, fixed, origins }
     }
 
     fn living(&self) -> impl Iterator<Item = u32> {
@@ -292,7 +318,7 @@ impl Collapse {
         let mut edges = Vec::with_capacity(self.n_faces * 3 / 2 + 3);
         for u in self.living() {
             let later = self.ring(u).iter().filter(|&&v| v > u && !self.is_apex(v));
-            edges.extend(later.map(|&v| self.price(u, v)));
+            edges.extend(later.map(|&v| self.price(u, v)).filter(|edge| edge.cost < f32::INFINITY));
         }
         self.highest = edges.iter().map(|edge| edge.cost).fold(0.0, f32::max);
         self.untried_below = self.highest;
@@ -309,6 +335,9 @@ impl Collapse {
             }
             if edge.stamp != self.nodes[u as usize].version + self.nodes[v as usize].version {
                 let edge = self.price(u, v);
+                if edge.cost == f32::INFINITY {
+                    continue;
+                }
                 self.highest = self.highest.max(edge.cost);
                 self.untried_below = self.untried_below.max(edge.cost);
                 self.queue.push(edge.cost, edge);
@@ -339,14 +368,27 @@ impl Collapse {
 
     fn price(&self, u: u32, v: u32) -> Edge {
         let stamp = self.nodes[u as usize].version + self.nodes[v as usize].version;
-        Edge { ends: [u, v], stamp, cost: self.pair(u, v).placement().2 as f32 }
+        let cost = self.placement(u, v, &self.pair(u, v)).map_or(f32::INFINITY, |(_, _, cost)| cost as f32);
+        Edge { ends: [u, v], stamp, cost }
+    }
+
+    /// Where the merged vertex goes, from `u`, and what that costs; `None` where they have to stay two.
+    #[inline(always)]
+    fn placement(&self, u: u32, v: u32, pair: &Pair) -> Option<(Place, DVec3, f64)> {
+        match &self.holds {
+            None => Some(pair.placement()),
+            Some(holds) => holds.placement(u, v, pair),
+        }
     }
 
     /// Merges `v` into `u` if topology and the faces around allow it.
     fn try_collapse(&mut self, u: u32, v: u32) -> bool {
         let Some(opposite) = self.link_allows(u, v) else { return false };
         let pair = self.pair(u, v);
-        let (place, offset, _) = pair.placement();
+        let Some((place, offset, _)) = self.placement(u, v, &pair) else { return false };
+        if self.holds.as_ref().is_some_and(|holds| !holds.outlive(u, v, opposite)) {
+            return false;
+        }
         let x = (self.nodes[u as usize].position.as_dvec3() + offset).as_vec3();
         if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
             self.turn_forbidden = true;
@@ -354,6 +396,7 @@ impl Collapse {
         }
         self.history.iter_mut().for_each(|history| history.push(Merge { kept: u, gone: v, place }));
         self.merge(u, v, opposite);
+        self.holds.iter_mut().for_each(|holds| holds.merge(u, v, place));
         let node = &mut self.nodes[u as usize];
         // About the position as it was rounded.
         node.quadric = LocalQuadric::new(&pair.sum, x - node.position);

@@ -30,6 +30,8 @@ pub(super) struct Output<'a> {
     pub faces: &'a [[u32; 3]],
     /// Which way the faces are meant to look, n_faces x 3: no step turns one away from it.
     pub meant: &'a [Vec3],
+    /// Whether each vertex stays where it is; empty where all may move.
+    pub fixed: &'a [bool],
 }
 
 /// A step as it was taken.
@@ -146,6 +148,8 @@ fn solve_block(system: &[f32; 9]) -> Vec3 {
 /// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
 fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3]) -> Vec<Vec3> {
     let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
+    let fixed = (0..output.fixed.len()).filter(|&v| output.fixed[v]);
+    fixed.for_each(|v| after[v] = output.positions[v]);
     let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
     let mut turned: Vec<u32> = (0..output.faces.len() as u32).into_par_iter().filter(|f| turns(f, &after)).collect();
     while !turned.is_empty() {
@@ -201,7 +205,7 @@ mod tests {
         let meant: Vec<Vec3> = coarse.faces().iter().map(normal).collect();
         let vertex_of = nearest_of(&surface, &before);
         let mut points = Points::new(&surface, &vertex_of, before.len());
-        let mut output = Output { positions: &mut positions, faces: coarse.faces(), meant: &meant };
+        let mut output = Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, fixed: &[] };
         for _ in 0..n_steps {
             fit(&mut points, &mut output, None);
         }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use super::collapse::Remains;
+use super::corners::Corners;
 use super::faces_around::FacesAround;
 use super::facets::{Facet, Facets};
 use super::points::{Match, Points};
@@ -30,7 +31,7 @@ struct Diamond {
 }
 
 /// Flips edges of the faces, best gains first, each face once; returns how many were flipped.
-pub(super) fn flip(points: &mut Points, remains: &mut Remains) -> usize {
+pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Option<&mut Corners>) -> usize {
     let Remains { positions, faces, normals, .. } = remains;
     let around = FacesAround::new(positions.len(), faces);
     let facets = Facets::new(positions, faces, &around);
@@ -49,8 +50,10 @@ pub(super) fn flip(points: &mut Points, remains: &mut Remains) -> usize {
     let mut made: FxHashSet<[u32; 2]> = FxHashSet::default();
     let mut n_flipped = 0;
     for Diamond { faces: [f, g], corners: [a, b, c, d], .. } in worthwhile {
+        let is_seam = corners.as_ref().is_some_and(|corners| corners.is_seam(faces, [f, g], [a, b]));
         let (f, g) = (f as usize, g as usize);
-        if !touched[f] && !touched[g] && !around.joins(c, d) && made.insert([c.min(d), c.max(d)]) {
+        if !is_seam && !touched[f] && !touched[g] && !around.joins(c, d) && made.insert([c.min(d), c.max(d)]) {
+            corners.iter_mut().for_each(|corners| corners.flip(faces, [f as u32, g as u32], [a, b, c, d]));
             (faces[f], faces[g]) = ([c, d, b], [d, c, a]);
             normals[f] = (normals[f] + normals[g]).normalize_or_zero();
             normals[g] = normals[f];
@@ -167,7 +170,7 @@ mod tests {
         let faces = vec![[0, 1, 2], [1, 0, 3]];
         let normals = faces.iter().map(|f: &[u32; 3]| area_normal(f.map(|v| positions[v as usize])).normalize());
         let normals = normals.collect();
-        (vertex_of.clone(), Remains { positions, faces, normals, vertex_of })
+        (vertex_of.clone(), Remains { positions, faces, normals, vertex_of, fixed: Vec::new(), origins: Vec::new() })
     }
 
     #[test]
@@ -175,10 +178,10 @@ mod tests {
         let surface = roof();
         let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
         let (vertex_of, mut remains) = two_faces(&surface, [left, right, back, front]);
-        assert_eq!(flip(&mut Points::new(&surface, &vertex_of, usize::MAX / 64), &mut remains), 1);
+        assert_eq!(flip(&mut Points::new(&surface, &vertex_of, usize::MAX / 64), &mut remains, None), 1);
         assert_eq!(remains.faces, [[2, 3, 1], [3, 2, 0]]);
         let mut again = two_faces(&surface, [front, back, left, right]);
-        assert_eq!(flip(&mut Points::new(&surface, &again.0, usize::MAX / 64), &mut again.1), 0);
+        assert_eq!(flip(&mut Points::new(&surface, &again.0, usize::MAX / 64), &mut again.1, None), 0);
     }
 
     #[test]
@@ -188,6 +191,6 @@ mod tests {
         remains.positions.push(surface.positions[17 * 4]);
         remains.faces.push([2, 3, 4]);
         remains.normals.push(Vec3::Z);
-        assert_eq!(flip(&mut Points::new(&surface, &vertex_of, usize::MAX / 64), &mut remains), 0);
+        assert_eq!(flip(&mut Points::new(&surface, &vertex_of, usize::MAX / 64), &mut remains, None), 0);
     }
 }

@@ -2,14 +2,17 @@
 
 mod bucket_queue;
 mod collapse;
+mod corners;
 mod costly;
 mod darts;
 mod derivative;
 mod edge_lengths;
 mod faces_around;
 mod facets;
+mod features;
 mod fit;
 mod flips;
+mod holds;
 mod importance;
 mod links;
 mod nearest;
@@ -23,14 +26,17 @@ mod unfold;
 
 use std::ops::ControlFlow;
 
-use crate::mesh::{Frame, TriMesh, topology};
+use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use crate::model::Weights;
 
 use super::options::{Event, Parts, Samples, SimplifyError};
 use collapse::{Collapse, Remains};
+use corners::Corners;
 use darts::Assignment;
 use derivative::Choices;
 use edge_lengths::EdgeLengths;
+use features::Features;
+use holds::Holds;
 use points::Points;
 use regions::Sum;
 use surface::Surface;
@@ -46,6 +52,8 @@ const SWEEPS: usize = 2;
 const COARSE: usize = 15;
 /// Share of the samples that are darts; the rest is for cutting regions that cost too much.
 const DARTS: f64 = 0.9;
+/// How much an edge that stays counts against the surface: weight of the plane that stands on it.
+const EDGE_WEIGHT: f32 = 3.0;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 
@@ -65,6 +73,21 @@ pub(super) struct Request<'a> {
     pub frame: Frame,
     /// Whether the result is to be known as a function of the positions.
     pub differentiable: bool,
+    /// What has to stay.
+    pub keep: Keep<'a>,
+}
+
+/// What has to stay of a mesh beside its shape.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Keep<'a> {
+    /// Edges that stay edges, over vertices of the mesh: seams and creases.
+    pub edges: &'a [[u32; 2]],
+    /// Whether each vertex stays where it is; empty where all may go.
+    pub locked: &'a [bool],
+    /// Whether the vertices of the result have to be vertices of the mesh.
+    pub subset: bool,
+    /// What corners and faces carry.
+    pub attributes: Option<&'a Attributes>,
 }
 
 /// How much more than its area each vertex counts.
@@ -98,6 +121,10 @@ pub(super) struct Closed {
     pub separated_vertices: usize,
     /// The result as a function of the positions, where that was asked for.
     pub derivative: Option<Derivative>,
+    /// What the corners and faces of the result carry.
+    pub attributes: Attributes,
+    /// The vertex of the mesh that each output vertex is, where they were to be such.
+    pub source_vertices: Option<Vec<u32>>,
 }
 
 /// Simplifies `mesh` to the limit of the request.
@@ -112,6 +139,9 @@ pub(super) fn simplify_closed(
     };
     enter("surface")?;
     let mut surface = Surface::new(mesh);
+    let Keep { edges, locked, subset, attributes } = request.keep;
+    let features = Features::on(&surface, edges, locked, subset);
+    surface.support_edges(&features.edges, EDGE_WEIGHT);
     enter("samples")?;
     let n_samples = n_samples(&surface, request);
     let mut assignment = samples(&surface, request, n_samples);
@@ -120,34 +150,53 @@ pub(super) fn simplify_closed(
     enter("cuts")?;
     let mut sums = sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
     enter("quotient")?;
-    let quotient = quotient::quotient(&surface, &mut assignment, &mut sums);
+    if features.set_apart(&mut assignment) {
+        sums = regions::sums(&surface, &assignment);
+    }
+    let quotient = quotient::quotient(&surface, &features, &mut assignment, &mut sums);
     enter("placement")?;
-    let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
+    let mut placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
+    let holds = holds(&surface, &features, &assignment, &mut placed);
     enter("collapse")?;
     let wanted = request.differentiable;
     let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
     let mut collapse = Collapse::new(&placed.positions, &placed.quadrics, &quotient.rings);
     collapse.history = wanted.then(Vec::new);
+    collapse.holds = holds;
     let end = collapse.run(request.limit);
     let merges = collapse.history.take();
     let mut remains = collapse.finish();
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
+    let mut corners =
+        attributes.map(|attributes| Corners::new(&surface, &features, attributes, &vertex_of, &remains.faces));
     let mut points = Points::new(&surface, &vertex_of, remains.positions.len());
-    let flipped_edges = if coarse && request.parts.flips { flips::flip(&mut points, &mut remains) } else { 0 };
+    let flipped_edges =
+        if coarse && request.parts.flips { flips::flip(&mut points, &mut remains, corners.as_mut()) } else { 0 };
     enter("fit")?;
-    let Remains { mut positions, mut faces, normals, vertex_of: output_of } = remains;
-    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals };
+    let Remains { mut positions, mut faces, normals, vertex_of: output_of, fixed, origins } = remains;
+    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, fixed: &fixed };
     let mut steps = wanted.then(Vec::new);
-    if request.parts.fit {
+    if request.parts.fit && !subset {
         fit::fit(&mut points, &mut output, steps.as_mut());
     }
     let fitted = wanted.then(|| faces.clone());
     enter("finish")?;
-    let flipped_edges = flipped_edges + unfold::unfold(&surface, &mut positions, &vertex_of, &mut faces);
+    let mut folded =
+        unfold::Folded { positions: &mut positions, faces: &mut faces, corners: corners.as_mut(), fixed: &fixed };
+    let flipped_edges = flipped_edges + unfold::unfold(&surface, &vertex_of, &mut folded);
+    let carried = corners.zip(attributes);
+    let carried =
+        carried.map(|(corners, attributes)| corners.attributes((mesh, &surface), &features, attributes, &positions));
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
-    let separated_vertices = separate::separate(&mut positions, &request.frame);
+    let sources: Vec<u32> = surface.sources().collect();
+    let source_of = |x: usize| sources[origins[x] as usize];
+    (0..origins.len())
+        .filter(|&x| subset || fixed[x])
+        .for_each(|x| positions[x] = mesh.positions()[source_of(x) as usize]);
+    let separated_vertices = if subset { 0 } else { separate::separate(&mut positions, &request.frame) };
+    let source_vertices = subset.then(|| (0..origins.len()).map(source_of).collect());
     let vertices_after_pass = assignment.n_regions;
     let derivative = match (cases, merges, fitted, steps) {
         (Some(cases), Some(merges), Some(faces), Some(steps)) => {
@@ -167,7 +216,30 @@ pub(super) fn simplify_closed(
         vertex_of,
         separated_vertices,
         derivative,
+        attributes: carried.unwrap_or_default(),
+        source_vertices,
     })
+}
+
+/// What holds the collapse back; in the end the regions' vertices lie where they have to.
+fn holds(
+    surface: &Surface,
+    features: &Features,
+    assignment: &Assignment,
+    placed: &mut placement::Placement,
+) -> Option<Holds> {
+    if features.is_empty() {
+        return None;
+    }
+    let mut origins = vec![0; assignment.n_regions];
+    (0u32..).zip(&assignment.region).for_each(|(v, &r)| origins[r as usize] = v);
+    if features.subset {
+        origins = placement::to_own_vertices(surface, assignment, placed);
+    }
+    for v in (0..features.locked.len()).filter(|&v| features.locked[v]) {
+        placed.positions[assignment.region[v] as usize] = surface.positions[v].as_dvec3();
+    }
+    Some(Holds::new(features, &assignment.region, origins))
 }
 
 /// Whether a mesh is already what the assembly promises: a manifold, wound one way, no two vertices in one place.
@@ -236,7 +308,7 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
     if with_sweeps {
         regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
     }
-    let quotient = quotient::quotient(&surface, &mut assignment, &mut sums);
+    let quotient = quotient::quotient(&surface, &Features::default(), &mut assignment, &mut sums);
     let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
     TriMesh::new(positions, quotient.faces).ok()

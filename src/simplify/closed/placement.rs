@@ -74,6 +74,20 @@ pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], po
     (0..assignment.n_regions).map(case).collect()
 }
 
+/// Moves the vertex of each region to the one of the region's own vertices that costs least; returns which these are.
+pub(super) fn to_own_vertices(surface: &Surface, assignment: &Assignment, placed: &mut Placement) -> Vec<u32> {
+    let mut best = vec![(f64::INFINITY, 0); placed.positions.len()];
+    for (v, &r) in assignment.region.iter().enumerate() {
+        let cost = placed.quadrics[r as usize].value(surface.positions[v].as_dvec3());
+        if cost < best[r as usize].0 {
+            best[r as usize] = (cost, v as u32);
+        }
+    }
+    let own = |&(_, v): &(f64, u32)| surface.positions[v as usize].as_dvec3();
+    placed.positions = best.iter().map(own).collect();
+    best.into_iter().map(|(_, v)| v).collect()
+}
+
 /// Every vertex where it is, for an assignment that is the identity.
 fn stay(surface: &Surface) -> Placement {
     let positions = surface.positions.iter().map(|p| p.as_dvec3()).collect();

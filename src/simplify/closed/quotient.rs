@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use crate::mesh::OneRings;
 
 use super::darts::Assignment;
+use super::features::Features;
 use super::regions::Sum;
 use super::surface::Surface;
 
@@ -27,7 +28,12 @@ pub(super) struct Quotient {
 }
 
 /// Builds the quotient, cutting regions of `assignment` where they stand in the way; keeps the sums of the regions in step.
-pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec<Sum>) -> Quotient {
+pub(super) fn quotient(
+    surface: &Surface,
+    features: &Features,
+    assignment: &mut Assignment,
+    sums: &mut Vec<Sum>,
+) -> Quotient {
     let apex_faces = surface.rings.apex_faces();
     let n_before = assignment.n_regions;
     let mut rounds = 0;
@@ -39,6 +45,7 @@ pub(super) fn quotient(surface: &Surface, assignment: &mut Assignment, sums: &mu
             return Quotient { faces, rings, n_refined: surface.n_vertices() - n_before };
         }
         let (faces, mut broken) = meeting_faces(surface, assignment, &apex_faces);
+        features.mark_broken(assignment, &mut broken);
         let n_inner = faces.inner.len();
         let closed = [faces.inner, faces.border].concat();
         let n_nodes = assignment.n_regions + surface.rings.n_apexes();
@@ -266,7 +273,7 @@ mod tests {
     /// The quotient judged by the naive figures: the same surface as the mesh.
     fn assert_same_surface(mesh: &TriMesh, surface: &Surface, mut assignment: Assignment) {
         let mut sums = sums(surface, &assignment);
-        let quotient = quotient(surface, &mut assignment, &mut sums);
+        let quotient = quotient(surface, &Features::default(), &mut assignment, &mut sums);
         let places = (0..assignment.n_regions).map(|r| [r as f32, 0.0, 0.0]).collect();
         let (before, after) = (topology(mesh), topology(&TriMesh::new(places, quotient.faces).unwrap()));
         assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
@@ -316,7 +323,7 @@ mod tests {
         let corners: Vec<u32> = (0..12).collect();
         let mut assignment = assign_to(&surface, &lengths, &corners);
         let mut sums = sums(&surface, &assignment);
-        let quotient = quotient(&surface, &mut assignment, &mut sums);
+        let quotient = quotient(&surface, &Features::default(), &mut assignment, &mut sums);
         assert_eq!((quotient.n_refined, quotient.faces.len(), assignment.n_regions), (0, 20, 12));
     }
 
@@ -327,7 +334,7 @@ mod tests {
         let mut assignment =
             Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
         let mut sums = sums(&surface, &assignment);
-        let quotient = quotient(&surface, &mut assignment, &mut sums);
+        let quotient = quotient(&surface, &Features::default(), &mut assignment, &mut sums);
         assert_eq!(quotient.faces, surface.faces);
         assert_eq!(assignment.region, Assignment::identity(n_regions).region);
     }

@@ -84,6 +84,22 @@ impl Surface {
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, copies }
     }
 
+    /// Stands a plane on each of these edges, so that their curves keep their places.
+    pub fn support_edges(&mut self, edges: &[[u32; 2]], weight: f32) {
+        for &edge in edges {
+            let (across, length_squared) = self.across(edge);
+            let plane = outer(across, weight * length_squared);
+            edge.into_iter().for_each(|v| add(&mut self.quadrics[v as usize], &plane));
+        }
+    }
+
+    /// The normal of the plane that stands on an edge, and the edge's squared length.
+    fn across(&self, [a, b]: [u32; 2]) -> (Vec3, f32) {
+        let edge = self.positions[b as usize] - self.positions[a as usize];
+        let normal = self.normals[a as usize] + self.normals[b as usize];
+        (edge.cross(normal).normalize_or_zero(), edge.length_squared())
+    }
+
     /// Lets every vertex count by as much more, n_vertices positive factors.
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);

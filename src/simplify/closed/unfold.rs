@@ -10,6 +10,7 @@ use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::area_normal;
 
+use super::corners::Corners;
 use super::faces_around::FacesAround;
 use super::nearest::{anchors, distance_squared, nearest_vertex};
 use super::surface::Surface;
@@ -18,8 +19,21 @@ use super::surface::Surface;
 /// round after round: where all of the original nearby looks the other way, any diagonal is better.
 const ROUNDS: [(Sight, f32); 3] = [(Sight::Nearest, 16.0), (Sight::Nearest, 16.0), (Sight::AllNear, f32::INFINITY)];
 
+/// The result as far as folds are mended.
+pub(super) struct Folded<'a> {
+    /// Normalised positions, n_vertices x 3.
+    pub positions: &'a mut [Vec3],
+    /// Faces, n_faces x 3.
+    pub faces: &'a mut [[u32; 3]],
+    /// What the corners carry: seams stay, and corners are flipped with their faces.
+    pub corners: Option<&'a mut Corners>,
+    /// Whether each vertex stays where it is; empty where all may move.
+    pub fixed: &'a [bool],
+}
+
 /// Mends folded faces by flips, and by moving a corner where no flip helps; returns how many edges it flipped.
-pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32], faces: &mut [[u32; 3]]) -> usize {
+pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) -> usize {
+    let Folded { positions, faces, corners, fixed } = result;
     let mut folded = folded_faces(positions, faces);
     if folded.is_empty() {
         return 0;
@@ -35,8 +49,9 @@ pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32
         touched.clear();
         for &f in &near {
             if original.looks_away(faces[f as usize])
-                && let Some(diamond) = original.find_flip(f, faces, &around, &touched)
+                && let Some(diamond) = original.find_flip(f, faces, &around, &touched, corners.as_deref())
             {
+                corners.iter_mut().for_each(|corners| corners.flip(faces, diamond.faces, diamond.corners));
                 diamond.flip(faces, &mut around);
                 touched.extend(diamond.corners);
                 n_flipped += 1;
@@ -44,7 +59,7 @@ pub(super) fn unfold(surface: &Surface, positions: &mut [Vec3], vertex_of: &[u32
         }
         folded = still_folded(positions, faces, &around, folded, &touched);
     }
-    move_corners(surface, positions, faces, &around, &folded, &starts);
+    move_corners(surface, positions, faces, &around, (&folded, fixed), &starts);
     n_flipped
 }
 
@@ -55,7 +70,7 @@ fn move_corners(
     positions: &mut [Vec3],
     faces: &[[u32; 3]],
     around: &FacesAround,
-    folded: &[u32],
+    (folded, fixed): (&[u32], &[bool]),
     starts: &[u32],
 ) {
     let n_away = |positions: &[Vec3], of: &[u32]| {
@@ -66,7 +81,7 @@ fn move_corners(
         if !opposes_all(positions, faces, around, f) || n_away(positions, &[f]) == 0 {
             continue;
         }
-        for v in faces[f as usize] {
+        for v in faces[f as usize].into_iter().filter(|&v| !fixed.get(v as usize).copied().unwrap_or(false)) {
             let before = (n_away(positions, &around.faces(v).collect::<Vec<_>>()), positions[v as usize]);
             let mut best = before;
             for place in other_places(surface, positions, faces, around, v, starts[v as usize]) {
@@ -186,8 +201,15 @@ impl Original<'_> {
     }
 
     /// The longest edge of face `f` whose other diagonal is free, not much farther from the original, and makes two
-    /// faces that look right; none at a vertex that was `touched`.
-    fn find_flip(&self, f: u32, faces: &[[u32; 3]], around: &FacesAround, touched: &FxHashSet<u32>) -> Option<Diamond> {
+    /// faces that look right; no seam, and none at a vertex that was `touched`.
+    fn find_flip(
+        &self,
+        f: u32,
+        faces: &[[u32; 3]],
+        around: &FacesAround,
+        touched: &FxHashSet<u32>,
+        corners: Option<&Corners>,
+    ) -> Option<Diamond> {
         let [a, b, c] = faces[f as usize];
         let length = |u: u32, v: u32| self.positions[u as usize].distance_squared(self.positions[v as usize]);
         let mut sides = [(a, b, c), (b, c, a), (c, a, b)];
@@ -197,11 +219,12 @@ impl Original<'_> {
             let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
             let diamond = Diamond { faces: [f, g], corners: [a, b, c, d] };
             let is_free = !around.joins(c, d) && c != d && !diamond.corners.iter().any(|v| touched.contains(v));
+            let is_seam = || corners.is_some_and(|corners| corners.is_seam(faces, diamond.faces, [a, b]));
             let helps = || {
                 self.distance(c, d) <= self.most_loss * self.distance(a, b)
                     && !diamond.flipped().iter().any(|&n| self.looks_away(n))
             };
-            (is_free && helps()).then_some(diamond)
+            (is_free && !is_seam() && helps()).then_some(diamond)
         })
     }
 }
@@ -241,8 +264,11 @@ mod tests {
             .map(|v| corners.iter().position(|&c| c == v).unwrap_or(0) as u32)
             .collect();
         let mut faces = vec![[0, 1, 2], [1, 0, 3]];
-        assert_eq!(unfold(&surface, &mut positions, &vertex_of, &mut faces), 1);
+        let mut mend = || {
+            let mut folded = Folded { positions: &mut positions, faces: &mut faces, corners: None, fixed: &[] };
+            unfold(&surface, &vertex_of, &mut folded)
+        };
+        assert_eq!([mend(), mend()], [1, 0]);
         assert!(faces.iter().all(|f| area_normal(f.map(|v| positions[v as usize])).z > 0.0), "{faces:?}");
-        assert_eq!(unfold(&surface, &mut positions, &vertex_of, &mut faces), 0);
     }
 }

@@ -147,7 +147,7 @@ fn gather(scale: &Normalisation, input: &[[f32; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Closed, Importance, Limit, Parts, Request, simplify_closed};
+    use super::super::{Closed, Importance, Keep, Limit, Parts, Request, simplify_closed};
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
@@ -164,6 +164,7 @@ mod tests {
             seed: 1,
             frame: Frame::default(),
             differentiable: true,
+            keep: Keep::default(),
         };
         let mut closed = simplify_closed(mesh, &request, &mut |_| ControlFlow::Continue(())).unwrap();
         let derivative = closed.derivative.take().unwrap();

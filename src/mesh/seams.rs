@@ -1,0 +1,155 @@
+//! Edges that are more than edges: seams, where what the corners carry is not continuous, and creases, where the surface bends
+//! sharply.
+
+use glam::Vec3;
+
+use super::edges::{HalfEdge, for_each_edge, next_corner};
+use super::{Attributes, Channel, Role, TriMesh};
+
+/// Normals of two corners at a vertex that are farther apart (degrees) make a hard edge; less is the rounding of facets.
+const HARD: f32 = 15.0;
+/// Texture coordinates and other values that differ by less are the same, relative to their size.
+const SAME: f32 = 1e-5;
+/// Colours that differ by less in each channel are the same.
+const SAME_COLOUR: f32 = 1.0 / 64.0;
+
+/// The edges between two faces whose corners carry different values there, or that belong to different groups; their
+/// vertices ascending, and the edges too.
+///
+/// Normals count as different from 15 degrees on, colours from a 64th on; joints and morph targets never do.
+///
+/// ```
+/// use neural_mesh::mesh::{Attributes, TriMesh, seams};
+/// let square = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+/// let mesh = TriMesh::new(square, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+/// let attributes = Attributes { groups: vec![1, 2], ..Attributes::default() };
+/// assert_eq!(seams(&mesh, &attributes), [[0, 2]]);
+/// ```
+pub fn seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<[u32; 2]> {
+    let mut seams = Vec::new();
+    if attributes.is_empty() {
+        return seams;
+    }
+    for_each_edge(mesh, |half_edges| {
+        if let &[a, b] = half_edges {
+            seams.extend((!joins(mesh, attributes, a.half_edge, b.half_edge)).then(|| ends(mesh, half_edges)));
+        }
+    });
+    seams
+}
+
+/// The edges between two faces whose normals are more than `degrees` apart; their vertices ascending, and the edges too.
+///
+/// ```
+/// use neural_mesh::mesh::{creases, shapes};
+/// assert_eq!(creases(&shapes::cuboid([1.0; 3], 4), 40.0).len(), 12 * 4);
+/// ```
+pub fn creases(mesh: &TriMesh, degrees: f32) -> Vec<[u32; 2]> {
+    let least_cosine = degrees.to_radians().cos();
+    let mut creases = Vec::new();
+    for_each_edge(mesh, |half_edges| {
+        if let &[a, b] = half_edges {
+            let [m, n] = [a, b].map(|half_edge| normal(mesh, half_edge.half_edge / 3));
+            let is_sharp = m.dot(n) < least_cosine * m.length() * n.length();
+            creases.extend(is_sharp.then(|| ends(mesh, half_edges)));
+        }
+    });
+    creases
+}
+
+fn normal(mesh: &TriMesh, face: u32) -> Vec3 {
+    crate::geometry::triangle::area_normal(
+        mesh.faces()[face as usize].map(|v| Vec3::from(mesh.positions()[v as usize])),
+    )
+}
+
+/// The vertices of the edge, the smaller first.
+fn ends(mesh: &TriMesh, half_edges: &[HalfEdge]) -> [u32; 2] {
+    let HalfEdge { end, half_edge } = half_edges[0];
+    let [a, b] = [half_edge, next_corner(half_edge)].map(|corner| mesh.faces().as_flattened()[corner as usize]);
+    [a.min(b), end]
+}
+
+/// Whether two faces carry the same along the edge that two of their half-edges are.
+fn joins(mesh: &TriMesh, attributes: &Attributes, first: u32, second: u32) -> bool {
+    let vertex = |corner: u32| mesh.faces().as_flattened()[corner as usize];
+    let wedge = |corner: u32| attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0);
+    let [here, there] = [first, second].map(|half_edge| [half_edge, next_corner(half_edge)]);
+    let partner = |corner: u32| there.into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner);
+    let same_wedge = |corner: u32| same(attributes, wedge(corner), wedge(partner(corner)));
+    attributes.group(first / 3) == attributes.group(second / 3) && here.into_iter().all(same_wedge)
+}
+
+/// Whether two wedges carry the same values.
+fn same(attributes: &Attributes, x: u32, y: u32) -> bool {
+    let same_in = |channel: &Channel| same_value(channel.role, channel.of(x), channel.of(y));
+    x == y || attributes.channels.iter().all(same_in)
+}
+
+fn same_value(role: Role, x: &[f32], y: &[f32]) -> bool {
+    let within = |most: &dyn Fn(f32, f32) -> f32| {
+        x.iter().zip(y).all(|(&x, &y)| (x.is_nan() && y.is_nan()) || x == y || (x - y).abs() <= most(x, y))
+    };
+    match role {
+        Role::Normal => {
+            let dot: f32 = x.iter().zip(y).map(|(x, y)| x * y).sum();
+            let squared = |x: &[f32]| x.iter().map(|x| x * x).sum::<f32>();
+            let lengths = (squared(x) * squared(y)).sqrt();
+            lengths == 0.0 || dot.is_nan() || dot >= HARD.to_radians().cos() * lengths
+        }
+        Role::Tangent => x.last().is_none_or(|sign| sign * y[y.len() - 1] >= 0.0),
+        Role::Uv | Role::Other => within(&|x, y| SAME * x.abs().max(y.abs()).max(1.0)),
+        Role::Colour => within(&|_, _| SAME_COLOUR),
+        Role::Skin | Role::MorphPosition | Role::MorphDirection => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// A sphere with a wedge for each corner and values by what `value` says of its position and its face's centroid.
+    fn painted(role: Role, value: impl Fn(Vec3, Vec3) -> Vec<f32>) -> (TriMesh, Attributes) {
+        let mesh = shapes::icosphere(3);
+        let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
+        let values: Vec<Vec<f32>> = mesh
+            .faces()
+            .iter()
+            .flat_map(|face| corners(face).map(|p| value(p, corners(face).iter().sum::<Vec3>() / 3.0)))
+            .collect();
+        let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let channel = Channel { name: "x".into(), role, width: values[0].len(), values: values.concat() };
+        (mesh, Attributes { wedges, channels: vec![channel], groups: Vec::new() })
+    }
+
+    #[test]
+    fn a_seam_runs_where_two_charts_meet() {
+        let (mesh, attributes) = painted(Role::Uv, |p, centre| vec![p.x + f32::from(centre.z > 0.0), p.y]);
+        let seams = seams(&mesh, &attributes);
+        let is_up = |f: usize| mesh.faces()[f].iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
+        let edges = crate::mesh::edges(&mesh);
+        let between = edges.iter().filter(|edge| {
+            let beside = |f: &usize| mesh.faces()[*f].iter().filter(|v| edge.ends.contains(v)).count() == 2;
+            let mut faces = (0..mesh.faces().len()).filter(beside);
+            is_up(faces.next().unwrap()) != is_up(faces.next().unwrap())
+        });
+        assert!(!seams.is_empty() && between.map(|edge| edge.ends).eq(seams));
+    }
+
+    #[test]
+    fn equal_values_in_other_wedges_are_no_seam() {
+        for role in [Role::Uv, Role::Colour, Role::Other, Role::Skin, Role::Tangent] {
+            let (mesh, attributes) = painted(role, |p, _| vec![p.x, f32::NAN, p.y, 1.0]);
+            assert!(seams(&mesh, &attributes).is_empty(), "{role:?}");
+        }
+    }
+
+    #[test]
+    fn facets_are_smooth_and_a_hard_edge_is_none() {
+        let (mesh, facets) = painted(Role::Normal, |_, centre| centre.normalize().to_array().to_vec());
+        assert!(seams(&mesh, &facets).is_empty());
+        let (mesh, halves) = painted(Role::Normal, |_, centre| vec![0.0, 0.0, if centre.z > 0.0 { 1.0 } else { -1.0 }]);
+        assert!(!seams(&mesh, &halves).is_empty());
+    }
+}

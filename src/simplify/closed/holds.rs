@@ -1,0 +1,99 @@
+//! What holds a collapse back beside the topology: curves that stay, vertices that stay where they are.
+//!
+//! A curve loses a vertex only to its neighbour along the curve; its ends and branchings stay in place. A vertex of a curve
+//! never meets another one across the surface, and no face between two curves goes with its last two edges: nothing that
+//! lies between curves is lost.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::collapse::{Pair, Place};
+use super::features::Features;
+
+/// The constraints of a collapse, over its vertices.
+pub(super) struct Holds {
+    /// For each vertex on a kept curve its neighbours along it.
+    along: FxHashMap<u32, Vec<u32>>,
+    /// Whether each vertex stays where it is.
+    fixed: Vec<bool>,
+    /// Whether merged vertices go to one of the two.
+    ends_only: bool,
+    /// The vertex of the surface that each vertex lies on, while it lies on one.
+    origin: Vec<u32>,
+}
+
+impl Holds {
+    /// The constraints where `region` says which vertex each vertex of the surface became, and `origin` on which each
+    /// vertex lies.
+    pub fn new(features: &Features, region: &[u32], origin: Vec<u32>) -> Self {
+        let mut fixed = vec![false; origin.len()];
+        let locked = (0..features.locked.len()).filter(|&v| features.locked[v]);
+        locked.for_each(|v| fixed[region[v] as usize] = true);
+        let mut along: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+        for [a, b] in features.edges_between(region) {
+            along.entry(a).or_default().push(b);
+            along.entry(b).or_default().push(a);
+        }
+        Self { along, fixed, ends_only: features.subset, origin }
+    }
+
+    /// Where the merged vertex of `u` and `v` goes, seen from `u`, and what that costs; `None` where they stay two.
+    pub fn placement(&self, u: u32, v: u32, pair: &Pair) -> Option<(Place, DVec3, f64)> {
+        let [of_u, of_v] = [u, v].map(|w| self.of(w));
+        if !of_u.is_empty() && !of_v.is_empty() && !of_u.contains(&v) {
+            return None;
+        }
+        let pinned = |w: u32, along: &[u32]| self.fixed[w as usize] || !matches!(along.len(), 0 | 2);
+        match (pinned(u, of_u), pinned(v, of_v)) {
+            (true, true) => None,
+            (true, false) => Some(pair.at(Place::Kept)),
+            (false, true) => Some(pair.at(Place::Gone)),
+            (false, false) if self.ends_only => {
+                let ends = [Place::Kept, Place::Gone].map(|place| pair.at(place));
+                ends.into_iter().min_by(|x, y| x.2.total_cmp(&y.2))
+            }
+            (false, false) => Some(pair.placement()),
+        }
+    }
+
+    /// Whether the curves outlive the faces at `opposite` that a merge of `u` and `v` takes away.
+    pub fn outlive(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
+        let [of_u, of_v] = [u, v].map(|w| self.of(w));
+        !opposite.iter().any(|w| of_u.contains(w) && of_v.contains(w))
+    }
+
+    /// Takes note that `v` was merged into `u`.
+    pub fn merge(&mut self, u: u32, v: u32, place: Place) {
+        self.fixed[u as usize] |= self.fixed[v as usize];
+        if place == Place::Gone {
+            self.origin[u as usize] = self.origin[v as usize];
+        }
+        let Some(of_v) = self.along.remove(&v) else { return };
+        for w in of_v {
+            if let Some(list) = self.along.get_mut(&w) {
+                list.retain(|&x| x != v && x != u);
+                if w != u {
+                    list.push(u);
+                }
+            }
+            let list = self.along.entry(u).or_default();
+            if w != u && !list.contains(&w) {
+                list.push(w);
+            }
+        }
+    }
+
+    /// Whether a vertex stays where it is.
+    pub fn is_fixed(&self, v: u32) -> bool {
+        self.fixed[v as usize]
+    }
+
+    /// The vertex of the surface that `v` lies on.
+    pub fn origin(&self, v: u32) -> u32 {
+        self.origin[v as usize]
+    }
+
+    fn of(&self, v: u32) -> &[u32] {
+        self.along.get(&v).map_or(&[], Vec::as_slice)
+    }
+}

@@ -1,0 +1,80 @@
+//! What is simplified: a mesh, what it carries, what its vertices count; and what of it has to stay.
+
+use std::borrow::Cow;
+
+use crate::mesh::{Attributes, TriMesh, creases, edges, seams};
+
+use super::options::{Options, SimplifyError};
+
+/// A mesh with nothing to carry.
+static NOTHING: Attributes = Attributes { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
+
+/// A mesh and what belongs to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Input<'a> {
+    /// The mesh.
+    pub mesh: &'a TriMesh,
+    /// What its corners and faces carry.
+    pub attributes: &'a Attributes,
+    /// How much more than its area each vertex counts, n_vertices positive factors; empty where the scores decide.
+    pub importance: &'a [f32],
+}
+
+impl<'a> Input<'a> {
+    /// A mesh alone.
+    pub fn bare(mesh: &'a TriMesh) -> Self {
+        Self { mesh, attributes: &NOTHING, importance: &[] }
+    }
+
+    /// Refuses rows that are not those of the mesh.
+    pub(super) fn check(&self) -> Result<(), SimplifyError> {
+        let Attributes { wedges, channels, groups } = self.attributes;
+        let (n_faces, n_wedges) = (self.mesh.faces().len(), self.attributes.n_wedges());
+        let rows_fit = [wedges.len(), groups.len()].iter().all(|&n| n == 0 || n == n_faces);
+        let channels_fit = channels.is_empty() == wedges.is_empty()
+            && channels.iter().all(|c| c.width > 0 && c.values.len() == n_wedges * c.width)
+            && wedges.as_flattened().iter().all(|&wedge| (wedge as usize) < n_wedges);
+        let is_factor = |x: &f32| *x > 0.0 && x.is_finite();
+        let factors_fit = self.importance.is_empty()
+            || self.importance.len() == self.mesh.positions().len() && self.importance.iter().all(is_factor);
+        if rows_fit && channels_fit && factors_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
+    }
+
+    /// The importance of these vertices, or of all.
+    pub(super) fn importance_of(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
+        match sources {
+            Some(sources) if !self.importance.is_empty() => {
+                sources.iter().map(|&v| self.importance[v as usize]).collect()
+            }
+            _ => Cow::Borrowed(self.importance),
+        }
+    }
+
+    /// What these faces carry, and the importance of these vertices.
+    pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<(Attributes, Vec<f32>), SimplifyError> {
+        let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
+        Ok((attributes, self.importance_of(Some(sources)).into_owned()))
+    }
+}
+
+/// The edges that stay edges: where what the corners carry jumps, and the creases, if these were asked for.
+pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<[u32; 2]> {
+    let mut kept = seams(mesh, attributes);
+    if let Some(degrees) = options.crease_angle {
+        kept.extend(creases(mesh, degrees));
+        kept.sort_unstable();
+        kept.dedup();
+    }
+    kept
+}
+
+/// Whether each vertex has to stay where it is; empty where none has to.
+pub(super) fn locked_vertices(mesh: &TriMesh, options: &Options) -> Vec<bool> {
+    if !options.lock_borders {
+        return Vec::new();
+    }
+    let mut locked = vec![false; mesh.positions().len()];
+    let border = edges(mesh).into_iter().filter(|edge| edge.n_faces() != 2);
+    border.flat_map(|edge| edge.ends).for_each(|v| locked[v as usize] = true);
+    locked
+}

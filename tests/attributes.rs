@@ -1,0 +1,160 @@
+//! Whole meshes with what they carry: seams stay seams, values stay where they were, what is locked does not move.
+
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+
+use glam::Vec3;
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, edges, seams, shapes, topology};
+use neural_mesh::simplify::{Input, Options, Outcome, Simplified, Target, simplify_input};
+
+fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
+    let input = Input { attributes, ..Input::bare(mesh) };
+    simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// The octant of a direction, 0 to 7.
+fn octant(p: Vec3) -> u32 {
+    u32::from(p.x > 0.0) + 2 * u32::from(p.y > 0.0) + 4 * u32::from(p.z > 0.0)
+}
+
+/// Texture coordinates of a point in the chart of an octant: charts lie ten apart.
+fn uv(p: Vec3, octant: u32) -> [f32; 2] {
+    [10.0 * octant as f32 + p.x + 0.5 * p.z, p.y - 0.5 * p.z]
+}
+
+/// A bumpy sphere in eight charts, with a wedge for each corner.
+fn charted_sphere() -> (TriMesh, Attributes) {
+    let mesh = shapes::wavy_sphere(5, 6.0);
+    let position = |v: u32| Vec3::from(mesh.positions()[v as usize]);
+    let groups: Vec<u32> =
+        mesh.faces().iter().map(|face| octant(face.iter().map(|&v| position(v)).sum::<Vec3>())).collect();
+    let corners = mesh.faces().iter().zip(&groups).flat_map(|(face, &group)| face.map(|v| uv(position(v), group)));
+    let values = corners.flatten().collect();
+    let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+    (mesh, Attributes { wedges, channels, groups })
+}
+
+#[test]
+fn no_face_mixes_charts_and_values_stay_where_they_were() {
+    let (mesh, mut attributes) = charted_sphere();
+    let off_plane = |v: &u32| Vec3::from(mesh.positions()[*v as usize]).abs().min_element();
+    let widest = seams(&mesh, &attributes).as_flattened().iter().map(off_plane).fold(0.0, f32::max);
+    let groups = std::mem::take(&mut attributes.groups);
+    for (with_groups, n) in [(false, 2000), (true, 800), (false, 150)] {
+        attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
+        let options = Options::new(Target::Vertices(n));
+        let result = simplified(&mesh, &attributes, &options);
+        assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
+        assert!(topology(&result.mesh).is_closed_manifold());
+        let carried = &result.attributes;
+        let mut worst = 0.0f32;
+        for (face, wedges) in result.mesh.faces().iter().zip(&carried.wedges) {
+            let charts = wedges.map(|wedge| (carried.channels[0].of(wedge)[0] / 10.0).round() as u32);
+            assert!(charts == [charts[0]; 3], "{charts:?}");
+            for (&v, &wedge) in face.iter().zip(wedges) {
+                let (meant, found) =
+                    (uv(result.mesh.positions()[v as usize].into(), charts[0]), carried.channels[0].of(wedge));
+                worst = worst.max((0..2).map(|i| (meant[i] - found[i]).abs()).fold(0.0, f32::max));
+            }
+        }
+        assert!(worst < 0.08, "{worst}");
+        let n_charts: BTreeSet<u32> =
+            (0..carried.n_wedges() as u32).map(|w| (carried.channels[0].of(w)[0] / 10.0).round() as u32).collect();
+        assert_eq!(n_charts.len(), 8);
+        assert_eq!(carried.groups.len(), if with_groups { result.mesh.faces().len() } else { 0 });
+        for &v in seams(&result.mesh, carried).as_flattened() {
+            let p = Vec3::from(result.mesh.positions()[v as usize]);
+            let most = widest + if n < 500 { 0.06 } else { 0.02 };
+            assert!(p.abs().min_element() < most, "a seam left its curve: {p}");
+        }
+    }
+}
+
+#[test]
+fn a_seam_within_one_chart_stays_a_seam() {
+    // Once around a torus: u jumps from 1 to 0.
+    let mesh = shapes::torus(96, 32, 1.0, 0.4);
+    let turn = |v: u32, face: &[u32; 3]| {
+        let angle = |v: u32| {
+            let p = mesh.positions()[v as usize];
+            (p[1].atan2(p[0]) / std::f32::consts::TAU).rem_euclid(1.0)
+        };
+        let others = face.iter().map(|&w| angle(w)).fold(0.0, f32::max);
+        if angle(v) < 0.25 && others > 0.75 { angle(v) + 1.0 } else { angle(v) }
+    };
+    let values = mesh.faces().iter().flat_map(|face| face.map(|v| [turn(v, face), 0.0])).flatten().collect();
+    let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+    let attributes = Attributes { wedges, channels, groups: Vec::new() };
+    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(300)));
+    for wedges in &result.attributes.wedges {
+        let u = wedges.map(|wedge| result.attributes.channels[0].of(wedge)[0]);
+        let width = u.iter().copied().fold(f32::MIN, f32::max) - u.iter().copied().fold(f32::MAX, f32::min);
+        assert!(width < 0.3, "{u:?}");
+    }
+    assert!(seams(&result.mesh, &result.attributes).len() > 4);
+}
+
+#[test]
+fn locked_borders_keep_every_bit() {
+    let mesh = shapes::open_cylinder(60, 40);
+    let border = |mesh: &TriMesh| -> BTreeSet<[[u32; 3]; 2]> {
+        let bits = |v: u32| mesh.positions()[v as usize].map(f32::to_bits);
+        let mut ends: Vec<_> = edges(mesh).into_iter().filter(|e| e.n_faces() == 1).map(|e| e.ends.map(bits)).collect();
+        ends.iter_mut().for_each(|ends| ends.sort_unstable());
+        ends.into_iter().collect()
+    };
+    for n in [1500, 250, 150] {
+        let options = Options { lock_borders: true, ..Options::new(Target::Vertices(n)) };
+        let result = simplified(&mesh, &Attributes::default(), &options);
+        assert_eq!(result.mesh.positions().len(), n);
+        assert_eq!(border(&result.mesh), border(&mesh));
+        assert_eq!(result.report.locked_vertices, 120);
+    }
+    let options = Options { lock_borders: true, ..Options::new(Target::Vertices(50)) };
+    let result = simplified(&mesh, &Attributes::default(), &options);
+    assert!(result.mesh.positions().len() >= 120 && result.report.outcome != Outcome::Reached);
+    assert_eq!(border(&result.mesh), border(&mesh));
+}
+
+#[test]
+fn a_subset_moves_no_vertex() {
+    let mesh = shapes::wavy_sphere(5, 7.0);
+    for n in [2000, 300] {
+        let options = Options { subset: true, ..Options::new(Target::Vertices(n)) };
+        let result = simplified(&mesh, &Attributes::default(), &options);
+        let sources = result.source_vertices.unwrap();
+        assert_eq!(result.mesh.positions().len(), n);
+        assert!(topology(&result.mesh).is_closed_manifold());
+        let distinct: BTreeSet<u32> = sources.iter().copied().collect();
+        assert_eq!(distinct.len(), n);
+        assert!(result.mesh.positions().iter().zip(&sources).all(|(p, &v)| *p == mesh.positions()[v as usize]));
+    }
+}
+
+#[test]
+fn creases_stay_edges() {
+    let mesh = shapes::cuboid([1.0, 0.6, 0.3], 24);
+    let options = Options { crease_angle: Some(40.0), ..Options::new(Target::Vertices(60)) };
+    let result = simplified(&mesh, &Attributes::default(), &options);
+    let near = |x: f32, side: f32| x.abs().min((x - side).abs()) < 1e-4;
+    let corner = |p: &[f32; 3]| p.iter().zip([1.0, 0.6, 0.3]).all(|(x, side)| near(*x, side));
+    assert_eq!(result.mesh.positions().iter().filter(|p| corner(p)).count(), 8);
+    let sharp = neural_mesh::mesh::creases(&result.mesh, 40.0);
+    let length = |[a, b]: [u32; 2]| {
+        let [a, b] = [a, b].map(|v| Vec3::from(result.mesh.positions()[v as usize]));
+        a.distance(b)
+    };
+    let whole: f32 = sharp.into_iter().map(length).sum();
+    assert!((whole - 4.0 * 1.9).abs() < 0.01, "{whole}");
+}
+
+#[test]
+fn attributes_of_another_mesh_are_refused() {
+    let mesh = shapes::icosphere(1);
+    let attributes = Attributes { groups: vec![1], ..Attributes::default() };
+    let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+    let result = simplify_input(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
+    assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
+}
