@@ -1,5 +1,6 @@
 //! How far a simplified mesh is from its original; the judge, which knows no method.
 
+mod certified_distance;
 mod chamfer;
 #[cfg(feature = "spectrum")]
 mod comparison;
@@ -19,6 +20,7 @@ mod triangle_quality;
 mod turned_faces;
 mod volume;
 
+pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance};
 pub use chamfer::{Chamfer, chamfer};
 #[cfg(feature = "spectrum")]
 pub use comparison::{Figure, Judging, Original, compare};

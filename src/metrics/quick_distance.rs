@@ -81,7 +81,7 @@ fn points_on(mesh: &TriMesh, faces: &[u32]) -> Vec<DVec3> {
 }
 
 /// Diagonal of the box around the vertices that faces use.
-fn diagonal(mesh: &TriMesh) -> f64 {
+pub(super) fn diagonal(mesh: &TriMesh) -> f64 {
     let corners = mesh.faces().iter().flatten().map(|&v| mesh.positions()[v as usize]);
     let none = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     let (low, high) = corners.fold(none, |(low, high), p| {
