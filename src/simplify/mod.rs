@@ -4,6 +4,7 @@ mod bending;
 mod closed;
 mod components;
 mod input;
+mod levels;
 mod mesh_points;
 mod network_scores;
 mod one_pass;
@@ -19,13 +20,14 @@ use std::ops::ControlFlow;
 
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
-use closed::{Closed, Derivative, End, Keep, Limit, Request, is_sound, simplify_closed};
+use closed::{Closed, Derivative, End, Keep, Limit, Request, is_sound, simplify_levels};
 use components::{count_components, pruned};
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
 pub use input::Input;
+pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use one_pass::one_pass;
@@ -104,6 +106,11 @@ pub fn simplify_input(
     run(input, weights, &Task { options, differentiable: false }, progress).map(|(simplified, _)| simplified)
 }
 
+/// Whether a mesh is as small as asked already.
+fn is_met_by(mesh: &TriMesh, limit: &Limit) -> bool {
+    limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len()
+}
+
 /// As [`simplify`], with the record of how the result depends on the positions of the input. Takes longer; the result
 /// is the same.
 ///
@@ -162,21 +169,26 @@ fn run(
     let input = Input { mesh: &mesh, importance: &importance, ..*input };
     let limit = resolve_limit(&mesh, options)?;
     let oversample = resolve_oversample(&mesh, limit, options)?;
-    let is_small = limit.vertices >= mesh.positions().len() && limit.faces >= mesh.faces().len();
+    let is_small = is_met_by(&mesh, &limit);
     match options.assembly {
         Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => {
             Ok((unchanged(&input, sources, options, oversample), None))
         }
         Assembly::Paper if is_small => Ok((unchanged(&input, sources, options, oversample), None)),
         Assembly::Closed => {
-            let (mut simplified, derivative) = closed_result(&input, weights, task, limit, oversample, progress)?;
-            if let (Some(kept), Some(_)) = (&mut simplified.source_vertices, &sources) {
-                *kept = through(sources.clone(), std::mem::take(kept));
-            }
-            Ok((simplified, derivative.map(|derivative| within(derivative, sources))))
+            let results = closed_results(&input, weights, task, (&[limit], oversample), progress)?;
+            let (simplified, derivative) = results.into_iter().next().ok_or(SimplifyError::Empty)?;
+            let derivative = derivative.map(|derivative| within(derivative, sources.clone()));
+            Ok((from_caller(simplified, sources), derivative))
         }
         Assembly::Paper => Ok((paper_result(&mesh, sources, weights, options, limit, progress)?, None)),
     }
+}
+
+/// The result with the vertices of the caller's mesh.
+fn from_caller(mut simplified: Simplified, sources: Option<Vec<u32>>) -> Simplified {
+    simplified.source_vertices = simplified.source_vertices.map(|kept| through(sources, kept));
+    simplified
 }
 
 /// The derivative over the vertices of a larger mesh, where `sources` says which those are.
@@ -187,18 +199,18 @@ fn within(derivative: Derivative, sources: Option<Vec<u32>>) -> Derivative {
     }
 }
 
-fn closed_result(
+/// The closed assembly's result of a mesh and, from where its collapse stood then, those of further limits.
+fn closed_results(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    limit: Limit,
-    oversample: f64,
+    (limits, oversample): (&[Limit], f64),
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
-) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
+) -> Result<Vec<(Simplified, Option<Derivative>)>, SimplifyError> {
     let Task { options, differentiable } = *task;
+    let &[limit, ref further @ ..] = limits else { return Ok(Vec::new()) };
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
     let pruned = if options.prune { pruned(input.mesh, n_target) } else { None };
-    let n_pruned = pruned.as_ref().map_or(0, |pruned| pruned.n_dropped);
     let left = pruned.as_ref().map(|pruned| input.part(&pruned.sources, &pruned.faces)).transpose()?;
     let mesh = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
     let (attributes, factors) = left.as_ref().map_or((input.attributes, input.importance), |left| (&left.0, &left.1));
@@ -213,18 +225,21 @@ fn closed_result(
     let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes };
     let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
     let request = Request { limit, oversample, importance, parts, seed, frame, differentiable, keep };
-    let mut closed = simplify_closed(mesh, &request, progress)?;
-    let report = Report {
-        outcome: outcome(closed.end),
-        components_pruned: n_pruned,
-        kept_edges: edges.len(),
-        locked_vertices: locked.iter().filter(|&&locked| locked).count(),
-        ..closed_report(&closed, options, oversample)
+    let levels = simplify_levels(mesh, &request, further, progress)?;
+    let sources = pruned.as_ref().map(|pruned| &pruned.sources);
+    let told = |mut closed: Closed| {
+        let report = Report {
+            outcome: outcome(closed.end),
+            components_pruned: pruned.as_ref().map_or(0, |pruned| pruned.n_dropped),
+            kept_edges: edges.len(),
+            locked_vertices: locked.iter().filter(|&&locked| locked).count(),
+            ..closed_report(&closed, options, oversample)
+        };
+        let derivative = closed.derivative.take().map(|derivative| within(derivative, sources.cloned()));
+        let source_vertices = closed.source_vertices.map(|kept| through(sources.cloned(), kept));
+        (Simplified { mesh: closed.mesh, attributes: closed.attributes, source_vertices, report }, derivative)
     };
-    let sources = pruned.map(|p| p.sources);
-    let derivative = closed.derivative.take().map(|derivative| within(derivative, sources.clone()));
-    let source_vertices = closed.source_vertices.map(|kept| through(sources, kept));
-    Ok((Simplified { mesh: closed.mesh, attributes: closed.attributes, source_vertices, report }, derivative))
+    Ok(levels.into_iter().map(told).collect())
 }
 
 fn paper_result(

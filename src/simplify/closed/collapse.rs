@@ -266,7 +266,7 @@ impl Collapse {
     }
 
     /// What is left, renumbered; each face begins with its first vertex.
-    pub fn finish(self) -> Remains {
+    pub fn remains(&self) -> Remains {
         let mut number = vec![NONE; self.n_inner];
         let mut positions = Vec::with_capacity(self.n_vertices);
         for v in self.living() {
@@ -485,7 +485,7 @@ mod tests {
     fn down_to(mesh: &TriMesh, vertices: usize) -> (Surface, End, Remains) {
         let (surface, mut collapse) = begin(mesh);
         let end = collapse.run(Limit { vertices, faces: usize::MAX });
-        (surface, end, collapse.finish())
+        (surface, end, collapse.remains())
     }
 
     fn assert_corners_stay(mesh: &TriMesh, corners: &[[f32; 3]]) {

@@ -30,13 +30,14 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use crate::model::Weights;
 
 use super::options::{Event, Parts, Samples, SimplifyError};
-use collapse::{Collapse, Remains};
+use collapse::{Collapse, Merge, Remains};
 use corners::Corners;
 use darts::Assignment;
 use derivative::Choices;
 use edge_lengths::EdgeLengths;
 use features::Features;
 use holds::Holds;
+use placement::Case;
 use points::Points;
 use regions::Sum;
 use surface::Surface;
@@ -133,13 +134,63 @@ pub(super) fn simplify_closed(
     request: &Request,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Closed, SimplifyError> {
+    simplify_levels(mesh, request, &[], progress)?.pop().ok_or(SimplifyError::Empty)
+}
+
+/// Simplifies `mesh` to the limit of the request, then on to each of the further limits, from where the collapse stood
+/// before. Only the last level is known as a function of the positions.
+pub(super) fn simplify_levels(
+    mesh: &TriMesh,
+    request: &Request,
+    further: &[Limit],
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Vec<Closed>, SimplifyError> {
     let mut enter = |stage| match progress(Event { stage, done: 0.0 }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
     };
+    let (begun, collapse) = begin(mesh, request, &mut enter)?;
+    let mut collapse = Some(collapse);
+    let mut levels = Vec::with_capacity(1 + further.len());
+    for &limit in [request.limit].iter().chain(further) {
+        // The last level needs the memory of the collapse for itself.
+        let Some(mut running) = collapse.take() else { break };
+        enter("collapse")?;
+        let end = running.run(limit);
+        let (merges, remains) = (running.history.take(), running.remains());
+        collapse = (levels.len() < further.len()).then_some(running);
+        levels.push(finished(&begun, request, Collapsed { end, merges, remains }, &mut enter)?);
+    }
+    Ok(levels)
+}
+
+/// A mesh as the collapse finds it, and how it came to that.
+struct Begun<'a> {
+    mesh: &'a TriMesh,
+    surface: Surface,
+    features: Features,
+    assignment: Assignment,
+    n_refined: usize,
+    /// How the regions' vertices were placed, where that has to be known.
+    cases: Option<Vec<Case>>,
+}
+
+/// What a collapse left.
+struct Collapsed {
+    end: End,
+    merges: Option<Vec<Merge>>,
+    remains: Remains,
+}
+
+/// The one pass, up to the collapse of what it leaves.
+fn begin<'a>(
+    mesh: &'a TriMesh,
+    request: &Request,
+    enter: &mut dyn FnMut(&'static str) -> Result<(), SimplifyError>,
+) -> Result<(Begun<'a>, Collapse), SimplifyError> {
     enter("surface")?;
     let mut surface = Surface::new(mesh);
-    let Keep { edges, locked, subset, attributes } = request.keep;
+    let Keep { edges, locked, subset, .. } = request.keep;
     let features = Features::on(&surface, edges, locked, subset);
     surface.support_edges(&features.edges, EDGE_WEIGHT);
     enter("samples")?;
@@ -157,67 +208,74 @@ pub(super) fn simplify_closed(
     enter("placement")?;
     let mut placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     let holds = holds(&surface, &features, &assignment, &mut placed);
-    enter("collapse")?;
     let wanted = request.differentiable;
     let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
     let mut collapse = Collapse::new(&placed.positions, &placed.quadrics, &quotient.rings);
     collapse.history = wanted.then(Vec::new);
     collapse.holds = holds;
-    let end = collapse.run(request.limit);
-    let merges = collapse.history.take();
-    let mut remains = collapse.finish();
+    Ok((Begun { mesh, surface, features, assignment, n_refined: quotient.n_refined, cases }, collapse))
+}
+
+/// What follows the collapse: flips, fit, folds, and what the corners carry.
+fn finished(
+    begun: &Begun,
+    request: &Request,
+    collapsed: Collapsed,
+    enter: &mut dyn FnMut(&'static str) -> Result<(), SimplifyError>,
+) -> Result<Closed, SimplifyError> {
+    let Begun { mesh, surface, features, assignment, .. } = begun;
+    let Collapsed { end, merges, mut remains } = collapsed;
+    let Keep { subset, attributes, .. } = request.keep;
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
-    let mut corners =
-        attributes.map(|attributes| Corners::new(&surface, &features, attributes, &vertex_of, &remains.faces));
-    let mut points = Points::new(&surface, &vertex_of, remains.positions.len());
-    let flipped_edges =
-        if coarse && request.parts.flips { flips::flip(&mut points, &mut remains, corners.as_mut()) } else { 0 };
+    let carrying = |attributes| Corners::new(surface, features, attributes, &vertex_of, &remains.faces);
+    let mut corners = attributes.map(carrying);
+    let mut points = Points::new(surface, &vertex_of, remains.positions.len());
+    let flips = coarse && request.parts.flips;
+    let flipped_edges = if flips { flips::flip(&mut points, &mut remains, corners.as_mut()) } else { 0 };
     enter("fit")?;
     let Remains { mut positions, mut faces, normals, vertex_of: output_of, fixed, origins } = remains;
     let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, fixed: &fixed };
-    let mut steps = wanted.then(Vec::new);
+    let mut steps = merges.as_ref().map(|_| Vec::new());
     if request.parts.fit && !subset {
         fit::fit(&mut points, &mut output, steps.as_mut());
     }
-    let fitted = wanted.then(|| faces.clone());
+    let fitted = merges.as_ref().map(|_| faces.clone());
     enter("finish")?;
+    let (positions_now, corners_now) = (&mut positions, corners.as_mut());
     let mut folded =
-        unfold::Folded { positions: &mut positions, faces: &mut faces, corners: corners.as_mut(), fixed: &fixed };
-    let flipped_edges = flipped_edges + unfold::unfold(&surface, &vertex_of, &mut folded);
+        unfold::Folded { positions: positions_now, faces: &mut faces, corners: corners_now, fixed: &fixed };
+    let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
     let carried = corners.zip(attributes);
     let carried =
-        carried.map(|(corners, attributes)| corners.attributes((mesh, &surface), &features, attributes, &positions));
+        carried.map(|(corners, attributes)| corners.attributes((mesh, surface), features, attributes, &positions));
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let sources: Vec<u32> = surface.sources().collect();
-    let source_of = |x: usize| sources[origins[x] as usize];
-    (0..origins.len())
-        .filter(|&x| subset || fixed[x])
-        .for_each(|x| positions[x] = mesh.positions()[source_of(x) as usize]);
+    let source_vertices: Vec<u32> = origins.iter().map(|&v| sources[v as usize]).collect();
+    let in_place = (0..source_vertices.len()).filter(|&x| subset || fixed[x]);
+    in_place.for_each(|x| positions[x] = mesh.positions()[source_vertices[x] as usize]);
     let separated_vertices = if subset { 0 } else { separate::separate(&mut positions, &request.frame) };
-    let source_vertices = subset.then(|| (0..origins.len()).map(source_of).collect());
-    let vertices_after_pass = assignment.n_regions;
-    let derivative = match (cases, merges, fitted, steps) {
+    let derivative = match (&begun.cases, merges, fitted, steps) {
         (Some(cases), Some(merges), Some(faces), Some(steps)) => {
-            let choices = Choices { region: assignment.region, cases, merges, output_of, faces, steps };
-            Some(Derivative::new(&surface, choices, mesh.positions(), &positions))
+            let (region, cases) = (assignment.region.clone(), cases.clone());
+            let choices = Choices { region, cases, merges, output_of, faces, steps };
+            Some(Derivative::new(surface, choices, mesh.positions(), &positions))
         }
         _ => None,
     };
-    let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
     Ok(Closed {
-        mesh,
+        mesh: TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?,
         end,
-        vertices_after_pass,
+        vertices_after_pass: assignment.n_regions,
         split_vertices: surface.n_split(),
-        refined_regions: quotient.n_refined,
+        refined_regions: begun.n_refined,
         flipped_edges,
         vertex_of,
         separated_vertices,
         derivative,
         attributes: carried.unwrap_or_default(),
-        source_vertices,
+        source_vertices: subset.then_some(source_vertices),
     })
 }
 

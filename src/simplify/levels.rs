@@ -1,0 +1,103 @@
+//! Levels of detail: several results of one mesh, for what one and a little more costs.
+
+use std::ops::ControlFlow;
+
+use crate::mesh::TriMesh;
+use crate::model::Weights;
+
+use super::closed::{Limit, is_sound};
+use super::{
+    Assembly, Event, Input, Options, Simplified, SimplifyError, Target, Task, closed_results, from_caller, is_met_by,
+    resolve_limit, resolve_oversample, unchanged, without_unused,
+};
+
+/// Levels of detail: as [`simplify_input`] to the target of `options`, and from there on to the `further` ones, each no
+/// larger than the one before. What they share is done once.
+///
+/// # Errors
+/// As [`simplify_input`]; [`SimplifyError::BadTarget`] where a target is larger than the one before, or with the paper's
+/// assembly, which makes one result at a time.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh::simplify::{Input, Options, Target, simplify_levels_of_detail};
+/// let mesh = shapes::icosphere(4);
+/// let options = Options::new(Target::Ratio(0.5));
+/// let further = [Target::Ratio(0.25), Target::Vertices(100)];
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &further, go_on).unwrap();
+/// let sizes: Vec<usize> = levels.iter().map(|level| level.mesh.positions().len()).collect();
+/// assert_eq!(sizes, [1281, 640, 100]);
+/// ```
+pub fn simplify_levels_of_detail(
+    input: &Input,
+    weights: Option<&Weights>,
+    options: &Options,
+    further: &[Target],
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Vec<Simplified>, SimplifyError> {
+    input.check()?;
+    let (mesh, sources) = without_unused(input.mesh)?;
+    let importance = input.importance_of(sources.as_deref());
+    let input = Input { mesh: &mesh, importance: &importance, ..*input };
+    let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
+    let limits = resolve_levels(&mesh, &targets, options)?;
+    let oversample = resolve_oversample(&mesh, limits[0], options)?;
+    // What is as large as the mesh is the mesh, as where there is one target.
+    let is_sound = is_sound(&mesh, &options.frame);
+    let n_unchanged = limits.iter().take_while(|limit| is_sound && is_met_by(&mesh, limit)).count();
+    let same = || unchanged(&input, sources.clone(), options, oversample);
+    let mut levels: Vec<Simplified> = (0..n_unchanged).map(|_| same()).collect();
+    let task = Task { options, differentiable: false };
+    let lighter = closed_results(&input, weights, &task, (&limits[n_unchanged..], oversample), progress)?;
+    levels.extend(lighter.into_iter().map(|(simplified, _)| from_caller(simplified, sources.clone())));
+    Ok(levels)
+}
+
+/// The sizes of levels of detail, each no larger than the one before.
+fn resolve_levels(mesh: &TriMesh, targets: &[Target], options: &Options) -> Result<Vec<Limit>, SimplifyError> {
+    let mut limits: Vec<Limit> = Vec::with_capacity(targets.len());
+    for &target in targets {
+        let limit = resolve_limit(mesh, &Options { target, ..options.clone() })?;
+        let size = |limit: &Limit| limit.vertices.min(limit.faces / 2 + 2);
+        if options.assembly == Assembly::Paper || limits.last().is_some_and(|last| size(&limit) > size(last)) {
+            return Err(SimplifyError::BadTarget(target));
+        }
+        limits.push(limit);
+    }
+    Ok(limits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+    use crate::simplify::simplify;
+
+    #[test]
+    fn the_first_level_is_what_it_would_be_alone_and_all_are_closed() {
+        let mesh = shapes::wavy_sphere(4, 8.0);
+        let options = Options::new(Target::Ratio(0.4));
+        let further = [Target::Ratio(0.2), Target::Faces(200), Target::Vertices(40)];
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &further, go_on).unwrap();
+        let alone = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(levels[0], alone);
+        assert!(levels.iter().all(|level| topology(&level.mesh).is_closed_manifold()));
+        assert_eq!((levels[2].mesh.faces().len(), levels[3].mesh.positions().len()), (200, 40));
+    }
+
+    #[test]
+    fn levels_that_grow_are_refused_and_the_whole_stays_the_whole() {
+        let mesh = shapes::icosphere(2);
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let whole = Options::new(Target::Ratio(1.0));
+        let levels =
+            simplify_levels_of_detail(&Input::bare(&mesh), None, &whole, &[Target::Ratio(0.5)], go_on).unwrap();
+        assert_eq!((&levels[0].mesh, levels[1].mesh.positions().len()), (&mesh, 81));
+        let half = Options::new(Target::Ratio(0.5));
+        let grown = simplify_levels_of_detail(&Input::bare(&mesh), None, &half, &[Target::Ratio(0.6)], go_on);
+        assert_eq!(grown.unwrap_err(), SimplifyError::BadTarget(Target::Ratio(0.6)));
+    }
+}
