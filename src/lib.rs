@@ -21,6 +21,7 @@ pub mod metrics;
 pub mod model;
 #[cfg(feature = "picture")]
 pub mod picture;
+pub mod search;
 pub mod simplify;
 pub mod spatial;
 #[cfg(feature = "train")]

@@ -2,9 +2,10 @@
 //!
 //! The distance to a triangle is a convex function, so over a triangle T it is largest at a corner. The largest distance of T
 //! to a surface is therefore at most `min over its faces F of max over the corners v of T of d(v, F)`; the faces nearest to the
-//! corners serve as F. A corner's own distance bounds it from below. Triangles whose bounds are too far apart are cut in
-//! four, those with the largest upper bound first (after Tang, Lee and Kim 2009, "Interactive Hausdorff distance
-//! computation for general polygonal models").
+//! corners serve as F. A corner's own distance bounds it from below. Triangles whose bounds are too far apart are cut,
+//! in four, those with the largest upper bound first (after Tang, Lee and Kim 2009, "Interactive Hausdorff distance
+//! computation for general polygonal models"). What takes longest is flat parts that agree, cut otherwise: their triangles
+//! are cut down to the size of what is asked for.
 
 use std::collections::BinaryHeap;
 
@@ -17,7 +18,7 @@ use crate::mesh::TriMesh;
 use crate::spatial::FaceTree;
 
 /// Cuts after which the search gives what it has: the bounds are then farther apart than asked.
-const MOST_CUTS: usize = 20_000_000;
+const MOST_CUTS: usize = 1_000_000;
 /// Distances below this share of the diagonal are rounding.
 const ROUNDING: f64 = 1e-7;
 
@@ -64,14 +65,14 @@ pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Shar
         return None;
     }
     let diagonal = diagonal(original);
-    let asked = Sharpness { enough: asked.enough.max(ROUNDING * diagonal), ..*asked };
+    let slack = ROUNDING * diagonal;
+    let asked = Sharpness { enough: (asked.enough - slack).max(slack), ..*asked };
     let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked };
     // The simplified mesh has fewer faces: it is searched first, and raises the lower bound for the other.
     for [from, to] in [[simplified, original], [original, simplified]] {
         let other = Other { mesh: to, tree: FaceTree::new(to.positions(), to.faces()) };
         search(from, &other, &mut bounds);
     }
-    let slack = ROUNDING * diagonal;
     Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower) + slack, diagonal })
 }
 
@@ -114,24 +115,21 @@ impl Other<'_> {
         Corner { point, distance: distance2.sqrt(), nearest }
     }
 
-    /// The upper bound for the triangle with these corners.
-    fn upper(&self, corners: &[Corner; 3]) -> f64 {
+    /// The upper bound for the triangle with these corners, no sharper than the bounds need.
+    fn upper(&self, corners: &[Corner; 3], bounds: &Bounds) -> f64 {
         let over = |face: u32| corners.iter().map(|corner| self.distance(corner, face)).fold(0.0, f64::max);
+        let mut upper = farthest_by_the_triangle_inequality(corners);
         let [a, b, c] = corners.map(|corner| corner.nearest);
-        let mut upper = over(a);
-        if b != a {
-            upper = upper.min(over(b));
+        for (face, is_new) in [(a, true), (b, b != a), (c, c != a && c != b)] {
+            if is_new && !bounds.allow(upper) {
+                upper = upper.min(over(face));
+            }
         }
-        if c != a && c != b {
-            upper = upper.min(over(c));
+        // Where faces meet in a corner, its nearest face is any of them; that of the middle may be nearer to all three.
+        if !bounds.allow(upper) {
+            upper = upper.min(over(self.corner(middle(corners)).nearest));
         }
-        upper.min(farthest_by_the_triangle_inequality(corners))
-    }
-
-    /// Another upper bound: over the face nearest to the middle.
-    fn upper_by_middle(&self, corners: &[Corner; 3]) -> f64 {
-        let middle = self.corner(corners.iter().map(|corner| corner.point).sum::<DVec3>() / 3.0);
-        corners.iter().map(|corner| self.distance(corner, middle.nearest)).fold(0.0, f64::max)
+        upper
     }
 
     fn distance(&self, corner: &Corner, face: u32) -> f64 {
@@ -142,6 +140,10 @@ impl Other<'_> {
         let weights = nearest_weights_f64(corner.point, [a, b, c]);
         (a * weights[0] + b * weights[1] + c * weights[2]).distance(corner.point)
     }
+}
+
+fn middle(corners: &[Corner; 3]) -> DVec3 {
+    corners.iter().map(|corner| corner.point).sum::<DVec3>() / 3.0
 }
 
 /// No point of a triangle is farther from a surface than a corner is, plus the way to that corner.
@@ -195,10 +197,7 @@ fn search(from: &TriMesh, other: &Other, bounds: &mut Bounds) {
     }
     let of_face = |face: &[u32; 3]| {
         let corners = face.map(|v| corners[v as usize]);
-        let upper = other.upper(&corners);
-        // Where faces meet in a corner, its nearest face is any of them; that of the middle may be nearer to all three.
-        let upper = if bounds.allow(upper) { upper } else { upper.min(other.upper_by_middle(&corners)) };
-        Waiting { upper, corners }
+        Waiting { upper: other.upper(&corners, bounds), corners }
     };
     let faces: Vec<Waiting> = from.faces().par_iter().map(of_face).filter(|w| !bounds.allow(w.upper)).collect();
     // What was let through lies below what the bounds allow.
@@ -221,12 +220,12 @@ fn search(from: &TriMesh, other: &Other, bounds: &mut Bounds) {
 
 /// Cuts a triangle in four.
 fn cut(corners: &[Corner; 3], other: &Other, bounds: &mut Bounds, waiting: &mut BinaryHeap<Waiting>) {
-    let middle = |i: usize, j: usize| other.corner((corners[i].point + corners[j].point) * 0.5);
+    let between = |i: usize, j: usize| other.corner((corners[i].point + corners[j].point) * 0.5);
     let [a, b, c] = *corners;
-    let [ab, bc, ca] = [middle(0, 1), middle(1, 2), middle(2, 0)];
+    let [ab, bc, ca] = [between(0, 1), between(1, 2), between(2, 0)];
     bounds.lower = [ab, bc, ca].iter().map(|corner| corner.distance).fold(bounds.lower, f64::max);
     for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        let upper = other.upper(&corners);
+        let upper = other.upper(&corners, bounds);
         if bounds.allow(upper) {
             bounds.upper = bounds.upper.max(upper);
         } else {

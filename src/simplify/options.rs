@@ -181,6 +181,8 @@ pub enum SimplifyError {
     TooFewPoints(usize),
     /// The target is not a size: zero, not a number, a ratio above 1.
     BadTarget(Target),
+    /// The largest distance asked for is negative or not a number.
+    BadError(f64),
     /// `oversample` outside 1 to 4.
     BadOversample(f64),
     /// The attributes have not one row for each face, or there is not one importance for each vertex.
@@ -203,6 +205,7 @@ impl std::fmt::Display for SimplifyError {
             Self::BadTarget(target) => {
                 write!(f, "{target:?} is no size: give a ratio above 0 and at most 1, or a count of at least 1")
             }
+            Self::BadError(x) => write!(f, "a largest distance of {x} is none: give a number of at least 0"),
             Self::BadOversample(x) => write!(f, "oversample {x} is outside 1 to 4"),
             Self::BadInput => write!(
                 f,
