@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Component, Path};
 
-use super::{Format, ReadError, WriteError, read_with};
+use super::{Format, ReadError, ReadMesh, WriteError, read_attributed, read_with};
 use crate::mesh::RawMesh;
 
 /// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
@@ -16,17 +16,56 @@ use crate::mesh::RawMesh;
 /// assert!(error.to_string().starts_with("cannot be read"));
 /// ```
 pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
-    let bytes =
-        std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
-    let named = format.or_else(|| Format::from_path(path));
+    let bytes = bytes_of(path)?;
     let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
-    let mesh = read_with(&bytes, named, &fetch);
-    match Format::from_content(&bytes) {
-        // A file with the wrong extension is read as what it is.
-        Some(shown) if format.is_none() && named != Some(shown) && is_useless(&mesh) => {
-            read_with(&bytes, Some(shown), &fetch).or(mesh)
+    let read = |format| read_with(&bytes, format, &fetch);
+    as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
+}
+
+/// [`read_attributed`] of the file at `path`, in `format`, or in the one that its name or else its content shows.
+///
+/// # Errors
+/// [`ReadError`], without the path: the caller knows it.
+///
+/// ```
+/// let folder = tempfile::tempdir().unwrap();
+/// let path = folder.path().join("mesh.obj");
+/// std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+/// let read = neural_mesh::io::read_attributed_path(&path, None).unwrap();
+/// assert_eq!((read.extra.folder.as_deref(), read.extra.material_libraries.len()), (path.parent(), 1));
+/// ```
+pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
+    let bytes = bytes_of(path)?;
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let read = |format| match format {
+        Some(Format::Gltf) => read_with(&bytes, format, &fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() }),
+        _ => read_attributed(&bytes, format),
+    };
+    let mut read = as_what_it_is(&bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
+    read.extra.folder = path.parent().map(Path::to_path_buf);
+    Ok(read)
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
+    std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))
+}
+
+/// Reads bytes in the format that was asked for or that the name says; a file with the wrong extension is read as what it
+/// is, where reading it as what it says is of no use.
+fn as_what_it_is<T>(
+    bytes: &[u8],
+    path: &Path,
+    format: Option<Format>,
+    read: impl Fn(Option<Format>) -> Result<T, ReadError>,
+    is_useful: impl Fn(&T) -> bool,
+) -> Result<T, ReadError> {
+    let named = format.or_else(|| Format::from_path(path));
+    let first = read(named);
+    match Format::from_content(bytes) {
+        Some(shown) if format.is_none() && named != Some(shown) && !first.as_ref().is_ok_and(is_useful) => {
+            read(Some(shown)).or(first)
         }
-        _ => mesh,
+        _ => first,
     }
 }
 
@@ -71,11 +110,6 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)
-}
-
-/// Whether reading failed or found nothing.
-fn is_useless(mesh: &Result<RawMesh, ReadError>) -> bool {
-    mesh.as_ref().map_or(true, |mesh| mesh.faces.is_empty())
 }
 
 /// The bytes of the file `uri` in `folder` or below it, nowhere else.

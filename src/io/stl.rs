@@ -113,11 +113,11 @@ pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
     for face in content.faces {
         let corners = face.map(|vertex| positions[vertex as usize]);
         out.extend(b"facet normal ");
-        push_singles(&mut out, normal(corners));
+        push_singles(&mut out, &normal(corners));
         out.extend(b"\nouter loop\n");
         for corner in corners {
             out.extend(b"vertex ");
-            push_singles(&mut out, corner);
+            push_singles(&mut out, &corner);
             out.push(b'\n');
         }
         out.extend(b"endloop\nendfacet\n");
