@@ -487,3 +487,56 @@ fn attributes_of_another_mesh_are_refused() {
     let options = WriteOptions { format: Format::Ply, name: String::new(), allow_outside: false };
     assert!(write_attributed(&model, &options).unwrap_err().to_string().contains("not those of the faces"));
 }
+
+#[test]
+fn compressed_files_are_read_and_written_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = from_text(&format!("{QUAD}f 1/1 2/2 3/3\n"));
+    for (name, format) in [("mesh.obj.gz", Format::Obj), ("mesh.PLY.GZ", Format::Ply), ("mesh.stl.gz", Format::Stl)] {
+        let path = folder.path().join(name);
+        io::write_path(&path, &written(&model, format).bytes, false).unwrap();
+        assert!(std::fs::read(&path).unwrap().starts_with(b"\x1f\x8b"));
+        assert_eq!(io::read_path(&path, None).unwrap().faces, [[0, 1, 2]], "{name}");
+        let plain = folder.path().join(Format::without_gz(name.as_ref()));
+        std::fs::copy(&path, &plain).unwrap();
+        assert_eq!(opened_path(&plain).cleaned.mesh, opened_path(&path).cleaned.mesh, "{name}");
+        assert_eq!(io::read_points(&std::fs::read(&path).unwrap()).unwrap().positions.len() % 3, 0);
+    }
+}
+
+#[test]
+fn what_is_not_read_of_a_file_is_said() {
+    let notes = |bytes: &[u8]| read_attributed(bytes, None).unwrap().notes;
+    let off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2";
+    assert!(notes(off.as_bytes()).is_empty());
+    assert_eq!(notes(format!("{off} 255 0 0\n").as_bytes()), ["colours of off faces are dropped"]);
+    let coloured = off.replace("1 0 0\n", "1 0 0 0.5 0.5 0.5 1\n").replacen("OFF", "COFF", 1);
+    assert_eq!(notes(coloured.as_bytes()), ["colours, normals or texture coordinates of off vertices are dropped"]);
+    let mut stl = written(&from_text(&format!("{QUAD}f 1 2 3\n")), Format::Stl).bytes;
+    assert!(notes(&stl).is_empty());
+    *stl.last_mut().unwrap() = 0x80;
+    assert_eq!(notes(&stl), ["colours or other marks of 1 stl facets are dropped"]);
+    let solid = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+    assert_eq!(notes(solid.repeat(2).as_bytes()), ["2 stl solids become one mesh, their names are dropped"]);
+}
+
+#[test]
+fn faces_of_different_numbers_are_groups_and_too_many_are_none() {
+    let n = 2000;
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+        element face {n}\nproperty list uchar int vertex_indices\nproperty int id\nproperty float area\nend_header\n",
+        n + 2
+    );
+    (0..n + 2).for_each(|i| text += &format!("{i} {} 0\n", i % 2));
+    let with_ids = |id: &dyn Fn(usize) -> usize| {
+        let faces: String = (0..n).map(|i| format!("3 {i} {} {} {} 0.5\n", i + 1, i + 2, id(i))).collect();
+        from_text(&format!("{text}{faces}"))
+    };
+    let few = with_ids(&|i| i % 7);
+    assert_eq!((few.extra.groups.len(), few.cleaned.attributes.group(8)), (7, 1));
+    assert_eq!(few.notes, ["the property area of the faces is dropped"]);
+    let many = with_ids(&|i| i);
+    assert!(many.extra.groups.is_empty() && many.cleaned.attributes.groups.is_empty());
+    assert!(many.notes[1].contains("differ too often"), "{:?}", many.notes);
+}

@@ -2,8 +2,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use super::WriteError;
 use super::extra::Extra;
-use super::{WriteError, write_path};
+use super::path::put;
 
 /// A file to be put beside an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,7 +49,7 @@ pub fn write_beside(output: &Path, files: &[OutputFile], force: bool) -> Result<
         if std::fs::read(&path).is_ok_and(|found| found == file.bytes) {
             return Ok(());
         }
-        write_path(&path, &file.bytes, force).map_err(|error| problem(&error.what))
+        put(&path, &file.bytes, force).map_err(|error| problem(&error.what))
     })
 }
 
@@ -141,7 +142,7 @@ impl<'a> Finder<'a> {
             Some(inner) => folder.join(inner),
             None => folder.join(base).join(name.replace('\\', "/")),
         };
-        let is_inside = is_within(&wanted, &folder);
+        let is_inside = is_within(&wanted, folder);
         if !is_inside && !self.allow_outside && (inner.is_none() || wanted.exists()) {
             return Err("lies outside the folder of the asset: the name stays, the file is not copied".into());
         }

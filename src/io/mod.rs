@@ -12,6 +12,11 @@ mod gltf;
 #[cfg(not(feature = "gltf"))]
 #[path = "no_gltf.rs"]
 mod gltf;
+#[cfg(feature = "gzip")]
+mod gzip;
+#[cfg(not(feature = "gzip"))]
+#[path = "no_gzip.rs"]
+mod gzip;
 mod material;
 mod model;
 mod number;
@@ -30,14 +35,14 @@ pub use error::{Place, ReadError, WriteError};
 pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
 pub use model::{Model, WriteOptions, Written, write_attributed};
-pub use path::{read_attributed_path, read_path, write_path};
+pub use path::{packed_by_name, read_attributed_path, read_path, write_path};
 pub use points::read_points;
 pub use scalar::Scalar;
 
 use crate::mesh::{Frame, RawMesh, TriMesh};
 use write::Content;
 
-/// Reads a mesh from the bytes of a file, in `format` or in the one that the content shows.
+/// Reads a mesh from the bytes of a file, compressed by gzip or not, in `format` or in the one that the content shows.
 ///
 /// # Errors
 /// [`ReadError`] says in one line what is wrong, where, and what to do.
@@ -73,13 +78,15 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
 /// assert_eq!(read.extra.groups[0].material.as_deref(), Some("skin"));
 /// ```
 pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh, ReadError> {
+    let bytes = &gzip::unpacked(bytes)?;
     let format = known(bytes, format)?;
+    let bare = |(mesh, notes)| ReadMesh { mesh, notes, ..ReadMesh::default() };
     let read = match format {
         Format::Obj => obj::read_attributed(bytes),
         Format::Ply | Format::PlyAscii => ply::read_attributed(bytes),
-        Format::Stl | Format::StlAscii | Format::Off | Format::Gltf => {
-            read(bytes, Some(format)).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
-        }
+        Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
+        Format::Off => off::read_with_notes(bytes).map(bare),
+        Format::Gltf => return read(bytes, Some(format)).map(|mesh| bare((mesh, Vec::new()))),
     };
     read.map_err(|error| ReadError { format: Some(format), ..error })
 }
@@ -99,6 +106,7 @@ fn read_with(
     format: Option<Format>,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<RawMesh, ReadError> {
+    let bytes = &gzip::unpacked(bytes)?;
     let format = known(bytes, format)?;
     let mesh = match format {
         Format::Obj => obj::read(bytes),

@@ -263,6 +263,7 @@ fn values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
@@ -283,6 +284,86 @@ mod tests {
         ] {
             assert_eq!(faces(face), [[0, 1, 2]], "{face}");
             assert_eq!(faces(&format!("{face}\n")), [[0, 1, 2]], "{face}");
+        }
+    }
+
+    /// Position number, `vt` and `vn` of each corner of each triangle, by splitting lines and words.
+    fn naive(text: &str) -> Vec<[(u32, [f32; 2], [f32; 3]); 3]> {
+        let rows = |word: &str| {
+            let numbers = |line: &str| line.split(' ').skip(1).map(|x| x.parse::<f32>().unwrap()).collect::<Vec<_>>();
+            text.lines().filter(|line| line.split(' ').next() == Some(word)).map(numbers).collect::<Vec<_>>()
+        };
+        let tables = [rows("v"), rows("vt"), rows("vn")];
+        let mut counts = [0; 3];
+        let mut faces = Vec::new();
+        for line in text.lines() {
+            let mut words = line.split(' ');
+            match words.next().unwrap() {
+                "v" => counts[0] += 1,
+                "vt" => counts[1] += 1,
+                "vn" => counts[2] += 1,
+                _ => faces.push(words.map(|word| naive_corner(word, &counts, &tables)).collect::<Vec<_>>()),
+            }
+        }
+        faces.into_iter().map(|face| face.try_into().unwrap()).collect()
+    }
+
+    fn naive_corner(word: &str, counts: &[i64; 3], tables: &[Vec<Vec<f32>>; 3]) -> (u32, [f32; 2], [f32; 3]) {
+        let mut parts = word.split('/').map(|part| part.parse::<i64>().ok()).zip(counts);
+        let mut next = || parts.next().and_then(|(index, n)| Some(if index? < 0 { n + index? } else { index? - 1 }));
+        let vertex = next().unwrap() as u32;
+        let mut value = |table: &Vec<Vec<f32>>| {
+            let row = next().and_then(|index| table.get(usize::try_from(index).ok()?).cloned());
+            row.unwrap_or(vec![0.0; 3])
+        };
+        let (uv, normal) = (value(&tables[1]), value(&tables[2]));
+        (vertex, [uv[0], uv[1]], [normal[0], normal[1], normal[2]])
+    }
+
+    /// A triangle whose corners may lack values or name ones that come later or never.
+    fn any_face() -> impl Strategy<Value = String> {
+        let corner = (1i64..5, -6i64..7, -6i64..7, 0..5).prop_map(|(vertex, uv, normal, form)| match form {
+            0 => format!(" {vertex}"),
+            1 => format!(" {vertex}/{uv}"),
+            2 => format!(" {vertex}//{normal}"),
+            3 => format!(" {vertex}/{uv}/"),
+            _ => format!(" {}/{uv}/{normal}", vertex - 5),
+        });
+        prop::array::uniform3(corner).prop_map(|corners| format!("f{}", corners.concat()))
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_splitting_lines(
+            lines in prop::collection::vec(prop_oneof![any_face(), Just("vt 0.5 1".into()), Just("vt 2 3".into()), Just("vn 0 0 1".into()), Just("vn 1 0 0".into())], 0..40),
+        ) {
+            let text = format!("{SQUARE}{}\n", lines.join("\n")).trim_end().to_string();
+            let ReadMesh { mesh, .. } = read_attributed(text.as_bytes()).unwrap();
+            let channel = |role| channel_of(&mesh.attributes, role);
+            let value = |role, face: usize, corner: usize| match channel(role) {
+                Some(channel) => channel.of(mesh.attributes.wedges[face][corner]).to_vec(),
+                None => vec![0.0; 3],
+            };
+            for (face, corners) in naive(&text).iter().enumerate() {
+                for (corner, (vertex, uv, normal)) in corners.iter().enumerate() {
+                    prop_assert_eq!(mesh.faces[face][corner], *vertex);
+                    prop_assert_eq!(&value(Role::Uv, face, corner)[..2], uv);
+                    prop_assert_eq!(&value(Role::Normal, face, corner)[..], normal);
+                }
+            }
+            prop_assert_eq!(mesh.faces, read(text.as_bytes()).unwrap().faces);
+        }
+    }
+
+    #[test]
+    fn wedges_follow_the_corners_of_a_turned_quad() {
+        let text = b"v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nvt 0 0\nvt 1 1\nvt 2 2\nvt 3 3\nf 2/2 3/3 4/4 1/1\n";
+        let mesh = read_attributed(text).unwrap().mesh;
+        assert_eq!(mesh.faces, read(text).unwrap().faces);
+        for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {
+            for (vertex, &wedge) in face.iter().zip(wedges) {
+                assert_eq!(mesh.attributes.channels[0].of(wedge), [*vertex as f32; 2]);
+            }
         }
     }
 

@@ -1,9 +1,10 @@
 //! Mesh files by path: read whole, written whole or not at all.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Component, Path};
 
-use super::{Format, ReadError, ReadMesh, WriteError, read_attributed, read_with};
+use super::{Format, ReadError, ReadMesh, WriteError, gzip, read_attributed, read_with};
 use crate::mesh::RawMesh;
 
 /// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
@@ -47,7 +48,12 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
 }
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
-    std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))
+    let bytes =
+        std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
+    match gzip::unpacked(&bytes)? {
+        Cow::Owned(unpacked) => Ok(unpacked),
+        Cow::Borrowed(_) => Ok(bytes),
+    }
 }
 
 /// Reads bytes in the format that was asked for or that the name says; a file with the wrong extension is read as what it
@@ -69,7 +75,27 @@ fn as_what_it_is<T>(
     }
 }
 
-/// Writes `bytes` to `path` through a temporary file beside it, so that the file appears whole or not at all.
+/// The bytes as a file of this name holds them: compressed where it ends in `.gz`, if they are not already.
+///
+/// # Errors
+/// [`WriteError`] where this build compresses nothing.
+///
+/// ```
+/// use neural_mesh::io::packed_by_name;
+/// assert_eq!(packed_by_name("mesh.obj".as_ref(), b"v 0 0 0\n").unwrap(), b"v 0 0 0\n"[..]);
+/// let packed = packed_by_name("mesh.obj.gz".as_ref(), b"v 0 0 0\n").unwrap();
+/// assert_eq!(neural_mesh::io::read(&packed, None).unwrap().positions, [[0.0; 3]]);
+/// ```
+pub fn packed_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, WriteError> {
+    let is_packed = matches!(bytes, [0x1f, 0x8b, ..]);
+    if is_packed || matches!(Format::without_gz(path), Cow::Borrowed(_)) {
+        return Ok(Cow::Borrowed(bytes));
+    }
+    let problem = |error| WriteError { what: format!("cannot be compressed: {error}: choose a name without .gz") };
+    gzip::packed(bytes).map(Cow::Owned).map_err(problem)
+}
+
+/// Writes `bytes` to `path`, compressed where its name ends in `.gz`, through a temporary file beside it, so that the file appears whole or not at all.
 ///
 /// An existing file is replaced only with `force`. A device or a pipe is written to directly.
 ///
@@ -83,6 +109,11 @@ fn as_what_it_is<T>(
 /// assert!(neural_mesh::io::write_path(&path, b"", false).is_err());
 /// ```
 pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
+    put(path, &packed_by_name(path, bytes)?, force)
+}
+
+/// Writes `bytes` as they are.
+pub(super) fn put(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
     let problem =
         |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
