@@ -3,6 +3,7 @@
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use neural_mesh::io;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
@@ -44,13 +45,14 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
     }
 }
 
-/// Writes bytes to a temporary file in the folder where they will stand.
-pub fn prepare(path: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failure> {
+/// Writes bytes, compressed where the name ends in `.gz`, to a temporary file in the folder where they will stand.
+pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failure> {
     // Through a link, so that the link stays and the file behind it changes.
-    let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
     let problem = |error| Failure::of(&path, format!("cannot be written: {error}: check the folder and the disk"));
     let mut temporary = new_file_in(folder_of(&path)).map_err(problem)?;
-    temporary.write_all(bytes).map_err(problem)?;
+    let bytes = io::packed_by_name(name, bytes).map_err(|error| Failure::of(name, error))?;
+    temporary.write_all(&bytes).map_err(problem)?;
     Ok(Pending { temporary, path, force })
 }
 

@@ -1,5 +1,6 @@
 //! The file formats: by name, by the extension of a file name, by content.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A mesh file format. For reading, `PlyAscii` is `Ply` and `StlAscii` is `Stl`: the content says which it is.
@@ -45,14 +46,30 @@ impl Format {
         }
     }
 
-    /// The format that the extension of `path` names, if any.
+    /// The format that the extension of `path` names, if any; behind it may stand `.gz`.
     ///
     /// ```
     /// use neural_mesh::io::Format;
     /// assert_eq!(Format::from_path("a/b.STL".as_ref()), Some(Format::Stl));
+    /// assert_eq!(Format::from_path("a/b.ply.gz".as_ref()), Some(Format::Ply));
     /// ```
     pub fn from_path(path: &Path) -> Option<Self> {
-        Self::from_name(path.extension()?.to_str()?)
+        Self::from_name(Self::without_gz(path).extension()?.to_str()?)
+    }
+
+    /// The path without a `.gz` at its end.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// use neural_mesh::io::Format;
+    /// assert_eq!(Format::without_gz(Path::new("a/b.ply.gz")), Path::new("a/b.ply"));
+    /// assert_eq!(Format::without_gz(Path::new("a/b.ply")), Path::new("a/b.ply"));
+    /// ```
+    pub fn without_gz(path: &Path) -> Cow<'_, Path> {
+        match path.extension() {
+            Some(ending) if ending.eq_ignore_ascii_case("gz") => Cow::Owned(path.with_extension("")),
+            _ => Cow::Borrowed(path),
+        }
     }
 
     /// The format that `bytes` look like, if any: by magic words, else by the first lines.

@@ -3,32 +3,46 @@
 //! Readers take what can be understood and refuse the rest in one line; what is wrong with the mesh itself is for
 //! [`cleanup`](crate::mesh::cleanup) to judge.
 
+mod beside;
 mod error;
+mod extra;
 mod format;
 #[cfg(feature = "gltf")]
 mod gltf;
 #[cfg(not(feature = "gltf"))]
 #[path = "no_gltf.rs"]
 mod gltf;
+#[cfg(feature = "gzip")]
+mod gzip;
+#[cfg(not(feature = "gzip"))]
+#[path = "no_gzip.rs"]
+mod gzip;
+mod material;
+mod model;
 mod number;
 mod obj;
 mod off;
 mod path;
 mod ply;
 mod points;
+mod scalar;
 mod stl;
 mod text;
 mod write;
 
+pub use beside::{OutputFile, write_beside};
 pub use error::{Place, ReadError, WriteError};
+pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
-pub use path::{read_path, write_path};
+pub use model::{Model, WriteOptions, Written, write_attributed};
+pub use path::{packed_by_name, read_attributed_path, read_path, write_path};
 pub use points::read_points;
+pub use scalar::Scalar;
 
 use crate::mesh::{Frame, RawMesh, TriMesh};
 use write::Content;
 
-/// Reads a mesh from the bytes of a file, in `format` or in the one that the content shows.
+/// Reads a mesh from the bytes of a file, compressed by gzip or not, in `format` or in the one that the content shows.
 ///
 /// # Errors
 /// [`ReadError`] says in one line what is wrong, where, and what to do.
@@ -47,16 +61,53 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
     })
 }
 
+/// Reads a mesh with all that its file holds, from the bytes of a file, in `format` or in the one that the content shows:
+/// texture coordinates, normals and colours, groups and materials, properties of any name; of a glTF the geometry alone.
+///
+/// What cannot be kept is said in [`ReadMesh::notes`].
+///
+/// # Errors
+/// As of [`read`].
+///
+/// ```
+/// use neural_mesh::io::read_attributed;
+/// let text = b"usemtl skin\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nf 1/1 2/1 3\n";
+/// let read = read_attributed(text, None).unwrap();
+/// let uv = &read.mesh.attributes.channels[0];
+/// assert_eq!(uv.of(read.mesh.attributes.wedges[0][1]), [0.5, 0.25]);
+/// assert_eq!(read.extra.groups[0].material.as_deref(), Some("skin"));
+/// ```
+pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh, ReadError> {
+    let bytes = &gzip::unpacked(bytes)?;
+    let format = known(bytes, format)?;
+    let bare = |(mesh, notes)| ReadMesh { mesh, notes, ..ReadMesh::default() };
+    let read = match format {
+        Format::Obj => obj::read_attributed(bytes),
+        Format::Ply | Format::PlyAscii => ply::read_attributed(bytes),
+        Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
+        Format::Off => off::read_with_notes(bytes).map(bare),
+        Format::Gltf => return read(bytes, Some(format)).map(|mesh| bare((mesh, Vec::new()))),
+    };
+    read.map_err(|error| ReadError { format: Some(format), ..error })
+}
+
+/// The format of the bytes: as said, or as the content shows.
+fn known(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
+    let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown(bytes))?;
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
+    }
+    Ok(format)
+}
+
 /// [`read`], where `fetch` gives the bytes of a file that the asset names.
 fn read_with(
     bytes: &[u8],
     format: Option<Format>,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<RawMesh, ReadError> {
-    let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown(bytes))?;
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
-    }
+    let bytes = &gzip::unpacked(bytes)?;
+    let format = known(bytes, format)?;
     let mesh = match format {
         Format::Obj => obj::read(bytes),
         Format::Ply | Format::PlyAscii => ply::read(bytes),
@@ -102,13 +153,7 @@ pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, W
 /// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.1000000000000001 0\nf 1 2 3\n");
 /// ```
 pub fn write_exact(mesh: &TriMesh, positions: Vec<[f64; 3]>, format: Format) -> Result<Vec<u8>, WriteError> {
-    let finite = positions.iter().flatten().all(|x| x.is_finite());
-    if positions.len() != mesh.positions().len() || !finite {
-        return Err(WriteError {
-            what: "there is not one finite position for each vertex: give the mesh's own".into(),
-        });
-    }
-    write_content(&Content::exact(mesh, positions), format)
+    write_content(&Content::checked(mesh, positions)?, format)
 }
 
 fn write_content(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {

@@ -1,87 +1,269 @@
-//! Wavefront OBJ: positions and faces; materials, texture coordinates, normals, curves and lines are passed over.
+//! Wavefront OBJ: positions and faces, and where they are asked for texture coordinates, normals, colours of vertices, groups
+//! and materials. Curves, lines and points are passed over.
+
+mod groups;
+mod wedges;
+mod write;
 
 use super::ReadError;
+use super::extra::{self, Extra, ReadMesh, without_nan};
 use super::text::Text;
-use super::write::Content;
-use crate::mesh::{Fans, RawMesh};
+use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
+use groups::Groups;
+use wedges::Wedges;
+pub(super) use write::{write, write_attributed};
 
 /// An index that no vertex has: faces with it are for cleanup to drop.
 const NOWHERE: u32 = u32::MAX;
 
-/// Reads an OBJ text: BOM, CRLF, continued lines, relative indices and comments in any encoding are fine.
+const REMEDY: &str = "mend the line or export the mesh again";
+
+/// Reads the geometry of an OBJ text: BOM, CRLF, continued lines, relative indices and comments in any encoding are fine.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    let mut text = Text::new(bytes).with_continuation();
-    let (mut mesh, mut fans, mut corners) = (RawMesh::default(), Fans::default(), Vec::new());
-    while !text.is_at_end() {
-        text.skip_blanks();
-        match text.rest() {
-            [b'v', b' ' | b'\t' | b'\\', ..] => {
-                text.advance(1);
-                mesh.positions.push(read_position(&mut text)?);
+    let mut reader = Reader::default();
+    reader.read(bytes)?;
+    reader.fans.settle(&reader.mesh.positions, &mut reader.mesh.faces);
+    Ok(reader.mesh)
+}
+
+/// Reads an OBJ text with all that it holds. A corner without a texture coordinate or normal, or with a number that leads
+/// nowhere, gets zeros; a vertex without a colour where others have one gets white.
+pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
+    let mut reader = Reader { keeps: true, ..Reader::default() };
+    reader.read(bytes)?;
+    Ok(reader.finish())
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Reader<'a> {
+    /// Whether more than geometry is asked for.
+    keeps: bool,
+    /// Its faces name wedges once there are some.
+    mesh: RawMesh,
+    fans: Fans,
+    /// `v/vt/vn` of the current face, from zero.
+    corners: Vec<[u32; 3]>,
+    /// What the fan of the current face is made of.
+    numbers: Vec<u32>,
+    /// From the first corner on that has more than a vertex.
+    wedges: Option<Wedges>,
+    /// Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
+    uvs: Vec<f32>,
+    normals: Vec<f32>,
+    /// Colours of the vertices, n_vertices x 3; empty while none has one.
+    colours: Vec<f32>,
+    groups: Groups<'a>,
+    libraries: Vec<&'a [u8]>,
+    dropped: Dropped,
+}
+
+/// Numbers of lines that say what is not kept.
+#[derive(Default)]
+struct Dropped {
+    third_coordinates: usize,
+    lines: usize,
+    points: usize,
+    curves: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn read(&mut self, bytes: &'a [u8]) -> Result<(), ReadError> {
+        let mut text = Text::new(bytes).with_continuation();
+        while !text.is_at_end() {
+            text.skip_blanks();
+            match text.rest() {
+                [b'v', b' ' | b'\t' | b'\\', ..] => {
+                    text.advance(1);
+                    self.read_vertex(&mut text)?;
+                }
+                [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f'] => {
+                    text.advance(1);
+                    self.read_face(&mut text)?;
+                }
+                _ if self.keeps => self.read_statement(&mut text),
+                _ => {}
             }
-            [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f'] => {
+            text.skip_line();
+        }
+        self.mesh.double = text.double;
+        Ok(())
+    }
+
+    /// Three numbers; a weight or a colour may follow.
+    fn read_vertex(&mut self, text: &mut Text) -> Result<(), ReadError> {
+        let mut position = [0.0; 3];
+        for x in &mut position {
+            text.skip_blanks();
+            *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
+        }
+        self.mesh.positions.push(position);
+        if self.keeps && (!self.colours.is_empty() || !text.is_line_done()) {
+            let colour = values::<3>(text);
+            if let Some(colour) = colour.filter(|&(_, n)| n == 3).map(|(colour, _)| colour) {
+                self.colours.resize(3 * (self.mesh.positions.len() - 1), 1.0);
+                self.colours.extend(colour);
+            }
+        }
+        Ok(())
+    }
+
+    /// A face, as a fan of triangles.
+    fn read_face(&mut self, text: &mut Text) -> Result<(), ReadError> {
+        self.read_corners(text)?;
+        self.numbers.clear();
+        if self.wedges.is_none() && self.corners.iter().any(|corner| corner[1..] != [NOWHERE; 2]) {
+            self.wedges = Some(Wedges::of_plain(&mut self.mesh.faces));
+        }
+        match &mut self.wedges {
+            Some(wedges) => self.numbers.extend(self.corners.iter().map(|&corner| wedges.number(corner))),
+            None => self.numbers.extend(self.corners.iter().map(|corner| corner[0])),
+        }
+        let n_before = self.mesh.faces.len();
+        if !self.fans.push(&self.numbers, &mut self.mesh.faces) {
+            self.mesh.dropped_faces += 1;
+        } else if self.keeps {
+            self.groups.cover(n_before, self.mesh.faces.len());
+        }
+        Ok(())
+    }
+
+    /// Each `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line.
+    fn read_corners(&mut self, text: &mut Text) -> Result<(), ReadError> {
+        let counts = [self.mesh.positions.len(), self.uvs.len() / 2, self.normals.len() / 3];
+        self.corners.clear();
+        while !text.is_line_done() {
+            let problem = "a corner of a face needs a vertex number";
+            let vertex = text.integer().ok_or_else(|| text.error(problem, REMEDY))?;
+            let mut corner = [from_zero(vertex, counts[0]), NOWHERE, NOWHERE];
+            for (part, &count) in corner.iter_mut().zip(&counts).skip(1) {
+                if !self.keeps || text.rest().first() != Some(&b'/') {
+                    break;
+                }
                 text.advance(1);
-                read_corners(&mut text, mesh.positions.len(), &mut corners)?;
-                mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
+                *part = text.integer().map_or(NOWHERE, |index| from_zero(index, count));
+            }
+            self.corners.push(corner);
+            while !text.is_between_words() {
+                text.advance(1);
+            }
+        }
+        Ok(())
+    }
+
+    /// A line that is neither a vertex nor a face.
+    fn read_statement(&mut self, text: &mut Text<'a>) {
+        match text.word() {
+            b"vt" => {
+                let (values, _) = values::<3>(text).unwrap_or_default();
+                self.uvs.extend(&values[..2]);
+                self.dropped.third_coordinates += usize::from(values[2] != 0.0);
+            }
+            b"vn" => self.normals.extend(values::<3>(text).unwrap_or_default().0),
+            b"mtllib" => self.libraries.push(text.rest_of_line()),
+            b"l" => self.dropped.lines += 1,
+            b"p" => self.dropped.points += 1,
+            b"vp" | b"curv" | b"curv2" | b"surf" => self.dropped.curves += 1,
+            word if word.len() <= 6 => {
+                self.groups.take(word, text.rest_of_line());
             }
             _ => {}
         }
-        text.skip_line();
     }
-    fans.settle(&mesh.positions, &mut mesh.faces);
-    mesh.double = text.double;
-    Ok(mesh)
+
+    /// Puts together what was read.
+    fn finish(mut self) -> ReadMesh {
+        let mut notes = self.dropped.notes();
+        let not_finite: usize =
+            [&mut self.uvs, &mut self.normals, &mut self.colours].into_iter().map(|values| without_nan(values)).sum();
+        if not_finite > 0 {
+            notes
+                .push(format!("{not_finite} numbers of texture coordinates, normals or colours are not finite: zeros"));
+        }
+        if !self.colours.is_empty() {
+            self.colours.resize(3 * self.mesh.positions.len(), 1.0);
+        }
+        let latin1 =
+            self.groups.names().chain(self.libraries.iter().copied()).any(|name| std::str::from_utf8(name).is_err());
+        let text = |name: &&[u8]| if latin1 { extra::latin1(name) } else { extra::decoded(name) };
+        let material_libraries = self.libraries.iter().map(text).collect();
+        let extra = Extra { groups: self.groups.named(latin1), material_libraries, latin1, ..Extra::default() };
+        let groups = std::mem::take(&mut self.groups.of_faces);
+        let (wedges, channels) = self.settle();
+        let mut mesh = self.mesh;
+        mesh.attributes = Attributes { wedges, channels, groups };
+        ReadMesh { mesh, extra, notes }
+    }
+
+    /// Settles the polygons, lets the faces name vertices, and gives the wedges of the faces and the channels.
+    fn settle(&mut self) -> (Vec<[u32; 3]>, Vec<Channel>) {
+        let RawMesh { positions, faces, .. } = &mut self.mesh;
+        let fans = std::mem::take(&mut self.fans);
+        let Some(wedges) = self.wedges.take() else {
+            fans.settle(positions, faces);
+            let colours = std::mem::take(&mut self.colours);
+            let coloured = !colours.is_empty();
+            let channels = if coloured { vec![channel("colour", Role::Colour, 3, colours)] } else { Vec::new() };
+            return (if coloured { faces.clone() } else { Vec::new() }, channels);
+        };
+        fans.settle_with(|wedge| wedges.position(wedge, positions), faces);
+        let uvs = wedges.values(1, &self.uvs, 2).map(|values| channel("uv", Role::Uv, 2, values));
+        let normals = wedges.values(2, &self.normals, 3).map(|values| channel("normal", Role::Normal, 3, values));
+        let colours = wedges.values(0, &self.colours, 3).map(|values| channel("colour", Role::Colour, 3, values));
+        let channels: Vec<Channel> = [uvs, normals, colours].into_iter().flatten().collect();
+        let of_faces = if channels.is_empty() { Vec::new() } else { faces.clone() };
+        for corner in faces.iter_mut().flatten() {
+            *corner = wedges.vertex(*corner);
+        }
+        (of_faces, channels)
+    }
 }
 
-/// Three numbers; a weight or a colour may follow.
-fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
-    let mut position = [0.0; 3];
-    for x in &mut position {
+impl Dropped {
+    fn notes(&self) -> Vec<String> {
+        let named = [
+            (self.third_coordinates, "third texture coordinates"),
+            (self.lines, "polylines"),
+            (self.points, "statements of points"),
+            (self.curves, "statements of free-form curves and surfaces"),
+        ];
+        named.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what} dropped")).collect()
+    }
+}
+
+fn channel(name: &str, role: Role, width: usize, values: Vec<f32>) -> Channel {
+    Channel { name: name.into(), role, width, values }
+}
+
+/// The first channel of a kind: the format holds one of each.
+fn channel_of(attributes: &Attributes, role: Role) -> Option<&Channel> {
+    attributes.channels.iter().find(|channel| channel.role == role)
+}
+
+/// An index of the file, which counts from one or back from the last, as one from zero.
+fn from_zero(index: i64, count: usize) -> u32 {
+    u32::try_from(if index < 0 { count as i64 + index } else { index - 1 }).unwrap_or(NOWHERE)
+}
+
+/// Up to `N` numbers on the rest of the line and how many there are; `None` where there is none. They say nothing about
+/// the precision of the positions.
+fn values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
+    let double = text.double;
+    let (mut values, mut n) = ([0.0; N], 0);
+    while n < N {
         text.skip_blanks();
-        let problem = "a vertex needs three numbers";
-        *x = text.number().ok_or_else(|| text.error(problem, "mend the line or export the mesh again"))?;
+        let Some(value) = text.number() else { break };
+        values[n] = value as f32;
+        n += 1;
     }
-    Ok(position)
-}
-
-/// The vertex of each `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line.
-fn read_corners(text: &mut Text, n_vertices: usize, corners: &mut Vec<u32>) -> Result<(), ReadError> {
-    corners.clear();
-    while !text.is_line_done() {
-        let problem = "a corner of a face needs a vertex number";
-        let index = text.integer().ok_or_else(|| text.error(problem, "mend the line or export the mesh again"))?;
-        let from_zero = if index < 0 { n_vertices as i64 + index } else { index - 1 };
-        corners.push(u32::try_from(from_zero).unwrap_or(NOWHERE));
-        while !text.is_between_words() {
-            text.advance(1);
-        }
-    }
-    Ok(())
-}
-
-/// Writes an OBJ text with the shortest digits that read back as the same numbers.
-pub(super) fn write(content: &Content) -> Vec<u8> {
-    let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
-    for vertex in 0..content.n_vertices() {
-        out.extend(b"v ");
-        content.push_position(&mut out, vertex);
-        out.push(b'\n');
-    }
-    let mut digits = itoa::Buffer::new();
-    for face in content.faces {
-        out.push(b'f');
-        for &vertex in face {
-            out.push(b' ');
-            out.extend(digits.format(vertex + 1).as_bytes());
-        }
-        out.push(b'\n');
-    }
-    out
+    text.double = double;
+    (n > 0).then_some((values, n))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
@@ -102,6 +284,86 @@ mod tests {
         ] {
             assert_eq!(faces(face), [[0, 1, 2]], "{face}");
             assert_eq!(faces(&format!("{face}\n")), [[0, 1, 2]], "{face}");
+        }
+    }
+
+    /// Position number, `vt` and `vn` of each corner of each triangle, by splitting lines and words.
+    fn naive(text: &str) -> Vec<[(u32, [f32; 2], [f32; 3]); 3]> {
+        let rows = |word: &str| {
+            let numbers = |line: &str| line.split(' ').skip(1).map(|x| x.parse::<f32>().unwrap()).collect::<Vec<_>>();
+            text.lines().filter(|line| line.split(' ').next() == Some(word)).map(numbers).collect::<Vec<_>>()
+        };
+        let tables = [rows("v"), rows("vt"), rows("vn")];
+        let mut counts = [0; 3];
+        let mut faces = Vec::new();
+        for line in text.lines() {
+            let mut words = line.split(' ');
+            match words.next().unwrap() {
+                "v" => counts[0] += 1,
+                "vt" => counts[1] += 1,
+                "vn" => counts[2] += 1,
+                _ => faces.push(words.map(|word| naive_corner(word, &counts, &tables)).collect::<Vec<_>>()),
+            }
+        }
+        faces.into_iter().map(|face| face.try_into().unwrap()).collect()
+    }
+
+    fn naive_corner(word: &str, counts: &[i64; 3], tables: &[Vec<Vec<f32>>; 3]) -> (u32, [f32; 2], [f32; 3]) {
+        let mut parts = word.split('/').map(|part| part.parse::<i64>().ok()).zip(counts);
+        let mut next = || parts.next().and_then(|(index, n)| Some(if index? < 0 { n + index? } else { index? - 1 }));
+        let vertex = next().unwrap() as u32;
+        let mut value = |table: &Vec<Vec<f32>>| {
+            let row = next().and_then(|index| table.get(usize::try_from(index).ok()?).cloned());
+            row.unwrap_or(vec![0.0; 3])
+        };
+        let (uv, normal) = (value(&tables[1]), value(&tables[2]));
+        (vertex, [uv[0], uv[1]], [normal[0], normal[1], normal[2]])
+    }
+
+    /// A triangle whose corners may lack values or name ones that come later or never.
+    fn any_face() -> impl Strategy<Value = String> {
+        let corner = (1i64..5, -6i64..7, -6i64..7, 0..5).prop_map(|(vertex, uv, normal, form)| match form {
+            0 => format!(" {vertex}"),
+            1 => format!(" {vertex}/{uv}"),
+            2 => format!(" {vertex}//{normal}"),
+            3 => format!(" {vertex}/{uv}/"),
+            _ => format!(" {}/{uv}/{normal}", vertex - 5),
+        });
+        prop::array::uniform3(corner).prop_map(|corners| format!("f{}", corners.concat()))
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_splitting_lines(
+            lines in prop::collection::vec(prop_oneof![any_face(), Just("vt 0.5 1".into()), Just("vt 2 3".into()), Just("vn 0 0 1".into()), Just("vn 1 0 0".into())], 0..40),
+        ) {
+            let text = format!("{SQUARE}{}\n", lines.join("\n")).trim_end().to_string();
+            let ReadMesh { mesh, .. } = read_attributed(text.as_bytes()).unwrap();
+            let channel = |role| channel_of(&mesh.attributes, role);
+            let value = |role, face: usize, corner: usize| match channel(role) {
+                Some(channel) => channel.of(mesh.attributes.wedges[face][corner]).to_vec(),
+                None => vec![0.0; 3],
+            };
+            for (face, corners) in naive(&text).iter().enumerate() {
+                for (corner, (vertex, uv, normal)) in corners.iter().enumerate() {
+                    prop_assert_eq!(mesh.faces[face][corner], *vertex);
+                    prop_assert_eq!(&value(Role::Uv, face, corner)[..2], uv);
+                    prop_assert_eq!(&value(Role::Normal, face, corner)[..], normal);
+                }
+            }
+            prop_assert_eq!(mesh.faces, read(text.as_bytes()).unwrap().faces);
+        }
+    }
+
+    #[test]
+    fn wedges_follow_the_corners_of_a_turned_quad() {
+        let text = b"v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nvt 0 0\nvt 1 1\nvt 2 2\nvt 3 3\nf 2/2 3/3 4/4 1/1\n";
+        let mesh = read_attributed(text).unwrap().mesh;
+        assert_eq!(mesh.faces, read(text).unwrap().faces);
+        for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {
+            for (vertex, &wedge) in face.iter().zip(wedges) {
+                assert_eq!(mesh.attributes.channels[0].of(wedge), [*vertex as f32; 2]);
+            }
         }
     }
 

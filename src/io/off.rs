@@ -9,7 +9,13 @@ const REMEDY: &str = "export the mesh again";
 
 /// Reads an OFF text: comments, counts on the first line and irregular blanks are fine.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    read_with_notes(bytes).map(|(mesh, _)| mesh)
+}
+
+/// [`read`], and what is passed over, in one line each.
+pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), ReadError> {
     let mut text = Text::new(bytes);
+    let mut notes = Vec::new();
     read_keyword(&mut text)?;
     let [n_vertices, n_faces, _] = read_counts(&mut text)?;
     // Counts are claims: room is made only for what the bytes can hold.
@@ -17,12 +23,20 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let mut mesh = RawMesh::default();
     mesh.positions.reserve(n_vertices.min(possible));
     mesh.faces.reserve(n_faces.min(possible));
+    let mut is_more_said = false;
     for vertex in 0..n_vertices {
         mesh.positions.push(read_position(&mut text, vertex, n_vertices)?);
+        is_more_said |= !text.is_line_done();
+        text.skip_line();
     }
-    read_faces(&mut text, n_faces, &mut mesh)?;
+    if is_more_said {
+        notes.push("colours, normals or texture coordinates of off vertices are dropped".into());
+    }
+    if read_faces(&mut text, n_faces, &mut mesh)? {
+        notes.push("colours of off faces are dropped".into());
+    }
     mesh.double = text.double;
-    Ok(mesh)
+    Ok((mesh, notes))
 }
 
 /// The optional first word: OFF behind letters that say what a vertex line holds besides its position.
@@ -61,7 +75,7 @@ fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
     Ok(counts)
 }
 
-/// Three numbers, over line ends where need be; the rest of the line is passed over.
+/// Three numbers, over line ends where need be.
 fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f64; 3], ReadError> {
     let mut position = [0.0; 3];
     for x in &mut position {
@@ -70,11 +84,12 @@ fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f
             .number()
             .ok_or_else(|| text.error(format!("vertex {vertex} of {n_vertices} needs three numbers"), REMEDY))?;
     }
-    text.skip_line();
     Ok(position)
 }
 
-fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<(), ReadError> {
+/// Adds the faces; whether more is said of them.
+fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<bool, ReadError> {
+    let mut is_more_said = false;
     let (mut fans, mut corners) = (Fans::default(), Vec::new());
     for face in 0..n_faces {
         text.skip_space();
@@ -85,11 +100,12 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<(),
             let vertex = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
             corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
         }
+        is_more_said |= !text.is_line_done();
         text.skip_line();
         mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
     }
     fans.settle(&mesh.positions, &mut mesh.faces);
-    Ok(())
+    Ok(is_more_said)
 }
 
 fn missing(text: &Text, face: usize, n_faces: usize) -> ReadError {

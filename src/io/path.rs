@@ -1,9 +1,10 @@
 //! Mesh files by path: read whole, written whole or not at all.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Component, Path};
 
-use super::{Format, ReadError, WriteError, read_with};
+use super::{Format, ReadError, ReadMesh, WriteError, gzip, read_attributed, read_with};
 use crate::mesh::RawMesh;
 
 /// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
@@ -16,21 +17,85 @@ use crate::mesh::RawMesh;
 /// assert!(error.to_string().starts_with("cannot be read"));
 /// ```
 pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
+    let bytes = bytes_of(path)?;
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let read = |format| read_with(&bytes, format, &fetch);
+    as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
+}
+
+/// [`read_attributed`] of the file at `path`, in `format`, or in the one that its name or else its content shows.
+///
+/// # Errors
+/// [`ReadError`], without the path: the caller knows it.
+///
+/// ```
+/// let folder = tempfile::tempdir().unwrap();
+/// let path = folder.path().join("mesh.obj");
+/// std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+/// let read = neural_mesh::io::read_attributed_path(&path, None).unwrap();
+/// assert_eq!((read.extra.folder.as_deref(), read.extra.material_libraries.len()), (path.parent(), 1));
+/// ```
+pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
+    let bytes = bytes_of(path)?;
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let read = |format| match format {
+        Some(Format::Gltf) => read_with(&bytes, format, &fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() }),
+        _ => read_attributed(&bytes, format),
+    };
+    let mut read = as_what_it_is(&bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
+    read.extra.folder = path.parent().map(Path::to_path_buf);
+    Ok(read)
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
     let bytes =
         std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
-    let named = format.or_else(|| Format::from_path(path));
-    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
-    let mesh = read_with(&bytes, named, &fetch);
-    match Format::from_content(&bytes) {
-        // A file with the wrong extension is read as what it is.
-        Some(shown) if format.is_none() && named != Some(shown) && is_useless(&mesh) => {
-            read_with(&bytes, Some(shown), &fetch).or(mesh)
-        }
-        _ => mesh,
+    match gzip::unpacked(&bytes)? {
+        Cow::Owned(unpacked) => Ok(unpacked),
+        Cow::Borrowed(_) => Ok(bytes),
     }
 }
 
-/// Writes `bytes` to `path` through a temporary file beside it, so that the file appears whole or not at all.
+/// Reads bytes in the format that was asked for or that the name says; a file with the wrong extension is read as what it
+/// is, where reading it as what it says is of no use.
+fn as_what_it_is<T>(
+    bytes: &[u8],
+    path: &Path,
+    format: Option<Format>,
+    read: impl Fn(Option<Format>) -> Result<T, ReadError>,
+    is_useful: impl Fn(&T) -> bool,
+) -> Result<T, ReadError> {
+    let named = format.or_else(|| Format::from_path(path));
+    let first = read(named);
+    match Format::from_content(bytes) {
+        Some(shown) if format.is_none() && named != Some(shown) && !first.as_ref().is_ok_and(is_useful) => {
+            read(Some(shown)).or(first)
+        }
+        _ => first,
+    }
+}
+
+/// The bytes as a file of this name holds them: compressed where it ends in `.gz`, if they are not already.
+///
+/// # Errors
+/// [`WriteError`] where this build compresses nothing.
+///
+/// ```
+/// use neural_mesh::io::packed_by_name;
+/// assert_eq!(packed_by_name("mesh.obj".as_ref(), b"v 0 0 0\n").unwrap(), b"v 0 0 0\n"[..]);
+/// let packed = packed_by_name("mesh.obj.gz".as_ref(), b"v 0 0 0\n").unwrap();
+/// assert_eq!(neural_mesh::io::read(&packed, None).unwrap().positions, [[0.0; 3]]);
+/// ```
+pub fn packed_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, WriteError> {
+    let is_packed = matches!(bytes, [0x1f, 0x8b, ..]);
+    if is_packed || matches!(Format::without_gz(path), Cow::Borrowed(_)) {
+        return Ok(Cow::Borrowed(bytes));
+    }
+    let problem = |error| WriteError { what: format!("cannot be compressed: {error}: choose a name without .gz") };
+    gzip::packed(bytes).map(Cow::Owned).map_err(problem)
+}
+
+/// Writes `bytes` to `path`, compressed where its name ends in `.gz`, through a temporary file beside it, so that the file appears whole or not at all.
 ///
 /// An existing file is replaced only with `force`. A device or a pipe is written to directly.
 ///
@@ -44,6 +109,11 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 /// assert!(neural_mesh::io::write_path(&path, b"", false).is_err());
 /// ```
 pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
+    put(path, &packed_by_name(path, bytes)?, force)
+}
+
+/// Writes `bytes` as they are.
+pub(super) fn put(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
     let problem =
         |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
@@ -71,11 +141,6 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)
-}
-
-/// Whether reading failed or found nothing.
-fn is_useless(mesh: &Result<RawMesh, ReadError>) -> bool {
-    mesh.as_ref().map_or(true, |mesh| mesh.faces.is_empty())
 }
 
 /// The bytes of the file `uri` in `folder` or below it, nowhere else.

@@ -1,31 +1,56 @@
-//! Stanford PLY, text and binary in both byte orders: positions, faces and triangle strips of any layout.
+//! Stanford PLY, text and binary in both byte orders: positions, faces and triangle strips of any layout, and where they
+//! are asked for the other properties of vertices and faces.
 //!
-//! Other properties and elements are passed over. Nothing is allocated because a header claims it.
+//! Other elements are passed over. Nothing is allocated because a header claims it.
 
+mod attributed;
+mod columns;
 mod header;
 mod source;
+mod write;
 
 use rayon::prelude::*;
 
-use header::{Element, Encoding, Header, Scalar};
+use header::{Element, Encoding, Header};
 use source::Source;
+pub(super) use write::{write_attributed, write_binary, write_text};
 
-use super::ReadError;
+use super::extra::{Extra, ReadMesh};
 use super::text::Text;
-use super::write::{Content, push_rows};
+use super::{ReadError, Scalar};
 use crate::mesh::{Fans, RawMesh};
 
 /// Records that one task works on.
 const BLOCK: usize = 1 << 14;
 
-/// Reads a PLY file.
+/// Reads the geometry of a PLY file.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    read_geometry(bytes, &Header::parse(bytes)?)
+}
+
+/// Reads a PLY file with all that it holds.
+pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let header = Header::parse(bytes)?;
-    let mut source = match header.encoding {
+    let is_repeated = |name: &str| header.elements.iter().filter(|element| element.name == name).count() > 1;
+    if is_repeated("vertex") || is_repeated("face") {
+        let mesh = read_geometry(bytes, &header)?;
+        let notes = vec!["vertices or faces come in two tables: all but their geometry is dropped".into()];
+        return Ok(ReadMesh { mesh, extra: Extra { comments: header.comments, ..Extra::default() }, notes });
+    }
+    attributed::read(bytes, header)
+}
+
+/// The values behind the header.
+fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
+    match header.encoding {
         Encoding::Text => Source::Text(Text::new(bytes).starting_at(header.body)),
         Encoding::LittleEndian => Source::Binary { bytes, at: header.body, big: false },
         Encoding::BigEndian => Source::Binary { bytes, at: header.body, big: true },
-    };
+    }
+}
+
+fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
+    let mut source = open(bytes, header);
     let (mut mesh, mut fans) = (RawMesh::default(), Fans::default());
     for element in &header.elements {
         match element.name.as_str() {
@@ -88,8 +113,7 @@ fn index(value: f64) -> u32 {
 
 fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
-    let wide = |&axis: &usize| matches!(element.properties[axis].scalar, Scalar::F64 | Scalar::I32 | Scalar::U32);
-    mesh.double |= axes.iter().any(wide);
+    mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
     if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
         let Some(records) = records(&bytes[*at..], element.count, stride) else {
             return Err(source.cut(element, source.left() / stride));
@@ -185,45 +209,6 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
         }
     };
     walk(source, &Rows { element, start: 0, list }, take, |_, _| ())
-}
-
-fn write_header(content: &Content, encoding: &str) -> String {
-    let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
-    let scalar = if content.double { "double" } else { "float" };
-    format!(
-        "ply\nformat {encoding} 1.0\nelement vertex {n_vertices}\nproperty {scalar} x\nproperty {scalar} y\n\
-         property {scalar} z\nelement face {n_faces}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-}
-
-/// Writes a little-endian PLY, in doubles where the content is in doubles.
-pub(super) fn write_binary(content: &Content) -> Vec<u8> {
-    let header = write_header(content, "binary_little_endian").into_bytes();
-    let stride = if content.double { 24 } else { 12 };
-    let n_position_bytes = stride * content.n_vertices();
-    let mut out = vec![0; header.len() + n_position_bytes + 13 * content.faces.len()];
-    out[..header.len()].copy_from_slice(&header);
-    let (positions, faces) = out[header.len()..].split_at_mut(n_position_bytes);
-    positions.par_chunks_exact_mut(stride).with_min_len(BLOCK).enumerate().for_each(|(vertex, record)| {
-        let position = content.position(vertex);
-        if content.double {
-            record.as_chunks_mut().0.iter_mut().zip(position).for_each(|(bytes, x)| *bytes = x.to_le_bytes());
-        } else {
-            record.as_chunks_mut().0.iter_mut().zip(position).for_each(|(bytes, x)| *bytes = (x as f32).to_le_bytes());
-        }
-    });
-    faces.par_chunks_exact_mut(13).with_min_len(BLOCK).zip(content.faces).for_each(|(record, face)| {
-        record[0] = 3;
-        record[1..].as_chunks_mut().0.iter_mut().zip(face).for_each(|(bytes, v)| *bytes = v.to_le_bytes());
-    });
-    out
-}
-
-/// Writes a PLY text with the shortest digits that read back as the same numbers.
-pub(super) fn write_text(content: &Content) -> Vec<u8> {
-    let mut out = write_header(content, "ascii").into_bytes();
-    push_rows(&mut out, content);
-    out
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! What else a line or a file holds, colours, normals or faces, is passed over.
 
 use super::text::Text;
-use super::{Format, ReadError, read};
+use super::{Format, ReadError, gzip, read};
 use crate::mesh::RawMesh;
 
 const REMEDY: &str = "give a mesh file, or text with x y z on each line";
@@ -26,6 +26,7 @@ const REMEDY: &str = "give a mesh file, or text with x y z on each line";
 /// assert!(error.to_string().starts_with("line 2: a point needs three numbers"));
 /// ```
 pub fn read_points(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let bytes = &gzip::unpacked(bytes)?;
     let cloud = match Format::from_content(bytes) {
         Some(format) => RawMesh { faces: Vec::new(), ..read(bytes, Some(format))? },
         None => read_lines(bytes)?,

@@ -21,6 +21,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
 }
 
+/// What a mesh read from these bytes lacks, in one line each.
+pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
+    let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
+    let n_marked = records.filter(|record| record[48..] != [0, 0]).count();
+    if is_binary_stl(bytes) && n_marked > 0 {
+        return vec![format!("colours or other marks of {n_marked} stl facets are dropped")];
+    }
+    let is_end =
+        |line: &[u8]| line.trim_ascii_start().get(..8).is_some_and(|word| word.eq_ignore_ascii_case(b"endsolid"));
+    let n_solids = bytes.split(|&byte| byte == b'\n').filter(|line| is_end(line)).count();
+    if n_solids > 1 {
+        vec![format!("{n_solids} stl solids become one mesh, their names are dropped")]
+    } else {
+        Vec::new()
+    }
+}
+
 /// The faces of a binary file.
 fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
@@ -113,11 +130,11 @@ pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
     for face in content.faces {
         let corners = face.map(|vertex| positions[vertex as usize]);
         out.extend(b"facet normal ");
-        push_singles(&mut out, normal(corners));
+        push_singles(&mut out, &normal(corners));
         out.extend(b"\nouter loop\n");
         for corner in corners {
             out.extend(b"vertex ");
-            push_singles(&mut out, corner);
+            push_singles(&mut out, &corner);
             out.push(b'\n');
         }
         out.extend(b"endloop\nendfacet\n");

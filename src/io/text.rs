@@ -105,6 +105,12 @@ impl<'a> Text<'a> {
         word
     }
 
+    /// The bytes up to the end of the line, without blanks around them.
+    pub fn rest_of_line(&self) -> &'a [u8] {
+        let rest = self.rest();
+        rest[..memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())].trim_ascii()
+    }
+
     /// The number at the cursor, `None` (and no move) where there is none or more than blanks follow it.
     pub fn number(&mut self) -> Option<f64> {
         let number = number::parse(self.rest())?;

@@ -1,6 +1,7 @@
 //! What the writers share: a mesh in the coordinates of the file, and numbers with the fewest digits that read back
 //! as the same.
 
+use super::WriteError;
 use crate::mesh::{Frame, TriMesh};
 
 /// What a writer puts down.
@@ -30,9 +31,15 @@ impl<'a> Content<'a> {
         Self { positions, faces: mesh.faces(), double: frame.double, single }
     }
 
-    /// A mesh with the positions it came with.
-    pub fn exact(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Self {
-        Self { positions: Positions::Exact(positions), faces: mesh.faces(), double: true, single: [false; 3] }
+    /// A mesh with the positions it came with, n_vertices x 3, finite.
+    pub fn checked(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Result<Self, WriteError> {
+        let finite = positions.iter().flatten().all(|x| x.is_finite());
+        if positions.len() != mesh.positions().len() || !finite {
+            let what = "there is not one finite position for each vertex: give the mesh's own";
+            return Err(WriteError { what: what.into() });
+        }
+        let positions = Positions::Exact(positions);
+        Ok(Self { positions, faces: mesh.faces(), double: true, single: [false; 3] })
     }
 
     /// Number of vertices.
@@ -64,15 +71,19 @@ impl<'a> Content<'a> {
     }
 }
 
-/// Appends three numbers, separated by blanks.
-pub(super) fn push_singles(out: &mut Vec<u8>, numbers: [f32; 3]) {
-    let mut digits = zmij::Buffer::new();
-    for (axis, x) in numbers.into_iter().enumerate() {
+/// Appends numbers, separated by blanks.
+pub(super) fn push_singles(out: &mut Vec<u8>, numbers: &[f32]) {
+    for (axis, &x) in numbers.iter().enumerate() {
         if axis > 0 {
             out.push(b' ');
         }
-        out.extend(without_point(digits.format_finite(x)).as_bytes());
+        push_single(out, x);
     }
+}
+
+/// Appends a number.
+pub(super) fn push_single(out: &mut Vec<u8>, x: f32) {
+    out.extend(without_point(zmij::Buffer::new().format(x)).as_bytes());
 }
 
 /// Whole numbers need no decimal point.

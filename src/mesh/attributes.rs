@@ -23,6 +23,8 @@ pub enum Role {
     MorphDirection,
     /// Anything else that is a number and may be blended.
     Other,
+    /// A whole number that names something, as the label of a segmentation does: taken from what is nearest, not blended.
+    Label,
 }
 
 /// One kind of value at all wedges.
@@ -72,6 +74,17 @@ impl Attributes {
         self.groups.get(face as usize).copied().unwrap_or(0)
     }
 
+    /// Whether there is a row for each of so many faces, and each names values that exist.
+    pub fn fit(&self, n_faces: usize) -> bool {
+        let n_wedges = self.n_wedges();
+        let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
+        let n_rows = if self.channels.is_empty() { 0 } else { n_faces };
+        self.wedges.len() == n_rows
+            && self.channels.iter().all(is_whole)
+            && self.wedges.iter().flatten().all(|&wedge| (wedge as usize) < n_wedges)
+            && (self.groups.is_empty() || self.groups.len() == n_faces)
+    }
+
     /// What these faces carry, in this order; `None` where there is not a row for each or it names values that are none.
     pub fn of_faces(self, faces: &[u32]) -> Option<Self> {
         let n_wedges = self.n_wedges();
@@ -103,10 +116,12 @@ mod tests {
         let attributes = Attributes { wedges: vec![[0, 1, 2], [2, 1, 3]], channels: vec![uv], groups: vec![7, 8] };
         assert_eq!((attributes.n_wedges(), attributes.channels[0].of(3)), (4, &[6.0, 7.0][..]));
         assert_eq!(attributes.clone().of_faces(&[2]), None);
+        assert!(attributes.fit(2) && !attributes.fit(1) && Attributes::default().fit(3));
         let one = attributes.clone().of_faces(&[1]).unwrap();
         assert_eq!((one.wedges.as_slice(), one.group(0)), (&[[2, 1, 3]][..], 8));
         assert!(!one.is_empty() && Attributes::default().is_empty());
         let beyond = Attributes { wedges: vec![[0, 1, 4]], ..attributes };
+        assert!(!beyond.fit(1));
         assert_eq!(beyond.of_faces(&[0]), None);
     }
 }

@@ -34,6 +34,12 @@ impl Fans {
     /// A polygon with a corner that does not exist or is not finite becomes the fan around that corner, so that
     /// cleanup drops the polygon as a whole.
     pub fn settle(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
+        self.settle_with(|vertex| positions.get(vertex as usize).copied(), faces);
+    }
+
+    /// [`settle`](Self::settle) of corners that are numbered by something else than vertices, wedges for example:
+    /// `position` gives where such a corner lies.
+    pub fn settle_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {
             let Some(run) = faces.get_mut(start..start + n_triangles) else { continue };
@@ -41,7 +47,7 @@ impl Fans {
             corners.extend(run.iter().take(1).flat_map(|&[a, b, _]| [a, b]));
             corners.extend(run.iter().map(|face| face[2]));
             points.clear();
-            points.extend(corners.iter().map_while(|&v| positions.get(v as usize).filter(|p| is_finite(p))));
+            points.extend(corners.iter().map_while(|&corner| position(corner).filter(is_finite)));
             if points.len() == corners.len() {
                 for (face, triangle) in run.iter_mut().zip(triangulate(&points)) {
                     *face = triangle.map(|corner| corners[corner as usize]);

@@ -1,5 +1,7 @@
 //! How much memory a mesh takes, by its file, and how much there is.
 
+use std::borrow::Cow;
+
 use neural_mesh::io::Format;
 
 use super::inputs::Input;
@@ -17,7 +19,9 @@ pub fn estimate(input: &Input) -> u64 {
         Some(Format::Ply | Format::Gltf) => 14,
         _ => 7,
     };
-    BASE + factor * bytes
+    // Compressed meshes become about five times as long.
+    let packing = if matches!(Format::without_gz(&input.path), Cow::Owned(_)) { 5 } else { 1 };
+    BASE + factor * packing * bytes
 }
 
 /// Half of what is free.

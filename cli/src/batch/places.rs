@@ -21,7 +21,7 @@ pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
 /// It has the mesh's own name with the ending of its format. Where two meshes would share it, both keep their old ending
 /// before the new one (`a.obj.ply`), with a number behind where that is taken too.
 pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
-    let own: Vec<PathBuf> = inputs.iter().map(|input| input.place.with_extension(ending(input, format))).collect();
+    let own: Vec<PathBuf> = inputs.iter().map(|input| own_name(input, format)).collect();
     let mut wishes = HashMap::<String, usize>::new();
     for name in &own {
         *wishes.entry(folded(name)).or_default() += 1;
@@ -30,6 +30,11 @@ pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
     let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| folded(name)).collect();
     let name = |(input, own): (&Input, PathBuf)| if is_shared(&own) { free(input, format, &mut taken) } else { own };
     inputs.iter().zip(own).map(name).collect()
+}
+
+/// The mesh's own name with the ending of its format; results are not compressed.
+fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
+    Format::without_gz(&input.place).with_extension(ending(input, format))
 }
 
 /// The first name with both endings that is not taken; takes it.

@@ -1,6 +1,7 @@
 //! The header of a PLY file: the encoding, and elements with their properties.
 
-use crate::io::ReadError;
+use crate::io::extra::decoded;
+use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "export the mesh again";
 
@@ -10,19 +11,6 @@ pub(super) enum Encoding {
     Text,
     LittleEndian,
     BigEndian,
-}
-
-/// The kind of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
 }
 
 /// A property of an element: one value, or a list whose length comes first.
@@ -48,56 +36,10 @@ pub(super) struct Element {
 pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
+    /// The lines that open with `comment` or `obj_info`, in order.
+    pub comments: Vec<String>,
     /// Where the values start, in bytes from the start of the file.
     pub body: usize,
-}
-
-impl Scalar {
-    fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "char" | "int8" => Some(Self::I8),
-            "uchar" | "uint8" => Some(Self::U8),
-            "short" | "int16" => Some(Self::I16),
-            "ushort" | "uint16" => Some(Self::U16),
-            "int" | "int32" => Some(Self::I32),
-            "uint" | "uint32" => Some(Self::U32),
-            "float" | "float32" => Some(Self::F32),
-            "double" | "float64" => Some(Self::F64),
-            _ => None,
-        }
-    }
-
-    /// Bytes of a value.
-    pub fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    /// The value at the start of `bytes`, `None` where they are too few.
-    pub fn decode(self, bytes: &[u8], big: bool) -> Option<f64> {
-        let mut raw = [0; 8];
-        let size = self.size();
-        let value = raw.get_mut(..size)?;
-        value.copy_from_slice(bytes.get(..size)?);
-        if big {
-            value.reverse();
-        }
-        let bits = u64::from_le_bytes(raw);
-        Some(match self {
-            Self::I8 => f64::from(bits as i8),
-            Self::U8 => f64::from(bits as u8),
-            Self::I16 => f64::from(bits as i16),
-            Self::U16 => f64::from(bits as u16),
-            Self::I32 => f64::from(bits as i32),
-            Self::U32 => f64::from(bits as u32),
-            Self::F32 => f64::from(f32::from_bits(bits as u32)),
-            Self::F64 => f64::from_bits(bits),
-        })
-    }
 }
 
 impl Element {
@@ -143,7 +85,7 @@ impl Header {
         }
         // With bare carriage returns a line feed behind the header already belongs to the values.
         let pairs = bytes.get(first.0..first.1) != Some(b"\r");
-        let (mut encoding, mut elements) = (None, Vec::new());
+        let (mut encoding, mut elements, mut comments) = (None, Vec::new(), Vec::new());
         at = first.1;
         while at < bytes.len() {
             let (end, next) = line_end(bytes, at, pairs);
@@ -166,9 +108,10 @@ impl Header {
                 }
                 Some("end_header") => {
                     let encoding = encoding.ok_or_else(|| problem("the header does not name its encoding"))?;
-                    return Ok(Self { encoding, elements, body: next });
+                    return Ok(Self { encoding, elements, comments, body: next });
                 }
-                Some("comment" | "obj_info") | None => {}
+                Some("comment" | "obj_info") => comments.push(decoded(bytes[at..end].trim_ascii())),
+                None => {}
                 Some(_) => return Err(problem("unknown word in the header")),
             }
             at = next;

@@ -1,8 +1,8 @@
 //! The values of a PLY body one by one, from text or from bytes.
 
-use super::header::{Element, Scalar};
-use crate::io::ReadError;
+use super::header::Element;
 use crate::io::text::Text;
+use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "the file is cut or its header wrong, export the mesh again";
 

@@ -1,0 +1,90 @@
+//! Compressed mesh files (`.gz`): unpacked within bounds, packed by name.
+
+use std::borrow::Cow;
+use std::io::{Read, Write};
+
+use flate2::Compression;
+use flate2::bufread::GzDecoder;
+use flate2::write::GzEncoder;
+
+use super::ReadError;
+
+/// How the bytes of a compressed file start.
+const MAGIC: &[u8] = b"\x1f\x8b";
+
+/// How many bytes each byte of a file may become, and how many are always granted. Meshes become 2 to 20 times as long;
+/// the format reaches 1030.
+const LIMIT: (usize, usize) = (200, 64 << 20);
+
+/// The bytes of a mesh file, unpacked where they are packed.
+pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
+    if !bytes.starts_with(MAGIC) {
+        return Ok(Cow::Borrowed(bytes));
+    }
+    unpacked_within(bytes, LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0))).map(Cow::Owned)
+}
+
+/// All members of a packed file, one after the other; what follows them is padding.
+fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
+    let (mut out, mut rest) = (Vec::new(), bytes);
+    while rest.starts_with(MAGIC) {
+        let mut decoder = GzDecoder::new(rest);
+        let room = (most - out.len()) as u64 + 1;
+        let damaged =
+            |error| ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again");
+        decoder.by_ref().take(room).read_to_end(&mut out).map_err(damaged)?;
+        if out.len() > most {
+            let what = format!("the gzip data unpacks to more than {most} bytes");
+            return Err(ReadError::file(what, "unpack the file first if it is what it should be"));
+        }
+        rest = decoder.into_inner();
+    }
+    Ok(out)
+}
+
+/// Bytes as a packed file, the same for the same bytes.
+pub(super) fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes)?;
+    encoder.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn members_and_padding() {
+        let text = b"v 0 0 0\n".repeat(1000);
+        let one = packed(&text).unwrap();
+        assert!(one.len() < text.len() / 10);
+        assert_eq!(*unpacked(&one).unwrap(), text);
+        let two = [&one[..], &one, &[0; 7]].concat();
+        assert_eq!(*unpacked(&two).unwrap(), [&text[..], &text].concat());
+        assert_eq!(*unpacked(&text).unwrap(), text);
+    }
+
+    #[test]
+    fn cut_damaged_and_boundless_data_is_refused_in_one_line() {
+        let bytes = packed(&[0; 100_000]).unwrap();
+        assert_eq!(unpacked_within(&bytes, 100_000).unwrap().len(), 100_000);
+        let mut damaged = bytes.clone();
+        damaged[20] ^= 0xff;
+        for error in [
+            unpacked_within(&bytes, 99_999).unwrap_err(),
+            unpacked(&bytes[..bytes.len() - 1]).unwrap_err(),
+            unpacked(&bytes[..7]).unwrap_err(),
+            unpacked(&damaged).unwrap_err(),
+        ] {
+            let text = error.to_string();
+            assert!(text.starts_with("the gzip data ") && !text.contains('\n'), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_bomb_does_not_fill_the_memory() {
+        let bomb = packed(&vec![0; LIMIT.1 + 1]).unwrap();
+        assert!(bomb.len() * LIMIT.0 < LIMIT.1);
+        assert!(unpacked(&bomb).unwrap_err().to_string().contains("unpacks to more than"));
+    }
+}

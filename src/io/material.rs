@@ -1,0 +1,173 @@
+//! Material libraries (MTL) of an OBJ and the textures that they name: copied as they are, but for names that have to change.
+
+use std::path::{Path, PathBuf};
+
+use super::beside::{Finder, reference};
+use super::extra::{Extra, decoded};
+
+/// Options of texture statements and how many words follow each at most; the numbers of `-o`, `-s` and `-t` may be fewer.
+const OPTIONS: [(&[u8], usize); 14] = [
+    (b"-blendu", 1),
+    (b"-blendv", 1),
+    (b"-cc", 1),
+    (b"-clamp", 1),
+    (b"-texres", 1),
+    (b"-bm", 1),
+    (b"-boost", 1),
+    (b"-imfchan", 1),
+    (b"-type", 1),
+    (b"-mm", 2),
+    (b"-colorspace", 1),
+    (b"-o", 3),
+    (b"-s", 3),
+    (b"-t", 3),
+];
+
+/// What the libraries of a mesh say.
+#[derive(Debug, Default)]
+pub(super) struct Libraries {
+    /// Their names in the output, a line each.
+    pub names: Vec<String>,
+    /// Material and the place of its texture (`map_Kd`), from the folder of the output.
+    pub textures: Vec<(String, String)>,
+}
+
+impl Libraries {
+    /// Finds the libraries that the mesh names, and their textures, and lists both for the output.
+    pub fn find(extra: &Extra, finder: &mut Finder) -> Self {
+        let mut libraries = Self::default();
+        for line in &extra.material_libraries {
+            // A line names several libraries, or one with blanks in its name.
+            let names: Vec<&str> = if finder.has(line) { vec![line] } else { line.split_whitespace().collect() };
+            for name in names {
+                let renamed = libraries.add(name, finder);
+                libraries.names.push(renamed.unwrap_or_else(|| name.to_string()));
+            }
+        }
+        libraries
+    }
+
+    /// Lists a library and its textures; gives its new name where it has to change.
+    fn add(&mut self, name: &str, finder: &mut Finder) -> Option<String> {
+        let found = finder.find(Path::new(""), name)?;
+        // Names within it count from where it lies.
+        let base = if found.moved { found.source.parent() } else { found.place.parent() };
+        let base = base.map(Path::to_path_buf).unwrap_or_default();
+        let text = self.with_textures(&found.bytes, &base, &found.place, finder);
+        finder.list(&found.place, text);
+        found.moved.then(|| reference(&found.place))
+    }
+
+    /// The text of a library with names of textures that lead to their places beside the output.
+    fn with_textures(&mut self, text: &[u8], base: &Path, place: &Path, finder: &mut Finder) -> Vec<u8> {
+        let mut out = Vec::with_capacity(text.len());
+        let mut material = String::new();
+        for line in text.split_inclusive(|&byte| byte == b'\n' || byte == b'\r') {
+            let (word, rest) = first_word(line);
+            if word == b"newmtl" {
+                material = decoded(rest.trim_ascii());
+            }
+            let Some(name) = is_texture(word).then(|| file_name(rest)).filter(|name| !name.is_empty()) else {
+                out.extend(line);
+                continue;
+            };
+            let Some(found) = finder.find(base, &decoded(name)) else {
+                out.extend(line);
+                continue;
+            };
+            if word.eq_ignore_ascii_case(b"map_kd") {
+                self.textures.push((material.clone(), reference(&found.place)));
+            }
+            if found.moved {
+                let start = line.trim_ascii_end().len() - name.len();
+                out.extend(&line[..start]);
+                out.extend(from_folder_of(place, &found.place).as_bytes());
+                out.extend(&line[start + name.len()..]);
+            } else {
+                out.extend(line);
+            }
+            finder.list(&found.place, found.bytes);
+        }
+        out
+    }
+}
+
+/// How a file at `place` names another one.
+fn from_folder_of(place: &Path, other: &Path) -> String {
+    let up: PathBuf = place
+        .parent()
+        .map_or(0, |folder| folder.components().count())
+        .checked_sub(1)
+        .map_or_else(PathBuf::new, |n| std::iter::repeat_n("..", n + 1).collect());
+    reference(&up.join(other))
+}
+
+/// The first word of a line and what follows it.
+fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
+    let line = line.trim_ascii_start();
+    line.split_at(line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len()))
+}
+
+/// Whether a statement of an MTL names a texture.
+fn is_texture(word: &[u8]) -> bool {
+    let others = [&b"bump"[..], b"disp", b"decal", b"refl", b"norm"];
+    word.get(..4).is_some_and(|start| start.eq_ignore_ascii_case(b"map_")) && !word.eq_ignore_ascii_case(b"map_aat")
+        || others.iter().any(|other| word.eq_ignore_ascii_case(other))
+}
+
+/// The file that a texture statement names behind its options.
+fn file_name(mut rest: &[u8]) -> &[u8] {
+    loop {
+        rest = rest.trim_ascii();
+        let (word, mut behind) = first_word(rest);
+        let Some((_, most)) = OPTIONS.iter().find(|(option, _)| word.eq_ignore_ascii_case(option)) else {
+            return rest;
+        };
+        for i in 0..*most {
+            let (value, next) = first_word(behind);
+            let is_number = std::str::from_utf8(value).is_ok_and(|value| value.parse::<f32>().is_ok());
+            if i > 0 && !is_number || value.is_empty() {
+                break;
+            }
+            behind = next;
+        }
+        rest = behind;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_named_behind_options() {
+        for (rest, expected) in [
+            (" skin.png\r\n", "skin.png"),
+            ("  my skin.png ", "my skin.png"),
+            (" -s 1 1 1 -o 0.5 a b.png", "a b.png"),
+            (" -bm 0.2 -clamp on bump.tga", "bump.tga"),
+            (" -mm 0 1 -o 1 2 3 x/y.png", "x/y.png"),
+            (" -strange.png", "-strange.png"),
+            (" -o 1", ""),
+            ("", ""),
+        ] {
+            assert_eq!(file_name(rest.as_bytes()), expected.as_bytes(), "{rest:?}");
+        }
+    }
+
+    #[test]
+    fn statements_with_textures() {
+        for word in ["map_Kd", "MAP_KS", "map_Bump", "bump", "disp", "refl", "norm", "map_Pr"] {
+            assert!(is_texture(word.as_bytes()), "{word}");
+        }
+        for word in ["Kd", "newmtl", "map_aat", "illum", "map"] {
+            assert!(!is_texture(word.as_bytes()), "{word}");
+        }
+    }
+
+    #[test]
+    fn a_library_in_a_folder_names_what_lies_outside_of_it() {
+        assert_eq!(from_folder_of(Path::new("a.mtl"), Path::new("b.png")), "b.png");
+        assert_eq!(from_folder_of(Path::new("x/y/a.mtl"), Path::new("b.png")), "../../b.png");
+    }
+}

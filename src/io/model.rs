@@ -1,0 +1,200 @@
+//! Writes a mesh with all that it carries, and what has to lie beside it; says what a format cannot hold.
+
+use super::beside::{Finder, OutputFile, reference};
+use super::extra::{Column, Extra, Group};
+use super::material::Libraries;
+use super::write::Content;
+use super::{Format, Scalar, WriteError, obj, ply, write_content};
+use crate::mesh::{Attributes, Frame, TriMesh};
+
+/// A mesh and all that is to be written of it.
+#[derive(Clone, Debug)]
+pub struct Model<'a> {
+    /// Its vertices and faces.
+    pub mesh: &'a TriMesh,
+    /// How its coordinates lie in the file.
+    pub frame: Frame,
+    /// Positions in the file's coordinates that are not rounded, n_vertices x 3, where there are such.
+    pub exact: Option<Vec<[f64; 3]>>,
+    /// What its corners and faces carry.
+    pub attributes: &'a Attributes,
+    /// What the file that it comes from says beside.
+    pub extra: &'a Extra,
+}
+
+/// How a model is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// The format.
+    pub format: Format,
+    /// What the file is called, without its extension: a library of materials that has to be made is named after it.
+    pub name: String,
+    /// Whether files that the asset names may be read from outside its folder; they are copied beside the output.
+    pub allow_outside: bool,
+}
+
+/// A model as files.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The mesh file.
+    pub bytes: Vec<u8>,
+    /// Files that belong beside it: libraries of materials, textures.
+    pub beside: Vec<OutputFile>,
+    /// What the format does not hold, and files that were not found, in one line each.
+    pub notes: Vec<String>,
+}
+
+/// Writes a mesh with its attributes, groups and materials as far as the format holds them; what it does not hold is said
+/// in [`Written::notes`]. Files that the asset names are read from its folder ([`Extra::folder`]) and listed in
+/// [`Written::beside`]; [`write_beside`](super::write_beside) puts them in place.
+///
+/// # Errors
+/// [`WriteError`] where the format cannot hold the mesh, or the attributes or positions are not those of the mesh.
+///
+/// ```
+/// use neural_mesh::io::{Format, Model, WriteOptions, read_attributed, write_attributed};
+/// use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+/// let text = b"usemtl skin\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nf 1/1 2/1 3/1\n";
+/// let read = read_attributed(text, None).unwrap();
+/// let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
+/// let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
+/// let model = Model { mesh, frame: cleaned.frame, exact: None, attributes, extra: &read.extra };
+/// let options = WriteOptions { format: Format::Obj, name: "mesh".into(), allow_outside: false };
+/// let written = write_attributed(&model, &options).unwrap();
+/// assert_eq!(written.bytes, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nusemtl skin\nf 1/1 2/1 3/1\n");
+/// ```
+pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written, WriteError> {
+    let Model { mesh, attributes, .. } = *model;
+    if !attributes.fit(mesh.faces().len()) {
+        return Err(WriteError {
+            what: "the attributes are not those of the faces: give one row for each face".into(),
+        });
+    }
+    let content = match &model.exact {
+        Some(positions) => Content::checked(mesh, positions.clone())?,
+        None => Content::of(mesh, &model.frame),
+    };
+    let mut finder = Finder::new(model.extra, options.allow_outside);
+    let mut notes = Vec::new();
+    let bytes = match options.format {
+        Format::Obj => {
+            let extra = for_obj(model.extra, attributes, &options.name, &mut finder);
+            obj::write_attributed(&content, attributes, &extra, &mut notes)
+        }
+        Format::Ply | Format::PlyAscii => {
+            let extra = for_ply(model.extra, &mut finder, &mut notes);
+            let as_text = options.format == Format::PlyAscii;
+            ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
+        }
+        Format::Stl | Format::StlAscii | Format::Off | Format::Gltf => {
+            notes.extend(geometry_only(options.format, attributes, model.extra));
+            write_content(&content, options.format)?
+        }
+    };
+    notes.append(&mut finder.notes);
+    Ok(Written { bytes, beside: finder.files, notes })
+}
+
+/// What OBJ says of a mesh: libraries by the names that they have beside the output; numbers of faces as names of groups,
+/// textures of a PLY as a library of its own.
+fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Finder) -> Extra {
+    let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
+    for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
+        let parts = extra.face_columns.iter().zip(&group.values);
+        let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
+        group.name = Some(parts.join("_"));
+    }
+    let textures = textures_of_comments(&extra, finder);
+    if !textures.is_empty() && extra.material_libraries.is_empty() {
+        let library = format!("{name}.mtl");
+        let texts = textures.iter().enumerate();
+        let text: String =
+            texts.map(|(i, texture)| format!("newmtl texture_{i}\nKd 1 1 1\nmap_Kd {texture}\n")).collect();
+        finder.list(library.as_ref(), text.into_bytes());
+        extra.material_libraries = vec![library];
+        let column = extra.face_columns.iter().position(|column| column.name == "texnumber");
+        if extra.groups.is_empty() && attributes.groups.is_empty() {
+            extra.groups = vec![Group::default()];
+        }
+        for group in &mut extra.groups {
+            let number = column.and_then(|column| group.values.get(column)).map_or(0.0, |value| value.max(0.0));
+            group.material = (number < textures.len() as f64).then(|| format!("texture_{number}"));
+        }
+    }
+    extra
+}
+
+/// The textures that comments of a PLY name, in their order, as they will lie beside the output.
+fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
+    let names = extra.comments.iter().filter_map(|comment| texture_of(comment));
+    let place = |name: &str| match finder.find("".as_ref(), name) {
+        Some(found) => {
+            let place = reference(&found.place);
+            finder.list(&found.place, found.bytes);
+            place
+        }
+        None => name.to_string(),
+    };
+    names.map(place).collect()
+}
+
+/// The texture that a comment of MeshLab names.
+fn texture_of(comment: &str) -> Option<&str> {
+    comment.strip_prefix("comment TextureFile ").map(str::trim)
+}
+
+/// What PLY says of a mesh: materials as a number of each face, their textures as comments.
+fn for_ply(extra: &Extra, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
+    let mut textures = textures_of_comments(extra, finder).into_iter();
+    let mut extra = extra.clone();
+    for comment in &mut extra.comments {
+        if texture_of(comment).is_some() {
+            *comment = textures.next().map_or_else(|| comment.clone(), |name| format!("comment TextureFile {name}"));
+        }
+    }
+    let named = |group: &Group| group.object.is_some() || group.name.is_some() || group.smoothing.is_some();
+    if extra.groups.iter().any(named) {
+        notes.push("ply holds no objects, groups and smoothing groups: dropped".into());
+    }
+    if extra.materials().is_empty() {
+        return extra;
+    }
+    let libraries = Libraries::find(&extra, finder);
+    // Libraries mean nothing to a PLY; the textures stay.
+    finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| *place == file.path));
+    notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
+    with_material_numbers(extra, &libraries)
+}
+
+/// The materials as numbers in a column of the faces, called `texnumber` where each has a texture.
+fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
+    let materials: Vec<String> = extra.materials().into_iter().map(String::from).collect();
+    let texture = |material: &String| libraries.textures.iter().find(|(name, _)| name == material);
+    let textures: Option<Vec<_>> = materials.iter().map(|material| Some(&texture(material)?.1)).collect();
+    let name = if textures.is_some() { "texnumber" } else { "material_index" };
+    let names = textures.into_iter().flatten().map(|place| format!("comment TextureFile {place}"));
+    extra.comments.extend(names);
+    if materials.len() > 1 {
+        extra.face_columns.push(Column { name: name.into(), scalar: Scalar::I32 });
+        for group in &mut extra.groups {
+            let number = materials.iter().position(|material| Some(material) == group.material.as_ref());
+            group.values.push(number.map_or(-1.0, |number| number as f64));
+        }
+    }
+    extra
+}
+
+/// The note on what a format of bare geometry drops.
+fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
+    let mut dropped: Vec<&str> = attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
+    if !extra.groups.is_empty() {
+        dropped.push("groups");
+    }
+    if !extra.material_libraries.is_empty() {
+        dropped.push("materials");
+    }
+    if !extra.comments.is_empty() {
+        dropped.push("comments");
+    }
+    (!dropped.is_empty()).then(|| format!("{} holds geometry alone: {} dropped", format.name(), dropped.join(", ")))
+}

@@ -1,0 +1,20 @@
+//! What stands for compressed files in a build without the feature `gzip`: a refusal.
+
+use std::borrow::Cow;
+
+use super::ReadError;
+
+/// The bytes as they are; packed ones are refused.
+pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
+    match bytes {
+        [0x1f, 0x8b, ..] => {
+            Err(ReadError::file("this build reads no gzip", "build with the feature gzip or unpack the file"))
+        }
+        _ => Ok(Cow::Borrowed(bytes)),
+    }
+}
+
+/// Refuses to pack.
+pub(super) fn packed(_: &[u8]) -> std::io::Result<Vec<u8>> {
+    Err(std::io::Error::other("this build writes no gzip"))
+}

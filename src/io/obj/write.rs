@@ -1,0 +1,185 @@
+//! Writes OBJ: the bare mesh, or with texture coordinates, normals, colours, groups and materials.
+
+use rustc_hash::FxHashMap;
+
+use super::channel_of;
+use crate::io::extra::{Extra, Group, encoded};
+use crate::io::write::{Content, push_singles};
+use crate::mesh::{Attributes, Channel, Role};
+
+/// Writes an OBJ text with the shortest digits that read back as the same numbers.
+pub(in crate::io) fn write(content: &Content) -> Vec<u8> {
+    let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
+    for vertex in 0..content.n_vertices() {
+        out.extend(b"v ");
+        content.push_position(&mut out, vertex);
+        out.push(b'\n');
+    }
+    let mut digits = itoa::Buffer::new();
+    for face in content.faces {
+        out.push(b'f');
+        for &vertex in face {
+            out.push(b' ');
+            out.extend(digits.format(vertex + 1).as_bytes());
+        }
+        out.push(b'\n');
+    }
+    out
+}
+
+/// Writes an OBJ text with attributes, the faces in the order of their groups; adds to `notes` what it cannot hold.
+pub(in crate::io) fn write_attributed(
+    content: &Content,
+    attributes: &Attributes,
+    extra: &Extra,
+    notes: &mut Vec<String>,
+) -> Vec<u8> {
+    let mut out = Vec::new();
+    for library in &extra.material_libraries {
+        push_line(&mut out, b"mtllib", &encoded(library, extra.latin1));
+    }
+    push_vertices(&mut out, content, attributes, notes);
+    let uvs = Lines::push(&mut out, b"vt ", channel_of(attributes, Role::Uv), attributes);
+    let normals = Lines::push(&mut out, b"vn ", channel_of(attributes, Role::Normal), attributes);
+    push_faces(&mut out, content, attributes, extra, &[uvs, normals]);
+    notes.extend(dropped(attributes));
+    out
+}
+
+/// A word and what follows it on its line.
+fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {
+    out.extend(word);
+    if !rest.is_empty() {
+        out.push(b' ');
+        out.extend(rest);
+    }
+    out.push(b'\n');
+}
+
+/// The `v` lines, with colours where there are some: the format holds one for each vertex.
+fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, notes: &mut Vec<String>) {
+    let colours = channel_of(attributes, Role::Colour).filter(|channel| channel.width >= 3);
+    let mut wedge_of: Vec<Option<u32>> = vec![None; content.n_vertices()];
+    let mut n_lost = 0;
+    if let Some(channel) = colours {
+        for (&vertex, &wedge) in content.faces.iter().flatten().zip(attributes.wedges.iter().flatten()) {
+            let first = *wedge_of[vertex as usize].get_or_insert(wedge);
+            n_lost += usize::from(channel.of(first) != channel.of(wedge));
+        }
+        if n_lost > 0 {
+            notes.push(format!("obj holds one colour for each vertex: those of {n_lost} corners are dropped"));
+        }
+        if channel.width > 3 {
+            notes.push("obj holds no alpha of colours: dropped".into());
+        }
+    }
+    for (vertex, wedge) in wedge_of.iter().enumerate() {
+        out.extend(b"v ");
+        content.push_position(out, vertex);
+        if let Some(channel) = colours {
+            out.push(b' ');
+            push_singles(out, wedge.map_or(&[1.0; 3], |wedge| &channel.of(wedge)[..3]));
+        }
+        out.push(b'\n');
+    }
+}
+
+/// The `vt` or `vn` lines of a channel.
+struct Lines {
+    /// The line of each wedge, from 1; 0 where it has none.
+    of_wedges: Vec<u32>,
+}
+
+impl Lines {
+    /// Appends a line for each distinct value, in the order of the faces. A normal without length is none.
+    fn push(out: &mut Vec<u8>, word: &[u8], channel: Option<&Channel>, attributes: &Attributes) -> Option<Self> {
+        let channel = channel?;
+        let mut of_wedges = vec![0; attributes.n_wedges()];
+        let mut numbers = FxHashMap::default();
+        for &wedge in attributes.wedges.iter().flatten() {
+            let value = channel.of(wedge);
+            if of_wedges[wedge as usize] > 0 || channel.role == Role::Normal && value.iter().all(|x| *x == 0.0) {
+                continue;
+            }
+            let mut key = [0; 3];
+            key.iter_mut().zip(value).for_each(|(bits, x)| *bits = x.to_bits());
+            let next = numbers.len() as u32 + 1;
+            of_wedges[wedge as usize] = *numbers.entry(key).or_insert_with(|| {
+                out.extend(word);
+                push_singles(out, value);
+                out.push(b'\n');
+                next
+            });
+        }
+        Some(Self { of_wedges })
+    }
+}
+
+/// The `f` lines by group, each group behind its names.
+fn push_faces(
+    out: &mut Vec<u8>,
+    content: &Content,
+    attributes: &Attributes,
+    extra: &Extra,
+    lines: &[Option<Lines>; 2],
+) {
+    let mut order: Vec<u32> = (0..content.faces.len() as u32).collect();
+    order.sort_by_key(|&face| attributes.group(face));
+    let mut state = Group::default();
+    let mut digits = itoa::Buffer::new();
+    for (i, &face) in order.iter().enumerate() {
+        if i == 0 || attributes.group(order[i - 1]) != attributes.group(face) {
+            push_names(out, &mut state, extra.group(attributes.group(face)), extra.latin1);
+        }
+        let wedges = attributes.wedges.get(face as usize);
+        // Corners of a face are all of one form.
+        let held = lines.each_ref().map(|lines| {
+            let corners = lines.as_ref().zip(wedges).map(|(lines, wedges)| wedges.map(|w| lines.of_wedges[w as usize]));
+            corners.filter(|corners| corners.iter().all(|&line| line > 0))
+        });
+        out.push(b'f');
+        for (corner, vertex) in content.faces[face as usize].into_iter().enumerate() {
+            out.push(b' ');
+            out.extend(digits.format(vertex + 1).as_bytes());
+            let [uv, normal] = held.map(|corners| corners.map(|corners| corners[corner]));
+            if uv.is_some() || normal.is_some() {
+                out.push(b'/');
+            }
+            uv.into_iter().for_each(|line| out.extend(digits.format(line).as_bytes()));
+            if let Some(line) = normal {
+                out.push(b'/');
+                out.extend(digits.format(line).as_bytes());
+            }
+        }
+        out.push(b'\n');
+    }
+}
+
+/// The lines that name what changes with a group.
+fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin1: bool) {
+    let Some(group) = group else { return };
+    let names = [
+        (&b"o"[..], &mut state.object, &group.object),
+        (b"g", &mut state.name, &group.name),
+        (b"usemtl", &mut state.material, &group.material),
+        (b"s", &mut state.smoothing, &group.smoothing),
+    ];
+    for (word, old, new) in names {
+        if let Some(name) = new.as_ref().filter(|_| old != new) {
+            push_line(out, word, &encoded(name, latin1));
+            old.clone_from(new);
+        }
+    }
+}
+
+/// What the format has no words for.
+fn dropped(attributes: &Attributes) -> Option<String> {
+    let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| channel_of(attributes, role).map(|c| &c.name));
+    let names: Vec<&str> = attributes
+        .channels
+        .iter()
+        .filter(|channel| !written.contains(&Some(&channel.name)))
+        .map(|channel| channel.name.as_str())
+        .collect();
+    (!names.is_empty()).then(|| format!("obj has no place for {}: dropped", names.join(", ")))
+}

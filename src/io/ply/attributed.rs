@@ -1,0 +1,290 @@
+//! Reads a PLY with all that it holds: columns of vertices as channels, texture coordinates of corners, numbers of faces as
+//! groups.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::columns::{Plan, unit};
+use super::header::{Element, Header};
+use super::source::Source;
+use super::{BLOCK, index, open, read_faces, read_strips, read_vertices, records};
+use crate::io::extra::{Column, Extra, Group, Layout, ReadMesh, without_nan};
+use crate::io::{ReadError, Scalar};
+use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
+
+/// More distinct combinations of numbers of faces than this are no groups.
+const MOST_GROUPS: usize = 1 << 16;
+
+/// Reads a PLY file with its attributes. Texture coordinates that a face lacks are zeros.
+pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
+    let mut reader = Reader::default();
+    let mut source = open(bytes, &header);
+    let with_strips = header.elements.iter().any(|element| element.name == "tristrips");
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => reader.read_vertices(&mut source, element)?,
+            "face" => reader.read_faces(&mut source, element, with_strips)?,
+            "tristrips" => read_strips(&mut source, element, &mut reader.mesh)?,
+            _ => {
+                for_each_row(&mut source, element, |_| ())?;
+                if element.count > 0 {
+                    reader.notes.push(format!("{} rows of the element {} dropped", element.count, element.name));
+                }
+            }
+        }
+    }
+    Ok(reader.finish(header.comments))
+}
+
+/// The values of a row: one or, of a list, any number for each property.
+type Row = [Vec<f64>];
+
+/// Hands over each row of an element.
+fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Row)) -> Result<(), ReadError> {
+    let mut row = vec![Vec::new(); element.properties.len()];
+    // An element without properties takes no bytes, however many of it there are.
+    let n_rows = if row.is_empty() { 0 } else { element.count };
+    for number in 0..n_rows {
+        for (property, values) in element.properties.iter().zip(&mut row) {
+            let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut(element, number));
+            let n_values = property.length.map_or(Ok(1.0), &mut next)?.max(0.0f64) as u64;
+            values.clear();
+            for _ in 0..n_values {
+                values.push(next(property.scalar)?);
+            }
+        }
+        take(&row);
+    }
+    Ok(())
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Reader {
+    mesh: RawMesh,
+    fans: Fans,
+    /// Channels of the vertices.
+    channels: Vec<Channel>,
+    layouts: Vec<Layout>,
+    corners: Option<Corners>,
+    groups: Groups,
+    notes: Vec<String>,
+}
+
+impl Reader {
+    fn read_vertices(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
+        let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
+        let plans = Plan::of(element, &axes);
+        for property in element.properties.iter().filter(|property| property.length.is_some()) {
+            self.notes.push(format!("the list {} of the vertices is dropped", property.name));
+        }
+        let mut tables = vec![Vec::new(); plans.len()];
+        if let (&mut Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
+            read_vertices(source, element, &mut self.mesh)?;
+            let records = records(&bytes[at..], element.count, stride).unwrap_or_default();
+            for (table, plan) in tables.iter_mut().zip(&plans) {
+                *table = decode_channel(records, stride, &scalars(plan, element, Some(&offsets)), big);
+            }
+        } else {
+            let columns: Vec<_> = plans.iter().map(|plan| scalars(plan, element, None)).collect();
+            let positions = &mut self.mesh.positions;
+            self.mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
+            for_each_row(source, element, |row| {
+                positions.push(axes.map(|axis| row[axis][0]));
+                for (table, columns) in tables.iter_mut().zip(&columns) {
+                    table.extend(columns.iter().map(|column| (row[column.property][0] / column.unit) as f32));
+                }
+            })?;
+        }
+        for (plan, values) in plans.iter().zip(tables) {
+            self.layouts.push(plan.layout(&element.properties));
+            self.add_channel(plan, values);
+        }
+        Ok(())
+    }
+
+    fn add_channel(&mut self, plan: &Plan, mut values: Vec<f32>) {
+        let n_not_finite = without_nan(&mut values);
+        if n_not_finite > 0 {
+            self.notes.push(format!("{n_not_finite} values of {} are not finite: zeros", plan.name));
+        }
+        if plan.role == Role::Label && values.iter().any(|value| value.abs() >= (1 << 24) as f32) {
+            self.notes.push(format!("values of {} from 16777216 on are rounded to single precision", plan.name));
+        }
+        let width = plan.properties.len();
+        self.channels.push(Channel { name: plan.name.clone(), role: plan.role, width, values });
+    }
+
+    fn read_faces(&mut self, source: &mut Source, element: &Element, with_strips: bool) -> Result<(), ReadError> {
+        let list = element.list(&["vertex_indices", "vertex_index"]);
+        let (Some(list), true) = (list, element.properties.len() > 1) else {
+            return read_faces(source, element, &mut self.mesh, &mut self.fans);
+        };
+        let texcoord = element.list(&["texcoord"]).filter(|_| !with_strips);
+        let is_group = |&i: &usize| element.properties[i].length.is_none() && element.properties[i].scalar.is_whole();
+        let columns: Vec<usize> = (0..element.properties.len()).filter(is_group).collect();
+        for (i, property) in element.properties.iter().enumerate() {
+            if i != list && Some(i) != texcoord && !columns.contains(&i) {
+                self.notes.push(format!("the property {} of the faces is dropped", property.name));
+            }
+        }
+        let column =
+            |&i: &usize| Column { name: element.properties[i].name.clone(), scalar: element.properties[i].scalar };
+        self.groups.columns = columns.iter().map(column).collect();
+        self.corners = texcoord.map(|_| Corners::default());
+        let mut polygon = Vec::new();
+        for_each_row(source, element, |row| {
+            polygon.clear();
+            polygon.extend(row[list].iter().map(|&value| index(value)));
+            if let (Some(corners), Some(texcoord)) = (&mut self.corners, texcoord) {
+                corners.number(&mut polygon, &row[texcoord]);
+            }
+            let is_face = self.fans.push(&polygon, &mut self.mesh.faces);
+            self.mesh.dropped_faces += usize::from(!is_face);
+            self.groups.cover(columns.iter().map(|&i| row[i][0] as i64), self.mesh.faces.len());
+        })
+    }
+
+    /// Puts together what was read.
+    fn finish(mut self, comments: Vec<String>) -> ReadMesh {
+        self.groups.judge(&mut self.notes);
+        let RawMesh { positions, faces, attributes, .. } = &mut self.mesh;
+        let mut channels = self.channels;
+        if let Some(corners) = self.corners {
+            self.fans.settle_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
+            channels.iter_mut().for_each(|channel| corners.spread(channel));
+            let name = if channels.iter().any(|channel| channel.name == "uv") { "texcoord" } else { "uv" };
+            let column = Column { name: "texcoord".into(), scalar: Scalar::F32 };
+            let columns = vec![column.clone(), column];
+            self.layouts.push(Layout { channel: name.into(), columns, per_corner: true });
+            channels.push(Channel { name: name.into(), role: Role::Uv, width: 2, values: corners.uvs() });
+            attributes.wedges = faces.clone();
+            for corner in faces.iter_mut().flatten() {
+                *corner = corners.vertex(*corner);
+            }
+        } else {
+            self.fans.settle(positions, faces);
+            attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
+        }
+        let Groups { columns: face_columns, groups, mut of_faces, .. } = self.groups;
+        // Strips are faces without numbers.
+        of_faces.resize(if groups.len() > 1 { faces.len() } else { 0 }, 0);
+        let wedges = std::mem::take(&mut attributes.wedges);
+        *attributes = Attributes { wedges, channels, groups: of_faces };
+        let extra = Extra { groups, face_columns, layouts: self.layouts, comments, ..Extra::default() };
+        ReadMesh { mesh: self.mesh, extra, notes: self.notes }
+    }
+}
+
+/// Where a number of a channel stands in a row.
+struct Place {
+    property: usize,
+    /// In bytes from the start of the row, where rows are of one length.
+    offset: usize,
+    scalar: Scalar,
+    unit: f64,
+}
+
+fn scalars(plan: &Plan, element: &Element, offsets: Option<&[usize]>) -> Vec<Place> {
+    let place = |&property: &usize| {
+        let scalar = element.properties[property].scalar;
+        let offset = offsets.map_or(0, |offsets| offsets[property]);
+        Place { property, offset, scalar, unit: unit(plan.role, scalar) }
+    };
+    plan.properties.iter().map(place).collect()
+}
+
+/// The values of a channel in binary rows.
+fn decode_channel(records: &[u8], stride: usize, columns: &[Place], big: bool) -> Vec<f32> {
+    let width = columns.len();
+    let mut values = vec![0.0; records.len() / stride * width];
+    let rows = values.par_chunks_exact_mut(width).with_min_len(BLOCK).zip(records.par_chunks_exact(stride));
+    rows.for_each(|(row, record)| {
+        for (value, column) in row.iter_mut().zip(columns) {
+            let stated = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
+            *value = (stated / column.unit) as f32;
+        }
+    });
+    values
+}
+
+/// Corners that differ in their vertex or their texture coordinates, in the order of first use.
+#[derive(Default)]
+struct Corners {
+    numbers: FxHashMap<[u32; 3], u32>,
+    /// Vertex and the bits of the two coordinates.
+    rows: Vec<[u32; 3]>,
+}
+
+impl Corners {
+    /// Replaces the vertices of a polygon by the numbers of its corners.
+    fn number(&mut self, polygon: &mut [u32], uvs: &[f64]) {
+        let fits = uvs.len() == 2 * polygon.len();
+        for (i, corner) in polygon.iter_mut().enumerate() {
+            let uv = [2 * i, 2 * i + 1].map(|at| if fits { uvs[at] as f32 } else { 0.0 });
+            // Adding zero turns -0 into 0.
+            let [u, v] = uv.map(|x| if x.is_finite() { (x + 0.0).to_bits() } else { 0 });
+            let row = [*corner, u, v];
+            *corner = *self.numbers.entry(row).or_insert_with(|| {
+                self.rows.push(row);
+                self.rows.len() as u32 - 1
+            });
+        }
+    }
+
+    fn vertex(&self, wedge: u32) -> u32 {
+        self.rows.get(wedge as usize).map_or(u32::MAX, |row| row[0])
+    }
+
+    fn uvs(&self) -> Vec<f32> {
+        self.rows.iter().flat_map(|&[_, u, v]| [f32::from_bits(u), f32::from_bits(v)]).collect()
+    }
+
+    /// Makes values of vertices values of corners; zeros where there is no such vertex.
+    fn spread(&self, channel: &mut Channel) {
+        let mut values = vec![0.0; self.rows.len() * channel.width];
+        for (value, row) in values.chunks_exact_mut(channel.width).zip(&self.rows) {
+            let start = (row[0] as usize).saturating_mul(channel.width);
+            if let Some(found) = channel.values.get(start..start.saturating_add(channel.width)) {
+                value.copy_from_slice(found);
+            }
+        }
+        channel.values = values;
+    }
+}
+
+/// Faces by the whole numbers that they carry.
+#[derive(Default)]
+struct Groups {
+    columns: Vec<Column>,
+    numbers: FxHashMap<Vec<i64>, u32>,
+    groups: Vec<Group>,
+    of_faces: Vec<u32>,
+    too_many: bool,
+}
+
+impl Groups {
+    /// Counts the triangles up to `n_faces` to the group with these numbers.
+    fn cover(&mut self, values: impl Iterator<Item = i64>, n_faces: usize) {
+        if self.columns.is_empty() || self.too_many {
+            return;
+        }
+        let key: Vec<i64> = values.collect();
+        let number = *self.numbers.entry(key).or_insert_with_key(|key| {
+            self.groups.push(Group { values: key.iter().map(|&value| value as f64).collect(), ..Group::default() });
+            self.groups.len() as u32 - 1
+        });
+        self.too_many = self.groups.len() > MOST_GROUPS;
+        self.of_faces.resize(n_faces, number);
+    }
+
+    /// Drops groups that are none: nearly every face would be its own.
+    fn judge(&mut self, notes: &mut Vec<String>) {
+        let n_groups = self.groups.len();
+        if self.too_many || n_groups > 256 && n_groups > self.of_faces.len() / 4 {
+            let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
+            notes.push(format!("the numbers {} of the faces differ too often to be groups: dropped", names.join(", ")));
+            *self = Self::default();
+        }
+    }
+}

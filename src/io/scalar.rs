@@ -1,0 +1,153 @@
+//! The kinds of numbers that columns of a file hold.
+
+use super::write::push_single;
+
+/// The kind of a number in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    /// Signed, one byte.
+    I8,
+    /// Unsigned, one byte.
+    U8,
+    /// Signed, two bytes.
+    I16,
+    /// Unsigned, two bytes.
+    U16,
+    /// Signed, four bytes.
+    I32,
+    /// Unsigned, four bytes.
+    U32,
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+impl Scalar {
+    /// The kind that a PLY header calls so.
+    pub(super) fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "char" | "int8" => Some(Self::I8),
+            "uchar" | "uint8" => Some(Self::U8),
+            "short" | "int16" => Some(Self::I16),
+            "ushort" | "uint16" => Some(Self::U16),
+            "int" | "int32" => Some(Self::I32),
+            "uint" | "uint32" => Some(Self::U32),
+            "float" | "float32" => Some(Self::F32),
+            "double" | "float64" => Some(Self::F64),
+            _ => None,
+        }
+    }
+
+    /// Bytes of a value.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// The value at the start of `bytes`, `None` where they are too few.
+    pub(super) fn decode(self, bytes: &[u8], big: bool) -> Option<f64> {
+        let mut raw = [0; 8];
+        let size = self.size();
+        let value = raw.get_mut(..size)?;
+        value.copy_from_slice(bytes.get(..size)?);
+        if big {
+            value.reverse();
+        }
+        let bits = u64::from_le_bytes(raw);
+        Some(match self {
+            Self::I8 => f64::from(bits as i8),
+            Self::U8 => f64::from(bits as u8),
+            Self::I16 => f64::from(bits as i16),
+            Self::U16 => f64::from(bits as u16),
+            Self::I32 => f64::from(bits as i32),
+            Self::U32 => f64::from(bits as u32),
+            Self::F32 => f64::from(f32::from_bits(bits as u32)),
+            Self::F64 => f64::from_bits(bits),
+        })
+    }
+
+    /// The name of the kind in a PLY header.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::I8 => "char",
+            Self::U8 => "uchar",
+            Self::I16 => "short",
+            Self::U16 => "ushort",
+            Self::I32 => "int",
+            Self::U32 => "uint",
+            Self::F32 => "float",
+            Self::F64 => "double",
+        }
+    }
+
+    /// Whether it holds whole numbers only.
+    pub(super) fn is_whole(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+
+    /// Whether it holds numbers that single precision does not.
+    pub(super) fn is_wide(self) -> bool {
+        matches!(self, Self::F64 | Self::I32 | Self::U32)
+    }
+
+    /// Appends a value in little-endian bytes: whole numbers rounded and held within the range of the kind.
+    pub(super) fn push_bytes(self, out: &mut Vec<u8>, value: f64) {
+        let whole = value.round();
+        match self {
+            Self::I8 => out.extend((whole as i8).to_le_bytes()),
+            Self::U8 => out.extend((whole as u8).to_le_bytes()),
+            Self::I16 => out.extend((whole as i16).to_le_bytes()),
+            Self::U16 => out.extend((whole as u16).to_le_bytes()),
+            Self::I32 => out.extend((whole as i32).to_le_bytes()),
+            Self::U32 => out.extend((whole as u32).to_le_bytes()),
+            Self::F32 => out.extend((value as f32).to_le_bytes()),
+            Self::F64 => out.extend(value.to_le_bytes()),
+        }
+    }
+
+    /// Appends a value as text, rounded as [`push_bytes`](Self::push_bytes) rounds it.
+    pub(super) fn push_text(self, out: &mut Vec<u8>, value: f64) {
+        let mut bytes = Vec::with_capacity(8);
+        self.push_bytes(&mut bytes, value);
+        let held = self.decode(&bytes, false).unwrap_or(value);
+        if self.is_whole() {
+            out.extend(itoa::Buffer::new().format(held as i64).as_bytes());
+        } else {
+            push_single(out, value as f32);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Scalar;
+
+    #[test]
+    fn whole_numbers_are_rounded_and_held_in_range() {
+        for (kind, value, expected) in [
+            (Scalar::U8, 254.6, 255.0),
+            (Scalar::U8, 300.0, 255.0),
+            (Scalar::U8, -3.0, 0.0),
+            (Scalar::I8, -128.4, -128.0),
+            (Scalar::I16, 2.5, 3.0),
+            (Scalar::U16, 7e4, 65_535.0),
+            (Scalar::I32, -5e9, -2_147_483_648.0),
+            (Scalar::U32, 4e9, 4e9),
+            (Scalar::F32, 0.1, f64::from(0.1f32)),
+            (Scalar::F64, 0.1, 0.1),
+        ] {
+            let (mut bytes, mut text) = (Vec::new(), Vec::new());
+            kind.push_bytes(&mut bytes, value);
+            kind.push_text(&mut text, value);
+            assert_eq!((bytes.len(), kind.decode(&bytes, false)), (kind.size(), Some(expected)), "{kind:?}");
+            let said: f64 = std::str::from_utf8(&text).unwrap().parse().unwrap();
+            assert_eq!(said as f32, expected as f32, "{kind:?}");
+            assert_eq!(Scalar::from_name(kind.name()), Some(kind));
+        }
+    }
+}
