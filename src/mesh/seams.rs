@@ -100,6 +100,7 @@ fn same_value(role: Role, x: &[f32], y: &[f32]) -> bool {
         Role::Tangent => x.last().is_none_or(|sign| sign * y[y.len() - 1] >= 0.0),
         Role::Uv | Role::Other => within(&|x, y| SAME * x.abs().max(y.abs()).max(1.0)),
         Role::Colour => within(&|_, _| SAME_COLOUR),
+        Role::Label => x == y,
         Role::Skin | Role::MorphPosition | Role::MorphDirection => true,
     }
 }

@@ -28,16 +28,10 @@ impl<'a> Input<'a> {
 
     /// Refuses rows that are not those of the mesh.
     pub(super) fn check(&self) -> Result<(), SimplifyError> {
-        let Attributes { wedges, channels, groups } = self.attributes;
-        let (n_faces, n_wedges) = (self.mesh.faces().len(), self.attributes.n_wedges());
-        let rows_fit = [wedges.len(), groups.len()].iter().all(|&n| n == 0 || n == n_faces);
-        let channels_fit = channels.is_empty() == wedges.is_empty()
-            && channels.iter().all(|c| c.width > 0 && c.values.len() == n_wedges * c.width)
-            && wedges.as_flattened().iter().all(|&wedge| (wedge as usize) < n_wedges);
         let is_factor = |x: &f32| *x > 0.0 && x.is_finite();
         let factors_fit = self.importance.is_empty()
             || self.importance.len() == self.mesh.positions().len() && self.importance.iter().all(is_factor);
-        if rows_fit && channels_fit && factors_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
+        if self.attributes.fit(self.mesh.faces().len()) && factors_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 
     /// The importance of these vertices, or of all.

@@ -226,6 +226,7 @@ fn carried(channel: &Channel, wedges: &[[u32; 3]], places: &[Place]) -> Channel 
 fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     match role {
         Role::Skin => blend_joints(corners, weights, out),
+        Role::Label => out.copy_from_slice(corners[heaviest(weights)]),
         _ => blend_numbers(corners, weights, out),
     }
     match role {
@@ -253,9 +254,13 @@ fn normalise(out: &mut [f32], corners: [&[f32]; 3], weights: [f32; 3]) {
     if length > 1e-6 {
         out.iter_mut().for_each(|x| *x /= length);
     } else {
-        let heaviest = (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).unwrap_or(0);
-        out.copy_from_slice(corners[heaviest]);
+        out.copy_from_slice(corners[heaviest(weights)]);
     }
+}
+
+/// The corner that weighs most.
+fn heaviest(weights: [f32; 3]) -> usize {
+    (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).unwrap_or(0)
 }
 
 /// Adds up the weights of each joint and keeps the heaviest, their sum as it was.
