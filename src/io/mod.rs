@@ -13,6 +13,7 @@ mod gltf;
 mod number;
 mod obj;
 mod off;
+mod output_file;
 mod path;
 mod ply;
 mod points;
@@ -22,6 +23,9 @@ mod write;
 
 pub use error::{Place, ReadError, WriteError};
 pub use format::Format;
+#[cfg(feature = "gltf")]
+pub use gltf::{Asset, Part};
+pub use output_file::{OutputFile, write_files};
 pub use path::{read_path, write_path};
 pub use points::read_points;
 

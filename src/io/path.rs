@@ -79,14 +79,11 @@ fn is_useless(mesh: &Result<RawMesh, ReadError>) -> bool {
 }
 
 /// The bytes of the file `uri` in `folder` or below it, nowhere else.
-fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
+pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
     let refusal = |what: &str| {
         ReadError::file(format!("the buffer {uri:?} {what}"), "put the file beside the asset or export it as GLB")
     };
-    let name = percent_decoded(uri).ok_or_else(|| refusal("is no file name"))?;
-    if name.contains(['\\', ':']) || !Path::new(&name).components().all(|part| matches!(part, Component::Normal(_))) {
-        return Err(refusal("does not lie in the folder of the asset"));
-    }
+    let name = name_inside(uri).ok_or_else(|| refusal("does not lie in the folder of the asset"))?;
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let missing = |error: std::io::Error| refusal(&format!("cannot be read ({error})"));
     // Links are followed first, so that they cannot lead out either.
@@ -96,6 +93,13 @@ fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
         return Err(refusal("does not lie in the folder of the asset"));
     }
     std::fs::read(file).map_err(missing)
+}
+
+/// The relative path that a URI means, if it is one of a file in the folder of the asset or below it.
+pub(super) fn name_inside(uri: &str) -> Option<String> {
+    let name = percent_decoded(uri)?;
+    let is_inside = Path::new(&name).components().all(|part| matches!(part, Component::Normal(_)));
+    Some(name).filter(|name| is_inside && !name.is_empty() && !name.contains(['\\', ':']))
 }
 
 /// `%20` and the like resolved; `None` where that gives no text.
