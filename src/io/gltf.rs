@@ -5,21 +5,34 @@
 
 mod accessor;
 mod asset;
+mod bare;
 #[cfg(feature = "meshopt")]
 mod compressed;
 #[cfg(not(feature = "meshopt"))]
 #[path = "gltf/no_compressed.rs"]
 mod compressed;
 mod container;
+mod draft;
+mod extensions;
+mod files;
+mod lighter;
 mod part;
 mod placements;
+mod primitive;
+mod references;
+mod repack;
+mod rewrite;
 mod schema;
 mod semantics;
 mod triangles;
+mod values;
 
 use std::collections::BTreeMap;
 
 pub use asset::Asset;
+pub(super) use bare::write;
+pub use bare::write_gltf;
+pub use lighter::LighterPart;
 pub use part::Part;
 
 use accessor::Data;

@@ -24,7 +24,7 @@ mod write;
 pub use error::{Place, ReadError, WriteError};
 pub use format::Format;
 #[cfg(feature = "gltf")]
-pub use gltf::{Asset, Part};
+pub use gltf::{Asset, LighterPart, Part, write_gltf};
 pub use output_file::{OutputFile, write_files};
 pub use path::{read_path, write_path};
 pub use points::read_points;
@@ -66,7 +66,7 @@ fn read_with(
         Format::Ply | Format::PlyAscii => ply::read(bytes),
         Format::Stl | Format::StlAscii => stl::read(bytes),
         Format::Off => off::read(bytes),
-        Format::Gltf => gltf::read(bytes, fetch),
+        Format::Gltf | Format::Glb => gltf::read(bytes, fetch),
     };
     mesh.map_err(|error| ReadError { format: Some(format), ..error })
 }
@@ -123,6 +123,6 @@ fn write_content(content: &Content, format: Format) -> Result<Vec<u8>, WriteErro
         Format::Stl => stl::write_binary(content),
         Format::StlAscii => stl::write_text(content),
         Format::Off => Ok(off::write(content)),
-        Format::Gltf => Err(WriteError { what: "glTF is read but not written: choose obj, ply, stl or off".into() }),
+        Format::Gltf | Format::Glb => gltf::write(content, format),
     }
 }

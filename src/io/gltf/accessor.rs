@@ -183,6 +183,11 @@ impl Shape {
     }
 }
 
+/// Numbers per element of an accessor, 0 for what is unknown.
+pub(super) fn shape_width(shape: &str) -> usize {
+    Shape::of(shape).map_or(0, Shape::width)
+}
+
 /// Bytes of an element of an accessor, 0 for what is unknown.
 pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
     let component = Kind { component: component_type, normalized: false }.size();

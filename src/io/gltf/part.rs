@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::accessor::Data;
 use super::schema::{Mesh, Primitive};
-use super::semantics::{SKIN, is_own_channel, n_skin_sets, role, target_channel, target_role};
+use super::semantics::{SKIN, is_own_channel, n_skin_sets, role, target_channel, target_of, target_role};
 use super::{spend, triangles};
 use crate::io::ReadError;
 use crate::mesh::{Attributes, Channel, RawMesh, Role};
@@ -180,10 +180,7 @@ fn fill(
     width: usize,
     values: &mut [f32],
 ) -> Result<(), ReadError> {
-    let target = |name: &str| {
-        let (target, name) = name.strip_prefix("TARGET_")?.split_once('/')?;
-        primitive.targets.get(target.parse::<usize>().ok()?)?.get(name).copied()
-    };
+    let of_target = || target_of(name).and_then(|(target, name)| primitive.targets.get(target)?.get(name).copied());
     if role == Role::Skin {
         for set in 0..n_skin_sets(primitive) {
             for (first, name) in [(4 * set, "JOINTS"), (width / 2 + 4 * set, "WEIGHTS")] {
@@ -193,7 +190,7 @@ fn fill(
         }
         return Ok(());
     }
-    let Some(accessor) = primitive.attributes.get(name).copied().or_else(|| target(name)) else { return Ok(()) };
+    let Some(accessor) = primitive.attributes.get(name).copied().or_else(of_target) else { return Ok(()) };
     if role == Role::Colour && width == 4 {
         values.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 1.0);
     }

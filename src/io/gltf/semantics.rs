@@ -6,6 +6,9 @@ use crate::mesh::Role;
 /// The name of the channel that holds all joints and weights of a vertex.
 pub(super) const SKIN: &str = "SKIN";
 
+/// How the names of the channels of morph targets begin.
+pub(super) const TARGET: &str = "TARGET_";
+
 /// The role of a vertex attribute, and how many numbers it has by the specification, if it fixes that.
 pub(super) fn role(name: &str) -> (Role, Option<usize>) {
     match name {
@@ -28,7 +31,13 @@ pub(super) fn target_role(name: &str) -> (Role, Option<usize>) {
 
 /// The channel of what morph target `target` adds to the attribute `name`.
 pub(super) fn target_channel(target: usize, name: &str) -> String {
-    format!("TARGET_{target}/{name}")
+    format!("{TARGET}{target}/{name}")
+}
+
+/// The number and the attribute of a channel of a morph target.
+pub(super) fn target_of(channel: &str) -> Option<(usize, &str)> {
+    let (target, name) = channel.strip_prefix(TARGET)?.split_once('/')?;
+    Some((target.parse().ok()?, name))
 }
 
 /// Whether an attribute is held by a channel of its own name: not positions, and not what [`SKIN`] holds.
