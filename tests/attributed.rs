@@ -383,7 +383,7 @@ fn opened_path(path: &Path) -> Opened {
 }
 
 fn places(written: &Written) -> Vec<&str> {
-    written.beside.iter().map(|file| file.path.as_str()).collect()
+    written.beside.iter().filter_map(|file| file.path.to_str()).collect()
 }
 
 #[test]
@@ -405,7 +405,7 @@ fn libraries_and_textures_lie_beside_the_output_as_they_lay_beside_the_input() {
     let out = folder.path().join("out");
     std::fs::create_dir(&out).unwrap();
     for force in [false, false, true] {
-        io::write_beside(&out.join("small.obj"), &written.beside, force).unwrap();
+        io::write_files(&out, &written.beside, force).unwrap();
     }
     assert_eq!(std::fs::read(out.join("textures/my skin.png")).unwrap(), b"skin");
 }

@@ -157,7 +157,7 @@ pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Fai
         let where_to = if is_stream(output) { "standard output".into() } else { output.display().to_string() };
         Failure::Usage(format!("{where_to}: the format is not known: give --format obj, ply, stl or off"))
     })?;
-    if format == Format::Gltf {
+    if matches!(format, Format::Gltf | Format::Glb) {
         return Err(Failure::Usage("glTF is read but not written: choose obj, ply, stl or off for OUT".into()));
     }
     // `--format ply-ascii -o x.ply` asks for the text variant of what the name says.

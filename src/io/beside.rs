@@ -1,68 +1,9 @@
-//! Files beside a mesh file: those that it names, found and read by rules that lead nowhere else, and put beside an output.
+//! Files beside a mesh file: those that it names, found and read by rules that lead nowhere else.
 
 use std::path::{Component, Path, PathBuf};
 
-use super::WriteError;
+use super::OutputFile;
 use super::extra::Extra;
-use super::path::put;
-
-/// A file to be put beside an output.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutputFile {
-    /// Where, from the folder of the output: names with `/` between them, none of which leads upwards.
-    pub path: String,
-    /// What it holds.
-    pub bytes: Vec<u8>,
-}
-
-/// Puts files beside `output`, making folders as needed; what is there already with the same bytes is left alone, anything
-/// else replaced only with `force`.
-///
-/// Nothing is written outside the folder of `output`, not through links either, and never `output` itself.
-///
-/// # Errors
-/// [`WriteError`] names the first file that could not be put in its place.
-///
-/// ```
-/// use neural_mesh::io::{OutputFile, write_beside};
-/// let folder = tempfile::tempdir().unwrap();
-/// let files = [OutputFile { path: "textures/skin.png".into(), bytes: vec![1, 2] }];
-/// write_beside(&folder.path().join("mesh.obj"), &files, false).unwrap();
-/// assert_eq!(std::fs::read(folder.path().join("textures/skin.png")).unwrap(), [1, 2]);
-/// let up = [OutputFile { path: "../skin.png".into(), bytes: vec![] }];
-/// assert!(write_beside(&folder.path().join("mesh.obj"), &up, false).is_err());
-/// ```
-pub fn write_beside(output: &Path, files: &[OutputFile], force: bool) -> Result<(), WriteError> {
-    let folder = folder_of(output);
-    files.iter().try_for_each(|file| {
-        let problem = |what: &str| WriteError { what: format!("{:?} beside the output {what}", file.path) };
-        let place = inner_path(Path::new(""), &file.path).ok_or_else(|| problem("lies outside its folder"))?;
-        let path = folder.join(&place);
-        if Some(path.as_os_str()) == output.file_name().map(|name| folder.join(name)).as_deref().map(Path::as_os_str) {
-            return Err(problem("has the name of the output: choose another name"));
-        }
-        let parent = folder_of(&path);
-        std::fs::create_dir_all(&parent).map_err(|error| problem(&format!("has no folder: {error}")))?;
-        if !is_within(&parent, &folder) {
-            return Err(problem("lies outside its folder"));
-        }
-        if std::fs::read(&path).is_ok_and(|found| found == file.bytes) {
-            return Ok(());
-        }
-        put(&path, &file.bytes, force).map_err(|error| problem(&error.what))
-    })
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.unwrap_or(Path::new(".")).to_path_buf()
-}
-
-/// Whether a path, links followed, lies in a folder or is it.
-fn is_within(path: &Path, folder: &Path) -> bool {
-    let ends = path.canonicalize().ok().zip(folder.canonicalize().ok());
-    ends.is_some_and(|(path, folder)| path.starts_with(folder))
-}
 
 /// The path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
 /// Both kinds of slashes part names.
@@ -123,9 +64,8 @@ impl<'a> Finder<'a> {
 
     /// Lists a file for the output, once.
     pub fn list(&mut self, place: &Path, bytes: Vec<u8>) {
-        let path = reference(place);
-        if self.files.iter().all(|file| file.path != path) {
-            self.files.push(OutputFile { path, bytes });
+        if self.files.iter().all(|file| file.path != place) {
+            self.files.push(OutputFile { path: place.to_path_buf(), bytes });
         }
     }
 
@@ -161,10 +101,16 @@ impl<'a> Finder<'a> {
 
     /// The name, with a number before it where another file has it already.
     fn free_place(&self, name: &Path, bytes: &[u8]) -> PathBuf {
-        let is_taken = |path: &Path| self.files.iter().any(|file| file.path == reference(path) && file.bytes != bytes);
+        let is_taken = |path: &Path| self.files.iter().any(|file| file.path == path && file.bytes != bytes);
         let numbered = (1..).map(|n| PathBuf::from(format!("{n}_{}", name.display())));
         std::iter::once(name.to_path_buf()).chain(numbered).find(|path| !is_taken(path)).unwrap_or_default()
     }
+}
+
+/// Whether a path, links followed, lies in a folder or is it.
+fn is_within(path: &Path, folder: &Path) -> bool {
+    let ends = path.canonicalize().ok().zip(folder.canonicalize().ok());
+    ends.is_some_and(|(path, folder)| path.starts_with(folder))
 }
 
 /// A folder as it can be joined and asked for.
@@ -198,28 +144,6 @@ mod tests {
             ("..", None),
         ] {
             assert_eq!(inner_path(base, name), expected.map(PathBuf::from), "{name}");
-        }
-    }
-
-    #[test]
-    fn the_output_itself_and_what_lies_elsewhere_are_not_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("out");
-        std::fs::create_dir(&out).unwrap();
-        let write = |path: &str, force| {
-            let files = [OutputFile { path: path.into(), bytes: b"new".to_vec() }];
-            write_beside(&out.join("mesh.obj"), &files, force)
-        };
-        for path in ["mesh.obj", "./mesh.obj", "x/../mesh.obj", "../a", "/a", "C:a", "", "."] {
-            assert!(write(path, true).is_err(), "{path}");
-        }
-        std::fs::write(out.join("a"), b"old").unwrap();
-        assert!(write("a", false).is_err());
-        assert!(write("a", true).is_ok() && write("a", false).is_ok());
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(folder.path(), out.join("link")).unwrap();
-            assert!(write("link/b", true).is_err() && !folder.path().join("b").exists());
         }
     }
 }

@@ -51,6 +51,13 @@ pub struct Group {
     pub values: Vec<f64>,
 }
 
+impl Group {
+    /// What to call it where there is one name only: its material, else its group or object.
+    pub(super) fn title(&self) -> String {
+        [&self.material, &self.name, &self.object].into_iter().flatten().next().cloned().unwrap_or_default()
+    }
+}
+
 /// A column of numbers in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {

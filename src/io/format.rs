@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A mesh file format. For reading, `PlyAscii` is `Ply` and `StlAscii` is `Stl`: the content says which it is.
+/// A mesh file format. For reading, `PlyAscii` is `Ply`, `StlAscii` is `Stl` and `Glb` is `Gltf`: the content
+/// says which it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Wavefront OBJ.
@@ -18,8 +19,10 @@ pub enum Format {
     StlAscii,
     /// Geomview OFF.
     Off,
-    /// glTF 2.0, as JSON or as GLB; read only.
+    /// glTF 2.0; written as JSON.
     Gltf,
+    /// glTF 2.0; written as GLB.
+    Glb,
 }
 
 impl Format {
@@ -41,7 +44,8 @@ impl Format {
             "stl" => Some(Self::Stl),
             "stl-ascii" => Some(Self::StlAscii),
             "off" => Some(Self::Off),
-            "gltf" | "glb" => Some(Self::Gltf),
+            "gltf" => Some(Self::Gltf),
+            "glb" => Some(Self::Glb),
             _ => None,
         }
     }
@@ -83,7 +87,7 @@ impl Format {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
         let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         match word {
-            _ if bytes.starts_with(b"glTF") => Some(Self::Gltf),
+            _ if bytes.starts_with(b"glTF") => Some(Self::Glb),
             b"ply" => Some(Self::Ply),
             _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
             _ if text.starts_with(b"{") => Some(Self::Gltf),
@@ -101,6 +105,7 @@ impl Format {
             Self::StlAscii => "stl-ascii",
             Self::Off => "off",
             Self::Gltf => "gltf",
+            Self::Glb => "glb",
         }
     }
 }
@@ -142,7 +147,7 @@ mod tests {
             (b"# words\n\nCOFF\n", Some(Format::Off)),
             (b"OFF8 6 12\n", Some(Format::Off)),
             (b"OFFICE\n", None),
-            (b"glTF\x02\0\0\0", Some(Format::Gltf)),
+            (b"glTF\x02\0\0\0", Some(Format::Glb)),
             (b"  {\"asset\": {}}", Some(Format::Gltf)),
             (b"# words\r\rmtllib a.mtl\rv 0 0 0", Some(Format::Obj)),
             (b"f 1 2 3", Some(Format::Obj)),

@@ -22,6 +22,7 @@ mod model;
 mod number;
 mod obj;
 mod off;
+mod output_file;
 mod path;
 mod ply;
 mod points;
@@ -30,11 +31,13 @@ mod stl;
 mod text;
 mod write;
 
-pub use beside::{OutputFile, write_beside};
 pub use error::{Place, ReadError, WriteError};
 pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
+#[cfg(feature = "gltf")]
+pub use gltf::{Asset, LighterPart, Part, write_gltf};
 pub use model::{Model, WriteOptions, Written, write_attributed};
+pub use output_file::{OutputFile, write_files};
 pub use path::{packed_by_name, read_attributed_path, read_path, write_path};
 pub use points::read_points;
 pub use scalar::Scalar;
@@ -86,7 +89,7 @@ pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh,
         Format::Ply | Format::PlyAscii => ply::read_attributed(bytes),
         Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
         Format::Off => off::read_with_notes(bytes).map(bare),
-        Format::Gltf => return read(bytes, Some(format)).map(|mesh| bare((mesh, Vec::new()))),
+        Format::Gltf | Format::Glb => return read(bytes, Some(format)).map(|mesh| bare((mesh, Vec::new()))),
     };
     read.map_err(|error| ReadError { format: Some(format), ..error })
 }
@@ -113,7 +116,7 @@ fn read_with(
         Format::Ply | Format::PlyAscii => ply::read(bytes),
         Format::Stl | Format::StlAscii => stl::read(bytes),
         Format::Off => off::read(bytes),
-        Format::Gltf => gltf::read(bytes, fetch),
+        Format::Gltf | Format::Glb => gltf::read(bytes, fetch),
     };
     mesh.map_err(|error| ReadError { format: Some(format), ..error })
 }
@@ -164,6 +167,6 @@ fn write_content(content: &Content, format: Format) -> Result<Vec<u8>, WriteErro
         Format::Stl => stl::write_binary(content),
         Format::StlAscii => stl::write_text(content),
         Format::Off => Ok(off::write(content)),
-        Format::Gltf => Err(WriteError { what: "glTF is read but not written: choose obj, ply, stl or off".into() }),
+        Format::Gltf | Format::Glb => gltf::write(content, format),
     }
 }

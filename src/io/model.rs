@@ -1,11 +1,14 @@
 //! Writes a mesh with all that it carries, and what has to lie beside it; says what a format cannot hold.
 
-use super::beside::{Finder, OutputFile, reference};
+use super::beside::{Finder, reference};
 use super::extra::{Column, Extra, Group};
 use super::material::Libraries;
 use super::write::Content;
-use super::{Format, Scalar, WriteError, obj, ply, write_content};
+use super::{Format, OutputFile, Scalar, WriteError, gltf, obj, ply, write_content};
 use crate::mesh::{Attributes, Frame, TriMesh};
+
+/// What becomes of libraries of materials in a glTF.
+const NAMES_ONLY: &str = "gltf takes the names of materials from a library, not what they look like";
 
 /// A mesh and all that is to be written of it.
 #[derive(Clone, Debug)]
@@ -46,7 +49,7 @@ pub struct Written {
 
 /// Writes a mesh with its attributes, groups and materials as far as the format holds them; what it does not hold is said
 /// in [`Written::notes`]. Files that the asset names are read from its folder ([`Extra::folder`]) and listed in
-/// [`Written::beside`]; [`write_beside`](super::write_beside) puts them in place.
+/// [`Written::beside`]; [`write_files`](super::write_files) puts them in place.
 ///
 /// # Errors
 /// [`WriteError`] where the format cannot hold the mesh, or the attributes or positions are not those of the mesh.
@@ -86,7 +89,14 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             let as_text = options.format == Format::PlyAscii;
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
-        Format::Stl | Format::StlAscii | Format::Off | Format::Gltf => {
+        Format::Gltf | Format::Glb => {
+            let names: Vec<String> = model.extra.groups.iter().map(Group::title).collect();
+            notes.extend((!model.extra.material_libraries.is_empty()).then(|| NAMES_ONLY.into()));
+            let (bytes, dropped) = gltf::write_attributed(&content, attributes, &names, options.format)?;
+            notes.extend(dropped);
+            bytes
+        }
+        Format::Stl | Format::StlAscii | Format::Off => {
             notes.extend(geometry_only(options.format, attributes, model.extra));
             write_content(&content, options.format)?
         }
@@ -161,7 +171,7 @@ fn for_ply(extra: &Extra, finder: &mut Finder, notes: &mut Vec<String>) -> Extra
     }
     let libraries = Libraries::find(&extra, finder);
     // Libraries mean nothing to a PLY; the textures stay.
-    finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| *place == file.path));
+    finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
     with_material_numbers(extra, &libraries)
 }

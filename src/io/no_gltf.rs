@@ -1,9 +1,25 @@
-//! What stands for the glTF reader in a build without the feature `gltf`: a refusal.
+//! What stands for glTF in a build without the feature `gltf`: refusals.
 
-use super::ReadError;
-use crate::mesh::RawMesh;
+use super::write::Content;
+use super::{Format, ReadError, WriteError};
+use crate::mesh::{Attributes, RawMesh};
 
 /// Refuses every asset.
 pub(super) fn read(_: &[u8], _: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
     Err(ReadError::file("this build reads no glTF", "build with the feature gltf or convert the file"))
+}
+
+/// Refuses every mesh.
+pub(super) fn write(_: &Content, _: Format) -> Result<Vec<u8>, WriteError> {
+    Err(WriteError { what: "this build writes no glTF: build with the feature gltf or choose another format".into() })
+}
+
+/// Refuses every mesh.
+pub(super) fn write_attributed(
+    content: &Content,
+    _: &Attributes,
+    _: &[String],
+    format: Format,
+) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+    write(content, format).map(|bytes| (bytes, Vec::new()))
 }

@@ -39,7 +39,9 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
     let bytes = bytes_of(path)?;
     let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
     let read = |format| match format {
-        Some(Format::Gltf) => read_with(&bytes, format, &fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() }),
+        Some(Format::Gltf | Format::Glb) => {
+            read_with(&bytes, format, &fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
+        }
         _ => read_attributed(&bytes, format),
     };
     let mut read = as_what_it_is(&bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
@@ -144,14 +146,11 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
 }
 
 /// The bytes of the file `uri` in `folder` or below it, nowhere else.
-fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
+pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
     let refusal = |what: &str| {
         ReadError::file(format!("the buffer {uri:?} {what}"), "put the file beside the asset or export it as GLB")
     };
-    let name = percent_decoded(uri).ok_or_else(|| refusal("is no file name"))?;
-    if name.contains(['\\', ':']) || !Path::new(&name).components().all(|part| matches!(part, Component::Normal(_))) {
-        return Err(refusal("does not lie in the folder of the asset"));
-    }
+    let name = name_inside(uri).ok_or_else(|| refusal("does not lie in the folder of the asset"))?;
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let missing = |error: std::io::Error| refusal(&format!("cannot be read ({error})"));
     // Links are followed first, so that they cannot lead out either.
@@ -161,6 +160,13 @@ fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
         return Err(refusal("does not lie in the folder of the asset"));
     }
     std::fs::read(file).map_err(missing)
+}
+
+/// The relative path that a URI means, if it is one of a file in the folder of the asset or below it.
+pub(super) fn name_inside(uri: &str) -> Option<String> {
+    let name = percent_decoded(uri)?;
+    let is_inside = Path::new(&name).components().all(|part| matches!(part, Component::Normal(_)));
+    Some(name).filter(|name| is_inside && !name.is_empty() && !name.contains(['\\', ':']))
 }
 
 /// `%20` and the like resolved; `None` where that gives no text.

@@ -58,6 +58,22 @@ impl<'a> Content<'a> {
         }
     }
 
+    /// Positions in single precision, n_vertices x 3, and the point in the file's coordinates around which they lie.
+    #[cfg(feature = "gltf")]
+    pub fn around_origin(&self) -> ([f64; 3], Vec<[f32; 3]>) {
+        let origin = match &self.positions {
+            Positions::Local(_, frame) if frame.double => frame.origin,
+            Positions::Local(..) => [0.0; 3],
+            Positions::Exact(positions) if positions.iter().flatten().all(|&x| f64::from(x as f32) == x) => [0.0; 3],
+            Positions::Exact(positions) => positions.first().copied().unwrap_or_default(),
+        };
+        let local = |vertex| {
+            let position = self.position(vertex);
+            std::array::from_fn(|axis| (position[axis] - origin[axis]) as f32)
+        };
+        (origin, (0..self.n_vertices()).map(local).collect())
+    }
+
     /// Appends the coordinates of a vertex, separated by blanks.
     pub fn push_position(&self, out: &mut Vec<u8>, vertex: usize) {
         let mut digits = zmij::Buffer::new();

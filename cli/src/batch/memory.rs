@@ -16,7 +16,7 @@ const FALLBACK: u64 = 4 << 30;
 pub fn estimate(input: &Input) -> u64 {
     let bytes = std::fs::metadata(&input.path).map_or(0, |found| found.len());
     let factor = match Format::from_path(&input.path) {
-        Some(Format::Ply | Format::Gltf) => 14,
+        Some(Format::Ply | Format::Gltf | Format::Glb) => 14,
         _ => 7,
     };
     // Compressed meshes become about five times as long.

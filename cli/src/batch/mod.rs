@@ -64,7 +64,9 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     check_threads(args.threads)?;
     options(args)?;
     match args.format.as_deref().map(format_of).transpose()? {
-        Some(Format::Gltf) => usage("glTF is read but not written: choose obj, ply, stl or off for --format"),
+        Some(Format::Gltf | Format::Glb) => {
+            usage("glTF is read but not written: choose obj, ply, stl or off for --format")
+        }
         format => Ok(format),
     }
 }

@@ -63,7 +63,7 @@ fn folded(place: &Path) -> String {
 /// The format of a result where none is asked for: that of its mesh, where it can be written.
 pub fn format_for(input: &Input) -> Format {
     match Format::from_path(&input.place) {
-        None | Some(Format::Gltf) => Format::Ply,
+        None | Some(Format::Gltf | Format::Glb) => Format::Ply,
         Some(format) => format,
     }
 }

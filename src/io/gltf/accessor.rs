@@ -1,4 +1,4 @@
-//! The arrays of a glTF asset: positions and indices, dense or sparse, every access checked.
+//! The arrays of a glTF asset: positions, indices and whatever else vertices carry, dense or sparse, every access checked.
 
 use super::schema::{Accessor, BufferView, Root};
 use super::{REMEDY, missing};
@@ -8,6 +8,8 @@ use crate::io::ReadError;
 pub(super) struct Data<'a> {
     pub root: &'a Root,
     pub buffers: &'a [std::borrow::Cow<'a, [u8]>],
+    /// Of each buffer view the bytes where they had to be decompressed.
+    pub decompressed: &'a [Option<Vec<u8>>],
 }
 
 impl<'a> Data<'a> {
@@ -27,65 +29,169 @@ impl<'a> Data<'a> {
         Ok(values.into_iter().map(|[value]| value as u32).collect())
     }
 
-    fn accessor(&self, index: usize) -> Result<&'a Accessor, ReadError> {
+    /// Numbers per element and all values of accessor `index`, count x width; refused where there are more than `limit`.
+    pub fn floats(&self, index: usize, limit: usize) -> Result<(usize, Vec<f32>), ReadError> {
+        let accessor = self.accessor(index)?;
+        let shape = Shape::of(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
+        let width = shape.width();
+        if accessor.count.saturating_mul(width) > limit {
+            return Err(unusable(index, accessor));
+        }
+        let mut values = vec![0.0; accessor.count * width];
+        let kind = Kind { component: accessor.component_type, normalized: accessor.normalized };
+        self.each_element(index, accessor, shape.size(kind.size()), &mut |element, bytes| {
+            for (at, value) in values[element * width..][..width].iter_mut().enumerate() {
+                *value = kind.decode(&bytes[shape.offset(at, kind.size())..]) as f32;
+            }
+        })?;
+        Ok((width, values))
+    }
+
+    /// Numbers per element of accessor `index`.
+    pub fn width(&self, index: usize) -> Result<usize, ReadError> {
+        let accessor = self.accessor(index)?;
+        Shape::of(&accessor.shape).map(Shape::width).ok_or_else(|| unusable(index, accessor))
+    }
+
+    /// The accessor `index`.
+    pub fn accessor(&self, index: usize) -> Result<&'a Accessor, ReadError> {
         self.root.accessors.get(index).ok_or_else(|| missing("accessor", index))
     }
 
-    /// All elements of an accessor, with its sparse ones put in.
+    /// All elements of an accessor of this shape.
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
         let kind = Kind { component: accessor.component_type, normalized: accessor.normalized };
-        if accessor.shape != shape || kind.size() == 0 || accessor.count > limit {
-            let Accessor { count, component_type, shape, .. } = accessor;
-            let what = format!("accessor {index} with {count} {shape} of type {component_type} cannot be used here");
-            return Err(ReadError::file(what, REMEDY));
+        if accessor.shape != shape || accessor.count > limit {
+            return Err(unusable(index, accessor));
         }
-        let mut elements = match accessor.buffer_view {
-            Some(view) => self.run(view, accessor.byte_offset, accessor.count, kind)?,
-            None => vec![[0.0; N]; accessor.count],
-        };
-        if let Some(sparse) = &accessor.sparse {
-            let index_kind = Kind { component: sparse.indices.component_type, normalized: false };
-            let places =
-                self.run::<1>(sparse.indices.buffer_view, sparse.indices.byte_offset, sparse.count, index_kind)?;
-            let values = self.run(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, kind)?;
-            for ([place], value) in places.into_iter().zip(values) {
-                let element = elements.get_mut(place as usize);
-                *element.ok_or_else(|| missing("element", place as usize))? = value;
-            }
-        }
+        let mut elements = vec![[0.0; N]; accessor.count];
+        self.each_element(index, accessor, N * kind.size(), &mut |element, bytes| {
+            elements[element] = std::array::from_fn(|i| kind.decode(&bytes[i * kind.size()..]));
+        })?;
         Ok(elements)
     }
 
-    /// `count` elements of N components from `offset` on in a buffer view.
-    fn run<const N: usize>(
+    /// Shows the number and the `size` bytes of each element, the dense ones first, then those that replace them;
+    /// elements that are not shown are zeros.
+    fn each_element(
         &self,
-        view: usize,
+        index: usize,
+        accessor: &Accessor,
+        size: usize,
+        show: &mut dyn FnMut(usize, &[u8]),
+    ) -> Result<(), ReadError> {
+        if size == 0 {
+            return Err(unusable(index, accessor));
+        }
+        if let Some(view) = accessor.buffer_view {
+            let run = self.run(view, accessor.byte_offset, accessor.count, size)?;
+            run.enumerate().for_each(|(element, bytes)| show(element, bytes));
+        }
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        let kind = Kind { component: sparse.indices.component_type, normalized: false };
+        let places = self.run(sparse.indices.buffer_view, sparse.indices.byte_offset, sparse.count, kind.size())?;
+        let values = self.run(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size)?;
+        for (place, value) in places.zip(values) {
+            let place = kind.decode(place) as usize;
+            if place >= accessor.count {
+                return Err(missing("element", place));
+            }
+            show(place, value);
+        }
+        Ok(())
+    }
+
+    /// `count` elements of `size` bytes from `offset` on in a buffer view.
+    fn run(
+        &self,
+        index: usize,
         offset: usize,
         count: usize,
-        kind: Kind,
-    ) -> Result<Vec<[f64; N]>, ReadError> {
-        let view_index = view;
-        let view = self.root.buffer_views.get(view).ok_or_else(|| missing("buffer view", view))?;
-        let size = N * kind.size();
+        size: usize,
+    ) -> Result<impl Iterator<Item = &'a [u8]>, ReadError> {
+        let view = self.root.buffer_views.get(index).ok_or_else(|| missing("buffer view", index))?;
         let stride = view.byte_stride.unwrap_or(size);
-        let too_short =
-            || ReadError::file(format!("buffer view {view_index} has no room for {count} elements"), REMEDY);
+        let too_short = || ReadError::file(format!("buffer view {index} has no room for {count} elements"), REMEDY);
         if size == 0 || stride < size {
             return Err(too_short());
         }
-        let bytes = self.bytes(view).and_then(|bytes| bytes.get(offset..)).ok_or_else(too_short)?;
+        let bytes = self.bytes(index).and_then(|bytes| bytes.get(offset..)).ok_or_else(too_short)?;
         // The last element need not fill its stride.
         if count > 0 && (count - 1).checked_mul(stride).is_none_or(|start| start.saturating_add(size) > bytes.len()) {
             return Err(too_short());
         }
-        let decode = |element: &[u8]| std::array::from_fn(|i| kind.decode(&element[i * kind.size()..]));
-        Ok(bytes.chunks(stride).take(count).map(decode).collect())
+        Ok(bytes.chunks(stride).take(count))
     }
 
-    fn bytes(&self, view: &BufferView) -> Option<&'a [u8]> {
+    /// The bytes of a buffer view, decompressed where they had to be.
+    pub fn bytes(&self, index: usize) -> Option<&'a [u8]> {
+        if let Some(Some(bytes)) = self.decompressed.get(index) {
+            return Some(bytes);
+        }
+        let view: &BufferView = self.root.buffer_views.get(index)?;
         self.buffers.get(view.buffer)?.get(view.byte_offset..)?.get(..view.byte_length)
     }
+}
+
+fn unusable(index: usize, accessor: &Accessor) -> ReadError {
+    let Accessor { count, component_type, shape, .. } = accessor;
+    let what = format!("accessor {index} with {count} {shape} of type {component_type} cannot be used here");
+    ReadError::file(what, REMEDY)
+}
+
+/// How many components an element has; those of matrices stand column by column.
+#[derive(Clone, Copy)]
+struct Shape {
+    rows: usize,
+    columns: usize,
+}
+
+impl Shape {
+    fn of(name: &str) -> Option<Self> {
+        let (rows, columns) = match name {
+            "SCALAR" => (1, 1),
+            "VEC2" => (2, 1),
+            "VEC3" => (3, 1),
+            "VEC4" => (4, 1),
+            "MAT2" => (2, 2),
+            "MAT3" => (3, 3),
+            "MAT4" => (4, 4),
+            _ => return None,
+        };
+        Some(Self { rows, columns })
+    }
+
+    /// Numbers per element.
+    fn width(self) -> usize {
+        self.rows * self.columns
+    }
+
+    /// Bytes from one column to the next: columns of matrices start at multiples of four.
+    fn column(self, component: usize) -> usize {
+        if self.columns == 1 { self.rows * component } else { (self.rows * component).next_multiple_of(4) }
+    }
+
+    /// Bytes of an element whose components have `component` bytes.
+    fn size(self, component: usize) -> usize {
+        self.columns * self.column(component)
+    }
+
+    /// Where the component `at` starts in an element.
+    fn offset(self, at: usize, component: usize) -> usize {
+        (at / self.rows) * self.column(component) + (at % self.rows) * component
+    }
+}
+
+/// Numbers per element of an accessor, 0 for what is unknown.
+pub(super) fn shape_width(shape: &str) -> usize {
+    Shape::of(shape).map_or(0, Shape::width)
+}
+
+/// Bytes of an element of an accessor, 0 for what is unknown.
+pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
+    let component = Kind { component: component_type, normalized: false }.size();
+    Shape::of(shape).map_or(0, |shape| shape.size(component))
 }
 
 /// How a component is stored.
@@ -122,5 +228,39 @@ impl Kind {
             _ => (f64::from(f32::from_bits(bits)), 1.0),
         };
         if self.normalized { (value / range).max(-1.0) } else { value }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_matrices_start_at_multiples_of_four() {
+        for (shape, component, size) in [
+            ("SCALAR", 5121, 1),
+            ("VEC3", 5123, 6),
+            ("VEC4", 5126, 16),
+            ("MAT2", 5121, 8),
+            ("MAT3", 5121, 12),
+            ("MAT3", 5123, 24),
+            ("MAT4", 5126, 64),
+            ("VEC5", 5126, 0),
+        ] {
+            assert_eq!(element_size(shape, component), size, "{shape} {component}");
+        }
+        let shape = Shape::of("MAT3").unwrap();
+        assert_eq!([0, 1, 2, 3, 8].map(|at| shape.offset(at, 1)), [0, 1, 2, 4, 10]);
+        assert_eq!([0, 3, 4].map(|at| shape.offset(at, 4)), [0, 12, 16]);
+    }
+
+    #[test]
+    fn integers_are_decoded_as_fractions_of_their_range() {
+        let decode = |component, normalized, bytes: &[u8]| Kind { component, normalized }.decode(bytes);
+        assert_eq!(decode(5121, true, &[255]), 1.0);
+        assert_eq!(decode(5120, true, &[0x80]), -1.0);
+        assert_eq!(decode(5122, true, &32767i16.to_le_bytes()), 1.0);
+        assert_eq!(decode(5122, false, &(-7i16).to_le_bytes()), -7.0);
+        assert_eq!(decode(5126, false, &0.5f32.to_le_bytes()), 0.5);
     }
 }

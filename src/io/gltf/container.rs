@@ -5,35 +5,67 @@ use std::borrow::Cow;
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use super::REMEDY;
+use super::accessor::Data;
 use super::schema::{Buffer, Root};
+use super::{REMEDY, compressed};
 use crate::io::ReadError;
+
+/// How often the vertices and faces made of an asset may repeat its bytes, and how many of them are always granted.
+const REPEATS: (usize, usize) = (16, 1 << 22);
 
 /// An asset whose bytes are all at hand.
 pub(super) struct Container<'a> {
     pub root: Root,
     pub buffers: Vec<Cow<'a, [u8]>>,
+    /// Of each buffer view its bytes where they came compressed.
+    pub decompressed: Vec<Option<Vec<u8>>>,
 }
 
 impl<'a> Container<'a> {
     /// Opens an asset; `fetch` gives the bytes of buffers that are files of their own.
     pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
-        let (json, embedded) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
-        let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
-        let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
-        let root: Root = serde_json::from_slice(&json[..end]).map_err(|error| {
+        let (json, embedded) = chunks(bytes)?;
+        let root: Root = serde_json::from_slice(json).map_err(|error| {
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not the JSON of glTF ({error})"), REMEDY)
         })?;
         let load = |buffer: &Buffer| match (&buffer.uri, embedded) {
+            _ if buffer.extensions.is_fallback() => Ok(Cow::Borrowed(&[][..])),
             (Some(uri), _) => load_uri(uri, fetch).map(Cow::Owned),
             (None, Some(embedded)) => Ok(Cow::Borrowed(embedded)),
             (None, None) => Err(ReadError::file("a buffer without bytes", REMEDY)),
         };
-        let buffers = root.buffers.iter().map(load).collect::<Result<_, _>>()?;
-        Ok(Self { root, buffers })
+        let buffers: Vec<Cow<[u8]>> = root.buffers.iter().map(load).collect::<Result<_, _>>()?;
+        let decompressed = compressed::decompress(&root, &buffers)?;
+        Ok(Self { root, buffers, decompressed })
     }
+
+    /// The same with bytes of its own.
+    pub fn into_owned(self) -> Container<'static> {
+        let buffers = self.buffers.into_iter().map(|bytes| Cow::Owned(bytes.into_owned())).collect();
+        Container { root: self.root, buffers, decompressed: self.decompressed }
+    }
+
+    /// What accessors read from.
+    pub fn data(&self) -> Data<'_> {
+        Data { root: &self.root, buffers: &self.buffers, decompressed: &self.decompressed }
+    }
+
+    /// How many vertices and faces may be made of an asset whose own file has `n_bytes`.
+    pub fn budget(&self, n_bytes: usize) -> usize {
+        let beside: usize = self.buffers.iter().map(|buffer| buffer.len()).sum();
+        let decompressed: usize = self.decompressed.iter().flatten().map(Vec::len).sum();
+        REPEATS.0 * (n_bytes + beside + decompressed) + REPEATS.1
+    }
+}
+
+/// The JSON and, of a GLB, the binary chunk.
+pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
+    let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    Ok((&json[..end], binary))
 }
 
 /// The JSON and the binary chunk of a GLB.
@@ -65,7 +97,7 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 /// The bytes of a `data:` URI in base64, or of a file.
-fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
+pub(super) fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
     let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
     let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     let engine = GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);

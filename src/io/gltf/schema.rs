@@ -15,6 +15,7 @@ pub(super) struct Root {
     pub nodes: Vec<Node>,
     pub scenes: Vec<Scene>,
     pub scene: Option<usize>,
+    pub images: Vec<Image>,
     pub extensions_required: Vec<String>,
 }
 
@@ -70,17 +71,83 @@ pub(super) struct BufferView {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
+    #[serde(default)]
+    pub extensions: ViewExtensions,
+}
+
+/// What a buffer view may be compressed by; the two names mean the same format.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Compressed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Compressed>,
+}
+
+impl ViewExtensions {
+    /// How the view is compressed, if it is.
+    pub fn compressed(&self) -> Option<&Compressed> {
+        self.khr.as_ref().or(self.ext.as_ref())
+    }
+}
+
+/// Where the compressed bytes of a view lie, and how they become `count` elements of `byte_stride` bytes.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Compressed {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: usize,
+    pub count: usize,
+    pub mode: String,
+    pub filter: Option<String>,
 }
 
 /// Bytes in a URI; without one, those of the GLB container.
 #[derive(Deserialize)]
 pub(super) struct Buffer {
     pub uri: Option<String>,
+    #[serde(default)]
+    pub extensions: BufferExtensions,
+}
+
+/// Whether a buffer only stands in for readers that cannot decompress.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Fallback,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Fallback,
+}
+
+impl BufferExtensions {
+    /// Whether the buffer need not have bytes.
+    pub fn is_fallback(&self) -> bool {
+        self.ext.fallback || self.khr.fallback
+    }
+}
+
+/// The mark of such a buffer.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Fallback {
+    fallback: bool,
+}
+
+/// A picture: a file, a `data:` URI, or a buffer view.
+#[derive(Deserialize)]
+pub(super) struct Image {
+    pub uri: Option<String>,
 }
 
 /// Primitives that nodes place.
 #[derive(Deserialize)]
 pub(super) struct Mesh {
+    pub name: Option<String>,
     pub primitives: Vec<Primitive>,
 }
 
@@ -91,6 +158,16 @@ pub(super) struct Primitive {
     pub indices: Option<usize>,
     #[serde(default = "triangle_list")]
     pub mode: u32,
+    /// Per morph target what it adds to which attribute.
+    #[serde(default)]
+    pub targets: Vec<BTreeMap<String, usize>>,
+}
+
+impl Primitive {
+    /// The accessor of the positions, where these are triangles.
+    pub fn triangle_positions(&self) -> Option<usize> {
+        self.attributes.get("POSITION").copied().filter(|_| (4..=6).contains(&self.mode))
+    }
 }
 
 /// A place in the tree of transforms; matrices are column-major, rotations quaternions x, y, z, w.
@@ -99,6 +176,7 @@ pub(super) struct Node {
     #[serde(default)]
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
+    pub skin: Option<usize>,
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,

@@ -1,0 +1,151 @@
+//! A glTF asset with everything in it: opened, its meshes taken out to be simplified.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::container::{self, Container, load_uri};
+use super::part::{self, Part};
+use super::placements::placements;
+use super::schema::Root;
+use super::{REMEDY, refuse};
+use crate::io::path::{fetch, name_inside};
+use crate::io::{Format, OutputFile, ReadError};
+
+/// Extensions without which there are no triangles to be had.
+const REFUSED: [&str; 1] = ["KHR_draco_mesh_compression"];
+
+/// A glTF or GLB file, opened with all that it refers to.
+pub struct Asset {
+    /// The document as it was read.
+    pub(super) document: Value,
+    /// Its geometry and all bytes.
+    pub(super) container: Container<'static>,
+    /// Whether all bytes were within one file of JSON.
+    pub(super) is_embedded: bool,
+    /// Images that are files of their own.
+    pub(super) images: Vec<OutputFile>,
+    /// The index of the mesh of each part.
+    pub(super) meshes: Vec<usize>,
+    parts: Vec<Part>,
+    notes: Vec<String>,
+}
+
+impl Asset {
+    /// Opens the glTF or GLB file at `path`. What it names is read from its own folder and below, from nowhere else.
+    ///
+    /// # Errors
+    /// [`ReadError`], without the path: the caller knows it.
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// assert_eq!(asset.parts()[0].mesh.faces.len(), 4);
+    /// ```
+    pub fn read_path(path: &Path) -> Result<Self, ReadError> {
+        let bytes = std::fs::read(path)
+            .map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
+        Self::from_bytes(&bytes, &|uri| fetch(path.parent().unwrap_or(Path::new("")), uri))
+    }
+
+    /// Opens the bytes of a glTF or GLB file; `fetch` gives those of a file that it names, by a URI that does not lead out
+    /// of its folder. Images that cannot be had are noted, buffers are needed.
+    ///
+    /// # Errors
+    /// [`ReadError`] says in one line what is wrong, where, and what to do.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, ReadError};
+    /// let text = br#"{"asset": {"version": "2.0"}, "images": [{"uri": "no.png"}]}"#;
+    /// let missing = ReadError { format: None, place: neural_mesh::io::Place::File, what: "no".into(), remedy: "".into() };
+    /// let asset = Asset::from_bytes(text, &|_| Err(missing.clone())).unwrap();
+    /// assert!(asset.parts().is_empty() && asset.notes()[0].contains("no.png"));
+    /// ```
+    pub fn from_bytes(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
+        let opened = Container::open(bytes, fetch).and_then(|container| Self::of(bytes, container.into_owned(), fetch));
+        opened.map_err(|error| ReadError { format: Some(Format::Gltf), ..error })
+    }
+
+    fn of(
+        bytes: &[u8],
+        container: Container<'static>,
+        fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+    ) -> Result<Self, ReadError> {
+        refuse(&container.root, &REFUSED)?;
+        let (json, _) = container::chunks(bytes)?;
+        let broken = |error| ReadError::file(format!("not the JSON of glTF ({error})"), REMEDY);
+        let document = serde_json::from_slice(json).map_err(broken)?;
+        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(has_its_bytes);
+        let mut notes = Vec::new();
+        let (meshes, parts) = parts(&container, bytes.len(), &mut notes)?;
+        let images = images(&container.root, fetch, &mut notes);
+        Ok(Self { document, container, is_embedded, images, meshes, parts, notes })
+    }
+
+    /// The meshes that have triangles, in the order of the file, each once.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What had to be mended or could not be had, in one line each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+}
+
+fn has_its_bytes(buffer: &super::schema::Buffer) -> bool {
+    buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
+}
+
+/// The meshes with triangles and their indices.
+fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Result<(Vec<usize>, Vec<Part>), ReadError> {
+    let (root, data) = (&container.root, container.data());
+    let scales = scales(root)?;
+    let (mut budget, mut mended) = (container.budget(n_bytes), part::Notes::default());
+    let (mut meshes, mut parts) = (Vec::new(), Vec::new());
+    for (index, mesh) in root.meshes.iter().enumerate() {
+        let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
+        if let Some(mesh) = part::read(&data, mesh, &mut budget, &mut mended)? {
+            meshes.push(index);
+            parts.push(Part { name, mesh, scale: scales[index] });
+        }
+    }
+    if mended.n_not_finite > 0 {
+        notes.push(format!("vertex attributes that are no numbers become 0 (values: {})", mended.n_not_finite));
+    }
+    Ok((meshes, parts))
+}
+
+/// The largest scale at which each mesh is placed, n_meshes.
+fn scales(root: &Root) -> Result<Vec<f64>, ReadError> {
+    let mut scales = vec![None; root.meshes.len()];
+    for placed in placements(root)? {
+        let scale = if placed.skinned { 1.0 } else { placed.transform.determinant().abs().cbrt() };
+        if let Some(largest) = scales.get_mut(placed.mesh) {
+            *largest = Some(scale.max(largest.unwrap_or(0.0)));
+        }
+    }
+    Ok(scales.into_iter().map(|scale| scale.filter(|scale| scale.is_finite() && *scale > 0.0).unwrap_or(1.0)).collect())
+}
+
+/// The images that are files of their own, each once; what cannot be had stays a reference.
+fn images(root: &Root, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>, notes: &mut Vec<String>) -> Vec<OutputFile> {
+    let mut images: Vec<OutputFile> = Vec::new();
+    for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
+        let Some(path) = name_inside(uri) else {
+            notes.push(format!(
+                "the image {uri:?} does not lie in the folder of the asset: the reference stays as it is"
+            ));
+            continue;
+        };
+        if images.iter().any(|image| image.path == Path::new(&path)) {
+            continue;
+        }
+        match load_uri(uri, fetch) {
+            Ok(bytes) => images.push(OutputFile { path: path.into(), bytes }),
+            Err(_) => notes.push(format!("the image {uri:?} is missing: the reference stays as it is")),
+        }
+    }
+    notes.dedup();
+    images
+}

@@ -1,0 +1,190 @@
+//! A mesh that came from no glTF file as an asset of one node: a primitive and a material for each group of faces.
+
+use serde_json::{Value, json};
+
+use super::draft::{Draft, Stored};
+use super::files::one_file;
+use super::lighter::LighterPart;
+use super::primitive::{PrimitiveWriter, Slots, Vertices};
+use super::repack::pack;
+use super::rewrite::faces_by_group;
+use crate::io::write::Content;
+use crate::io::{Format, WriteError};
+use crate::mesh::{Attributes, Channel, Role};
+
+/// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
+///
+/// The mesh stands at `origin`, in doubles, in a node of its own, so that it keeps its precision far out. Each group of
+/// faces becomes a primitive with a material called as `group_names` says. Channels go by their roles; texture
+/// coordinates are as glTF has them, with v downwards. The second result says in one line each what glTF cannot hold
+/// of a bare mesh: skins and morph targets.
+///
+/// # Errors
+/// [`WriteError`] where the part is no valid mesh or the format cannot hold it.
+///
+/// ```
+/// use neural_mesh::io::{Format, LighterPart, read, write_gltf};
+/// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let part = LighterPart { positions, faces: vec![[0, 1, 2]], ..LighterPart::default() };
+/// let (bytes, notes) = write_gltf(part, [5e6, 0.0, 0.0], &["skin".into()], Format::Glb).unwrap();
+/// assert_eq!(read(&bytes, None).unwrap().positions[1], [5e6 + 1.0, 0.0, 0.0]);
+/// assert!(notes.is_empty());
+/// ```
+pub fn write_gltf(
+    mut part: LighterPart,
+    origin: [f64; 3],
+    group_names: &[String],
+    format: Format,
+) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+    if !matches!(format, Format::Gltf | Format::Glb) {
+        return Err(WriteError { what: format!("{} is no glTF: choose gltf or glb", format.name()) });
+    }
+    if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
+        return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
+    }
+    let notes = rename_channels(&mut part);
+    let slots = slots(&part);
+    let mut draft = Draft { document: skeleton(origin), views: Vec::new() };
+    let mut primitives = Vec::new();
+    for (group, faces) in faces_by_group(&part) {
+        let vertices = Vertices::of(&part, &faces);
+        let mut writer = PrimitiveWriter { draft: &mut draft, part: &part, vertices: &vertices };
+        let mut primitive = json!({"attributes": writer.attributes(&slots), "indices": writer.indices()});
+        if !part.attributes.groups.is_empty() {
+            let name = group_names.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
+            primitive["material"] = draft.push("materials", json!({"name": name}));
+        }
+        primitives.push(primitive);
+    }
+    draft.push("meshes", json!({"primitives": primitives}));
+    let buffer = pack(&mut draft, usize::MAX)?;
+    Ok((one_file(draft.document, &buffer, format)?, notes))
+}
+
+/// A mesh of another format, whose texture coordinates run upwards, with its groups called by name.
+pub(in crate::io) fn write_attributed(
+    content: &Content,
+    attributes: &Attributes,
+    group_names: &[String],
+    format: Format,
+) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+    let (origin, positions) = content.around_origin();
+    let mut attributes = attributes.clone();
+    for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {
+        channel.values.iter_mut().skip(1).step_by(2).for_each(|v| *v = 1.0 - *v);
+    }
+    let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
+    write_gltf(part, origin, group_names, format)
+}
+
+/// Positions and faces alone.
+pub(in crate::io) fn write(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
+    let (origin, positions) = content.around_origin();
+    let part = LighterPart { positions, faces: content.faces.to_vec(), ..LighterPart::default() };
+    write_gltf(part, origin, &[], format).map(|(bytes, _)| bytes)
+}
+
+/// A document of one node with one mesh, which is still to come.
+fn skeleton(origin: [f64; 3]) -> Value {
+    let mut node = json!({"mesh": 0});
+    if origin != [0.0; 3] {
+        node["translation"] = origin.to_vec().into();
+    }
+    let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
+    json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [node]})
+}
+
+/// Names channels as glTF does, by their roles; drops those that it cannot hold and says so.
+fn rename_channels(part: &mut LighterPart) -> Vec<String> {
+    let (mut notes, mut counts) = (Vec::new(), [0; 2]);
+    let mut next = |which: usize| {
+        counts[which] += 1;
+        counts[which] - 1
+    };
+    let mut held: Vec<Channel> = Vec::new();
+    for channel in std::mem::take(&mut part.attributes.channels) {
+        let name = match (channel.role, channel.width) {
+            (Role::Normal, 3) => "NORMAL".into(),
+            (Role::Tangent, 4) => "TANGENT".into(),
+            (Role::Uv, 2) => format!("TEXCOORD_{}", next(0)),
+            (Role::Colour, 3 | 4) => format!("COLOR_{}", next(1)),
+            (Role::Skin | Role::MorphPosition | Role::MorphDirection, _) | (_, 0 | 5..) => {
+                notes.push(format!("glTF does not hold {} of a mesh without a scene: it is left out", channel.name));
+                continue;
+            }
+            _ => custom_name(&channel.name),
+        };
+        if held.iter().any(|other| other.name == name) {
+            notes.push(format!("glTF holds {name} only once: a second one is left out"));
+        } else {
+            held.push(Channel { name, ..channel });
+        }
+    }
+    part.attributes.channels = held;
+    notes
+}
+
+/// The name of an attribute that the specification does not know.
+fn custom_name(name: &str) -> String {
+    let letter = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_uppercase() } else { '_' };
+    let name: String = name.chars().map(letter).collect();
+    format!("_{}", name.trim_start_matches('_'))
+}
+
+fn slots(part: &LighterPart) -> Slots {
+    let shape = |width: usize| Stored::floats(["SCALAR", "VEC2", "VEC3", "VEC4"][(width - 1).min(3)]);
+    let own = part.attributes.channels.iter().map(|channel| (channel.name.clone(), shape(channel.width)));
+    std::iter::once(("POSITION".into(), shape(3))).chain(own).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::Asset;
+    use crate::mesh::{Attributes, Frame, TriMesh};
+
+    fn channel(name: &str, role: Role, width: usize) -> Channel {
+        let values = (0..6 * width).map(|at| at as f32 / 64.0).collect();
+        Channel { name: name.into(), role, width, values }
+    }
+
+    #[test]
+    fn what_corners_carry_comes_back() {
+        let channels = vec![
+            channel("vt", Role::Uv, 2),
+            channel("confidence of it", Role::Other, 1),
+            channel("rgb", Role::Colour, 3),
+            channel("bones", Role::Skin, 8),
+        ];
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+        let attributes = Attributes { wedges: vec![[0, 1, 2], [3, 4, 5]], channels, groups: vec![2, 0] };
+        let part = LighterPart { positions, faces: vec![[0, 1, 2], [2, 1, 3]], attributes };
+        for format in [Format::Glb, Format::Gltf] {
+            let (bytes, notes) = write_gltf(part.clone(), [0.0; 3], &["paper".into()], format).unwrap();
+            assert_eq!(notes.len(), 1);
+            assert_eq!(Format::from_content(&bytes), Some(format));
+            let no_files = |_: &str| Err(crate::io::ReadError::file("none", ""));
+            let asset = Asset::from_bytes(&bytes, &no_files).unwrap();
+            let read = &asset.parts()[0].mesh.attributes;
+            let names: Vec<&str> = read.channels.iter().map(|channel| channel.name.as_str()).collect();
+            assert_eq!(names, ["COLOR_0", "TEXCOORD_0", "_CONFIDENCE_OF_IT"]);
+            assert_eq!(read.channels[1].of(read.wedges[1][2]), [4.0 / 64.0, 5.0 / 64.0]);
+            assert_eq!(asset.document["materials"][0]["name"], "paper");
+            assert_eq!(asset.document["materials"][1]["name"], "group 2");
+        }
+    }
+
+    #[test]
+    fn far_out_it_keeps_its_precision() {
+        let mesh = TriMesh::new(vec![[0.0; 3], [0.001, 0.0, 0.0], [0.0, 0.5, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let frame = Frame { origin: [5e6, -4e6, 0.0], double: true };
+        for format in [Format::Glb, Format::Gltf] {
+            let read = crate::io::read(&crate::io::write(&mesh, &frame, format).unwrap(), None).unwrap();
+            assert_eq!(read.positions[1], frame.to_file([0.001, 0.0, 0.0]));
+            assert!(read.double);
+        }
+        let exact = vec![[5e6, 0.0, 0.0], [5e6 + 0.25, 0.0, 0.0], [5e6, 0.1, 0.0]];
+        let bytes = crate::io::write_exact(&mesh, exact, Format::Glb).unwrap();
+        assert_eq!(crate::io::read(&bytes, None).unwrap().positions[1], [5e6 + 0.25, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,178 @@
+//! Buffer views compressed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, by the library's own decoders.
+
+use std::borrow::Cow;
+
+use meshopt::{
+    decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer,
+    decode_index_sequence, decode_vertex_buffer,
+};
+
+use super::REMEDY;
+use super::schema::{Compressed, Root};
+use crate::io::ReadError;
+
+/// How often decompressed bytes may repeat the compressed ones, and how many are always granted.
+const GROWTH: (usize, usize) = (64, 1 << 26);
+
+/// Of each buffer view its bytes, where it is compressed.
+pub(super) fn decompress(root: &Root, buffers: &[Cow<[u8]>]) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
+    let n_bytes: usize = buffers.iter().map(|buffer| buffer.len()).sum();
+    let mut budget = GROWTH.0.saturating_mul(n_bytes) + GROWTH.1;
+    let mut decode = |(index, view): (usize, &super::schema::BufferView)| {
+        let Some(view) = view.extensions.compressed() else { return Ok(None) };
+        let broken = || ReadError::file(format!("buffer view {index} cannot be decompressed"), REMEDY);
+        let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= budget).ok_or_else(broken)?;
+        budget -= size;
+        let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
+        bytes.and_then(|bytes| decoded(view, bytes)).map(Some).ok_or_else(broken)
+    };
+    root.buffer_views.iter().enumerate().map(&mut decode).collect()
+}
+
+/// The elements of a view, count x byte_stride; `None` where the description or the bytes are broken.
+fn decoded(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
+    let Compressed { count, byte_stride, .. } = *view;
+    match (view.mode.as_str(), byte_stride) {
+        ("ATTRIBUTES", stride) if stride % 4 == 0 && stride > 0 => {
+            let decoded = by_stride(bytes, count, stride)?;
+            filtered(decoded, stride, view.filter.as_deref().unwrap_or("NONE"))
+        }
+        ("TRIANGLES", 2) if count % 3 == 0 => {
+            Some(bytes_of(decode_index_buffer::<u16>(bytes, count).ok()?, u16::to_le_bytes))
+        }
+        ("TRIANGLES", 4) if count % 3 == 0 => {
+            Some(bytes_of(decode_index_buffer::<u32>(bytes, count).ok()?, u32::to_le_bytes))
+        }
+        ("INDICES", 2) => Some(bytes_of(decode_index_sequence::<u16>(bytes, count).ok()?, u16::to_le_bytes)),
+        ("INDICES", 4) => Some(bytes_of(decode_index_sequence::<u32>(bytes, count).ok()?, u32::to_le_bytes)),
+        _ => None,
+    }
+}
+
+/// A vertex of N words, which the binding wants as a type.
+#[derive(Clone)]
+struct Vertex<const N: usize>([u32; N]);
+
+impl<const N: usize> Default for Vertex<N> {
+    fn default() -> Self {
+        Self([0; N])
+    }
+}
+
+/// The vertices of a stream of `stride` bytes each, which is a multiple of four up to 256.
+fn by_stride(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
+    macro_rules! of_words {
+        ($($n:literal)*) => {
+            match stride / 4 {
+                $($n => vertices::<$n>(bytes, count),)*
+                _ => None,
+            }
+        };
+    }
+    of_words!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32
+        33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64)
+}
+
+fn vertices<const N: usize>(bytes: &[u8], count: usize) -> Option<Vec<u8>> {
+    let vertices: Vec<Vertex<N>> = decode_vertex_buffer(bytes, count).ok()?;
+    Some(vertices.into_iter().flat_map(|vertex| vertex.0).flat_map(u32::to_ne_bytes).collect())
+}
+
+/// Undoes what was done to vertices so that they compress well.
+fn filtered(bytes: Vec<u8>, stride: usize, filter: &str) -> Option<Vec<u8>> {
+    match (filter, stride) {
+        ("NONE", _) => Some(bytes),
+        ("OCTAHEDRAL", 4) => Some(in_place(bytes, i8::from_le_bytes, i8::to_le_bytes, decode_filter_oct)),
+        ("OCTAHEDRAL", 8) => Some(in_place(bytes, i16::from_le_bytes, i16::to_le_bytes, decode_filter_oct)),
+        ("QUATERNION", 8) => Some(in_place(bytes, i16::from_le_bytes, i16::to_le_bytes, decode_filter_quat)),
+        ("EXPONENTIAL", _) => Some(in_place(bytes, u32::from_le_bytes, u32::to_le_bytes, decode_filter_exp::<1>)),
+        ("COLOR", 4) => Some(in_place(bytes, u8::from_le_bytes, u8::to_le_bytes, decode_filter_color)),
+        ("COLOR", 8) => Some(in_place(bytes, u16::from_le_bytes, u16::to_le_bytes, decode_filter_color)),
+        _ => None,
+    }
+}
+
+/// Applies a filter to elements of N numbers of W bytes.
+fn in_place<C, const W: usize, const N: usize>(
+    bytes: Vec<u8>,
+    from: fn([u8; W]) -> C,
+    to: fn(C) -> [u8; W],
+    filter: fn(&mut [[C; N]]),
+) -> Vec<u8> {
+    let mut numbers: Vec<C> = bytes.as_chunks::<W>().0.iter().map(|&bytes| from(bytes)).collect();
+    filter(numbers.as_chunks_mut::<N>().0);
+    bytes_of(numbers, to)
+}
+
+fn bytes_of<C, const W: usize>(numbers: Vec<C>, to: fn(C) -> [u8; W]) -> Vec<u8> {
+    numbers.into_iter().flat_map(to).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use meshopt::{encode_filter_oct, encode_index_buffer, encode_index_sequence, encode_vertex_buffer};
+
+    use super::*;
+
+    fn view(mode: &str, count: usize, byte_stride: usize, filter: Option<&str>) -> Compressed {
+        let filter = filter.map(String::from);
+        Compressed { buffer: 0, byte_offset: 0, byte_length: 0, byte_stride, count, mode: mode.into(), filter }
+    }
+
+    #[test]
+    fn vertices_of_every_width_come_back() {
+        for (stride, bytes) in [
+            (4, encode_vertex_buffer(&[[1u8, 2, 3, 4], [5, 6, 7, 8]]).unwrap()),
+            (8, encode_vertex_buffer(&[[1u8, 2, 3, 4, 5, 6, 7, 8]]).unwrap()),
+        ] {
+            let decoded = decoded(&view("ATTRIBUTES", 8 / stride, stride, None), &bytes).unwrap();
+            assert_eq!(decoded, [1, 2, 3, 4, 5, 6, 7, 8]);
+        }
+        let wide = [[7u32; 64]];
+        let bytes = encode_vertex_buffer(&wide).unwrap();
+        assert_eq!(decoded(&view("ATTRIBUTES", 1, 256, None), &bytes).unwrap(), 7u32.to_le_bytes().repeat(64));
+    }
+
+    #[test]
+    fn indices_come_back() {
+        let indices = [0u32, 1, 2, 2, 1, 3];
+        let triangles = encode_index_buffer(&indices, 4).unwrap();
+        let sequence = encode_index_sequence(&indices, 4).unwrap();
+        for (mode, bytes) in [("TRIANGLES", &triangles), ("INDICES", &sequence)] {
+            let short = decoded(&view(mode, 6, 2, None), bytes).unwrap();
+            assert_eq!(short, indices.map(|i| (i as u16).to_le_bytes()).concat());
+            let long = decoded(&view(mode, 6, 4, None), bytes).unwrap();
+            assert_eq!(long, indices.map(u32::to_le_bytes).concat());
+        }
+    }
+
+    #[test]
+    fn filters_are_undone() {
+        let encoded: Vec<[i8; 4]> = encode_filter_oct(&[[0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, 0.0]], 8);
+        let bytes = encode_vertex_buffer(&encoded).unwrap();
+        let found = decoded(&view("ATTRIBUTES", 2, 4, Some("OCTAHEDRAL")), &bytes).unwrap();
+        assert_eq!(found, [0, 0, 0x81, 0, 127, 0, 0, 0]);
+        let halves = encode_vertex_buffer(&[(0xffu32 << 24) | 3, 5]).unwrap();
+        let found = decoded(&view("ATTRIBUTES", 2, 4, Some("EXPONENTIAL")), &halves).unwrap();
+        assert_eq!(found, [1.5f32.to_le_bytes(), 5f32.to_le_bytes()].concat());
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let bytes = encode_vertex_buffer(&[1u32, 2, 3]).unwrap();
+        for (mode, count, stride, filter) in [
+            ("ATTRIBUTES", 3, 6, None),
+            ("ATTRIBUTES", 3, 0, None),
+            ("ATTRIBUTES", 3, 260, None),
+            ("ATTRIBUTES", 3, 4, Some("QUATERNION")),
+            ("ATTRIBUTES", 3, 4, Some("UNKNOWN")),
+            ("ATTRIBUTES", 30_000, 4, None),
+            ("TRIANGLES", 4, 4, None),
+            ("TRIANGLES", 3, 1, None),
+            ("INDICES", 3, 4, None),
+            ("SOMETHING", 3, 4, None),
+        ] {
+            assert_eq!(decoded(&view(mode, count, stride, filter), &bytes), None, "{mode} {count} {stride} {filter:?}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! A document on its way out: the JSON, and the bytes of each of its buffer views.
+
+use std::borrow::Cow;
+
+use serde_json::{Value, json};
+
+use super::accessor::element_size;
+
+/// A document whose buffer views have their bytes beside them instead of in buffers.
+pub(super) struct Draft<'a> {
+    pub document: Value,
+    /// The bytes of each buffer view; none where the file describes bytes that are not there.
+    pub views: Vec<Option<Cow<'a, [u8]>>>,
+}
+
+/// How numbers are stored.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Stored {
+    /// 5120 to 5126, the numbers of OpenGL.
+    pub component: u32,
+    /// Whether integers stand for fractions of their range.
+    pub normalized: bool,
+    /// `SCALAR`, `VEC3`, ...
+    pub shape: String,
+}
+
+impl Stored {
+    /// Single precision in rows of this shape.
+    pub fn floats(shape: &str) -> Self {
+        Self { component: FLOAT, normalized: false, shape: shape.into() }
+    }
+}
+
+pub(super) const UNSIGNED_BYTE: u32 = 5121;
+pub(super) const UNSIGNED_SHORT: u32 = 5123;
+pub(super) const UNSIGNED_INT: u32 = 5125;
+pub(super) const FLOAT: u32 = 5126;
+
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+
+impl Draft<'_> {
+    /// Appends values of vertices, n x width, and gives their accessor. `bounded` ones say their range.
+    pub fn push_values(&mut self, values: &[f32], width: usize, stored: &Stored, bounded: bool) -> Value {
+        let size = element_size(&stored.shape, stored.component);
+        let stride = size.next_multiple_of(4);
+        let mut bytes = Vec::with_capacity(values.len() / width.max(1) * stride);
+        for row in values.chunks_exact(width) {
+            row.iter().for_each(|&value| push(&mut bytes, value, stored));
+            bytes.resize(bytes.len().next_multiple_of(4), 0);
+        }
+        let count = values.len() / width;
+        let mut view = json!({"buffer": 0, "byteLength": bytes.len(), "target": VERTICES});
+        if stride != size {
+            view["byteStride"] = stride.into();
+        }
+        let view = self.push_view(view, bytes);
+        let mut accessor =
+            json!({"bufferView": view, "componentType": stored.component, "count": count, "type": stored.shape});
+        if stored.normalized {
+            accessor["normalized"] = true.into();
+        }
+        if bounded {
+            let [low, high] = bounds(values, width);
+            (accessor["min"], accessor["max"]) = (low, high);
+        }
+        self.push("accessors", accessor)
+    }
+
+    /// Appends vertex indices and gives their accessor. The largest index of 16 bits means something else to drawing
+    /// interfaces and is not used.
+    pub fn push_indices(&mut self, faces: &[[u32; 3]], n_vertices: usize) -> Value {
+        let short = n_vertices <= usize::from(u16::MAX);
+        let indices = faces.as_flattened();
+        let bytes: Vec<u8> = match short {
+            true => indices.iter().flat_map(|&index| (index as u16).to_le_bytes()).collect(),
+            false => indices.iter().flat_map(|&index| index.to_le_bytes()).collect(),
+        };
+        let view = self.push_view(json!({"buffer": 0, "byteLength": bytes.len(), "target": INDICES}), bytes);
+        let component = if short { UNSIGNED_SHORT } else { UNSIGNED_INT };
+        let accessor =
+            json!({"bufferView": view, "componentType": component, "count": indices.len(), "type": "SCALAR"});
+        self.push("accessors", accessor)
+    }
+
+    fn push_view(&mut self, view: Value, bytes: Vec<u8>) -> Value {
+        self.views.push(Some(Cow::Owned(bytes)));
+        self.push("bufferViews", view)
+    }
+
+    /// Appends to an array of the document, which is made where it is missing, and gives the index.
+    pub fn push(&mut self, array: &str, value: Value) -> Value {
+        let Value::Object(document) = &mut self.document else { return Value::Null };
+        let held = document.entry(array).or_insert_with(|| Value::Array(Vec::new()));
+        let Value::Array(held) = held else { return Value::Null };
+        held.push(value);
+        (held.len() - 1).into()
+    }
+}
+
+/// The smallest and largest value of each column.
+fn bounds(values: &[f32], width: usize) -> [Value; 2] {
+    let column = |fold: fn(f32, f32) -> f32, from: f32| {
+        let extreme = |at: usize| values.iter().skip(at).step_by(width).copied().fold(from, fold);
+        Value::Array((0..width).map(|at| f64::from(extreme(at)).into()).collect())
+    };
+    [column(f32::min, f32::INFINITY), column(f32::max, f32::NEG_INFINITY)]
+}
+
+/// Appends a number as it is stored.
+fn push(bytes: &mut Vec<u8>, value: f32, stored: &Stored) {
+    let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
+    // Casts of floats stop at the ends of the range.
+    match stored.component {
+        5120 => bytes.extend((whole(127.0).max(-127.0) as i8).to_le_bytes()),
+        5121 => bytes.push(whole(255.0) as u8),
+        5122 => bytes.extend((whole(32767.0).max(-32767.0) as i16).to_le_bytes()),
+        5123 => bytes.extend((whole(65535.0) as u16).to_le_bytes()),
+        5125 => bytes.extend((whole(f64::from(u32::MAX)) as u32).to_le_bytes()),
+        _ => bytes.extend(value.to_le_bytes()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn empty() -> Draft<'static> {
+        Draft { document: json!({}), views: Vec::new() }
+    }
+
+    #[test]
+    fn rows_of_small_numbers_are_padded() {
+        let stored = Stored { component: UNSIGNED_BYTE, normalized: true, shape: "VEC3".into() };
+        let mut draft = empty();
+        assert_eq!(draft.push_values(&[0.0, 0.5, 1.0, 2.0, -1.0, 0.2], 3, &stored, false), 0);
+        assert_eq!(draft.views[0].as_deref(), Some(&[0, 128, 255, 0, 255, 0, 51, 0][..]));
+        assert_eq!(draft.document["bufferViews"][0]["byteStride"], 4);
+        assert_eq!(draft.document["accessors"][0]["normalized"], true);
+    }
+
+    #[test]
+    fn ranges_are_exact() {
+        let mut draft = empty();
+        draft.push_values(&[0.1, 5.0, -2.0, 7.5], 2, &Stored::floats("VEC2"), true);
+        let accessor = &draft.document["accessors"][0];
+        assert_eq!((&accessor["min"], &accessor["max"]), (&json!([-2.0, 5.0]), &json!([f64::from(0.1f32), 7.5])));
+    }
+
+    #[test]
+    fn the_largest_short_index_is_never_used() {
+        for (n_vertices, component) in [(65_535, UNSIGNED_SHORT), (65_536, UNSIGNED_INT)] {
+            let mut draft = empty();
+            draft.push_indices(&[[0, 1, n_vertices as u32 - 1]], n_vertices);
+            assert_eq!(draft.document["accessors"][0]["componentType"], component);
+        }
+    }
+}

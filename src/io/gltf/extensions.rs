@@ -1,0 +1,195 @@
+//! What is known of extensions: which describe geometry that has changed, and which might name indices that must not.
+
+use serde_json::Value;
+
+use super::references::{index, visit};
+
+/// Extensions of a primitive or mesh that describe the faces it had.
+const OF_FACES: [&str; 5] = [
+    "CESIUM_primitive_outline",
+    "EXT_mesh_manifold",
+    "EXT_mesh_primitive_edge_visibility",
+    "FB_ngon_encoding",
+    "KHR_draco_mesh_compression",
+];
+
+/// Extensions by which bytes were compressed that are not any more.
+const COMPRESSION: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// Beginnings of the names of extensions that name no accessor, buffer view or buffer, or only those that
+/// [`references`](super::references) knows.
+const HARMLESS: [&str; 37] = [
+    "ADOBE_materials_",
+    "AGI_",
+    "CESIUM_primitive_outline",
+    "EXT_lights_image_based",
+    "EXT_materials_",
+    "EXT_mesh_features",
+    "EXT_mesh_gpu_instancing",
+    "EXT_mesh_manifold",
+    "EXT_meshopt_compression",
+    "EXT_structural_metadata",
+    "EXT_texture_",
+    "FB_geometry_metadata",
+    "FB_ngon_encoding",
+    "GOOGLE_texture_basis",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
+    "KHR_implicit_shapes",
+    "KHR_interactivity",
+    "KHR_lights_punctual",
+    "KHR_materials_",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_",
+    "KHR_physics_rigid_bodies",
+    "KHR_texture_",
+    "KHR_xmp",
+    "MOZ_",
+    "MSFT_collision_primitives",
+    "MSFT_lod",
+    "MSFT_packing_",
+    "MSFT_physics_rigid_bodies",
+    "MSFT_texture_dds",
+    "OMI_",
+    "VRMC_",
+    "VRM",
+    "WEB3D_quantized_attributes",
+    "EXT_primitive_voxels",
+];
+
+/// Takes away what an extension says of the faces that a primitive or mesh had.
+pub(super) fn forget_faces(object: &mut Value) {
+    forget(object, &OF_FACES);
+}
+
+/// Takes away what says how the bytes of buffers and buffer views were compressed.
+pub(super) fn forget_compression(document: &mut Value) {
+    visit(document, &["bufferViews/*", "buffers/*"], &mut |value| forget(value, &COMPRESSION));
+}
+
+fn forget(object: &mut Value, names: &[&str]) {
+    let Some(Value::Object(extensions)) = object.get_mut("extensions") else { return };
+    names.iter().for_each(|name| drop(extensions.shift_remove(*name)));
+    if extensions.is_empty() {
+        object.as_object_mut().map(|object| object.shift_remove("extensions"));
+    }
+}
+
+/// Whether an extension that is not known holds a number that might be the index of an accessor or buffer view.
+pub(super) fn may_name_indices(value: &Value) -> bool {
+    let is_strange =
+        |(name, held): (&String, &Value)| !HARMLESS.iter().any(|known| name.starts_with(known)) && holds_index(held);
+    match value {
+        Value::Array(values) => values.iter().any(may_name_indices),
+        Value::Object(members) => members.iter().any(|(name, held)| match (name.as_str(), held) {
+            ("extras", _) => false,
+            ("extensions", Value::Object(extensions)) => {
+                extensions.iter().any(is_strange) || extensions.values().any(may_name_indices)
+            }
+            _ => may_name_indices(held),
+        }),
+        _ => false,
+    }
+}
+
+fn holds_index(value: &Value) -> bool {
+    match value {
+        Value::Array(values) => values.iter().any(holds_index),
+        Value::Object(members) => members.values().any(holds_index),
+        value => index(value).is_some(),
+    }
+}
+
+/// Takes the names of extensions that are not needed any more from the lists of the document.
+pub(super) fn drop_unused_names(document: &mut Value) {
+    let quantized = is_quantized(document);
+    let unused: Vec<&str> = OF_FACES
+        .into_iter()
+        .chain(COMPRESSION)
+        .filter(|name| !is_used(document, name))
+        .chain((!quantized).then_some("KHR_mesh_quantization"))
+        .collect();
+    for list in ["extensionsUsed", "extensionsRequired"] {
+        let Some(Value::Array(names)) = document.get_mut(list) else { continue };
+        names.retain(|name| !name.as_str().is_some_and(|name| unused.contains(&name)));
+        if names.is_empty() {
+            document.as_object_mut().map(|document| document.shift_remove(list));
+        }
+    }
+}
+
+/// Whether some object has this extension.
+fn is_used(value: &Value, name: &str) -> bool {
+    match value {
+        Value::Array(values) => values.iter().any(|value| is_used(value, name)),
+        Value::Object(members) => {
+            members.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
+                || members.values().any(|value| is_used(value, name))
+        }
+        _ => false,
+    }
+}
+
+/// Whether attributes are left in types that only `KHR_mesh_quantization` allows.
+fn is_quantized(document: &mut Value) -> bool {
+    let of_accessors = |accessor: &Value| (accessor["componentType"].as_u64(), accessor["normalized"] == true);
+    let kinds: Vec<(Option<u64>, bool)> =
+        document.get("accessors").and_then(Value::as_array).into_iter().flatten().map(of_accessors).collect();
+    let mut found = false;
+    let paths = ["meshes/*/primitives/*/attributes", "meshes/*/primitives/*/targets/*"];
+    visit(document, &paths, &mut |attributes| {
+        for (name, accessor) in attributes.as_object().into_iter().flatten() {
+            let kind = index(accessor).and_then(|accessor| kinds.get(accessor)).copied();
+            let (component, normalized) = kind.unwrap_or((Some(5126), false));
+            found |= match name.as_str() {
+                "POSITION" | "NORMAL" | "TANGENT" => component != Some(5126),
+                _ if name.starts_with("TEXCOORD_") => {
+                    component != Some(5126) && !(normalized && matches!(component, Some(5121 | 5123)))
+                }
+                _ => false,
+            };
+        }
+    });
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn only_strange_extensions_with_indices_are_feared() {
+        for (document, expected) in [
+            (json!({"nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}]}), false),
+            (json!({"nodes": [{"extensions": {"ACME_thing": {"light": 0}}}]}), true),
+            (json!({"nodes": [{"extensions": {"ACME_thing": {"colour": [0.5, -1], "on": true}}}]}), false),
+            (json!({"materials": [{"extensions": {"KHR_materials_x": {"extensions": {"ACME_y": [[3]]}}}}]}), true),
+            (json!({"extras": {"extensions": {"ACME_thing": {"accessor": 0}}}}), false),
+        ] {
+            assert_eq!(may_name_indices(&document), expected, "{document}");
+        }
+    }
+
+    #[test]
+    fn names_go_with_what_they_stand_for() {
+        let mut document = json!({
+            "extensionsUsed": ["KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_lights_punctual"],
+            "extensionsRequired": ["KHR_mesh_quantization", "EXT_meshopt_compression"],
+            "accessors": [{"componentType": 5126}, {"componentType": 5123, "normalized": true}],
+            "bufferViews": [{"extensions": {"EXT_meshopt_compression": {"buffer": 0}, "OTHER": {}}}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}}]}],
+        });
+        let mut quantized = document.clone();
+        quantized["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 1.into();
+        forget_compression(&mut document);
+        drop_unused_names(&mut document);
+        assert_eq!(document["extensionsUsed"], json!(["KHR_lights_punctual"]));
+        assert_eq!(document.get("extensionsRequired"), None);
+        assert_eq!(document["bufferViews"], json!([{"extensions": {"OTHER": {}}}]));
+        drop_unused_names(&mut quantized);
+        assert_eq!(quantized["extensionsRequired"], json!(["KHR_mesh_quantization", "EXT_meshopt_compression"]));
+    }
+}

@@ -1,0 +1,133 @@
+//! A document and its buffer as the files of an asset: GLB, or JSON with the buffer beside or inside.
+
+use std::path::Path;
+
+use base64::Engine;
+use serde_json::Value;
+
+use crate::io::{Format, OutputFile, WriteError};
+
+/// Where the buffer goes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Layout {
+    /// Into the one file of a GLB.
+    Glb,
+    /// Into the JSON, as a `data:` URI.
+    Embedded,
+    /// Into a file beside the JSON.
+    Beside,
+}
+
+/// The files of an asset whose own file is called `name`: that first, then what it refers to.
+pub(super) fn files(
+    mut document: Value,
+    buffer: Vec<u8>,
+    layout: Layout,
+    name: &str,
+    images: &[OutputFile],
+) -> Result<Vec<OutputFile>, WriteError> {
+    let path = Path::new(name);
+    if path.file_name().is_none_or(|only| only != path.as_os_str()) {
+        return Err(WriteError { what: format!("{name:?} is no file name: give one without folders") });
+    }
+    let mut beside = Vec::new();
+    if layout == Layout::Beside && !buffer.is_empty() {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = free_name(&stem, images);
+        document["buffers"][0]["uri"] = percent_encoded(&name).into();
+        beside.push(OutputFile { path: name.into(), bytes: buffer.clone() });
+    }
+    let bytes = match layout {
+        Layout::Glb => glb(&document, &buffer)?,
+        Layout::Embedded => with_buffer(document, &buffer)?,
+        Layout::Beside => text(&document)?,
+    };
+    Ok(std::iter::once(OutputFile { path: path.into(), bytes }).chain(beside).chain(images.iter().cloned()).collect())
+}
+
+/// One file: GLB, or JSON with the buffer inside.
+pub(super) fn one_file(document: Value, buffer: &[u8], format: Format) -> Result<Vec<u8>, WriteError> {
+    if format == Format::Glb { glb(&document, buffer) } else { with_buffer(document, buffer) }
+}
+
+/// A name for the buffer that none of the images has, in whatever case.
+fn free_name(stem: &str, images: &[OutputFile]) -> String {
+    let is_taken =
+        |name: &str| images.iter().any(|image| image.path.to_str().is_some_and(|path| path.eq_ignore_ascii_case(name)));
+    let mut name = format!("{stem}.bin");
+    while is_taken(&name) {
+        name.insert(0, '_');
+    }
+    name
+}
+
+/// A file name as a URI.
+fn percent_encoded(name: &str) -> String {
+    let mut uri = String::new();
+    for byte in name.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => uri.push(char::from(byte)),
+            _ => uri.push_str(&format!("%{byte:02X}")),
+        }
+    }
+    uri
+}
+
+fn with_buffer(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
+    if !buffer.is_empty() {
+        let data = base64::engine::general_purpose::STANDARD.encode(buffer);
+        document["buffers"][0]["uri"] = format!("data:application/octet-stream;base64,{data}").into();
+    }
+    text(&document)
+}
+
+fn text(document: &Value) -> Result<Vec<u8>, WriteError> {
+    serde_json::to_vec(document).map_err(|error| WriteError { what: format!("the JSON cannot be written: {error}") })
+}
+
+/// A GLB: a header of 12 bytes, then chunks that begin at multiples of four.
+fn glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
+    let json = text(document)?;
+    let too_large = || WriteError { what: "more than 4 GiB are too many for GLB: write .gltf".into() };
+    let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+    let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];
+    for (kind, chunk, padding) in chunks.into_iter().filter(|(_, chunk, _)| !chunk.is_empty()) {
+        let length = chunk.len().next_multiple_of(4);
+        bytes.extend(u32::try_from(length).map_err(|_| too_large())?.to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(chunk);
+        bytes.resize(bytes.len().next_multiple_of(4), padding);
+    }
+    let length = u32::try_from(bytes.len()).map_err(|_| too_large())?;
+    bytes[8..12].copy_from_slice(&length.to_le_bytes());
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn chunks_begin_at_multiples_of_four() {
+        let bytes = glb(&json!({"a": 1}), &[1, 2, 3, 4, 5]).unwrap();
+        assert_eq!(bytes.len() % 4, 0);
+        assert_eq!(&bytes[..12], [&b"glTF\x02\0\0\0"[..], &(bytes.len() as u32).to_le_bytes()].concat());
+        assert_eq!(&bytes[20..28], b"{\"a\":1} ");
+        assert_eq!(&bytes[28..], b"\x08\0\0\0BIN\0\x01\x02\x03\x04\x05\0\0\0");
+    }
+
+    #[test]
+    fn names_are_no_paths_and_do_not_clash() {
+        let images = [OutputFile { path: "A b.BIN".into(), bytes: vec![] }];
+        let document = json!({"buffers": [{"byteLength": 1}]});
+        let written = files(document.clone(), vec![7], Layout::Beside, "a b.gltf", &images).unwrap();
+        let names: Vec<&Path> = written.iter().map(|file| file.path.as_path()).collect();
+        assert_eq!(names, [Path::new("a b.gltf"), Path::new("_a b.bin"), Path::new("A b.BIN")]);
+        assert!(String::from_utf8_lossy(&written[0].bytes).contains("_a%20b.bin"));
+        for name in ["", "..", "a/b.glb", "/b.glb"] {
+            assert!(files(document.clone(), vec![7], Layout::Glb, name, &images).is_err(), "{name}");
+        }
+    }
+}

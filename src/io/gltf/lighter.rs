@@ -1,0 +1,81 @@
+//! What a part has become, and whether it fits the part that it came from.
+
+use super::part::Part;
+use super::semantics::{SKIN, TARGET};
+use crate::io::WriteError;
+use crate::mesh::{Attributes, Channel, RawMesh};
+
+/// A part of an asset with fewer faces.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LighterPart {
+    /// Positions, n_vertices x 3, in the coordinates of the part.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex indices, n_faces x 3.
+    pub faces: Vec<[u32; 3]>,
+    /// What the corners carry, in the channels of the part, and to which primitive each face belongs.
+    pub attributes: Attributes,
+}
+
+impl LighterPart {
+    /// A part as it is, without the faces that cannot be drawn.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, LighterPart};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// assert_eq!(LighterPart::of(&asset.parts()[0]).faces.len(), 4);
+    /// ```
+    pub fn of(part: &Part) -> Self {
+        let RawMesh { positions, faces, attributes, .. } = &part.mesh;
+        let is_finite = |v: &u32| positions.get(*v as usize).is_some_and(|p| p.iter().all(|x| (*x as f32).is_finite()));
+        let kept: Vec<u32> =
+            (0..faces.len() as u32).filter(|&face| faces[face as usize].iter().all(is_finite)).collect();
+        let finite = |x: f64| if (x as f32).is_finite() { x as f32 } else { 0.0 };
+        Self {
+            positions: positions.iter().map(|position| position.map(finite)).collect(),
+            faces: kept.iter().map(|&face| faces[face as usize]).collect(),
+            attributes: attributes.clone().of_faces(&kept).unwrap_or_default(),
+        }
+    }
+
+    /// The wedges of a face; those of a mesh without channels are all the first.
+    pub(super) fn wedges(&self, face: usize) -> [u32; 3] {
+        self.attributes.wedges.get(face).copied().unwrap_or_default()
+    }
+
+    /// The channel of this name.
+    pub(super) fn channel(&self, name: &str) -> Option<&Channel> {
+        self.attributes.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// Refuses what is no mesh, or lacks what others in the asset count on.
+    pub(super) fn check(&self, part: &Part) -> Result<(), WriteError> {
+        let problem = |what: &str| Err(WriteError { what: format!("{}: {what}", part.name) });
+        if !self.is_mesh() {
+            return problem("faces, positions and attributes do not fit each other: give a valid mesh");
+        }
+        for held in &part.mesh.attributes.channels {
+            let needed = held.name == SKIN || held.name.starts_with(TARGET);
+            match self.channel(&held.name) {
+                None if needed => return problem(&format!("lacks the channel {}: hand it back", held.name)),
+                Some(channel) if channel.width != held.width => {
+                    return problem(&format!("the channel {} has another width: hand it back as it came", held.name));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether all indices exist and all positions are finite.
+    pub(super) fn is_mesh(&self) -> bool {
+        let Attributes { wedges, channels, groups } = &self.attributes;
+        let (n_vertices, n_wedges, n_faces) = (self.positions.len(), self.attributes.n_wedges(), self.faces.len());
+        let exist = |corners: &[[u32; 3]], n: usize| corners.iter().flatten().all(|&corner| (corner as usize) < n);
+        let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
+        exist(&self.faces, n_vertices)
+            && self.positions.iter().flatten().all(|x| x.is_finite())
+            && channels.iter().all(is_whole)
+            && (channels.is_empty() || wedges.len() == n_faces && exist(wedges, n_wedges))
+            && (groups.is_empty() || groups.len() == n_faces)
+    }
+}

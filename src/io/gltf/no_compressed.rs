@@ -1,0 +1,16 @@
+//! What stands for decompression in a build without the feature `meshopt`: a refusal by name.
+
+use std::borrow::Cow;
+
+use super::schema::Root;
+use crate::io::ReadError;
+
+/// Refuses assets with compressed buffer views; gives nothing decompressed of others.
+pub(super) fn decompress(root: &Root, _: &[Cow<[u8]>]) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
+    let names = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+    if let Some(name) = root.extensions_required.iter().find(|name| names.contains(&name.as_str())) {
+        let what = format!("needs the extension {name}");
+        return Err(ReadError::file(what, "build with the feature meshopt or export the asset without it"));
+    }
+    Ok(Vec::new())
+}

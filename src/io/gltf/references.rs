@@ -1,0 +1,88 @@
+//! Where a document names accessors and buffer views by their indices.
+
+use serde_json::Value;
+
+/// Paths to indices of accessors; `*` stands for every element of an array and every member of an object.
+pub(super) const ACCESSORS: [&str; 7] = [
+    "meshes/*/primitives/*/attributes/*",
+    "meshes/*/primitives/*/indices",
+    "meshes/*/primitives/*/targets/*/*",
+    "animations/*/samplers/*/input",
+    "animations/*/samplers/*/output",
+    "skins/*/inverseBindMatrices",
+    "nodes/*/extensions/EXT_mesh_gpu_instancing/attributes/*",
+];
+
+/// Paths from an accessor to the buffer views that it reads.
+pub(super) const VIEWS_OF_ACCESSORS: [&str; 3] =
+    ["accessors/*/bufferView", "accessors/*/sparse/indices/bufferView", "accessors/*/sparse/values/bufferView"];
+
+/// Paths to indices of buffer views that no accessor reads.
+pub(super) const OTHER_VIEWS: [&str; 5] = [
+    "images/*/bufferView",
+    "meshes/*/primitives/*/extensions/KHR_draco_mesh_compression/bufferView",
+    "extensions/EXT_structural_metadata/propertyTables/*/properties/*/values",
+    "extensions/EXT_structural_metadata/propertyTables/*/properties/*/arrayOffsets",
+    "extensions/EXT_structural_metadata/propertyTables/*/properties/*/stringOffsets",
+];
+
+/// Shows every value that one of the paths leads to.
+pub(super) fn visit(document: &mut Value, paths: &[&str], show: &mut dyn FnMut(&mut Value)) {
+    paths.iter().for_each(|path| follow(document, path, show));
+}
+
+fn follow(value: &mut Value, path: &str, show: &mut dyn FnMut(&mut Value)) {
+    if path.is_empty() {
+        return show(value);
+    }
+    let (name, rest) = path.split_once('/').unwrap_or((path, ""));
+    match value {
+        Value::Array(values) if name == "*" => values.iter_mut().for_each(|value| follow(value, rest, show)),
+        Value::Object(values) if name == "*" => values.values_mut().for_each(|value| follow(value, rest, show)),
+        Value::Object(values) => {
+            if let Some(value) = values.get_mut(name) {
+                follow(value, rest, show);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Which of `n` are named at the end of one of the paths.
+pub(super) fn named(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool> {
+    let mut named = vec![false; n];
+    visit(document, paths, &mut |value| {
+        if let Some(mark) = index(value).and_then(|index| named.get_mut(index)) {
+            *mark = true;
+        }
+    });
+    named
+}
+
+/// An index of the document.
+pub(super) fn index(value: &Value) -> Option<usize> {
+    value.as_u64().and_then(|index| usize::try_from(index).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn every_place_is_found() {
+        let mut document = json!({
+            "meshes": [{"primitives": [
+                {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "targets": [{"POSITION": 3}, {"NORMAL": 4}]},
+                {"attributes": {"POSITION": 0}},
+            ]}],
+            "animations": [{"samplers": [{"input": 5, "output": 6}]}],
+            "skins": [{"inverseBindMatrices": 7}],
+            "nodes": [{"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"SCALE": 8}}}}, {"mesh": 9}],
+            "extras": {"meshes": 9},
+        });
+        let named = named(&mut document, &ACCESSORS, 10);
+        assert_eq!(named, [true, true, true, true, true, true, true, true, true, false]);
+    }
+}

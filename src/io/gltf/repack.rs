@@ -1,0 +1,234 @@
+//! What nothing refers to any more goes; what is left becomes one buffer.
+
+use std::borrow::Cow;
+
+use rustc_hash::FxHashMap;
+use serde_json::{Map, Value};
+
+use super::accessor::element_size;
+use super::draft::Draft;
+use super::extensions::may_name_indices;
+use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, index, named, visit};
+use crate::io::WriteError;
+
+/// Bytes at which views of a buffer begin are multiples of this.
+const ALIGNMENT: usize = 4;
+
+/// Drops accessors and buffer views that nothing names, and gives new numbers to the others. Where an extension that is
+/// not known may name some by number, all stay.
+pub(super) fn drop_unused(draft: &mut Draft) {
+    if may_name_indices(&draft.document) {
+        return;
+    }
+    cut_shared_views(draft);
+    let n_accessors = length(&draft.document, "accessors");
+    let used = named(&mut draft.document, &ACCESSORS, n_accessors);
+    keep(&mut draft.document, "accessors", &used, &ACCESSORS);
+    let paths = [&VIEWS_OF_ACCESSORS[..], &OTHER_VIEWS].concat();
+    let used = named(&mut draft.document, &paths, draft.views.len());
+    keep(&mut draft.document, "bufferViews", &used, &paths);
+    let mut used = used.into_iter();
+    draft.views.retain(|_| used.next().unwrap_or(false));
+}
+
+/// The buffer that holds all buffer views, which are moved into it.
+///
+/// # Errors
+/// [`WriteError`] where a view has no bytes, or the views repeat the bytes of the file to an extreme size.
+pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
+    let mut buffer = Vec::new();
+    // Views of the same bytes stay so.
+    let mut known = FxHashMap::default();
+    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
+    for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
+        let bytes = bytes.as_deref().ok_or_else(|| WriteError {
+            what: format!("buffer view {at} lies outside its buffer: export the asset again"),
+        })?;
+        let offset = *known.entry((bytes.as_ptr(), bytes.len())).or_insert_with(|| {
+            buffer.resize(buffer.len().next_multiple_of(ALIGNMENT), 0);
+            let offset = buffer.len();
+            buffer.extend_from_slice(bytes);
+            offset
+        });
+        if buffer.len() > limit {
+            return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
+        }
+        if let Value::Object(view) = view {
+            place(view, offset, bytes.len());
+        }
+    }
+    name_buffer(&mut draft.document, buffer.len());
+    Ok(buffer)
+}
+
+/// Says where a view lies in the one buffer.
+fn place(view: &mut Map<String, Value>, offset: usize, length: usize) {
+    view.insert("buffer".into(), 0.into());
+    view.shift_remove("byteOffset");
+    if offset > 0 {
+        view.insert("byteOffset".into(), offset.into());
+    }
+    view.insert("byteLength".into(), length.into());
+}
+
+/// Leaves one buffer of this length in the document; a buffer that was the only one keeps its name.
+fn name_buffer(document: &mut Value, length: usize) {
+    let Value::Object(document) = document else { return };
+    let mut buffer = match document.get_mut("buffers").and_then(Value::as_array_mut) {
+        Some(buffers) if buffers.len() == 1 => buffers[0].as_object_mut().map(std::mem::take).unwrap_or_default(),
+        _ => Map::new(),
+    };
+    buffer.shift_remove("uri");
+    buffer.insert("byteLength".into(), length.into());
+    if length == 0 {
+        document.shift_remove("buffers");
+        return;
+    }
+    document.insert("buffers".into(), Value::Array(vec![buffer.into()]));
+}
+
+fn length(document: &Value, array: &str) -> usize {
+    document.get(array).and_then(Value::as_array).map_or(0, Vec::len)
+}
+
+/// Keeps the marked elements of an array, and says their new numbers at the ends of the paths.
+fn keep(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
+    let count = |n: &mut usize, &mark: &bool| {
+        *n += usize::from(mark);
+        Some(n.saturating_sub(1))
+    };
+    let places: Vec<usize> = marks.iter().scan(0, count).collect();
+    if let Some(Value::Array(elements)) = document.get_mut(array) {
+        let mut marks = marks.iter();
+        elements.retain(|_| marks.next() == Some(&true));
+        if elements.is_empty() {
+            document.as_object_mut().map(|document| document.shift_remove(array));
+        }
+    }
+    visit(document, paths, &mut |value| {
+        if let Some(place) = index(value).and_then(|index| places.get(index)) {
+            *value = (*place).into();
+        }
+    });
+}
+
+/// Gives accessors that stay views of their own where others in their view go, so that those bytes can go too.
+fn cut_shared_views(draft: &mut Draft) {
+    let n_accessors = length(&draft.document, "accessors");
+    let used = named(&mut draft.document, &ACCESSORS, n_accessors);
+    let indivisible = named(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), draft.views.len());
+    let mut ranges: Vec<Vec<Range>> = vec![Vec::new(); draft.views.len()];
+    let mut has_unused = vec![false; draft.views.len()];
+    let accessors = draft.document.get("accessors").and_then(Value::as_array).into_iter().flatten();
+    for (accessor, (value, used)) in accessors.zip(used).enumerate() {
+        let Some(view) = value.get("bufferView").and_then(index).filter(|&view| view < draft.views.len()) else {
+            continue;
+        };
+        has_unused[view] |= !used;
+        if used {
+            ranges[view].extend(range(&draft.document, accessor, value, view));
+        }
+    }
+    for (view, mut ranges) in ranges.into_iter().enumerate() {
+        if has_unused[view] && !indivisible[view] && !ranges.is_empty() {
+            ranges.sort_by_key(|range| (range.start, range.accessor));
+            cut(draft, view, &ranges);
+        }
+    }
+}
+
+/// The bytes of an accessor in its view.
+#[derive(Clone, Copy)]
+struct Range {
+    accessor: usize,
+    start: usize,
+    end: usize,
+}
+
+fn range(document: &Value, accessor: usize, value: &Value, view: usize) -> Option<Range> {
+    let size = element_size(value.get("type")?.as_str()?, u32::try_from(value.get("componentType")?.as_u64()?).ok()?);
+    let stride = document["bufferViews"][view].get("byteStride").and_then(index).unwrap_or(size);
+    let start = value.get("byteOffset").map_or(Some(0), index)?;
+    let last = index(value.get("count")?)?.checked_sub(1)?.checked_mul(stride)?;
+    Some(Range { accessor, start, end: start.checked_add(last)?.checked_add(size)? })
+}
+
+/// Makes a view of each run of bytes that these accessors read, which are in order of their starts; interleaved ones stay
+/// together.
+fn cut(draft: &mut Draft, view: usize, ranges: &[Range]) {
+    let Some(bytes) = draft.views[view].clone() else { return };
+    if ranges.iter().any(|range| range.end > bytes.len()) {
+        return;
+    }
+    for run in ranges.chunk_by(|a, b| b.start < a.end) {
+        let start = run[0].start / ALIGNMENT * ALIGNMENT;
+        let end = run.iter().map(|range| range.end).fold(start, usize::max);
+        let part = match &bytes {
+            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[start..end]),
+            Cow::Owned(bytes) => Cow::Owned(bytes[start..end].to_vec()),
+        };
+        let described = draft.document["bufferViews"][view].clone();
+        draft.views.push(Some(part));
+        let place = draft.push("bufferViews", described);
+        for range in run {
+            let accessor = &mut draft.document["accessors"][range.accessor];
+            accessor["bufferView"] = place.clone();
+            accessor["byteOffset"] = (range.start - start).into();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn draft() -> Draft<'static> {
+        let bytes: &'static [u8] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+        let document = json!({
+            "accessors": [
+                {"bufferView": 1, "componentType": 5126, "count": 1, "type": "SCALAR"},
+                {"bufferView": 1, "byteOffset": 4, "componentType": 5126, "count": 1, "type": "SCALAR"},
+                {"bufferView": 1, "byteOffset": 8, "componentType": 5126, "count": 2, "type": "SCALAR"},
+            ],
+            "animations": [{"samplers": [{"input": 1, "output": 2}]}],
+            "bufferViews": [{"buffer": 0, "byteLength": 3}, {"buffer": 1, "byteLength": 16}],
+            "buffers": [{"byteLength": 3}, {"byteLength": 16}],
+            "images": [{"bufferView": 0}],
+        });
+        Draft { document, views: vec![Some(Cow::Borrowed(&bytes[..3])), Some(Cow::Borrowed(bytes))] }
+    }
+
+    #[test]
+    fn what_is_not_named_goes_with_its_bytes() {
+        let mut draft = draft();
+        drop_unused(&mut draft);
+        let buffer = pack(&mut draft, 1000).unwrap();
+        assert_eq!(buffer, [0, 1, 2, 0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+        let document = &draft.document;
+        assert_eq!(document["animations"][0]["samplers"][0], json!({"input": 0, "output": 1}));
+        assert_eq!(document["accessors"].as_array().unwrap().len(), 2);
+        assert_eq!(document["accessors"][1]["bufferView"], 2);
+        assert_eq!(document["bufferViews"][1], json!({"buffer": 0, "byteOffset": 4, "byteLength": 4}));
+        assert_eq!(document["buffers"], json!([{"byteLength": 16}]));
+    }
+
+    #[test]
+    fn numbers_that_strangers_may_name_stay() {
+        let mut draft = draft();
+        draft.document["extensions"] = json!({"ACME_thing": {"accessor": 0}});
+        let before = draft.document.clone();
+        drop_unused(&mut draft);
+        assert_eq!(draft.document, before);
+        assert_eq!(pack(&mut draft, 1000).unwrap().len(), 20);
+    }
+
+    #[test]
+    fn views_without_bytes_and_extreme_sizes_are_refused() {
+        assert!(pack(&mut draft(), 10).is_err());
+        let mut broken = draft();
+        broken.views[1] = None;
+        assert!(pack(&mut broken, 1000).unwrap_err().what.starts_with("buffer view 1 lies outside"));
+    }
+}

@@ -1,0 +1,202 @@
+//! An asset with lighter parts: their primitives are written anew, all else passes through.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use super::Asset;
+use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT};
+use super::extensions::{drop_unused_names, forget_compression, forget_faces};
+use super::files::{Layout, files};
+use super::lighter::LighterPart;
+use super::part::Part;
+use super::primitive::{PrimitiveWriter, Slots, Vertices};
+use super::repack::{drop_unused, pack};
+use super::schema::{Mesh, Primitive, Root};
+use crate::io::{Format, OutputFile, WriteError};
+use crate::mesh::{Attributes, Channel};
+
+/// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
+const REPEATS: (usize, usize) = (16, 1 << 26);
+
+impl Asset {
+    /// The files of the asset with lighter parts, one for each of [`parts`](Self::parts) in their order: first the file
+    /// `name` in `format`, then what it refers to, by paths beside it.
+    ///
+    /// A GLB holds all buffers; of JSON the buffer is a file beside it, unless the asset was one file of JSON. Images
+    /// that were files stay files. Primitives without faces go; a mesh that would have none keeps one that draws nothing.
+    ///
+    /// # Errors
+    /// [`WriteError`] where parts are missing or do not fit, and where the format cannot hold the result.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, Format, LighterPart};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let files = asset.write(&parts, Format::Glb, "same.glb").unwrap();
+    /// assert_eq!((files.len(), files[0].path.to_str()), (1, Some("same.glb")));
+    /// ```
+    pub fn write(&self, lighter: &[LighterPart], format: Format, name: &str) -> Result<Vec<OutputFile>, WriteError> {
+        let layout = self.layout(format)?;
+        self.check(lighter)?;
+        let mut draft = self.draft();
+        for ((&mesh, part), lighter) in self.meshes.iter().zip(self.parts()).zip(lighter) {
+            self.rewrite_mesh(&mut draft, mesh, part, lighter)?;
+        }
+        forget_compression(&mut draft.document);
+        drop_unused(&mut draft);
+        drop_unused_names(&mut draft.document);
+        let buffer = pack(&mut draft, self.limit(lighter))?;
+        files(draft.document, buffer, layout, name, &self.images)
+    }
+
+    fn layout(&self, format: Format) -> Result<Layout, WriteError> {
+        match format {
+            Format::Glb => Ok(Layout::Glb),
+            Format::Gltf if self.is_embedded => Ok(Layout::Embedded),
+            Format::Gltf => Ok(Layout::Beside),
+            _ => Err(WriteError { what: format!("{} holds no scene: choose gltf or glb", format.name()) }),
+        }
+    }
+
+    fn check(&self, lighter: &[LighterPart]) -> Result<(), WriteError> {
+        if lighter.len() != self.parts().len() {
+            let what = format!("{} parts for {}: give one for each", lighter.len(), self.parts().len());
+            return Err(WriteError { what });
+        }
+        self.parts().iter().zip(lighter).try_for_each(|(part, lighter)| lighter.check(part))
+    }
+
+    /// The document as it was read, each view with its bytes.
+    fn draft(&self) -> Draft<'_> {
+        let data = self.container.data();
+        let views =
+            (0..self.container.root.buffer_views.len()).map(|view| data.bytes(view).map(Cow::Borrowed)).collect();
+        Draft { document: self.document.clone(), views }
+    }
+
+    /// The most bytes that the buffer may have.
+    fn limit(&self, lighter: &[LighterPart]) -> usize {
+        let (buffers, views) = (&self.container.buffers, &self.container.decompressed);
+        let n_read: usize = buffers.iter().map(|buffer| buffer.len()).chain(views.iter().flatten().map(Vec::len)).sum();
+        // A corner becomes a vertex at most, of its numbers each with four bytes, and an index.
+        let of_part = |part: &LighterPart| {
+            let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
+            3 * part.faces.len() * 4 * (width + 4)
+        };
+        REPEATS.0 * n_read + REPEATS.1 + lighter.iter().map(of_part).sum::<usize>()
+    }
+
+    /// Writes the triangles of a mesh anew.
+    fn rewrite_mesh(
+        &self,
+        draft: &mut Draft,
+        mesh: usize,
+        part: &Part,
+        lighter: &LighterPart,
+    ) -> Result<(), WriteError> {
+        let root = &self.container.root;
+        let Some(described) = root.meshes.get(mesh) else { return Ok(()) };
+        let is_rewritten =
+            |index: usize| described.primitives.get(index).is_some_and(|it| it.triangle_positions().is_some());
+        let groups = faces_by_group(lighter);
+        if let Some(group) = groups.keys().find(|&&group| !is_rewritten(group as usize)) {
+            let what = format!("{}: primitive {group} has no triangles: keep the groups of the faces", part.name);
+            return Err(WriteError { what });
+        }
+        let Some(Value::Array(old)) = draft.document["meshes"][mesh].get_mut("primitives").map(Value::take) else {
+            return Ok(());
+        };
+        let mut primitives = Vec::new();
+        let stub =
+            Some(part.mesh.attributes.group(0)).filter(|_| groups.is_empty() && all_are(described, is_rewritten));
+        for (index, mut primitive) in old.into_iter().enumerate() {
+            let old = &described.primitives[index];
+            if let Some(faces) = groups.get(&(index as u32)) {
+                rewrite(draft, root, old, &mut primitive, lighter, faces);
+            } else if stub == Some(index as u32) {
+                rewrite(draft, root, old, &mut primitive, &nothing(part), &[0]);
+            } else if is_rewritten(index) {
+                continue;
+            }
+            primitives.push(primitive);
+        }
+        let written = &mut draft.document["meshes"][mesh];
+        written["primitives"] = Value::Array(primitives);
+        forget_faces(written);
+        Ok(())
+    }
+}
+
+/// The faces of each group, in their order.
+pub(super) fn faces_by_group(part: &LighterPart) -> BTreeMap<u32, Vec<u32>> {
+    let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for face in 0..part.faces.len() as u32 {
+        groups.entry(part.attributes.group(face)).or_default().push(face);
+    }
+    groups
+}
+
+fn all_are(mesh: &Mesh, is_rewritten: impl Fn(usize) -> bool) -> bool {
+    (0..mesh.primitives.len()).all(is_rewritten)
+}
+
+/// A face without extent at the first corner of a part, which keeps a mesh valid where all its faces are gone.
+fn nothing(part: &Part) -> LighterPart {
+    let whole = LighterPart::of(part);
+    let position = whole.faces.first().map_or([0.0; 3], |face| whole.positions[face[0] as usize]);
+    let row = |channel: Channel| {
+        let wedge = whole.faces.first().map(|_| whole.wedges(0)[0]);
+        let values = wedge.map_or(vec![0.0; channel.width], |wedge| channel.of(wedge).to_vec());
+        Channel { values, ..channel }
+    };
+    let channels = part.mesh.attributes.channels.iter().cloned().map(row).collect();
+    let groups = vec![part.mesh.attributes.group(0)];
+    let attributes = Attributes { wedges: vec![[0; 3]], channels, groups };
+    LighterPart { positions: vec![position], faces: vec![[0; 3]], attributes }
+}
+
+/// Writes a primitive anew over these faces of a part.
+fn rewrite(
+    draft: &mut Draft,
+    root: &Root,
+    described: &Primitive,
+    primitive: &mut Value,
+    part: &LighterPart,
+    faces: &[u32],
+) {
+    let vertices = Vertices::of(part, faces);
+    let mut writer = PrimitiveWriter { draft, part, vertices: &vertices };
+    primitive["attributes"] = writer.attributes(&slots(root, &described.attributes));
+    if !described.targets.is_empty() {
+        let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target)).collect();
+        primitive["targets"] = writer.targets(&targets);
+    }
+    primitive["indices"] = writer.indices();
+    if described.mode != 4 {
+        primitive["mode"] = 4.into();
+    }
+    forget_faces(primitive);
+}
+
+/// How attributes are to be stored, by name: what has a fixed meaning in single precision, colours and what others have
+/// named as they were.
+fn slots(root: &Root, attributes: &BTreeMap<String, usize>) -> Slots {
+    let stored = |(name, &accessor): (&String, &usize)| {
+        let accessor = root.accessors.get(accessor)?;
+        let floats = Stored::floats(&accessor.shape);
+        let as_it_was =
+            Stored { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
+        let is_fraction = as_it_was.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&as_it_was.component);
+        let stored = match name.as_str() {
+            "NORMAL" | "TANGENT" | "POSITION" => floats,
+            _ if name.starts_with("TEXCOORD_") => floats,
+            _ if name.starts_with("COLOR_") && !is_fraction => floats,
+            _ if accessor.shape.starts_with("MAT") || accessor.component_type == FLOAT => floats,
+            _ => as_it_was,
+        };
+        Some((name.clone(), stored))
+    };
+    attributes.iter().filter_map(stored).collect()
+}
