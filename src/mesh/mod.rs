@@ -19,6 +19,7 @@ pub mod surface_samples;
 mod topology;
 mod tri_mesh;
 pub(crate) mod union_find;
+mod united;
 mod vertex_normals;
 mod winding;
 
@@ -34,5 +35,6 @@ pub use raw_mesh::{Frame, RawMesh};
 pub use seams::{creases, seams};
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};
+pub use united::{Piece, United};
 pub use vertex_normals::vertex_normals;
 pub use winding::consistently_wound;

@@ -255,7 +255,7 @@ fn finished(
     let source_vertices: Vec<u32> = origins.iter().map(|&v| sources[v as usize]).collect();
     let in_place = (0..source_vertices.len()).filter(|&x| subset || fixed[x]);
     in_place.for_each(|x| positions[x] = mesh.positions()[source_vertices[x] as usize]);
-    let separated_vertices = if subset { 0 } else { separate::separate(&mut positions, &request.frame) };
+    let separated_vertices = if subset { 0 } else { separate::separate(&mut positions, &fixed, &request.frame) };
     let derivative = match (&begun.cases, merges, fitted, steps) {
         (Some(cases), Some(merges), Some(faces), Some(steps)) => {
             let (region, cases) = (assignment.region.clone(), cases.clone());

@@ -1,0 +1,203 @@
+//! Several meshes as one, so that they share what is done to it, and one as several again.
+
+use super::{Attributes, Channel, TriMesh, compact};
+
+/// A mesh to be united with others.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece<'a> {
+    /// The mesh.
+    pub mesh: &'a TriMesh,
+    /// What its corners and faces carry.
+    pub attributes: &'a Attributes,
+    /// How large it is against the others; rounded to a power of two, so that nothing else is rounded.
+    pub scale: f64,
+}
+
+/// Meshes side by side in one, each to its scale. They share no vertices, wherever they lie.
+#[derive(Clone, Debug, PartialEq)]
+pub struct United {
+    /// All of them.
+    pub mesh: TriMesh,
+    /// What they carry: the channels of all, zeros where a mesh lacks one, and groups that no two meshes share.
+    pub attributes: Attributes,
+    /// The first group of each mesh, and one beyond the last.
+    first_groups: Vec<u32>,
+    /// The names of each mesh's channels.
+    channels: Vec<Vec<String>>,
+    scales: Vec<f32>,
+    has_groups: Vec<bool>,
+}
+
+impl United {
+    /// Unites meshes whose attributes are theirs; `None` where there are too many vertices or a scale is out of range.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::{Attributes, Piece, United, shapes};
+    /// let (mesh, attributes) = (shapes::icosphere(1), Attributes::default());
+    /// let piece = Piece { mesh: &mesh, attributes: &attributes, scale: 2.0 };
+    /// let united = United::new(&[piece, piece]).unwrap();
+    /// assert_eq!(united.mesh.faces().len(), 160);
+    /// let pieces = united.split(&united.mesh, &united.attributes);
+    /// assert_eq!(pieces[1].0, mesh);
+    /// ```
+    pub fn new(pieces: &[Piece]) -> Option<Self> {
+        let (mut positions, mut faces) = (Vec::new(), Vec::new());
+        let mut attributes = Attributes { channels: all_channels(pieces), ..Attributes::default() };
+        let (mut first_groups, mut scales) = (vec![0], Vec::new());
+        for Piece { mesh, attributes: own, scale } in pieces {
+            let scale = Some(scale.log2().round().exp2() as f32).filter(|scale| scale.is_normal())?;
+            let (first, first_wedge) = (u32::try_from(positions.len()).ok()?, attributes.n_wedges() as u32);
+            positions.extend(mesh.positions().iter().map(|p| p.map(|x| x * scale)));
+            faces.extend(mesh.faces().iter().map(|face| face.map(|v| v + first)));
+            let first_group = first_groups.last().copied()?;
+            let n_faces = mesh.faces().len() as u32;
+            attributes.groups.extend((0..n_faces).map(|f| first_group + own.group(f)));
+            first_groups
+                .push(first_group.checked_add(own.groups.iter().max().map_or(0, |&last| last).checked_add(1)?)?);
+            scales.push(scale);
+            // A mesh without channels has one wedge, of zeros.
+            let n_wedges = own.n_wedges().max(1);
+            let wedge = |f: usize| own.wedges.get(f).map_or([first_wedge; 3], |wedges| wedges.map(|w| w + first_wedge));
+            if !attributes.channels.is_empty() {
+                attributes.wedges.extend((0..n_faces as usize).map(wedge));
+            }
+            attributes.channels.iter_mut().for_each(|channel| extend(channel, own, n_wedges));
+        }
+        if positions.len().max(attributes.n_wedges()) > (u32::MAX / 4) as usize {
+            return None;
+        }
+        let names = |piece: &Piece| piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect();
+        Some(Self {
+            mesh: TriMesh::new(positions, faces).ok()?,
+            attributes,
+            first_groups,
+            channels: pieces.iter().map(names).collect(),
+            scales,
+            has_groups: pieces.iter().map(|piece| !piece.attributes.groups.is_empty()).collect(),
+        })
+    }
+
+    /// What became of each mesh when all of them became `mesh` with these attributes, whose groups say where its faces
+    /// come from.
+    pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
+        let mut faces = vec![Vec::new(); self.scales.len()];
+        for f in 0..mesh.faces().len() as u32 {
+            let piece = self.first_groups.partition_point(|&first| first <= attributes.group(f)) - 1;
+            if let Some(list) = faces.get_mut(piece) {
+                list.push(f);
+            }
+        }
+        faces.iter().enumerate().map(|(piece, faces)| self.piece(piece, faces, mesh, attributes)).collect()
+    }
+
+    fn piece(&self, piece: usize, faces: &[u32], mesh: &TriMesh, attributes: &Attributes) -> (TriMesh, Attributes) {
+        let corners = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
+        let unscaled = |mesh: TriMesh| {
+            let (positions, faces) = mesh.into_parts();
+            let positions = positions.iter().map(|p| p.map(|x| x / self.scales[piece])).collect();
+            TriMesh::new(positions, faces).unwrap_or_default()
+        };
+        let own = compact(mesh.positions(), corners).map_or_else(|_| TriMesh::default(), |(mesh, _)| unscaled(mesh));
+        let groups = faces.iter().map(|&f| attributes.group(f) - self.first_groups[piece]).collect();
+        let groups = if self.has_groups[piece] { groups } else { Vec::new() };
+        let wedges = faces.iter().filter_map(|&f| attributes.wedges.get(f as usize).copied()).collect();
+        (own, with_own_wedges(attributes, &self.channels[piece], wedges, groups))
+    }
+}
+
+/// The channels of these names, at the wedges that these faces use.
+fn with_own_wedges(
+    attributes: &Attributes,
+    names: &[String],
+    mut wedges: Vec<[u32; 3]>,
+    groups: Vec<u32>,
+) -> Attributes {
+    let channels = names.iter().filter_map(|name| attributes.channels.iter().find(|channel| channel.name == *name));
+    let channels: Vec<&Channel> = channels.collect();
+    if channels.is_empty() {
+        return Attributes { groups, ..Attributes::default() };
+    }
+    let mut used = wedges.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    let number = |wedge: u32| used.binary_search(&wedge).unwrap_or(0) as u32;
+    wedges.iter_mut().flatten().for_each(|wedge| *wedge = number(*wedge));
+    let own = |channel: &Channel| Channel {
+        values: used.iter().flat_map(|&wedge| channel.of(wedge)).copied().collect(),
+        name: channel.name.clone(),
+        ..*channel
+    };
+    Attributes { channels: channels.into_iter().map(own).collect(), wedges, groups }
+}
+
+/// The channels of all meshes, each once, without values; those of one name have the width of the widest.
+fn all_channels(pieces: &[Piece]) -> Vec<Channel> {
+    let mut channels: Vec<Channel> = Vec::new();
+    for channel in pieces.iter().flat_map(|piece| &piece.attributes.channels) {
+        match channels.iter_mut().find(|other| other.name == channel.name) {
+            Some(other) => other.width = other.width.max(channel.width),
+            None => channels.push(Channel { values: Vec::new(), name: channel.name.clone(), ..*channel }),
+        }
+    }
+    channels
+}
+
+/// Appends a mesh's values to a channel, zeros where it has none.
+fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize) {
+    let own = attributes.channels.iter().find(|other| other.name == channel.name);
+    for wedge in 0..n_wedges as u32 {
+        let values = own.map_or(&[][..], |own| own.of(wedge));
+        channel.values.extend_from_slice(values);
+        channel.values.extend(std::iter::repeat_n(0.0, channel.width - values.len()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Role, shapes};
+
+    fn channel(name: &str, width: usize, n: usize) -> Channel {
+        let values = (0..n * width).map(|i| i as f32).collect();
+        Channel { name: name.into(), role: Role::Other, width, values }
+    }
+
+    #[test]
+    fn what_was_united_comes_apart_again() {
+        let (sphere, box_) = (shapes::icosphere(1), shapes::cuboid([1.0; 3], 2));
+        let n = sphere.faces().len();
+        let painted = Attributes {
+            wedges: sphere.faces().to_vec(),
+            channels: vec![channel("a", 2, sphere.positions().len()), channel("b", 1, sphere.positions().len())],
+            groups: (0..n as u32).map(|f| f % 3).collect(),
+        };
+        let other = Attributes {
+            wedges: box_.faces().to_vec(),
+            channels: vec![channel("b", 1, box_.positions().len())],
+            groups: Vec::new(),
+        };
+        let bare = Attributes::default();
+        let pieces = [
+            Piece { mesh: &sphere, attributes: &painted, scale: 0.3 },
+            Piece { mesh: &box_, attributes: &bare, scale: 1.0 },
+            Piece { mesh: &box_, attributes: &other, scale: 100.0 },
+        ];
+        let united = United::new(&pieces).unwrap();
+        assert!(united.attributes.fit(united.mesh.faces().len()));
+        let split = united.split(&united.mesh, &united.attributes);
+        for (piece, (mesh, attributes)) in pieces.iter().zip(&split) {
+            assert_eq!((mesh, attributes), (piece.mesh, piece.attributes));
+        }
+    }
+
+    #[test]
+    fn a_mesh_of_which_nothing_is_left_is_empty() {
+        let (sphere, bare) = (shapes::icosphere(0), Attributes::default());
+        let piece = Piece { mesh: &sphere, attributes: &bare, scale: 1.0 };
+        let united = United::new(&[piece, piece]).unwrap();
+        let attributes = Attributes { groups: vec![1; 20], ..Attributes::default() };
+        let split = united.split(&sphere, &attributes);
+        assert!(split[0].0.faces().is_empty() && split[1].0 == sphere);
+        assert!(United::new(&[Piece { scale: 0.0, ..piece }]).is_none());
+    }
+}
