@@ -134,6 +134,31 @@ fn a_subset_moves_no_vertex() {
 }
 
 #[test]
+fn the_map_leads_from_every_corner_to_a_point_near_it() {
+    let (mesh, attributes) = charted_sphere();
+    let options = Options { map: true, ..Options::new(Target::Vertices(700)) };
+    for attributes in [&attributes, &Attributes::default()] {
+        let result = simplified(&mesh, attributes, &options);
+        let map = result.map.unwrap();
+        let point = |v: u32| Vec3::from(mesh.positions()[v as usize]);
+        for (f, corners) in result.mesh.faces().iter().enumerate() {
+            for (k, &x) in corners.iter().enumerate() {
+                let face = mesh.faces()[map.corner_faces[f][k] as usize];
+                let weights = map.corner_weights[f][k];
+                let there: Vec3 = face.iter().zip(weights).map(|(&v, w)| point(v) * w).sum();
+                assert!(there.distance(result.mesh.positions()[x as usize].into()) < 0.05);
+            }
+        }
+        assert_eq!((map.output_vertices.len(), map.input_vertices.len()), (mesh.positions().len(), 700));
+        for (x, &v) in (0u32..).zip(&map.input_vertices) {
+            assert_eq!(map.output_vertices[v as usize], x);
+        }
+    }
+    let whole = simplified(&mesh, &attributes, &Options { map: true, ..Options::new(Target::Ratio(1.0)) });
+    assert_eq!(whole.map.unwrap().output_vertices, (0..mesh.positions().len() as u32).collect::<Vec<_>>());
+}
+
+#[test]
 fn creases_stay_edges() {
     let mesh = shapes::cuboid([1.0, 0.6, 0.3], 24);
     let options = Options { crease_angle: Some(40.0), ..Options::new(Target::Vertices(60)) };

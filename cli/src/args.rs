@@ -34,8 +34,9 @@ pub enum Command {
 }
 
 const SIMPLIFY_NOTES: &str = "\
-Reads OBJ, PLY, STL, OFF, glTF and GLB; writes OBJ, PLY, STL and OFF. Vertices at equal positions are one vertex; sizes \
-count the vertices that a face uses.
+Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
+sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
+carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
 
 Scores: the density of the vertices follows scores, those of a small network that comes with the program, or of yours with \
 --weights FILE. With --scores geometry no network is asked and every vertex counts by its area. The report says which \
@@ -50,7 +51,7 @@ before the size asked for, the mesh is written, the exit code is 0, and a line a
 
 /// Arguments of `simplify`.
 #[derive(Debug, Parser)]
-#[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).args(["ratio", "vertices", "faces"]))]
+#[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).args(["ratio", "vertices", "faces", "error", "size", "lods"]))]
 pub struct SimplifyArgs {
     /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
@@ -76,6 +77,42 @@ pub struct SimplifyArgs {
     /// Number of faces
     #[arg(long, value_name = "N")]
     pub faces: Option<usize>,
+    /// Largest distance from the original, proved in both directions: the smallest mesh found that holds it. In the unit
+    /// of the mesh, or with % in percent of its diagonal
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub error: Option<String>,
+    /// Bytes of the mesh file, also as 500kB or 2MB: the largest mesh found that fits
+    #[arg(long, value_name = "BYTES")]
+    pub size: Option<String>,
+    /// Levels of detail: shares of the vertices, falling, as 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on in
+    /// the name
+    #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
+    pub lods: Vec<f64>,
+    /// Keep the borders, vertices and edges, bit for bit, so that tiles fit together
+    #[arg(long)]
+    pub lock_borders: bool,
+    /// Leave vertices where they are: those of the result are vertices of the input
+    #[arg(long)]
+    pub subset: bool,
+    /// Keep edges where faces meet at more than 30 degrees
+    #[arg(long)]
+    pub keep_features: bool,
+    /// Keep edges where faces meet at more than so many degrees
+    #[arg(long, value_name = "DEGREES", conflicts_with = "keep_features")]
+    pub crease_angle: Option<f32>,
+    /// Attribute of one number, such as a property of a PLY, that says how much each vertex counts: twice the number, twice
+    /// as much
+    #[arg(long, value_name = "NAME")]
+    pub importance: Option<String>,
+    /// Write which vertex went where, and where each corner came from, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub map: Option<PathBuf>,
+    /// Say what holds the result: kept edges, locked vertices, components, and how many vertices they take
+    #[arg(long)]
+    pub explain: bool,
+    /// Read files that the mesh names (materials, textures) from outside its folder too
+    #[arg(long)]
+    pub allow_outside: bool,
     /// How sampled vertices become a surface
     #[arg(long, value_enum, default_value = "closed")]
     pub assembly: AssemblyArg,

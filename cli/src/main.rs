@@ -16,6 +16,7 @@ mod progress;
 mod report;
 mod request;
 mod simplify;
+mod subject;
 mod train;
 mod train_progress;
 mod words;

@@ -2,10 +2,12 @@
 
 use neural_mesh::mesh::cleanup::CleanCounts;
 use neural_mesh::mesh::{TriMesh, topology};
-use neural_mesh::metrics::QuickDistance;
+use neural_mesh::metrics::{CertifiedDistance, QuickDistance};
 use neural_mesh::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
+
+use crate::request::{Bound, Goal};
 
 /// All that is reported of a run of `simplify`.
 #[derive(Debug, Serialize)]
@@ -32,6 +34,92 @@ pub struct Report {
     pub cleaned: Cleaned,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
+    /// Bounds of the largest distance, where `--error` asked for a proof.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified: Option<Certified>,
+    /// The levels of detail, where these were asked for; `output` is the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<Level>,
+    /// What could not be kept, and what had to be mended, in one line each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// A result among several.
+#[derive(Clone, Debug, Serialize)]
+pub struct Level {
+    /// The mesh as written.
+    #[serde(flatten)]
+    pub output: Output,
+    /// `reached`, or what stopped it.
+    pub outcome: String,
+    /// Distance from the original; `null` with `--no-check`.
+    pub distance: Option<Distance>,
+    /// Share of the screen's height that the whole mesh may take for its largest error to stay below a pixel of 1080 lines;
+    /// at most 1. `null` with `--no-check`.
+    pub screen_coverage: Option<f64>,
+}
+
+/// Lines of the screen that levels of detail are chosen for.
+const SCREEN_LINES: f64 = 1080.0;
+
+impl Level {
+    /// With the coverage that follows from the distance.
+    pub fn new(output: Output, outcome: String, distance: Option<Distance>) -> Self {
+        let coverage = |distance: Distance| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
+        Self { output, outcome, distance, screen_coverage: distance.map(coverage) }
+    }
+}
+
+/// Bounds of the largest distance in either direction, in the unit of the mesh and in percent of its diagonal.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Certified {
+    /// Some point is at least so far.
+    pub lower: f64,
+    /// No point is farther.
+    pub upper: f64,
+    /// The same in percent.
+    pub lower_percent: f64,
+    /// The same in percent.
+    pub upper_percent: f64,
+}
+
+impl Certified {
+    /// In both units; in percent of nothing, both are the same.
+    pub fn of(distance: &CertifiedDistance) -> Self {
+        let percent = if distance.diagonal > 0.0 { 100.0 / distance.diagonal } else { 1.0 };
+        let CertifiedDistance { lower, upper, .. } = *distance;
+        Self { lower, upper, lower_percent: lower * percent, upper_percent: upper * percent }
+    }
+}
+
+/// What `--map` writes; vertices are numbered as in the cleaned mesh and in the result.
+#[derive(Debug, Serialize)]
+pub struct MapFile<'a> {
+    /// The vertex of the file (from 0) that each input vertex was read from; missing for a scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file_vertices: Option<&'a [u32]>,
+    /// The output vertex that each input vertex went into; `null` where it was dropped.
+    pub output_vertices: Vec<Option<u32>>,
+    /// The input vertex nearest to each output vertex.
+    pub input_vertices: &'a [u32],
+    /// For each corner of the output's faces the input face that it stands on.
+    pub corner_faces: &'a [[u32; 3]],
+    /// The weights of that face's corners.
+    pub corner_weights: &'a [[[f32; 3]; 3]],
+}
+
+impl<'a> MapFile<'a> {
+    /// From the map of a result.
+    pub fn of(map: &'a neural_mesh::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
+        Self {
+            file_vertices,
+            output_vertices: map.output_vertices.iter().map(|&x| Some(x).filter(|&x| x != u32::MAX)).collect(),
+            input_vertices: &map.input_vertices,
+            corner_faces: &map.corner_faces,
+            corner_weights: &map.corner_weights,
+        }
+    }
 }
 
 /// How large a mesh is, and what it is as a surface.
@@ -64,7 +152,7 @@ pub struct Shape {
 }
 
 /// The result, and what became of the input's parts on the way.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Output {
     /// The figures of the mesh.
     #[serde(flatten)]
@@ -75,6 +163,10 @@ pub struct Output {
     pub components_at_minimum: usize,
     /// Components dropped, with `--prune` only.
     pub components_pruned: usize,
+    /// Edges of the input that had to stay edges: seams, borders between materials, creases.
+    pub kept_edges: usize,
+    /// Vertices of the input that had to stay where they are.
+    pub locked_vertices: usize,
     /// Vertices and edges of the input cut because more than one sheet met there.
     pub split_vertices: usize,
     /// Regions refined to keep the surface a manifold.
@@ -85,9 +177,10 @@ pub struct Output {
     pub separated_vertices: usize,
 }
 
-/// The size asked for: `{"ratio": 0.1}`, `{"vertices": 100}` or `{"faces": 100}`.
+/// What was asked for: `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"error": 0.01}`, `{"error_percent": 0.5}`,
+/// `{"bytes": 500000}` or `{"lods": [0.5, 0.1]}`.
 #[derive(Debug, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum TargetWords {
     /// Share of the vertices.
     Ratio(f64),
@@ -95,6 +188,28 @@ pub enum TargetWords {
     Vertices(usize),
     /// Number of faces.
     Faces(usize),
+    /// Largest distance in the unit of the mesh.
+    Error(f64),
+    /// Largest distance in percent of the diagonal.
+    ErrorPercent(f64),
+    /// Bytes of the file.
+    Bytes(usize),
+    /// Shares of the vertices, level by level.
+    Lods(Vec<f64>),
+}
+
+/// What was asked for.
+pub fn target(goal: &Goal, first: Target) -> TargetWords {
+    match goal {
+        Goal::Target => first.into(),
+        Goal::Error(Bound::Absolute(error)) => TargetWords::Error(*error),
+        Goal::Error(Bound::Percent(percent)) => TargetWords::ErrorPercent(*percent),
+        Goal::Size(n_bytes) => TargetWords::Bytes(*n_bytes),
+        Goal::Levels(further) => {
+            let share = |target: &Target| if let Target::Ratio(ratio) = target { *ratio } else { 1.0 };
+            TargetWords::Lods([first].iter().chain(further).map(share).collect())
+        }
+    }
 }
 
 /// Seconds of wall clock.
@@ -165,6 +280,8 @@ impl Output {
             vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
             components_pruned: done.components_pruned,
+            kept_edges: done.kept_edges,
+            locked_vertices: done.locked_vertices,
             split_vertices: done.split_vertices,
             refined_regions: done.refined_regions,
             flipped_edges: done.flipped_edges,

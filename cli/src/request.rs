@@ -22,6 +22,16 @@ pub struct Request {
     pub output_format: Format,
     /// What is asked of the simplifier.
     pub options: Options,
+    /// How its target is meant.
+    pub goal: Goal,
+    /// Name of the attribute that says how much vertices count.
+    pub importance: Option<String>,
+    /// Whether what the mesh names may be read from outside its folder.
+    pub allow_outside: bool,
+    /// Where the map goes.
+    pub map: Option<PathBuf>,
+    /// Whether it is said what holds the result.
+    pub explain: bool,
     /// File of the weights; `None` for those that ship.
     pub weights: Option<PathBuf>,
     /// Threads; `None` for one per core.
@@ -37,6 +47,31 @@ pub struct Request {
     /// Whether existing files are replaced.
     pub force: bool,
 }
+
+/// What the result has to meet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Goal {
+    /// The target of the options.
+    Target,
+    /// A largest distance from the original.
+    Error(Bound),
+    /// A number of bytes.
+    Size(usize),
+    /// The target of the options, and smaller ones after it.
+    Levels(Vec<Target>),
+}
+
+/// A distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// In the unit of the mesh.
+    Absolute(f64),
+    /// In percent of the diagonal of the mesh's bounding box.
+    Percent(f64),
+}
+
+/// Degrees between faces at what `--keep-features` keeps.
+const FEATURE_ANGLE: f32 = 30.0;
 
 /// Where a mesh comes from and how it is read.
 #[derive(Debug)]
@@ -73,6 +108,11 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     let source = if named(&args.output).is_some() { Source::new } else { Source::by_content };
     let request = Request {
         options: options(&args)?,
+        goal: goal(&args)?,
+        importance: args.importance,
+        allow_outside: args.allow_outside,
+        map: args.map,
+        explain: args.explain,
         output: (!is_stream(&args.output)).then_some(args.output),
         source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld),
         output_format,
@@ -128,7 +168,65 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.oversample = args.oversample;
     options.seed = args.seed;
     options.prune = args.prune;
+    options.lock_borders = args.lock_borders;
+    options.subset = args.subset;
+    options.map = args.map.is_some();
+    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle);
+    if let Some(degrees) = options.crease_angle.filter(|degrees| !(0.0..=180.0).contains(degrees)) {
+        return Err(Failure::Usage(format!("--crease-angle {degrees}: give degrees from 0 to 180")));
+    }
+    check_closed(args)?;
     Ok(options)
+}
+
+/// What the paper's assembly has no means for.
+fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
+    let named = [
+        ("--lock-borders", args.lock_borders),
+        ("--keep-features", args.keep_features),
+        ("--crease-angle", args.crease_angle.is_some()),
+        ("--importance", args.importance.is_some()),
+        ("--map", args.map.is_some()),
+        ("--error", args.error.is_some()),
+        ("--size", args.size.is_some()),
+        ("--lods", args.lods.len() > 1),
+    ];
+    match named.into_iter().find(|(_, is_given)| *is_given && matches!(args.assembly, AssemblyArg::Paper)) {
+        Some((name, _)) => {
+            Err(Failure::Usage(format!("{name}: the paper's assembly has no such: leave one of them out")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// What is asked for beside a number of vertices or faces.
+pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
+    match (&args.error, &args.size, &args.lods[..]) {
+        (Some(text), _, _) => bound(text).map(Goal::Error),
+        (_, Some(text), _) => n_bytes(text).map(Goal::Size),
+        (_, _, [_, further @ ..]) => Ok(Goal::Levels(further.iter().map(|&ratio| Target::Ratio(ratio)).collect())),
+        _ => Ok(Goal::Target),
+    }
+}
+
+/// A distance as typed: `0.01`, `0.5%`.
+fn bound(text: &str) -> Result<Bound, Failure> {
+    let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
+        Some(number) => (number, Bound::Percent),
+        None => (text, Bound::Absolute),
+    };
+    let value = number.trim().parse().ok().filter(|x: &f64| *x >= 0.0 && x.is_finite());
+    value.map(make).ok_or_else(|| Failure::Usage(format!("--error {text}: give a distance, like 0.01, or like 0.5%")))
+}
+
+/// A size as typed: `200000`, `500kB`, `2MB`.
+fn n_bytes(text: &str) -> Result<usize, Failure> {
+    let units = [("kib", 1024.0), ("mib", 1048576.0), ("kb", 1e3), ("mb", 1e6), ("k", 1e3), ("m", 1e6), ("b", 1.0)];
+    let lower = text.to_ascii_lowercase();
+    let found = units.iter().find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
+    let (number, factor) = found.unwrap_or((&lower, 1.0));
+    let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
+    value.map(|x| x as usize).ok_or_else(|| Failure::Usage(format!("--size {text}: give bytes, like 500kB or 2MB")))
 }
 
 /// Scores from the geometry leave a network nothing to do.
@@ -142,7 +240,16 @@ fn check_no_network(args: &SimplifyArgs) -> Result<(), Failure> {
 }
 
 fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
-    match (args.ratio, args.vertices, args.faces) {
+    let is_share = |ratio: &f64| *ratio > 0.0 && *ratio <= 1.0;
+    if !args.lods.iter().all(is_share) || args.lods.windows(2).any(|pair| pair[1] > pair[0]) {
+        return Err(Failure::Usage(
+            "--lods: give shares above 0 and at most 1, each no larger than the one before".into(),
+        ));
+    }
+    if args.error.is_some() || args.size.is_some() {
+        return Ok(Target::Ratio(1.0));
+    }
+    match (args.ratio.or(args.lods.first().copied()), args.vertices, args.faces) {
         (Some(ratio), _, _) if ratio > 0.0 && ratio <= 1.0 => Ok(Target::Ratio(ratio)),
         (Some(ratio), _, _) => Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1"))),
         (_, Some(n), _) if n > 0 => Ok(Target::Vertices(n)),
@@ -155,11 +262,8 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
 pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
     let format = named(output).or(given).ok_or_else(|| {
         let where_to = if is_stream(output) { "standard output".into() } else { output.display().to_string() };
-        Failure::Usage(format!("{where_to}: the format is not known: give --format obj, ply, stl or off"))
+        Failure::Usage(format!("{where_to}: the format is not known: give --format obj, ply, stl, off or glb"))
     })?;
-    if matches!(format, Format::Gltf | Format::Glb) {
-        return Err(Failure::Usage("glTF is read but not written: choose obj, ply, stl or off for OUT".into()));
-    }
     // `--format ply-ascii -o x.ply` asks for the text variant of what the name says.
     Ok(given.filter(|given| family(*given) == family(format)).unwrap_or(format))
 }
@@ -190,11 +294,12 @@ pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
 
 /// Two results cannot go to one file, and only the mesh can go to standard output.
 fn check_paths(request: &Request) -> Result<(), Failure> {
-    let paths: Vec<&PathBuf> = [&request.output, &request.report, &request.picture].into_iter().flatten().collect();
+    let paths: Vec<&PathBuf> =
+        [&request.output, &request.report, &request.picture, &request.map].into_iter().flatten().collect();
     for (index, path) in paths.iter().enumerate() {
         if is_stream(path) {
             return Err(Failure::Usage(
-                "only the mesh goes to standard output: give report and picture a file name".into(),
+                "only the mesh goes to standard output: give report, picture and map a file name".into(),
             ));
         }
         if paths[..index].contains(path) {

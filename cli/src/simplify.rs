@@ -4,20 +4,24 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use neural_mesh::io::{self, Format, ReadError};
+use neural_mesh::io::{self, Format, OutputFile, ReadError};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{RawMesh, TriMesh};
-use neural_mesh::metrics::quick_distance;
+use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{PictureOptions, encode_png, render};
-use neural_mesh::simplify::{Options, Simplified, SimplifyError, simplify};
+use neural_mesh::search::{simplify_to_error, simplify_to_size};
+use neural_mesh::simplify::{
+    Event, Options, Simplified, SimplifyError, importance_of_channel, simplify_input, simplify_levels_of_detail,
+};
 
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::progress::Progress;
-use crate::report::{self, Distance, Output, Report, Seconds, Size};
-use crate::request::{Request, Source, is_stream};
+use crate::report::{self, Certified, Distance, Level, MapFile, Output, Report, Seconds, Size};
+use crate::request::{Bound, Goal, Request, Source, is_stream};
+use crate::subject::Subject;
 use crate::words::{self, Voice};
 
 /// Samples on each surface for the distance: enough for its mean within a hundredth.
@@ -25,8 +29,9 @@ const SAMPLES: usize = 10_000;
 
 /// Does what is asked, on as many threads as asked.
 pub fn run(request: Request) -> Result<(), Failure> {
-    let results = [&request.output, &request.report, &request.picture];
-    results.into_iter().flatten().try_for_each(|path| files::check_place(path, request.force))?;
+    let results = [&request.report, &request.picture, &request.map];
+    let paths = results.into_iter().flatten().cloned().chain(outputs(&request));
+    paths.into_iter().try_for_each(|path| files::check_place(&path, request.force))?;
     interrupt::watch(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(&request))
 }
@@ -41,10 +46,9 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet);
     let weights = request.weights.as_deref().map(read_weights).transpose()?;
-    let Done { report, cleaned, bytes, pending } = simplify_file(request, weights.as_ref(), &mut progress)?;
+    let done = simplify_file(request, weights.as_ref(), &mut progress)?;
     drop(progress);
-    bytes.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-    files::place(pending)?;
+    let (report, cleaned) = done.put()?;
     say(request, &report, &cleaned);
     Ok(())
 }
@@ -52,32 +56,52 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
 /// A run that is done but for the last step: nothing stands in its place yet.
 pub struct Done {
     /// What was done.
-    pub report: Report,
+    report: Report,
     /// What was cleaned, in words.
-    pub cleaned: String,
+    cleaned: String,
     /// The mesh for standard output, where that is its place.
-    pub bytes: Option<Vec<u8>>,
+    bytes: Option<Vec<u8>>,
     /// The files.
-    pub pending: Vec<Pending>,
+    pending: Vec<Pending>,
+    /// Files that belong beside the mesh, and the folder.
+    beside: Option<(PathBuf, Vec<OutputFile>)>,
+    force: bool,
+}
+
+impl Done {
+    /// Puts all that was made in its place; gives the report, and what was cleaned, in words.
+    pub fn put(self) -> Result<(Report, String), Failure> {
+        self.bytes.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
+        if let Some((folder, beside)) = &self.beside {
+            io::write_files(folder, beside, self.force).map_err(|error| Failure::of(folder, error))?;
+        }
+        files::place(self.pending)?;
+        Ok((self.report, self.cleaned))
+    }
 }
 
 /// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.
 pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mut Progress) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     progress.show("read", 0.0);
-    let raw = timed(&mut seconds.read, || read(&request.source))?;
-    let lighter = timed(&mut seconds.simplify, || lighter(raw, request, weights, progress))?;
+    let subject = timed(&mut seconds.read, || Subject::open(&request.source, request.output_format))?;
+    let lighter = timed(&mut seconds.simplify, || lighter(&subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
     progress.show("write", 0.0);
-    let (bytes, pending) = timed(&mut seconds.write, || written(&lighter, request))?;
+    let written = timed(&mut seconds.write, || written(&subject, &lighter.results, request))?;
     progress.show("check", 0.0);
-    let Lighter { cleaned, result, .. } = lighter;
-    let (input, output, distance) = timed(&mut seconds.check, || measured(&cleaned.mesh, &result, request));
-    let report = told(request, &cleaned, &result, Figures { input, output, distance, seconds });
+    let levels: Vec<Level> = timed(&mut seconds.check, || {
+        lighter.results.iter().map(|result| measured(&subject, result, request)).collect()
+    });
+    let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
+    let notes = [subject.notes.clone(), written.notes].concat();
+    let report = told(request, (&subject, first), levels, Told { notes, certified: lighter.certified, seconds })?;
     progress.show("picture", 0.0);
-    let drawn = drawn(request, [&cleaned.mesh, &result.mesh], &report)?;
-    let pending = [pending, drawn, reported(request, &report)?].into_iter().flatten().collect();
-    Ok(Done { report, cleaned: cleaned.counts.to_string(), bytes, pending })
+    let drawn = drawn(request, [subject.mesh(), &first.mesh], &report)?;
+    let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
+    let pending = pending.chain(mapped(request, &subject, first)?).collect();
+    let cleaned = subject.counts.to_string();
+    Ok(Done { report, cleaned, bytes: written.bytes, pending, beside: written.beside, force: request.force })
 }
 
 /// Does something and adds the seconds it took.
@@ -113,95 +137,194 @@ pub fn cleaned(raw: RawMesh, source: &Source) -> Result<Cleaned, Failure> {
     clean(raw, &CleanOptions { weld: source.weld }).map_err(|error| Failure::of(&source.path, error))
 }
 
-/// A mesh before and after.
+/// The results of a run.
 struct Lighter {
-    cleaned: Cleaned,
-    result: Simplified,
-    /// Positions of the result as the input has them in double precision, where no vertex has moved.
-    exact: Option<Vec<[f64; 3]>>,
+    /// One, or one for each level of detail.
+    results: Vec<Simplified>,
+    /// The proof, where a distance was asked for.
+    certified: Option<CertifiedDistance>,
 }
 
 fn lighter(
-    raw: RawMesh,
+    subject: &Subject,
     request: &Request,
     weights: Option<&Weights>,
     progress: &mut Progress,
 ) -> Result<Lighter, Failure> {
-    // Of doubles the mesh holds what single precision does; vertices that stay in place get the rest back.
-    let exact = raw.double.then(|| raw.positions.clone());
-    let cleaned = cleaned(raw, &request.source)?;
-    let options = Options { frame: cleaned.frame, ..request.options.clone() };
-    let mut tell = |event| {
+    let refused = |error| refused(&error, &request.source.path);
+    let importance = importance(subject, request)?;
+    let input = subject.input(&importance);
+    let options = Options { frame: subject.frame, ..request.options.clone() };
+    let tell: &mut dyn FnMut(Event) -> ControlFlow<()> = &mut |event| {
         progress.event(event);
         ControlFlow::Continue(())
     };
-    let result = simplify(&cleaned.mesh, weights, &options, &mut tell);
-    let result = result.map_err(|error| refused(&error, &request.source.path))?;
-    let exact = exact.and_then(|positions| in_place(&positions, &cleaned, &result));
-    Ok(Lighter { cleaned, result, exact })
+    let one = |result| Lighter { results: vec![result], certified: None };
+    match &request.goal {
+        Goal::Target => simplify_input(&input, weights, &options, tell).map(one).map_err(refused),
+        Goal::Levels(further) => {
+            let results = simplify_levels_of_detail(&input, weights, &options, further, tell).map_err(refused)?;
+            Ok(Lighter { results, certified: None })
+        }
+        Goal::Error(bound) => {
+            let error = in_mesh_units(*bound, subject.mesh());
+            let found = simplify_to_error(&input, weights, &options, error, tell).map_err(refused)?;
+            Ok(Lighter { results: vec![found.simplified], certified: Some(found.distance) })
+        }
+        Goal::Size(n_bytes) => {
+            let bytes_of = |result: &Simplified| Ok(files_of(subject, result, request, 0)?.bytes.len());
+            simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
+        }
+    }
 }
 
-/// The input's own positions of the result's vertices, where each is one of the input's.
-fn in_place(positions: &[[f64; 3]], cleaned: &Cleaned, result: &Simplified) -> Option<Vec<[f64; 3]>> {
-    let position = |&vertex: &u32| positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
-    result.source_vertices.as_ref()?.iter().map(position).collect()
+impl From<SimplifyError> for Failure {
+    fn from(error: SimplifyError) -> Self {
+        refused(&error, Path::new("the mesh"))
+    }
+}
+
+/// How much the vertices count, where the request names an attribute that says it.
+fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure> {
+    let Some(name) = &request.importance else { return Ok(Vec::new()) };
+    let attributes = subject.attributes();
+    let Some(channel) = attributes.channels.iter().find(|channel| channel.name == *name) else {
+        let names: Vec<&str> = attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
+        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+        return Err(Failure::Usage(format!("--importance {name}: the mesh has no such attribute; it has: {names}")));
+    };
+    let factors = importance_of_channel(subject.mesh(), attributes, channel);
+    factors
+        .ok_or_else(|| Failure::Usage(format!("--importance {name}: needs numbers of at least 0, not all of them 0")))
+}
+
+fn in_mesh_units(bound: Bound, mesh: &TriMesh) -> f64 {
+    match bound {
+        Bound::Absolute(error) => error,
+        Bound::Percent(percent) => 0.01 * percent * mesh.diagonal(),
+    }
 }
 
 /// The library's refusal as the program's.
 fn refused(error: &SimplifyError, input: &Path) -> Failure {
     match error {
         SimplifyError::Interrupted => Failure::Interrupted,
-        SimplifyError::BadTarget(_) | SimplifyError::BadOversample(_) => Failure::Usage(error.to_string()),
+        SimplifyError::BadTarget(_) | SimplifyError::BadOversample(_) | SimplifyError::BadError(_) => {
+            Failure::Usage(error.to_string())
+        }
         _ => Failure::of(input, error),
     }
 }
 
-/// The mesh as bytes where standard output is its place, else as a file on its way.
-fn written(lighter: &Lighter, request: &Request) -> Result<(Option<Vec<u8>>, Option<Pending>), Failure> {
-    let (mesh, format) = (&lighter.result.mesh, request.output_format);
-    let bytes = match &lighter.exact {
-        Some(positions) => io::write_exact(mesh, positions.clone(), format),
-        None => io::write(mesh, &lighter.cleaned.frame, format),
-    };
-    let shown = request.output.clone().unwrap_or_else(|| PathBuf::from("standard output"));
-    let bytes = bytes.map_err(|error| Failure::of(&shown, error))?;
-    match &request.output {
-        Some(path) => Ok((None, Some(files::prepare(path, &bytes, request.force)?))),
-        None => Ok((Some(bytes), None)),
+/// Where the mesh goes, or each level of detail.
+fn outputs(request: &Request) -> Vec<PathBuf> {
+    let Some(path) = &request.output else { return Vec::new() };
+    match &request.goal {
+        Goal::Levels(further) => (0..=further.len()).map(|level| level_path(path, level)).collect(),
+        _ => vec![path.clone()],
     }
 }
 
-/// Sizes of both meshes, and how far they are apart; what they are as surfaces where someone is told.
-fn measured(original: &TriMesh, result: &Simplified, request: &Request) -> (Size, Output, Option<Distance>) {
-    let distance = || quick_distance(original, &result.mesh, SAMPLES, 0).map(|found| Distance::of(&found, SAMPLES));
-    let distance = request.check.then(distance).flatten();
-    let with_shape = request.report.is_some();
-    let input = Size::of(original, with_shape || result.report.components_pruned > 0);
-    (input, Output::of(Size::of(&result.mesh, with_shape), &result.report), distance)
+/// `spot.obj.gz` becomes `spot-lod1.obj.gz`.
+fn level_path(path: &Path, level: usize) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let bare = Format::without_gz(path);
+    let stem = bare.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = name.strip_prefix(&*stem).unwrap_or_default();
+    path.with_file_name(format!("{stem}-lod{level}{ending}"))
 }
 
-/// What was measured of a run.
-struct Figures {
-    input: Size,
-    output: Output,
-    distance: Option<Distance>,
+/// Results on their way.
+#[derive(Default)]
+struct OnTheirWay {
+    bytes: Option<Vec<u8>>,
+    pending: Vec<Pending>,
+    beside: Option<(PathBuf, Vec<OutputFile>)>,
+    notes: Vec<String>,
+}
+
+/// The meshes as bytes where standard output is their place, else as files on their way.
+fn written(subject: &Subject, results: &[Simplified], request: &Request) -> Result<OnTheirWay, Failure> {
+    let mut done = OnTheirWay::default();
+    let paths = outputs(request);
+    for (level, result) in results.iter().enumerate() {
+        let files = files_of(subject, result, request, level)?;
+        done.notes.extend(files.notes.into_iter().filter(|_| level == 0));
+        let Some(path) = paths.get(level) else {
+            if !files.beside.is_empty() {
+                done.notes
+                    .push(format!("{} files beside the mesh are not written to standard output", files.beside.len()));
+            }
+            done.bytes = Some(files.bytes);
+            continue;
+        };
+        if let Some(file) = files.beside.iter().find(|file| Some(file.path.as_os_str()) == path.file_name()) {
+            return Err(Failure::of(
+                &file.path,
+                "is what the mesh names a file of its own: choose another name for OUT",
+            ));
+        }
+        done.pending.push(files::prepare(path, &files.bytes, request.force)?);
+        let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let (_, beside) = done.beside.get_or_insert((folder, Vec::new()));
+        let fresh = files.beside.into_iter().filter(|file| beside.iter().all(|other| other.path != file.path));
+        beside.extend(fresh.collect::<Vec<_>>());
+    }
+    Ok(done)
+}
+
+/// A result as the bytes of its files.
+fn files_of(
+    subject: &Subject,
+    result: &Simplified,
+    request: &Request,
+    level: usize,
+) -> Result<crate::subject::Files, Failure> {
+    let shown = request.output.clone().unwrap_or_else(|| PathBuf::from("standard output"));
+    let paths = outputs(request);
+    let file_name = paths.get(level).and_then(|path| path.file_name()).unwrap_or("mesh".as_ref()).to_string_lossy();
+    subject.written(result, request, &file_name).map_err(|error| Failure::of(&shown, error))
+}
+
+/// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
+fn measured(subject: &Subject, result: &Simplified, request: &Request) -> Level {
+    let distance = || subject.distance(result, SAMPLES).map(|found| Distance::of(&found, SAMPLES));
+    let output = Output::of(Size::of(&result.mesh, request.report.is_some()), &result.report);
+    Level::new(output, report::outcome(&result.report.outcome), request.check.then(distance).flatten())
+}
+
+/// What else is told of a run.
+struct Told {
+    notes: Vec<String>,
+    certified: Option<CertifiedDistance>,
     seconds: Seconds,
 }
 
-fn told(request: &Request, cleaned: &Cleaned, result: &Simplified, figures: Figures) -> Report {
-    Report {
-        input: figures.input,
-        output: figures.output,
-        target: request.options.target.into(),
-        outcome: report::outcome(&result.report.outcome),
+fn told(
+    request: &Request,
+    (subject, result): (&Subject, &Simplified),
+    levels: Vec<Level>,
+    Told { notes, certified, seconds }: Told,
+) -> Result<Report, Failure> {
+    let with_shape = request.report.is_some() || result.report.components_pruned > 0;
+    let several = matches!(request.goal, Goal::Levels(_));
+    let Some(first) = levels.first().cloned() else { return Err(Failure::Failed("no result was made".into())) };
+    Ok(Report {
+        input: Size::of(subject.mesh(), with_shape),
+        output: first.output,
+        target: report::target(&request.goal, request.options.target),
+        outcome: first.outcome,
         scores: report::scores(result.report.scores),
         oversample: result.report.oversample,
         seed: request.options.seed,
         threads: rayon::current_num_threads(),
-        seconds: figures.seconds,
-        cleaned: (&cleaned.counts).into(),
-        distance: figures.distance,
-    }
+        seconds,
+        cleaned: (&subject.counts).into(),
+        distance: first.distance,
+        certified: certified.map(|distance| Certified::of(&distance)),
+        levels: if several { levels } else { Vec::new() },
+        notes,
+    })
 }
 
 /// The picture on its way to its file, where one is asked for.
@@ -223,6 +346,14 @@ fn reported(request: &Request, report: &Report) -> Result<Option<Pending>, Failu
     files::prepare(path, &json, request.force).map(Some)
 }
 
+/// The map on its way to its file, where one is asked for.
+fn mapped(request: &Request, subject: &Subject, result: &Simplified) -> Result<Option<Pending>, Failure> {
+    let (Some(path), Some(map)) = (&request.map, &result.map) else { return Ok(None) };
+    let file = MapFile::of(map, subject.file_vertices());
+    let json = serde_json::to_vec(&file).map_err(|error| Failure::of(path, error))?;
+    files::prepare(path, &json, request.force).map(Some)
+}
+
 fn say(request: &Request, report: &Report, cleaned: &str) {
     let voice = match (request.quiet, &request.output) {
         (true, _) => Voice::Quiet,
@@ -230,7 +361,16 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
         (false, None) => Voice::Err,
     };
     words::notes(report, cleaned).iter().for_each(|line| voice.say(line));
-    voice.say(&words::size(&report.input, &report.output.size));
-    report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
+    if request.explain {
+        words::explained(report).iter().for_each(|line| voice.say(line));
+    }
+    match &report.levels[..] {
+        [] => {
+            voice.say(&words::size(&report.input, &report.output.size));
+            report.certified.iter().for_each(|distance| voice.say(&words::certified(distance)));
+            report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
+        }
+        levels => levels.iter().enumerate().for_each(|(i, level)| voice.say(&words::level(i, &report.input, level))),
+    }
     voice.say(&words::time(&report.seconds));
 }

@@ -48,6 +48,18 @@ pub struct CleanCounts {
     pub dropped_faces: usize,
 }
 
+impl std::ops::AddAssign for CleanCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.welded_vertices += other.welded_vertices;
+        self.unreferenced_vertices += other.unreferenced_vertices;
+        self.degenerate_faces += other.degenerate_faces;
+        self.duplicate_faces += other.duplicate_faces;
+        self.non_finite_faces += other.non_finite_faces;
+        self.out_of_range_faces += other.out_of_range_faces;
+        self.dropped_faces += other.dropped_faces;
+    }
+}
+
 /// A valid mesh and how it came about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cleaned {

@@ -87,6 +87,21 @@ impl TriMesh {
         &self.faces
     }
 
+    /// Diagonal of the box around the vertices that faces use, 0 where there are none.
+    ///
+    /// ```
+    /// assert_eq!(neural_mesh::mesh::shapes::cuboid([2.0, 3.0, 6.0], 2).diagonal(), 7.0);
+    /// ```
+    pub fn diagonal(&self) -> f64 {
+        let corners = self.faces.iter().flatten().map(|&v| self.positions[v as usize]);
+        let none = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        let (low, high) = corners.fold(none, |(low, high), p| {
+            (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
+        });
+        let side = |k: usize| (f64::from(high[k]) - f64::from(low[k])).max(0.0);
+        side(0).hypot(side(1)).hypot(side(2))
+    }
+
     /// Gives the two arrays back.
     pub fn into_parts(self) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         (self.positions, self.faces)

@@ -77,6 +77,11 @@ impl United {
         })
     }
 
+    /// The scale of a mesh among the others.
+    pub fn scale(&self, piece: usize) -> f64 {
+        f64::from(self.scales[piece])
+    }
+
     /// What became of each mesh when all of them became `mesh` with these attributes, whose groups say where its faces
     /// come from.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {

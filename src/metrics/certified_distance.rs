@@ -12,7 +12,6 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::quick_distance::diagonal;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::TriMesh;
 use crate::spatial::FaceTree;
@@ -64,7 +63,7 @@ pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Shar
     if original.faces().is_empty() || simplified.faces().is_empty() {
         return None;
     }
-    let diagonal = diagonal(original);
+    let diagonal = original.diagonal();
     let slack = ROUNDING * diagonal;
     let asked = Sharpness { enough: (asked.enough - slack).max(slack), ..*asked };
     let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked };

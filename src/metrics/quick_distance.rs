@@ -4,6 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
 use crate::spatial::FaceTree;
@@ -47,8 +48,43 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     Some(QuickDistance {
         mean: 0.5 * (forward.0 + backward.0),
         max: forward.1.max(backward.1),
-        diagonal: diagonal(original),
+        diagonal: original.diagonal(),
     })
+}
+
+/// The distance between the meshes of a scene and what became of them, each pair with the scale at which it counts: the mean
+/// over the areas of all, the largest of all, and the diagonal of the largest; in the unit of the scene.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, metrics::{quick_distance, quick_distance_of_pairs}};
+/// let (fine, coarse) = (shapes::icosphere(3), shapes::icosphere(1));
+/// let one = quick_distance(&fine, &coarse, 1000, 0).unwrap();
+/// let two = quick_distance_of_pairs(&[(&fine, &coarse, 2.0), (&fine, &coarse, 2.0)], 2000, 0).unwrap();
+/// assert!((two.mean - 2.0 * one.mean).abs() < 1e-9 && two.diagonal == 2.0 * one.diagonal);
+/// ```
+pub fn quick_distance_of_pairs(
+    pairs: &[(&TriMesh, &TriMesh, f64)],
+    n_samples: usize,
+    seed: u64,
+) -> Option<QuickDistance> {
+    let (mut all, mut whole) = (QuickDistance::default(), 0.0);
+    let n_each = n_samples / pairs.len().clamp(1, 10);
+    for &(before, after, scale) in pairs {
+        let Some(found) = quick_distance(before, after, n_each, seed) else { continue };
+        let area = area(before) * scale * scale;
+        all.mean += area * scale * found.mean;
+        whole += area;
+        all.max = all.max.max(scale * found.max);
+        all.diagonal = all.diagonal.max(scale * found.diagonal);
+    }
+    all.mean /= if whole > 0.0 { whole } else { 1.0 };
+    (all.diagonal > 0.0).then_some(all)
+}
+
+/// The area of all faces.
+fn area(mesh: &TriMesh) -> f64 {
+    let corner = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
+    mesh.faces().iter().map(|face| 0.5 * area_normal_f64(face.map(corner)).length()).sum()
 }
 
 fn tree(mesh: &TriMesh) -> FaceTree<'_> {
@@ -78,16 +114,6 @@ fn points_on(mesh: &TriMesh, faces: &[u32]) -> Vec<DVec3> {
     corners.dedup();
     let middles = faces().map(|face| face.map(point).into_iter().sum::<DVec3>() / 3.0);
     middles.chain(corners.into_iter().map(point)).collect()
-}
-
-/// Diagonal of the box around the vertices that faces use.
-pub(super) fn diagonal(mesh: &TriMesh) -> f64 {
-    let corners = mesh.faces().iter().flatten().map(|&v| mesh.positions()[v as usize]);
-    let none = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let (low, high) = corners.fold(none, |(low, high), p| {
-        (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
-    });
-    DVec3::from(low.map(f64::from)).distance(DVec3::from(high.map(f64::from)))
 }
 
 #[cfg(test)]

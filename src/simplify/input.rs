@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::mesh::{Attributes, TriMesh, creases, edges, seams};
+use crate::mesh::{Attributes, Channel, TriMesh, creases, edges, seams};
 
 use super::options::{Options, SimplifyError};
 
@@ -49,6 +49,31 @@ impl<'a> Input<'a> {
         let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
         Ok((attributes, self.importance_of(Some(sources)).into_owned()))
     }
+}
+
+/// An importance of the vertices from a channel: the mean over the corners of each vertex, of its numbers (the first three of
+/// a colour). What is 0 counts a thousandth of the mean; `None` where something is negative or not a number, or all is 0.
+///
+/// ```
+/// use neural_mesh::{mesh::{Attributes, Channel, Role, shapes}, simplify::importance_of_channel};
+/// let mesh = shapes::tetrahedron();
+/// let channel = Channel { name: "wear".into(), role: Role::Other, width: 1, values: vec![1.0, 3.0, 0.0, 0.0] };
+/// let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![channel], ..Attributes::default() };
+/// let importance = importance_of_channel(&mesh, &attributes, &attributes.channels[0]).unwrap();
+/// assert_eq!(importance, [1.0, 3.0, 0.001, 0.001]);
+/// ```
+pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &Channel) -> Option<Vec<f32>> {
+    let mut sums = vec![(0.0f32, 0.0f32); mesh.positions().len()];
+    for (&v, &wedge) in mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened()) {
+        let values = channel.of(wedge);
+        let values = &values[..values.len().min(3)];
+        let sum = &mut sums[v as usize];
+        *sum = (sum.0 + values.iter().sum::<f32>() / values.len() as f32, sum.1 + 1.0);
+    }
+    let factors: Vec<f32> = sums.into_iter().map(|(sum, n)| sum / n.max(1.0)).collect();
+    let mean = factors.iter().sum::<f32>() / factors.len() as f32;
+    let is_usable = mean > 0.0 && factors.iter().all(|x| *x >= 0.0 && x.is_finite());
+    is_usable.then(|| factors.into_iter().map(|x| x.max(1e-3 * mean)).collect())
 }
 
 /// The edges that stay edges: where what the corners carry jumps, and the creases, if these were asked for.

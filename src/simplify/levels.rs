@@ -37,8 +37,9 @@ pub fn simplify_levels_of_detail(
     further: &[Target],
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    input.check()?;
-    let (mesh, sources) = without_unused(input.mesh)?;
+    let caller = input;
+    caller.check()?;
+    let (mesh, sources) = without_unused(caller.mesh)?;
     let importance = input.importance_of(sources.as_deref());
     let input = Input { mesh: &mesh, importance: &importance, ..*input };
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
@@ -47,12 +48,12 @@ pub fn simplify_levels_of_detail(
     // What is as large as the mesh is the mesh, as where there is one target.
     let is_sound = is_sound(&mesh, &options.frame);
     let n_unchanged = limits.iter().take_while(|limit| is_sound && is_met_by(&mesh, limit)).count();
-    let same = || unchanged(&input, sources.clone(), options, oversample);
-    let mut levels: Vec<Simplified> = (0..n_unchanged).map(|_| same()).collect();
+    let n_vertices = caller.mesh.positions().len();
+    let same = (0..n_unchanged).map(|_| unchanged(&input, options, oversample));
     let task = Task { options, differentiable: false };
     let lighter = closed_results(&input, weights, &task, (&limits[n_unchanged..], oversample), progress)?;
-    levels.extend(lighter.into_iter().map(|(simplified, _)| from_caller(simplified, sources.clone())));
-    Ok(levels)
+    let levels = same.chain(lighter.into_iter().map(|(simplified, _)| simplified));
+    Ok(levels.map(|simplified| from_caller(simplified, sources.clone(), n_vertices)).collect())
 }
 
 /// The sizes of levels of detail, each no larger than the one before.

@@ -5,6 +5,7 @@ mod closed;
 mod components;
 mod input;
 mod levels;
+mod map;
 mod mesh_points;
 mod network_scores;
 mod one_pass;
@@ -26,13 +27,13 @@ use components::{count_components, pruned};
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
-pub use input::Input;
+pub use input::{Input, importance_of_channel};
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use one_pass::one_pass;
 pub use options::{
-    Assembly, Event, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified, SimplifyError, Target,
+    Assembly, Event, Map, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified, SimplifyError, Target,
 };
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
@@ -164,6 +165,7 @@ fn run(
 ) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
     let options = task.options;
     input.check()?;
+    let n_vertices = input.mesh.positions().len();
     let (mesh, sources) = without_unused(input.mesh)?;
     let importance = input.importance_of(sources.as_deref());
     let input = Input { mesh: &mesh, importance: &importance, ..*input };
@@ -172,21 +174,26 @@ fn run(
     let is_small = is_met_by(&mesh, &limit);
     match options.assembly {
         Assembly::Closed if is_small && is_sound(&mesh, &options.frame) => {
-            Ok((unchanged(&input, sources, options, oversample), None))
+            Ok((from_caller(unchanged(&input, options, oversample), sources, n_vertices), None))
         }
-        Assembly::Paper if is_small => Ok((unchanged(&input, sources, options, oversample), None)),
+        Assembly::Paper if is_small => {
+            Ok((from_caller(unchanged(&input, options, oversample), sources, n_vertices), None))
+        }
         Assembly::Closed => {
             let results = closed_results(&input, weights, task, (&[limit], oversample), progress)?;
             let (simplified, derivative) = results.into_iter().next().ok_or(SimplifyError::Empty)?;
             let derivative = derivative.map(|derivative| within(derivative, sources.clone()));
-            Ok((from_caller(simplified, sources), derivative))
+            Ok((from_caller(simplified, sources, n_vertices), derivative))
         }
         Assembly::Paper => Ok((paper_result(&mesh, sources, weights, options, limit, progress)?, None)),
     }
 }
 
 /// The result with the vertices of the caller's mesh.
-fn from_caller(mut simplified: Simplified, sources: Option<Vec<u32>>) -> Simplified {
+fn from_caller(mut simplified: Simplified, sources: Option<Vec<u32>>, n_vertices: usize) -> Simplified {
+    if let (Some(map), Some(sources)) = (&mut simplified.map, &sources) {
+        map::widen_vertices(map, sources, n_vertices);
+    }
     simplified.source_vertices = simplified.source_vertices.map(|kept| through(sources, kept));
     simplified
 }
@@ -222,7 +229,7 @@ fn closed_results(
     let edges = input::kept_edges(mesh, attributes, options);
     let locked = input::locked_vertices(mesh, options);
     let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
-    let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes };
+    let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map };
     let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
     let request = Request { limit, oversample, importance, parts, seed, frame, differentiable, keep };
     let levels = simplify_levels(mesh, &request, further, progress)?;
@@ -236,8 +243,12 @@ fn closed_results(
             ..closed_report(&closed, options, oversample)
         };
         let derivative = closed.derivative.take().map(|derivative| within(derivative, sources.cloned()));
+        let corner_map = closed.corner_map.take();
+        let map =
+            corner_map.map(|corners| map::of_pruned(map::of(mesh, &closed, corners), input.mesh, pruned.as_ref()));
         let source_vertices = closed.source_vertices.map(|kept| through(sources.cloned(), kept));
-        (Simplified { mesh: closed.mesh, attributes: closed.attributes, source_vertices, report }, derivative)
+        let Closed { mesh, attributes, .. } = closed;
+        (Simplified { mesh, attributes, source_vertices, map, report }, derivative)
     };
     Ok(levels.into_iter().map(told).collect())
 }
@@ -256,16 +267,17 @@ fn paper_result(
     let (lighter, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
     let report = plain_report(&lighter, options);
     let source_vertices = Some(through(sources, kept));
-    Ok(Simplified { mesh: lighter, attributes: Attributes::default(), source_vertices, report })
+    Ok(Simplified { mesh: lighter, attributes: Attributes::default(), source_vertices, map: None, report })
 }
 
 /// The mesh as it is, for targets that it meets already.
-fn unchanged(input: &Input, sources: Option<Vec<u32>>, options: &Options, oversample: f64) -> Simplified {
+fn unchanged(input: &Input, options: &Options, oversample: f64) -> Simplified {
     let mesh = input.mesh;
     let all = (0..mesh.positions().len() as u32).collect();
     let report = Report { oversample, ..plain_report(mesh, options) };
-    let source_vertices = Some(through(sources, all));
-    Simplified { mesh: mesh.clone(), attributes: input.attributes.clone(), source_vertices, report }
+    let source_vertices = Some(all);
+    let map = options.map.then(|| map::of_unchanged(mesh));
+    Simplified { mesh: mesh.clone(), attributes: input.attributes.clone(), source_vertices, map, report }
 }
 
 /// Vertices of the caller's mesh for vertices of the one without unused vertices.

@@ -44,6 +44,8 @@ pub struct Options {
     pub subset: bool,
     /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
     pub crease_angle: Option<f32>,
+    /// Whether the result says where it comes from, vertex by vertex and corner by corner (closed assembly only).
+    pub map: bool,
     /// How the coordinates will be rounded when written: no two vertices of the result share a rounded position.
     pub frame: Frame,
 }
@@ -61,6 +63,7 @@ impl Options {
             lock_borders: false,
             subset: false,
             crease_angle: None,
+            map: false,
             frame: Frame::default(),
         }
     }
@@ -159,8 +162,23 @@ pub struct Simplified {
     /// For each output vertex the input vertex whose position it has, where every vertex has one
     /// (paper assembly, subset, or nothing to do).
     pub source_vertices: Option<Vec<u32>>,
+    /// Where it comes from, if the options asked for that.
+    pub map: Option<Map>,
     /// What was done.
     pub report: Report,
+}
+
+/// How a result hangs together with its input, for data that the caller carries over.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Map {
+    /// The output vertex that each input vertex went into, n_input; `u32::MAX` where it was dropped or is on no face.
+    pub output_vertices: Vec<u32>,
+    /// The input vertex nearest to each output vertex, of those that went into it, n_output.
+    pub input_vertices: Vec<u32>,
+    /// For each corner of the output's faces the input face that it stands on, n_faces x 3; on the corner's side of seams.
+    pub corner_faces: Vec<[u32; 3]>,
+    /// The weights of that face's corners there, n_faces x 3 x 3; each three are at least 0, their sum 1.
+    pub corner_weights: Vec<[[f32; 3]; 3]>,
 }
 
 /// A stage begins, or moves on; `done` is in 0..=1.

@@ -18,7 +18,7 @@ use crate::args::SimplifyArgs;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::request::{Request, Source, check_threads, format_of, is_stream, options};
+use crate::request::{Request, Source, check_threads, format_of, goal, is_stream, options};
 use crate::words::Voice;
 use crate::{files, interrupt, simplify};
 use inputs::Input;
@@ -50,8 +50,11 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
 /// Refuses what a batch has no use for; gives the format of all results, if one is asked for.
 fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
-    if args.report.is_some() || args.picture.is_some() {
-        return usage("--report and --picture are for a single mesh: a batch has its manifest.csv");
+    if args.report.is_some() || args.picture.is_some() || args.map.is_some() || args.explain {
+        return usage("--report, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv");
+    }
+    if !args.lods.is_empty() {
+        return usage("--lods: a batch makes one result of each mesh: give one of the other sizes");
     }
     if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
         return usage(
@@ -63,21 +66,19 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     }
     check_threads(args.threads)?;
     options(args)?;
-    match args.format.as_deref().map(format_of).transpose()? {
-        Some(Format::Gltf | Format::Glb) => {
-            usage("glTF is read but not written: choose obj, ply, stl or off for --format")
-        }
-        format => Ok(format),
-    }
+    args.format.as_deref().map(format_of).transpose()
 }
 
 /// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
 fn request_words(args: &SimplifyArgs) -> String {
-    let target = match (args.ratio, args.vertices, args.faces) {
-        (Some(ratio), _, _) => format!("--ratio {ratio}"),
-        (_, Some(n), _) => format!("--vertices {n}"),
-        (_, _, n) => format!("--faces {}", n.unwrap_or_default()),
-    };
+    let sizes = [
+        args.ratio.map(|ratio| format!("--ratio {ratio}")),
+        args.vertices.map(|n| format!("--vertices {n}")),
+        args.faces.map(|n| format!("--faces {n}")),
+        args.error.as_ref().map(|error| format!("--error {error}")),
+        args.size.as_ref().map(|size| format!("--size {size}")),
+    ];
+    let target = sizes.into_iter().flatten().collect::<String>();
     let mut words = format!("{target} --assembly {:?} --scores {:?} --seed {}", args.assembly, args.scores, args.seed);
     words.make_ascii_lowercase();
     let named = [
@@ -87,6 +88,12 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.prune.then(|| " --prune".into()),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
+        args.lock_borders.then(|| " --lock-borders".into()),
+        args.subset.then(|| " --subset".into()),
+        args.keep_features.then(|| " --keep-features".into()),
+        args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
+        args.importance.as_ref().map(|name| format!(" --importance {name}")),
+        args.allow_outside.then(|| " --allow-outside".into()),
     ];
     words.extend(named.into_iter().flatten());
     words
@@ -142,8 +149,7 @@ impl Batch {
         let request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
         request.output.iter().try_for_each(|path| files::check_place(path, request.force))?;
         let done = simplify::simplify_file(&request, self.weights.as_ref(), &mut Progress::new(true))?;
-        files::place(done.pending)?;
-        Ok(done.report)
+        done.put().map(|(report, _)| report)
     }
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
@@ -152,6 +158,11 @@ impl Batch {
             output_format: self.format.unwrap_or_else(|| places::format_for(input)),
             output: Some(output),
             options: options(&self.args)?,
+            goal: goal(&self.args)?,
+            importance: self.args.importance.clone(),
+            allow_outside: self.args.allow_outside,
+            map: None,
+            explain: false,
             weights: None,
             n_threads: None,
             check: !self.args.no_check,

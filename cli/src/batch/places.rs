@@ -60,12 +60,9 @@ fn folded(place: &Path) -> String {
     place.to_string_lossy().to_lowercase()
 }
 
-/// The format of a result where none is asked for: that of its mesh, where it can be written.
+/// The format of a result where none is asked for: that of its mesh.
 pub fn format_for(input: &Input) -> Format {
-    match Format::from_path(&input.place) {
-        None | Some(Format::Gltf | Format::Glb) => Format::Ply,
-        Some(format) => format,
-    }
+    Format::from_path(&input.place).unwrap_or(Format::Ply)
 }
 
 fn ending(input: &Input, format: Option<Format>) -> &'static str {
@@ -120,7 +117,7 @@ mod tests {
 
     #[test]
     fn names_are_kept_where_nothing_shares_them() {
-        assert_eq!(named(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.ply"]);
+        assert_eq!(named(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.glb"]);
         assert_eq!(named(&["a.obj", "b.stl"], Some(Format::PlyAscii)), ["a.ply", "b.ply"]);
     }
 

@@ -103,18 +103,15 @@ impl Corners {
         features: &Features,
         attributes: &Attributes,
         positions: &[Vec3],
-    ) -> Attributes {
+    ) -> (Attributes, CornerMap) {
         let group = |wedges: &[u32; 3]| {
             let first = self.origins[wedges[0] as usize].first();
             first.map_or(0, |&face| attributes.group(face))
         };
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.wedges.iter().map(group).collect() };
-        if attributes.channels.is_empty() {
-            return Attributes { groups, ..Attributes::default() };
-        }
         let original = Original {
             surface,
-            wedges: aligned(surface, mesh, &attributes.wedges),
+            orders: corner_orders(surface, mesh),
             seams: features.edges.iter().copied().collect(),
             around: FacesAround::new(surface.n_vertices(), &surface.faces),
         };
@@ -122,9 +119,21 @@ impl Corners {
             .into_par_iter()
             .map(|wedge| original.place(positions[self.vertices[wedge] as usize], &self.origins[wedge]))
             .collect();
-        let channels = attributes.channels.iter().map(|channel| carried(channel, &original.wedges, &places)).collect();
-        Attributes { wedges: self.wedges, channels, groups }
+        let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
+        let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
+        let channels: Vec<Channel> =
+            attributes.channels.iter().map(|channel| carried(channel, &attributes.wedges, &places)).collect();
+        let wedges = if channels.is_empty() { Vec::new() } else { self.wedges };
+        (Attributes { wedges, channels, groups }, CornerMap { faces, weights })
     }
+}
+
+/// Where on the mesh the corners of the result stand.
+pub(in crate::simplify) struct CornerMap {
+    /// The face of the mesh for each corner, n_faces x 3.
+    pub faces: Vec<[u32; 3]>,
+    /// The weights of its corners, n_faces x 3 x 3.
+    pub weights: Vec<[[f32; 3]; 3]>,
 }
 
 /// For each output face the input face whose corners became its corners.
@@ -152,16 +161,16 @@ fn faces_they_came_of(surface: &Surface, vertex_of: &[u32], faces: &[[u32; 3]]) 
     came_of
 }
 
-/// The wedges of the mesh's corners as those of the surface, some of whose faces are wound the other way.
-fn aligned(surface: &Surface, mesh: &TriMesh, wedges: &[[u32; 3]]) -> Vec<[u32; 3]> {
+/// For each corner of the surface's faces which corner of the mesh's it is: some faces are wound the other way.
+fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
     let sources: Vec<u32> = surface.sources().collect();
-    let of_face = |((corners, before), wedges): ((&[u32; 3], &[u32; 3]), &[u32; 3])| {
-        corners.map(|v| wedges[before.iter().position(|&w| w == sources[v as usize]).unwrap_or(0)])
+    let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
+        corners.map(|v| before.iter().position(|&w| w == sources[v as usize]).unwrap_or(0) as u8)
     };
-    surface.faces.iter().zip(mesh.faces()).zip(wedges).map(of_face).collect()
+    surface.faces.iter().zip(mesh.faces()).map(order).collect()
 }
 
-/// A point of the original: a face and weights of its corners.
+/// A point of the original: a face and weights of the corners that it has in the mesh.
 #[derive(Clone, Copy)]
 struct Place {
     face: u32,
@@ -171,8 +180,8 @@ struct Place {
 /// The original, walked over.
 struct Original<'a> {
     surface: &'a Surface,
-    /// The wedges of the surface's corners, n_faces x 3.
-    wedges: Vec<[u32; 3]>,
+    /// Which corner of the mesh each corner of the surface is, n_faces x 3.
+    orders: Vec<[u8; 3]>,
     seams: FxHashSet<[u32; 2]>,
     around: FacesAround,
 }
@@ -200,7 +209,9 @@ impl Original<'_> {
         let corners = self.surface.faces[face as usize].map(|v| self.surface.positions[v as usize]);
         let weights = nearest_weights_f64(p.as_dvec3(), corners.map(Vec3::as_dvec3)).map(|w| w as f32);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        (point.distance_squared(p), Place { face, weights })
+        let mut of_mesh = [0.0; 3];
+        self.orders[face as usize].iter().zip(weights).for_each(|(&corner, w)| of_mesh[corner as usize] = w);
+        (point.distance_squared(p), Place { face, weights: of_mesh })
     }
 
     /// The faces beyond the edges of a face that are no seams.

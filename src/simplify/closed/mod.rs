@@ -43,6 +43,7 @@ use regions::Sum;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
+pub(super) use corners::CornerMap;
 pub(super) use derivative::Derivative;
 pub use importance::importance_of_scores;
 
@@ -89,7 +90,12 @@ pub(super) struct Keep<'a> {
     pub subset: bool,
     /// What corners and faces carry.
     pub attributes: Option<&'a Attributes>,
+    /// Whether it is to be known where on the mesh the result's corners stand.
+    pub map: bool,
 }
+
+/// A mesh that carries nothing.
+static NOTHING: Attributes = Attributes { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
 
 /// How much more than its area each vertex counts.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +130,8 @@ pub(super) struct Closed {
     pub derivative: Option<Derivative>,
     /// What the corners and faces of the result carry.
     pub attributes: Attributes,
+    /// Where on the mesh the corners stand, if that was to be known.
+    pub corner_map: Option<CornerMap>,
     /// The vertex of the mesh that each output vertex is, where they were to be such.
     pub source_vertices: Option<Vec<u32>>,
 }
@@ -225,7 +233,8 @@ fn finished(
 ) -> Result<Closed, SimplifyError> {
     let Begun { mesh, surface, features, assignment, .. } = begun;
     let Collapsed { end, merges, mut remains } = collapsed;
-    let Keep { subset, attributes, .. } = request.keep;
+    let Keep { subset, attributes, map, .. } = request.keep;
+    let attributes = attributes.or(map.then_some(&NOTHING));
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
@@ -250,6 +259,8 @@ fn finished(
     let carried = corners.zip(attributes);
     let carried =
         carried.map(|(corners, attributes)| corners.attributes((mesh, surface), features, attributes, &positions));
+    let (attributes, corner_map) = carried.unzip();
+    let attributes = attributes.unwrap_or_default();
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
     let sources: Vec<u32> = surface.sources().collect();
     let source_vertices: Vec<u32> = origins.iter().map(|&v| sources[v as usize]).collect();
@@ -274,7 +285,8 @@ fn finished(
         vertex_of,
         separated_vertices,
         derivative,
-        attributes: carried.unwrap_or_default(),
+        attributes,
+        corner_map: corner_map.filter(|_| map),
         source_vertices: subset.then_some(source_vertices),
     })
 }

@@ -1,0 +1,192 @@
+//! What is simplified and written again: a mesh with all that its file says, or the meshes of a glTF scene, as one.
+
+use std::path::Path;
+
+use neural_mesh::io::{
+    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
+};
+use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
+use neural_mesh::mesh::{Attributes, Frame, Piece, TriMesh, United};
+use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
+use neural_mesh::simplify::{Input, Simplified};
+
+use crate::failure::{Failure, name};
+use crate::files;
+use crate::request::{Request, Source, is_stream};
+
+/// A mesh, or the meshes of a scene side by side in one.
+pub struct Subject {
+    /// How coordinates lie in the file.
+    pub frame: Frame,
+    /// What was cleaned.
+    pub counts: CleanCounts,
+    /// What could not be kept, in one line each.
+    pub notes: Vec<String>,
+    kind: Kind,
+}
+
+enum Kind {
+    Mesh {
+        cleaned: Box<Cleaned>,
+        /// Positions in the file's double precision, n_raw x 3, where it has such.
+        exact: Option<Vec<[f64; 3]>>,
+        extra: Extra,
+    },
+    Scene {
+        asset: Box<Asset>,
+        united: United,
+        /// For each part of the asset its piece of the united mesh; none where the part has no face that can be drawn.
+        pieces: Vec<Option<usize>>,
+    },
+}
+
+/// A result as files.
+pub struct Files {
+    /// The mesh.
+    pub bytes: Vec<u8>,
+    /// What belongs beside it.
+    pub beside: Vec<OutputFile>,
+    /// What the format does not hold, in one line each.
+    pub notes: Vec<String>,
+}
+
+impl Subject {
+    /// Reads and cleans what the request names. A glTF that is written as glTF is taken as the scene that it is.
+    pub fn open(source: &Source, output: Format) -> Result<Self, Failure> {
+        let is_gltf = |format| matches!(format, Format::Gltf | Format::Glb);
+        if is_gltf(output) && !is_stream(&source.path) && named_or_seen(source).is_some_and(is_gltf) {
+            let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
+            return Self::scene(asset, source);
+        }
+        let ReadMesh { mesh: raw, extra, notes } = read(source)?;
+        let exact = raw.double.then(|| raw.positions.clone());
+        let cleaned = clean(raw, &CleanOptions { weld: source.weld });
+        let cleaned = cleaned.map_err(|error| Failure::of(&source.path, error))?;
+        let (frame, counts) = (cleaned.frame, cleaned.counts);
+        Ok(Self { frame, counts, notes, kind: Kind::Mesh { cleaned: Box::new(cleaned), exact, extra } })
+    }
+
+    fn scene(asset: Asset, source: &Source) -> Result<Self, Failure> {
+        let options = CleanOptions { weld: source.weld };
+        let parts: Vec<_> = asset.parts().iter().map(|part| clean(part.mesh.clone(), &options)).collect();
+        let (mut n_pieces, mut counts) = (0, CleanCounts::default());
+        let mut pieces = Vec::new();
+        for part in &parts {
+            pieces.push(part.is_ok().then_some(n_pieces));
+            n_pieces += usize::from(part.is_ok());
+            part.iter().for_each(|part| counts += part.counts);
+        }
+        let scaled = parts.iter().zip(asset.parts()).filter_map(|(cleaned, part)| {
+            let cleaned = cleaned.as_ref().ok()?;
+            Some(Piece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale })
+        });
+        let scaled: Vec<Piece> = scaled.collect();
+        if scaled.is_empty() {
+            return Err(Failure::of(&source.path, "no triangles: a scene needs a mesh of triangles"));
+        }
+        let united = United::new(&scaled).ok_or_else(|| {
+            Failure::of(&source.path, "its meshes are too many or too far apart in size: split the scene")
+        })?;
+        let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
+        Ok(Self { frame: Frame::default(), counts, notes, kind })
+    }
+
+    /// The mesh, or all of them.
+    pub fn mesh(&self) -> &TriMesh {
+        match &self.kind {
+            Kind::Mesh { cleaned, .. } => &cleaned.mesh,
+            Kind::Scene { united, .. } => &united.mesh,
+        }
+    }
+
+    /// What its corners and faces carry.
+    pub fn attributes(&self) -> &Attributes {
+        match &self.kind {
+            Kind::Mesh { cleaned, .. } => &cleaned.attributes,
+            Kind::Scene { united, .. } => &united.attributes,
+        }
+    }
+
+    /// What the simplifier is given.
+    pub fn input<'a>(&'a self, importance: &'a [f32]) -> Input<'a> {
+        Input { mesh: self.mesh(), attributes: self.attributes(), importance }
+    }
+
+    /// The vertex of the file that each vertex was read from; for a scene, whose vertices are those of its primitives, none.
+    pub fn file_vertices(&self) -> Option<&[u32]> {
+        match &self.kind {
+            Kind::Mesh { cleaned, .. } => Some(&cleaned.source),
+            Kind::Scene { .. } => None,
+        }
+    }
+
+    /// A result as the files of a format; `file_name` is what the mesh file will be called.
+    pub fn written(&self, result: &Simplified, request: &Request, file_name: &str) -> Result<Files, WriteError> {
+        match &self.kind {
+            Kind::Mesh { cleaned, exact, extra } => {
+                let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result));
+                let (mesh, attributes) = (&result.mesh, &result.attributes);
+                let model = Model { mesh, frame: self.frame, exact, attributes, extra };
+                let (format, allow_outside) = (request.output_format, request.allow_outside);
+                let name = Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                let written = io::write_attributed(&model, &WriteOptions { format, name, allow_outside })?;
+                Ok(Files { bytes: written.bytes, beside: written.beside, notes: written.notes })
+            }
+            Kind::Scene { asset, united, pieces } => {
+                let split = united.split(&result.mesh, &result.attributes);
+                let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
+                    Some((mesh, attributes)) => LighterPart {
+                        positions: mesh.positions().to_vec(),
+                        faces: mesh.faces().to_vec(),
+                        attributes: attributes.clone(),
+                    },
+                    None => LighterPart::of(part),
+                };
+                let lighter: Vec<LighterPart> = asset.parts().iter().zip(pieces).map(lighter).collect();
+                let mut files = asset.write(&lighter, request.output_format, file_name)?;
+                let beside = files.split_off(1.min(files.len()));
+                let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
+                Ok(Files { bytes, beside, notes: Vec::new() })
+            }
+        }
+    }
+
+    /// How far a result is from the original; the meshes of a scene are measured each against what became of it.
+    pub fn distance(&self, result: &Simplified, n_samples: usize) -> Option<QuickDistance> {
+        let Kind::Scene { united, .. } = &self.kind else {
+            return quick_distance(self.mesh(), &result.mesh, n_samples, 0);
+        };
+        let before = united.split(&united.mesh, &united.attributes);
+        let after = united.split(&result.mesh, &result.attributes);
+        let pairs = before.iter().zip(&after).enumerate();
+        let pairs: Vec<_> = pairs.map(|(piece, (before, after))| (&before.0, &after.0, united.scale(piece))).collect();
+        quick_distance_of_pairs(&pairs, n_samples, 0)
+    }
+}
+
+/// The format that the arguments or the name say, else what the content shows.
+fn named_or_seen(source: &Source) -> Option<Format> {
+    let by_name = source.format.or_else(|| Format::from_path(&source.path));
+    by_name.or_else(|| Format::from_content(&files::read(&source.path).ok()?))
+}
+
+/// Reads and parses a mesh with all that its file holds.
+fn read(source: &Source) -> Result<ReadMesh, Failure> {
+    let parse: Box<dyn Fn(Option<Format>) -> Result<ReadMesh, ReadError>> = if is_stream(&source.path) {
+        let bytes = files::read(&source.path)?;
+        Box::new(move |format| io::read_attributed(&bytes, format))
+    } else {
+        Box::new(|format| io::read_attributed_path(&source.path, format))
+    };
+    let mesh = match (parse(source.format), source.last_resort) {
+        (Err(ReadError { format: None, .. }), Some(format)) => parse(Some(format)),
+        (mesh, _) => mesh,
+    };
+    mesh.map_err(|error| Failure::Failed(format!("{}: {error}", name(&source.path))))
+}
+
+/// The input's own positions of the result's vertices, where each is one of the input's.
+fn in_place(positions: &[[f64; 3]], cleaned: &Cleaned, result: &Simplified) -> Option<Vec<[f64; 3]>> {
+    let position = |&vertex: &u32| positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
+    result.source_vertices.as_ref()?.iter().map(position).collect()
+}
