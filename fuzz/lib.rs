@@ -3,11 +3,29 @@
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
+/// Reads `bytes` with all that they hold: the same mesh, whose attributes come back from OBJ and PLY.
+fn check_attributed(bytes: &[u8], format: Format) {
+    let Ok(read) = io::read_attributed(bytes, Some(format)) else { return };
+    assert!(read.notes.iter().all(|note| !note.contains(['\n', '\r'])));
+    let Ok(cleaned) = clean(read.mesh, &CleanOptions::default()) else { return };
+    let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
+    assert!(attributes.fit(mesh.faces().len()));
+    for format in [Format::Obj, Format::Ply, Format::PlyAscii] {
+        let model = io::Model { mesh, frame: cleaned.frame, exact: None, attributes, extra: &read.extra };
+        let options = io::WriteOptions { format, name: "out".into(), allow_outside: false };
+        let written = io::write_attributed(&model, &options).unwrap();
+        let back = io::read_attributed(&written.bytes, Some(format)).unwrap();
+        assert_eq!(back.mesh.faces.len(), mesh.faces().len());
+        assert!(back.mesh.attributes.fit(mesh.faces().len()));
+    }
+}
+
 /// Reads and cleans `bytes`; a mesh must come back the same from every format that it is written to.
 ///
 /// # Panics
 /// Where anything but a mesh or one line comes out.
 pub fn check(bytes: &[u8], format: Format) {
+    check_attributed(bytes, format);
     let raw = match io::read(bytes, Some(format)) {
         Ok(raw) => raw,
         Err(error) => return assert!(!error.to_string().contains(['\n', '\r'])),

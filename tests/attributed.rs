@@ -59,8 +59,11 @@ fn any_finite() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(f32::from_bits).prop_filter("not finite", |x| x.is_finite())
 }
 
+/// A channel: what it means, and its columns.
+type Columns = (Role, &'static [(&'static str, Scalar)]);
+
 /// A mesh whose corners carry values of these channels (role, columns); its groups are counted in the order of the faces.
-fn any_model(channels: &'static [(Role, &'static [(&'static str, Scalar)])]) -> impl Strategy<Value = Opened> {
+fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
     let positions = prop::collection::vec(prop::array::uniform3(any_finite().prop_map(f64::from)), 4..12);
     let faces =
         prop::collection::vec((prop::array::uniform3(0u32..12), prop::array::uniform3(0u32..20), 0u32..3), 1..25);
@@ -69,7 +72,7 @@ fn any_model(channels: &'static [(Role, &'static [(&'static str, Scalar)])]) -> 
         faces.push(([0, 1, 2], [0, 1, 2], 0));
         faces.sort_by_key(|face| face.2);
         let mut next = values.iter().copied();
-        let channel = |(i, &(role, columns)): (usize, &(Role, &[(&str, Scalar)]))| {
+        let channel = |(i, &(role, columns)): (usize, &Columns)| {
             let mut value = |scalar: Scalar| {
                 let (any, byte) = next.next().unwrap();
                 match (role, scalar) {
@@ -82,7 +85,7 @@ fn any_model(channels: &'static [(Role, &'static [(&'static str, Scalar)])]) -> 
             Channel { name: format!("channel {i}"), role, width: columns.len(), values }
         };
         let found: Vec<Channel> = channels.iter().enumerate().map(channel).collect();
-        let layout = |(channel, columns): (&Channel, &(Role, &[(&str, Scalar)]))| Layout {
+        let layout = |(channel, columns): (&Channel, &Columns)| Layout {
             channel: channel.name.clone(),
             columns: columns.1.iter().map(|&(name, scalar)| Column { name: name.into(), scalar }).collect(),
             per_corner: columns.1[0].0 == "texcoord",
@@ -113,12 +116,12 @@ fn any_model(channels: &'static [(Role, &'static [(&'static str, Scalar)])]) -> 
     })
 }
 
-const FOR_OBJ: &[(Role, &[(&str, Scalar)])] = &[
+const FOR_OBJ: &[Columns] = &[
     (Role::Uv, &[("s", Scalar::F32), ("t", Scalar::F32)]),
     (Role::Normal, &[("nx", Scalar::F32), ("ny", Scalar::F32), ("nz", Scalar::F32)]),
 ];
 
-const FOR_PLY: &[(Role, &[(&str, Scalar)])] = &[
+const FOR_PLY: &[Columns] = &[
     (Role::Colour, &[("red", Scalar::U8), ("green", Scalar::U8), ("blue", Scalar::U8), ("alpha", Scalar::U8)]),
     (Role::Normal, &[("nx", Scalar::F32), ("ny", Scalar::F32), ("nz", Scalar::F32)]),
     (Role::Uv, &[("u", Scalar::F32), ("v", Scalar::F32)]),
@@ -126,7 +129,7 @@ const FOR_PLY: &[(Role, &[(&str, Scalar)])] = &[
     (Role::Label, &[("label", Scalar::U8)]),
 ];
 
-const WITH_CORNERS: &[(Role, &[(&str, Scalar)])] =
+const WITH_CORNERS: &[Columns] =
     &[(Role::Label, &[("label", Scalar::U8)]), (Role::Uv, &[("texcoord", Scalar::F32), ("texcoord", Scalar::F32)])];
 
 proptest! {

@@ -36,6 +36,7 @@ fn outcome(path: &Path) -> Result<Cleaned, String> {
         Err(line) => assert!(!line.is_empty() && !line.contains(['\n', '\r']), "{path:?}: {line:?}"),
         Ok(cleaned) => check(path, cleaned),
     }
+    check_attributed(path, result.as_ref().ok());
     result
 }
 
@@ -48,6 +49,24 @@ fn check(path: &Path, Cleaned { mesh, frame, source, .. }: &Cleaned) {
     let bytes = io::write(mesh, frame, Format::Ply).unwrap();
     let again = cleanup::clean(io::read(&bytes, None).unwrap(), &CleanOptions::default()).unwrap();
     assert_eq!(again.mesh.faces(), mesh.faces(), "{path:?}");
+}
+
+/// With all that the file holds it has the same mesh, and comes back from OBJ and PLY.
+fn check_attributed(path: &Path, bare: Option<&Cleaned>) {
+    let read = io::read_attributed_path(path, None).ok();
+    assert!(read.iter().flat_map(|read| &read.notes).all(|note| !note.contains(['\n', '\r'])), "{path:?}");
+    let cleaned = read.and_then(|read| Some((cleanup::clean(read.mesh, &CleanOptions::default()).ok()?, read.extra)));
+    assert_eq!(cleaned.as_ref().map(|(cleaned, _)| &cleaned.mesh), bare.map(|bare| &bare.mesh), "{path:?}");
+    let Some((Cleaned { mesh, frame, attributes, .. }, extra)) = &cleaned else { return };
+    for format in [Format::Obj, Format::Ply] {
+        let model = io::Model { mesh, frame: *frame, exact: None, attributes, extra };
+        let options = io::WriteOptions { format, name: "out".into(), allow_outside: false };
+        let written = io::write_attributed(&model, &options).unwrap();
+        let back = io::read_attributed(&written.bytes, Some(format)).unwrap();
+        let back = cleanup::clean(back.mesh, &CleanOptions::default()).unwrap();
+        assert_eq!(back.mesh.faces().len(), mesh.faces().len(), "{path:?} {format:?}");
+        assert!(back.attributes.fit(mesh.faces().len()), "{path:?} {format:?}");
+    }
 }
 
 #[test]

@@ -58,10 +58,7 @@ use write::Content;
 /// assert!(error.to_string().starts_with("obj: line 1: a vertex needs three numbers"));
 /// ```
 pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> {
-    read_with(bytes, format, &|uri| {
-        let what = format!("the buffer {uri:?} is a file of its own");
-        Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
-    })
+    read_with(bytes, format, &of_its_own)
 }
 
 /// Reads a mesh with all that its file holds, from the bytes of a file, in `format` or in the one that the content shows:
@@ -81,6 +78,15 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
 /// assert_eq!(read.extra.groups[0].material.as_deref(), Some("skin"));
 /// ```
 pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh, ReadError> {
+    read_attributed_with(bytes, format, &of_its_own)
+}
+
+/// [`read_attributed`], where `fetch` gives the bytes of a file that the asset names.
+fn read_attributed_with(
+    bytes: &[u8],
+    format: Option<Format>,
+    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+) -> Result<ReadMesh, ReadError> {
     let bytes = &gzip::unpacked(bytes)?;
     let format = known(bytes, format)?;
     let bare = |(mesh, notes)| ReadMesh { mesh, notes, ..ReadMesh::default() };
@@ -89,9 +95,15 @@ pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh,
         Format::Ply | Format::PlyAscii => ply::read_attributed(bytes),
         Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
         Format::Off => off::read_with_notes(bytes).map(bare),
-        Format::Gltf | Format::Glb => return read(bytes, Some(format)).map(|mesh| bare((mesh, Vec::new()))),
+        Format::Gltf | Format::Glb => read_with(bytes, Some(format), fetch).map(|mesh| bare((mesh, Vec::new()))),
     };
     read.map_err(|error| ReadError { format: Some(format), ..error })
+}
+
+/// Refuses the file `uri` of an asset whose place is not known.
+fn of_its_own(uri: &str) -> Result<Vec<u8>, ReadError> {
+    let what = format!("the buffer {uri:?} is a file of its own");
+    Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
 /// The format of the bytes: as said, or as the content shows.

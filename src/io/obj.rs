@@ -287,8 +287,11 @@ mod tests {
         }
     }
 
-    /// Position number, `vt` and `vn` of each corner of each triangle, by splitting lines and words.
-    fn naive(text: &str) -> Vec<[(u32, [f32; 2], [f32; 3]); 3]> {
+    /// Position number, `vt` and `vn`.
+    type NaiveCorner = (u32, [f32; 2], [f32; 3]);
+
+    /// The corners of each triangle, by splitting lines and words.
+    fn naive(text: &str) -> Vec<[NaiveCorner; 3]> {
         let rows = |word: &str| {
             let numbers = |line: &str| line.split(' ').skip(1).map(|x| x.parse::<f32>().unwrap()).collect::<Vec<_>>();
             text.lines().filter(|line| line.split(' ').next() == Some(word)).map(numbers).collect::<Vec<_>>()
@@ -308,7 +311,7 @@ mod tests {
         faces.into_iter().map(|face| face.try_into().unwrap()).collect()
     }
 
-    fn naive_corner(word: &str, counts: &[i64; 3], tables: &[Vec<Vec<f32>>; 3]) -> (u32, [f32; 2], [f32; 3]) {
+    fn naive_corner(word: &str, counts: &[i64; 3], tables: &[Vec<Vec<f32>>; 3]) -> NaiveCorner {
         let mut parts = word.split('/').map(|part| part.parse::<i64>().ok()).zip(counts);
         let mut next = || parts.next().and_then(|(index, n)| Some(if index? < 0 { n + index? } else { index? - 1 }));
         let vertex = next().unwrap() as u32;

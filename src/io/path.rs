@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Component, Path};
 
-use super::{Format, ReadError, ReadMesh, WriteError, gzip, read_attributed, read_with};
+use super::{Format, ReadError, ReadMesh, WriteError, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
 
 /// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
@@ -38,12 +38,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
     let bytes = bytes_of(path)?;
     let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
-    let read = |format| match format {
-        Some(Format::Gltf | Format::Glb) => {
-            read_with(&bytes, format, &fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
-        }
-        _ => read_attributed(&bytes, format),
-    };
+    let read = |format| read_attributed_with(&bytes, format, &fetch);
     let mut read = as_what_it_is(&bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
     read.extra.folder = path.parent().map(Path::to_path_buf);
     Ok(read)
@@ -111,11 +106,7 @@ pub fn packed_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>,
 /// assert!(neural_mesh::io::write_path(&path, b"", false).is_err());
 /// ```
 pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
-    put(path, &packed_by_name(path, bytes)?, force)
-}
-
-/// Writes `bytes` as they are.
-pub(super) fn put(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
+    let bytes = &packed_by_name(path, bytes)?;
     let problem =
         |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
