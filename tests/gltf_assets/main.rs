@@ -2,6 +2,7 @@
 //!
 //! What the tests read and write stays in the target folder, where `scripts/validate_gltf` takes it from.
 
+mod any_bytes;
 mod builder;
 
 use builder::*;
@@ -405,6 +406,26 @@ fn buffers_outside_are_not_read() {
 }
 
 #[test]
+fn instances_by_extension_pass_through_and_count_for_the_scale() {
+    let mut asset = two_materials();
+    let (places, scales) = (asset.floats(&[[0.0; 3], [5.0, 0.0, 0.0]]), asset.floats(&[[1.0; 3], [3.0; 3]]));
+    for accessor in [places, scales] {
+        let view = asset.document["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize;
+        asset.document["bufferViews"][view].as_object_mut().unwrap().remove("target");
+    }
+    asset.document["nodes"][1]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places, "SCALE": scales}}});
+    for list in ["extensionsUsed", "extensionsRequired"] {
+        asset.document[list] = json!(["EXT_mesh_gpu_instancing"]);
+    }
+    let bytes = asset.glb();
+    assert!((open(&bytes).parts()[0].scale - 6.0).abs() < 1e-12);
+    let document = round_trip("instancing", &bytes);
+    let places = &document["nodes"][1]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"];
+    assert_eq!(document["accessors"][places.as_u64().unwrap() as usize]["count"], 2);
+}
+
+#[test]
 fn strange_extensions_keep_their_numbers() {
     let mut asset = two_materials();
     asset.document["extensionsUsed"] = json!(["ACME_physics"]);
@@ -428,6 +449,12 @@ fn compressed_by_draco_is_refused_by_name() {
     asset.document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
     let error = Asset::from_bytes(&asset.glb(), &nothing).err().unwrap().to_string();
     assert!(error.contains("needs the extension KHR_draco_mesh_compression"), "{error}");
+    // Also where the list is wrong, and nothing else holds the positions.
+    let mut alone = two_materials();
+    alone.document["meshes"][0]["primitives"][0]["extensions"] =
+        json!({"KHR_draco_mesh_compression": {"bufferView": 0}});
+    alone.document["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    assert!(Asset::from_bytes(&alone.glb(), &nothing).err().unwrap().to_string().contains("KHR_draco"));
     // Where it only offers a second way, its copy of the geometry goes with the geometry.
     asset.document["extensionsRequired"] = json!([]);
     asset.document["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::Asset;
-use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT};
+use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, vector};
 use super::extensions::{drop_unused_names, forget_compression, forget_faces};
 use super::files::{Layout, files};
 use super::lighter::LighterPart;
@@ -14,8 +14,9 @@ use super::part::Part;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::repack::{drop_unused, pack};
 use super::schema::{Mesh, Primitive, Root};
+use super::semantics::{role, target_role};
 use crate::io::{Format, OutputFile, WriteError};
-use crate::mesh::{Attributes, Channel};
+use crate::mesh::{Attributes, Channel, Role};
 
 /// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
 const REPEATS: (usize, usize) = (16, 1 << 26);
@@ -168,9 +169,9 @@ fn rewrite(
 ) {
     let vertices = Vertices::of(part, faces);
     let mut writer = PrimitiveWriter { draft, part, vertices: &vertices };
-    primitive["attributes"] = writer.attributes(&slots(root, &described.attributes));
+    primitive["attributes"] = writer.attributes(&slots(root, &described.attributes, role));
     if !described.targets.is_empty() {
-        let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target)).collect();
+        let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target, target_role)).collect();
         primitive["targets"] = writer.targets(&targets);
     }
     primitive["indices"] = writer.indices();
@@ -182,17 +183,18 @@ fn rewrite(
 
 /// How attributes are to be stored, by name: what has a fixed meaning in single precision, colours and what others have
 /// named as they were.
-fn slots(root: &Root, attributes: &BTreeMap<String, usize>) -> Slots {
+fn slots(root: &Root, attributes: &BTreeMap<String, usize>, role: fn(&str) -> (Role, Option<usize>)) -> Slots {
     let stored = |(name, &accessor): (&String, &usize)| {
         let accessor = root.accessors.get(accessor)?;
-        let floats = Stored::floats(&accessor.shape);
+        let shape = role(name).1.map_or(accessor.shape.as_str(), |width| vector(width));
+        // Morph targets often move few vertices.
+        let floats = Stored { sparse: accessor.sparse.is_some(), ..Stored::floats(shape) };
         let as_it_was =
             Stored { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
         let is_fraction = as_it_was.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&as_it_was.component);
-        let stored = match name.as_str() {
-            "NORMAL" | "TANGENT" | "POSITION" => floats,
-            _ if name.starts_with("TEXCOORD_") => floats,
-            _ if name.starts_with("COLOR_") && !is_fraction => floats,
+        let stored = match role(name) {
+            (Role::Colour, _) if !is_fraction => floats,
+            (_, Some(_)) => floats,
             _ if accessor.shape.starts_with("MAT") || accessor.component_type == FLOAT => floats,
             _ => as_it_was,
         };
