@@ -151,6 +151,7 @@ fn two_materials_and_instances() {
     let part = &asset.parts()[0];
     assert_eq!((asset.parts().len(), part.scale.to_bits()), (1, 2f64.to_bits()));
     assert_eq!((part.mesh.positions.len(), part.mesh.attributes.groups.as_slice()), (4, &[0, 1][..]));
+    assert_eq!(part.materials, ["wood", "steel"]);
     let colour = channel(&asset, 0, "COLOR_0");
     assert_eq!((colour.width, colour.of(0)), (4, &[0.25, 0.5, 1.0, 1.0][..]));
     let document = round_trip("two_materials", &bytes);
@@ -342,6 +343,10 @@ fn values_that_are_no_numbers() {
         "POSITION": position, "TEXCOORD_0": uv, "TEXCOORD_1": other, "NORMAL": normal, "TANGENT": tangent, "COLOR_0": colour, "_ODD": odd}}]));
     let bytes = asset.glb();
     assert!(open(&bytes).notes()[0].contains("values: 5"), "{:?}", open(&bytes).notes());
+    assert_eq!(
+        (channel(&open(&bytes), 0, "_ODD").role, channel(&open(&bytes), 0, "_ODD").of(2)),
+        (Role::Label, &[3.0][..])
+    );
     let document = round_trip_mended("no_numbers", &bytes);
     let odd = document["meshes"][0]["primitives"][0]["attributes"]["_ODD"].as_u64().unwrap() as usize;
     assert_eq!(document["accessors"][odd]["componentType"], UNSIGNED_SHORT);
@@ -400,7 +405,7 @@ fn buffers_outside_are_not_read() {
     for uri in ["../x.bin", "%2E%2E/x.bin", "..%5Cx.bin", "C:\\x.bin"] {
         asset.document["buffers"] = json!([{"uri": uri, "byteLength": 64}]);
         std::fs::write(inner.join("a.gltf"), asset.document.to_string()).unwrap();
-        let error = Asset::read_path(&inner.join("a.gltf")).err().unwrap().to_string();
+        let error = Asset::read_path(&inner.join("a.gltf")).unwrap_err().to_string();
         assert!(error.contains("does not lie in the folder") && !error.contains('\n'), "{error}");
     }
 }
@@ -447,14 +452,14 @@ fn strange_extensions_keep_their_numbers() {
 fn compressed_by_draco_is_refused_by_name() {
     let mut asset = two_materials();
     asset.document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    let error = Asset::from_bytes(&asset.glb(), &nothing).err().unwrap().to_string();
+    let error = Asset::from_bytes(&asset.glb(), &nothing).unwrap_err().to_string();
     assert!(error.contains("needs the extension KHR_draco_mesh_compression"), "{error}");
     // Also where the list is wrong, and nothing else holds the positions.
     let mut alone = two_materials();
     alone.document["meshes"][0]["primitives"][0]["extensions"] =
         json!({"KHR_draco_mesh_compression": {"bufferView": 0}});
     alone.document["accessors"][0].as_object_mut().unwrap().remove("bufferView");
-    assert!(Asset::from_bytes(&alone.glb(), &nothing).err().unwrap().to_string().contains("KHR_draco"));
+    assert!(Asset::from_bytes(&alone.glb(), &nothing).unwrap_err().to_string().contains("KHR_draco"));
     // Where it only offers a second way, its copy of the geometry goes with the geometry.
     asset.document["extensionsRequired"] = json!([]);
     asset.document["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);

@@ -1,5 +1,6 @@
 //! A glTF asset with everything in it: opened, its meshes taken out to be simplified.
 
+use std::fmt;
 use std::path::Path;
 
 use serde_json::Value;
@@ -91,6 +92,13 @@ impl Asset {
     }
 }
 
+impl fmt::Debug for Asset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
+        f.debug_struct("Asset").field("parts", &names).field("notes", &self.notes).finish_non_exhaustive()
+    }
+}
+
 fn has_its_bytes(buffer: &super::schema::Buffer) -> bool {
     buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
 }
@@ -103,9 +111,10 @@ fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Resu
     let (mut meshes, mut parts) = (Vec::new(), Vec::new());
     for (index, mesh) in root.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
+        let materials = part::materials(root, mesh);
         if let Some(mesh) = part::read(&data, mesh, &mut budget, &mut mended)? {
             meshes.push(index);
-            parts.push(Part { name, mesh, scale: scales[index] });
+            parts.push(Part { name, mesh, materials, scale: scales[index] });
         }
     }
     if mended.n_not_finite > 0 {

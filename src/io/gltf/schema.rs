@@ -17,6 +17,7 @@ pub(super) struct Root {
     pub scenes: Vec<Scene>,
     pub scene: Option<usize>,
     pub images: Vec<Image>,
+    pub materials: Vec<Material>,
     pub extensions_required: Vec<String>,
 }
 
@@ -139,6 +140,12 @@ struct Fallback {
     fallback: bool,
 }
 
+/// How a surface looks; only its name matters here.
+#[derive(Deserialize)]
+pub(super) struct Material {
+    pub name: Option<String>,
+}
+
 /// A picture: a file, a `data:` URI, or a buffer view.
 #[derive(Deserialize)]
 pub(super) struct Image {
@@ -157,6 +164,7 @@ pub(super) struct Mesh {
 pub(super) struct Primitive {
     pub attributes: BTreeMap<String, usize>,
     pub indices: Option<usize>,
+    pub material: Option<usize>,
     #[serde(default = "triangle_list")]
     pub mode: u32,
     /// Per morph target what it adds to which attribute.
