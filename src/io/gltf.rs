@@ -15,6 +15,7 @@ mod container;
 mod draft;
 mod extensions;
 mod files;
+mod levels;
 mod lighter;
 mod part;
 mod placements;

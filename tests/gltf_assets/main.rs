@@ -495,6 +495,32 @@ fn a_seam_is_welded_and_comes_back() {
 }
 
 #[test]
+fn levels_of_detail_in_one_file() {
+    for (name, asset) in [("levels_skinned", skinned()), ("levels", two_materials())] {
+        let opened = open(&asset.glb());
+        let fine = unchanged(&opened);
+        let mut coarse = fine.clone();
+        coarse[0].faces.truncate(1);
+        coarse[0].attributes = coarse[0].attributes.clone().of_faces(&[0]).unwrap();
+        let files = opened.write_levels(&[&fine, &coarse], &[0.5, 0.1], Format::Glb, "levels.glb").unwrap();
+        keep(name, &files);
+        let again = reopen(&files);
+        let counts: Vec<usize> = again.parts().iter().map(|part| part.mesh.faces.len()).collect();
+        assert_eq!(counts, [fine[0].faces.len(), 1], "{name}");
+        // Whoever does not know of levels draws the finest alone.
+        let whole = neural_mesh::io::read(&files[0].bytes, None).unwrap();
+        assert_eq!(whole.faces.len(), neural_mesh::io::read(&asset.glb(), None).unwrap().faces.len());
+    }
+    let opened = open(&two_materials().glb());
+    let parts = unchanged(&opened);
+    for (levels, coverage) in
+        [(&[][..], &[][..]), (&[&parts[..]][..], &[0.5, 0.1][..]), (&[&parts[..]][..], &[7.0][..])]
+    {
+        assert!(opened.write_levels(levels, coverage, Format::Glb, "x.glb").is_err());
+    }
+}
+
+#[test]
 fn parts_that_do_not_fit_are_refused_in_one_line() {
     let skinned = open(&skinned().glb());
     let two = open(&two_materials().glb());

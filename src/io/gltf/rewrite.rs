@@ -9,6 +9,7 @@ use super::Asset;
 use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, vector};
 use super::extensions::{drop_unused_names, forget_compression, forget_faces};
 use super::files::{Layout, files};
+use super::levels;
 use super::lighter::LighterPart;
 use super::part::Part;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
@@ -39,17 +40,61 @@ impl Asset {
     /// assert_eq!((files.len(), files[0].path.to_str()), (1, Some("same.glb")));
     /// ```
     pub fn write(&self, lighter: &[LighterPart], format: Format, name: &str) -> Result<Vec<OutputFile>, WriteError> {
+        self.write_levels(&[lighter], &[], format, name)
+    }
+
+    /// [`write`](Self::write) with several levels of detail in one file, the finest first, by the extension `MSFT_lod`:
+    /// whoever knows it draws a coarser level where the mesh covers little of the screen, all others draw the finest.
+    ///
+    /// `coverage` says for each level down to which share of the screen it is meant to be drawn, or is empty. Nodes that
+    /// have levels already keep those.
+    ///
+    /// # Errors
+    /// As of [`write`](Self::write); and where there is no level, or not one share for each.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, Format, LighterPart};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let fine: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let mut coarse = fine.clone();
+    /// coarse[0].faces.truncate(1);
+    /// coarse[0].attributes.groups.truncate(1);
+    /// let files = asset.write_levels(&[&fine, &coarse], &[0.5, 0.1], Format::Glb, "levels.glb").unwrap();
+    /// assert!(String::from_utf8_lossy(&files[0].bytes).contains("MSFT_lod"));
+    /// ```
+    pub fn write_levels(
+        &self,
+        levels: &[&[LighterPart]],
+        coverage: &[f64],
+        format: Format,
+        name: &str,
+    ) -> Result<Vec<OutputFile>, WriteError> {
         let layout = self.layout(format)?;
-        self.check(lighter)?;
+        check_levels(levels, coverage)?;
+        levels.iter().try_for_each(|lighter| self.check(lighter))?;
         let mut draft = self.draft();
-        for ((&mesh, part), lighter) in self.meshes.iter().zip(self.parts()).zip(lighter) {
-            self.rewrite_mesh(&mut draft, mesh, part, lighter)?;
+        let mut coarser = Vec::new();
+        for (level, lighter) in levels.iter().enumerate() {
+            let meshes = self.rewritten_meshes(&mut draft, lighter)?;
+            if level == 0 {
+                meshes.into_iter().for_each(|(mesh, written)| draft.document["meshes"][mesh] = written);
+            } else {
+                let push = |(mesh, written)| (mesh, draft.push("meshes", written));
+                coarser.push(meshes.into_iter().map(push).collect());
+            }
         }
+        levels::offer(&mut draft, &coarser, coverage);
         forget_compression(&mut draft.document);
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
-        let buffer = pack(&mut draft, self.limit(lighter))?;
+        let buffer = pack(&mut draft, levels.iter().map(|lighter| self.limit(lighter)).sum())?;
         files(draft.document, buffer, layout, name, &self.images)
+    }
+
+    /// The meshes of the parts with other triangles, after their indices.
+    fn rewritten_meshes(&self, draft: &mut Draft, lighter: &[LighterPart]) -> Result<Vec<(usize, Value)>, WriteError> {
+        let parts = self.meshes.iter().zip(self.parts()).zip(lighter);
+        parts.map(|((&mesh, part), lighter)| Ok((mesh, self.rewritten_mesh(draft, mesh, part, lighter)?))).collect()
     }
 
     fn layout(&self, format: Format) -> Result<Layout, WriteError> {
@@ -89,16 +134,17 @@ impl Asset {
         REPEATS.0 * n_read + REPEATS.1 + lighter.iter().map(of_part).sum::<usize>()
     }
 
-    /// Writes the triangles of a mesh anew.
-    fn rewrite_mesh(
+    /// A mesh whose triangles are written anew.
+    fn rewritten_mesh(
         &self,
         draft: &mut Draft,
         mesh: usize,
         part: &Part,
         lighter: &LighterPart,
-    ) -> Result<(), WriteError> {
+    ) -> Result<Value, WriteError> {
         let root = &self.container.root;
-        let Some(described) = root.meshes.get(mesh) else { return Ok(()) };
+        let mut written = self.document["meshes"][mesh].clone();
+        let Some(described) = root.meshes.get(mesh) else { return Ok(written) };
         let is_rewritten =
             |index: usize| described.primitives.get(index).is_some_and(|it| it.triangle_positions().is_some());
         let groups = faces_by_group(lighter);
@@ -106,9 +152,7 @@ impl Asset {
             let what = format!("{}: primitive {group} has no triangles: keep the groups of the faces", part.name);
             return Err(WriteError { what });
         }
-        let Some(Value::Array(old)) = draft.document["meshes"][mesh].get_mut("primitives").map(Value::take) else {
-            return Ok(());
-        };
+        let Some(Value::Array(old)) = written.get_mut("primitives").map(Value::take) else { return Ok(written) };
         let mut primitives = Vec::new();
         let stub =
             Some(part.mesh.attributes.group(0)).filter(|_| groups.is_empty() && all_are(described, is_rewritten));
@@ -123,11 +167,21 @@ impl Asset {
             }
             primitives.push(primitive);
         }
-        let written = &mut draft.document["meshes"][mesh];
         written["primitives"] = Value::Array(primitives);
-        forget_faces(written);
-        Ok(())
+        forget_faces(&mut written);
+        Ok(written)
     }
+}
+
+fn check_levels(levels: &[&[LighterPart]], coverage: &[f64]) -> Result<(), WriteError> {
+    let is_share = |share: &f64| (0.0..=1.0).contains(share);
+    let fits = coverage.is_empty() || coverage.len() == levels.len() && coverage.iter().all(is_share);
+    if levels.is_empty() || !fits {
+        return Err(WriteError {
+            what: "give at least one level, and for each a share of the screen from 0 to 1".into(),
+        });
+    }
+    Ok(())
 }
 
 /// The faces of each group, in their order.
