@@ -15,6 +15,7 @@ mod container;
 mod draft;
 mod extensions;
 mod files;
+mod levels;
 mod lighter;
 mod part;
 mod placements;
@@ -46,7 +47,10 @@ use crate::mesh::RawMesh;
 const REMEDY: &str = "export the asset again";
 
 /// Extensions without which the one mesh that is read is not what the file shows.
-const REFUSED: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_mesh_gpu_instancing"];
+const REFUSED: [&str; 2] = [DRACO, "EXT_mesh_gpu_instancing"];
+
+/// The extension whose compression is not read.
+const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// Reads a glTF asset; `fetch` gives the bytes of a buffer that is a file of its own, by its URI.
 pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
@@ -61,9 +65,12 @@ pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadErr
     Ok(mesh)
 }
 
-/// Refuses an asset that needs one of these extensions.
-fn refuse(root: &Root, refused: &[&str]) -> Result<(), ReadError> {
-    match root.extensions_required.iter().find(|name| refused.contains(&name.as_str())) {
+/// Refuses an asset that needs one of these extensions, or that holds triangles compressed by Draco alone.
+fn refuse(root: &Root, refused: &[&'static str]) -> Result<(), ReadError> {
+    let needed = refused.iter().find(|name| root.extensions_required.iter().any(|needed| needed == *name));
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let is_draco = primitives.any(|primitive| primitive.is_draco_only(&root.accessors));
+    match needed.or(is_draco.then_some(&DRACO)) {
         Some(name) => Err(ReadError::file(format!("needs the extension {name}"), "export the asset without it")),
         None => Ok(()),
     }

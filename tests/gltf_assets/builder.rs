@@ -199,7 +199,17 @@ fn forget_geometry(document: &mut Value) {
 }
 
 fn forget_numbers(value: &mut Value) {
-    let names = ["attributes", "indices", "targets", "mode", "input", "output", "inverseBindMatrices", "bufferView"];
+    let names = [
+        "attributes",
+        "extensions",
+        "indices",
+        "targets",
+        "mode",
+        "input",
+        "output",
+        "inverseBindMatrices",
+        "bufferView",
+    ];
     match value {
         Value::Array(values) => values.iter_mut().for_each(forget_numbers),
         Value::Object(members) => {

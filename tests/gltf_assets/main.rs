@@ -2,6 +2,7 @@
 //!
 //! What the tests read and write stays in the target folder, where `scripts/validate_gltf` takes it from.
 
+mod any_bytes;
 mod builder;
 
 use builder::*;
@@ -150,6 +151,7 @@ fn two_materials_and_instances() {
     let part = &asset.parts()[0];
     assert_eq!((asset.parts().len(), part.scale.to_bits()), (1, 2f64.to_bits()));
     assert_eq!((part.mesh.positions.len(), part.mesh.attributes.groups.as_slice()), (4, &[0, 1][..]));
+    assert_eq!(part.materials, ["wood", "steel"]);
     let colour = channel(&asset, 0, "COLOR_0");
     assert_eq!((colour.width, colour.of(0)), (4, &[0.25, 0.5, 1.0, 1.0][..]));
     let document = round_trip("two_materials", &bytes);
@@ -341,6 +343,10 @@ fn values_that_are_no_numbers() {
         "POSITION": position, "TEXCOORD_0": uv, "TEXCOORD_1": other, "NORMAL": normal, "TANGENT": tangent, "COLOR_0": colour, "_ODD": odd}}]));
     let bytes = asset.glb();
     assert!(open(&bytes).notes()[0].contains("values: 5"), "{:?}", open(&bytes).notes());
+    assert_eq!(
+        (channel(&open(&bytes), 0, "_ODD").role, channel(&open(&bytes), 0, "_ODD").of(2)),
+        (Role::Label, &[3.0][..])
+    );
     let document = round_trip_mended("no_numbers", &bytes);
     let odd = document["meshes"][0]["primitives"][0]["attributes"]["_ODD"].as_u64().unwrap() as usize;
     assert_eq!(document["accessors"][odd]["componentType"], UNSIGNED_SHORT);
@@ -399,9 +405,29 @@ fn buffers_outside_are_not_read() {
     for uri in ["../x.bin", "%2E%2E/x.bin", "..%5Cx.bin", "C:\\x.bin"] {
         asset.document["buffers"] = json!([{"uri": uri, "byteLength": 64}]);
         std::fs::write(inner.join("a.gltf"), asset.document.to_string()).unwrap();
-        let error = Asset::read_path(&inner.join("a.gltf")).err().unwrap().to_string();
+        let error = Asset::read_path(&inner.join("a.gltf")).unwrap_err().to_string();
         assert!(error.contains("does not lie in the folder") && !error.contains('\n'), "{error}");
     }
+}
+
+#[test]
+fn instances_by_extension_pass_through_and_count_for_the_scale() {
+    let mut asset = two_materials();
+    let (places, scales) = (asset.floats(&[[0.0; 3], [5.0, 0.0, 0.0]]), asset.floats(&[[1.0; 3], [3.0; 3]]));
+    for accessor in [places, scales] {
+        let view = asset.document["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize;
+        asset.document["bufferViews"][view].as_object_mut().unwrap().remove("target");
+    }
+    asset.document["nodes"][1]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places, "SCALE": scales}}});
+    for list in ["extensionsUsed", "extensionsRequired"] {
+        asset.document[list] = json!(["EXT_mesh_gpu_instancing"]);
+    }
+    let bytes = asset.glb();
+    assert!((open(&bytes).parts()[0].scale - 6.0).abs() < 1e-12);
+    let document = round_trip("instancing", &bytes);
+    let places = &document["nodes"][1]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"];
+    assert_eq!(document["accessors"][places.as_u64().unwrap() as usize]["count"], 2);
 }
 
 #[test]
@@ -426,8 +452,14 @@ fn strange_extensions_keep_their_numbers() {
 fn compressed_by_draco_is_refused_by_name() {
     let mut asset = two_materials();
     asset.document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    let error = Asset::from_bytes(&asset.glb(), &nothing).err().unwrap().to_string();
+    let error = Asset::from_bytes(&asset.glb(), &nothing).unwrap_err().to_string();
     assert!(error.contains("needs the extension KHR_draco_mesh_compression"), "{error}");
+    // Also where the list is wrong, and nothing else holds the positions.
+    let mut alone = two_materials();
+    alone.document["meshes"][0]["primitives"][0]["extensions"] =
+        json!({"KHR_draco_mesh_compression": {"bufferView": 0}});
+    alone.document["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    assert!(Asset::from_bytes(&alone.glb(), &nothing).unwrap_err().to_string().contains("KHR_draco"));
     // Where it only offers a second way, its copy of the geometry goes with the geometry.
     asset.document["extensionsRequired"] = json!([]);
     asset.document["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
@@ -460,6 +492,32 @@ fn a_seam_is_welded_and_comes_back() {
     let again = reopen(&files);
     assert_eq!(seen(&again.parts()[0]), seen(&opened.parts()[0]));
     assert_eq!(again.parts()[0].mesh.positions.len(), 6);
+}
+
+#[test]
+fn levels_of_detail_in_one_file() {
+    for (name, asset) in [("levels_skinned", skinned()), ("levels", two_materials())] {
+        let opened = open(&asset.glb());
+        let fine = unchanged(&opened);
+        let mut coarse = fine.clone();
+        coarse[0].faces.truncate(1);
+        coarse[0].attributes = coarse[0].attributes.clone().of_faces(&[0]).unwrap();
+        let files = opened.write_levels(&[&fine, &coarse], &[0.5, 0.1], Format::Glb, "levels.glb").unwrap();
+        keep(name, &files);
+        let again = reopen(&files);
+        let counts: Vec<usize> = again.parts().iter().map(|part| part.mesh.faces.len()).collect();
+        assert_eq!(counts, [fine[0].faces.len(), 1], "{name}");
+        // Whoever does not know of levels draws the finest alone.
+        let whole = neural_mesh::io::read(&files[0].bytes, None).unwrap();
+        assert_eq!(whole.faces.len(), neural_mesh::io::read(&asset.glb(), None).unwrap().faces.len());
+    }
+    let opened = open(&two_materials().glb());
+    let parts = unchanged(&opened);
+    for (levels, coverage) in
+        [(&[][..], &[][..]), (&[&parts[..]][..], &[0.5, 0.1][..]), (&[&parts[..]][..], &[7.0][..])]
+    {
+        assert!(opened.write_levels(levels, coverage, Format::Glb, "x.glb").is_err());
+    }
 }
 
 #[test]

@@ -1,19 +1,18 @@
 //! A glTF asset with everything in it: opened, its meshes taken out to be simplified.
 
+use std::fmt;
 use std::path::Path;
 
 use serde_json::Value;
 
+use super::accessor::Data;
 use super::container::{self, Container, load_uri};
 use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
-use super::{REMEDY, refuse};
+use super::{DRACO, REMEDY, refuse};
 use crate::io::path::{fetch, name_inside};
 use crate::io::{Format, OutputFile, ReadError};
-
-/// Extensions without which there are no triangles to be had.
-const REFUSED: [&str; 1] = ["KHR_draco_mesh_compression"];
 
 /// A glTF or GLB file, opened with all that it refers to.
 pub struct Asset {
@@ -71,7 +70,7 @@ impl Asset {
         container: Container<'static>,
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<Self, ReadError> {
-        refuse(&container.root, &REFUSED)?;
+        refuse(&container.root, &[DRACO])?;
         let (json, _) = container::chunks(bytes)?;
         let broken = |error| ReadError::file(format!("not the JSON of glTF ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
@@ -93,6 +92,13 @@ impl Asset {
     }
 }
 
+impl fmt::Debug for Asset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
+        f.debug_struct("Asset").field("parts", &names).field("notes", &self.notes).finish_non_exhaustive()
+    }
+}
+
 fn has_its_bytes(buffer: &super::schema::Buffer) -> bool {
     buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
 }
@@ -100,14 +106,15 @@ fn has_its_bytes(buffer: &super::schema::Buffer) -> bool {
 /// The meshes with triangles and their indices.
 fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Result<(Vec<usize>, Vec<Part>), ReadError> {
     let (root, data) = (&container.root, container.data());
-    let scales = scales(root)?;
     let (mut budget, mut mended) = (container.budget(n_bytes), part::Notes::default());
+    let scales = scales(&data, budget)?;
     let (mut meshes, mut parts) = (Vec::new(), Vec::new());
     for (index, mesh) in root.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
+        let materials = part::materials(root, mesh);
         if let Some(mesh) = part::read(&data, mesh, &mut budget, &mut mended)? {
             meshes.push(index);
-            parts.push(Part { name, mesh, scale: scales[index] });
+            parts.push(Part { name, mesh, materials, scale: scales[index] });
         }
     }
     if mended.n_not_finite > 0 {
@@ -117,15 +124,24 @@ fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Resu
 }
 
 /// The largest scale at which each mesh is placed, n_meshes.
-fn scales(root: &Root) -> Result<Vec<f64>, ReadError> {
-    let mut scales = vec![None; root.meshes.len()];
-    for placed in placements(root)? {
-        let scale = if placed.skinned { 1.0 } else { placed.transform.determinant().abs().cbrt() };
-        if let Some(largest) = scales.get_mut(placed.mesh) {
-            *largest = Some(scale.max(largest.unwrap_or(0.0)));
+fn scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
+    let mut scales = vec![0f64; data.root.meshes.len()];
+    for placed in placements(data.root)? {
+        let of_instances = placed.instance_scales.map_or(Ok(1.0), |accessor| largest_scale(data, accessor, limit))?;
+        let of_node = placed.transform.determinant().abs().cbrt();
+        let scale = if placed.skinned { 1.0 } else { of_node * of_instances };
+        if let Some(largest) = scales.get_mut(placed.mesh).filter(|_| scale.is_finite()) {
+            *largest = scale.max(*largest);
         }
     }
-    Ok(scales.into_iter().map(|scale| scale.filter(|scale| scale.is_finite() && *scale > 0.0).unwrap_or(1.0)).collect())
+    Ok(scales.into_iter().map(|scale| if scale > 0.0 { scale } else { 1.0 }).collect())
+}
+
+/// The largest scale among those of instances, n x 3 in an accessor.
+fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, ReadError> {
+    let (width, values) = data.floats(accessor, limit)?;
+    let volume = |scale: &[f32]| scale.iter().map(|&x| f64::from(x)).product::<f64>().abs();
+    Ok(values.chunks_exact(width).map(volume).fold(0.0, f64::max).cbrt())
 }
 
 /// The images that are files of their own, each once; what cannot be had stays a reference.

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::draft::{Draft, Stored};
+use super::draft::{Draft, Stored, vector};
 use super::files::one_file;
 use super::lighter::LighterPart;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
@@ -132,7 +132,7 @@ fn custom_name(name: &str) -> String {
 }
 
 fn slots(part: &LighterPart) -> Slots {
-    let shape = |width: usize| Stored::floats(["SCALAR", "VEC2", "VEC3", "VEC4"][(width - 1).min(3)]);
+    let shape = |width: usize| Stored::floats(vector(width));
     let own = part.attributes.channels.iter().map(|channel| (channel.name.clone(), shape(channel.width)));
     std::iter::once(("POSITION".into(), shape(3))).chain(own).collect()
 }

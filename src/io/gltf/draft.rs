@@ -22,13 +22,20 @@ pub(super) struct Stored {
     pub normalized: bool,
     /// `SCALAR`, `VEC3`, ...
     pub shape: String,
+    /// Whether only rows that are not zero are stored, where that is shorter.
+    pub sparse: bool,
 }
 
 impl Stored {
     /// Single precision in rows of this shape.
     pub fn floats(shape: &str) -> Self {
-        Self { component: FLOAT, normalized: false, shape: shape.into() }
+        Self { component: FLOAT, normalized: false, shape: shape.into(), sparse: false }
     }
+}
+
+/// The name of a row of so many numbers, of four at most.
+pub(super) fn vector(width: usize) -> &'static str {
+    ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
 }
 
 pub(super) const UNSIGNED_BYTE: u32 = 5121;
@@ -42,21 +49,8 @@ const INDICES: u32 = 34963;
 impl Draft<'_> {
     /// Appends values of vertices, n x width, and gives their accessor. `bounded` ones say their range.
     pub fn push_values(&mut self, values: &[f32], width: usize, stored: &Stored, bounded: bool) -> Value {
-        let size = element_size(&stored.shape, stored.component);
-        let stride = size.next_multiple_of(4);
-        let mut bytes = Vec::with_capacity(values.len() / width.max(1) * stride);
-        for row in values.chunks_exact(width) {
-            row.iter().for_each(|&value| push(&mut bytes, value, stored));
-            bytes.resize(bytes.len().next_multiple_of(4), 0);
-        }
         let count = values.len() / width;
-        let mut view = json!({"buffer": 0, "byteLength": bytes.len(), "target": VERTICES});
-        if stride != size {
-            view["byteStride"] = stride.into();
-        }
-        let view = self.push_view(view, bytes);
-        let mut accessor =
-            json!({"bufferView": view, "componentType": stored.component, "count": count, "type": stored.shape});
+        let mut accessor = json!({"componentType": stored.component, "count": count, "type": stored.shape});
         if stored.normalized {
             accessor["normalized"] = true.into();
         }
@@ -64,7 +58,43 @@ impl Draft<'_> {
             let [low, high] = bounds(values, width);
             (accessor["min"], accessor["max"]) = (low, high);
         }
+        match Some(rows_beside_zero(values, width)).filter(|rows| stored.sparse && 3 * rows.len() < count) {
+            Some(rows) if rows.is_empty() => {}
+            Some(rows) => accessor["sparse"] = self.push_sparse(values, width, stored, &rows),
+            None => accessor["bufferView"] = self.push_rows(values, width, stored),
+        }
         self.push("accessors", accessor)
+    }
+
+    /// Appends a view of rows, each from a multiple of four bytes on.
+    fn push_rows(&mut self, values: &[f32], width: usize, stored: &Stored) -> Value {
+        let size = element_size(&stored.shape, stored.component);
+        let stride = size.next_multiple_of(4);
+        let mut bytes = Vec::with_capacity(values.len() / width * stride);
+        for row in values.chunks_exact(width) {
+            row.iter().for_each(|&value| push(&mut bytes, value, stored));
+            bytes.resize(bytes.len().next_multiple_of(4), 0);
+        }
+        let mut view = json!({"buffer": 0, "byteLength": bytes.len(), "target": VERTICES});
+        if stride != size {
+            view["byteStride"] = stride.into();
+        }
+        self.push_view(view, bytes)
+    }
+
+    /// Appends these rows and their numbers, and gives what an accessor says of them.
+    fn push_sparse(&mut self, values: &[f32], width: usize, stored: &Stored, rows: &[u32]) -> Value {
+        let held = rows.iter().flat_map(|&row| &values[row as usize * width..][..width]);
+        let mut bytes = Vec::new();
+        held.for_each(|&value| push(&mut bytes, value, stored));
+        let values = self.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
+        let bytes: Vec<u8> = rows.iter().flat_map(|row| row.to_le_bytes()).collect();
+        let indices = self.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
+        json!({
+            "count": rows.len(),
+            "indices": {"bufferView": indices, "componentType": UNSIGNED_INT},
+            "values": {"bufferView": values},
+        })
     }
 
     /// Appends vertex indices and gives their accessor. The largest index of 16 bits means something else to drawing
@@ -96,6 +126,12 @@ impl Draft<'_> {
         held.push(value);
         (held.len() - 1).into()
     }
+}
+
+/// The numbers of the rows that hold anything but zeros.
+fn rows_beside_zero(values: &[f32], width: usize) -> Vec<u32> {
+    let rows = values.chunks_exact(width).zip(0..);
+    rows.filter(|(row, _)| row.iter().any(|&value| value != 0.0)).map(|(_, number)| number).collect()
 }
 
 /// The smallest and largest value of each column.
@@ -131,12 +167,26 @@ mod tests {
 
     #[test]
     fn rows_of_small_numbers_are_padded() {
-        let stored = Stored { component: UNSIGNED_BYTE, normalized: true, shape: "VEC3".into() };
+        let stored = Stored { component: UNSIGNED_BYTE, normalized: true, ..Stored::floats("VEC3") };
         let mut draft = empty();
         assert_eq!(draft.push_values(&[0.0, 0.5, 1.0, 2.0, -1.0, 0.2], 3, &stored, false), 0);
         assert_eq!(draft.views[0].as_deref(), Some(&[0, 128, 255, 0, 255, 0, 51, 0][..]));
         assert_eq!(draft.document["bufferViews"][0]["byteStride"], 4);
         assert_eq!(draft.document["accessors"][0]["normalized"], true);
+    }
+
+    #[test]
+    fn rows_of_zeros_are_not_stored_where_that_is_shorter() {
+        let stored = Stored { sparse: true, ..Stored::floats("SCALAR") };
+        for (values, sparse, n_views) in
+            [([0.0, 0.0, 0.0, 7.0], true, 2), ([1.0, 0.0, 0.0, 7.0], false, 1), ([0.0; 4], false, 0)]
+        {
+            let mut draft = empty();
+            draft.push_values(&values, 1, &stored, true);
+            let accessor = &draft.document["accessors"][0];
+            assert_eq!((accessor.get("sparse").is_some(), draft.views.len()), (sparse, n_views), "{values:?}");
+            assert_eq!(accessor["min"], json!([0.0]));
+        }
     }
 
     #[test]

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::accessor::Data;
-use super::schema::{Mesh, Primitive};
+use super::draft::FLOAT;
+use super::schema::{Mesh, Primitive, Root};
 use super::semantics::{SKIN, is_own_channel, n_skin_sets, role, target_channel, target_of, target_role};
 use super::{spend, triangles};
 use crate::io::ReadError;
@@ -16,6 +17,8 @@ pub struct Part {
     pub name: String,
     /// Its triangles in its own coordinates. Wedges are the vertices of the file; groups are indices of its primitives.
     pub mesh: RawMesh,
+    /// What each primitive is made of: the name of its material, or `primitive N`.
+    pub materials: Vec<String>,
     /// The largest scale at which a node of the default scene places it: the cube root of the determinant. 1 where a skin
     /// moves it or no node places it.
     pub scale: f64,
@@ -47,6 +50,13 @@ pub(super) struct Notes {
     pub n_not_finite: usize,
 }
 
+/// The name of the material of each primitive of a mesh, or the number of the primitive.
+pub(super) fn materials(root: &Root, mesh: &Mesh) -> Vec<String> {
+    let name = |primitive: &Primitive| root.materials.get(primitive.material?)?.name.clone();
+    let named = |(index, primitive)| name(primitive).unwrap_or_else(|| format!("primitive {index}"));
+    mesh.primitives.iter().enumerate().map(named).collect()
+}
+
 /// The channels of all these primitives, without values.
 fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) -> Result<Vec<Channel>, ReadError> {
     let (mut own, mut n_sets, mut targets) = (BTreeMap::new(), 0, BTreeMap::new());
@@ -54,6 +64,7 @@ fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) ->
         n_sets = n_sets.max(n_skin_sets(primitive));
         for (name, &accessor) in primitive.attributes.iter().filter(|(name, _)| is_own_channel(name)) {
             let (role, width) = role(name);
+            let role = if role == Role::Other && is_label(data, name, accessor)? { Role::Label } else { role };
             widen(own.entry(name.clone()).or_insert((role, 0)), width, data, accessor)?;
         }
         for (target, attributes) in primitive.targets.iter().enumerate() {
@@ -67,6 +78,13 @@ fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) ->
     let skin = (n_sets > 0).then(|| (SKIN.to_string(), (Role::Skin, 8 * n_sets)));
     let targets = targets.into_iter().map(|((target, name), held)| (target_channel(target, &name), held));
     Ok(own.into_iter().chain(skin).chain(targets).map(channel).collect())
+}
+
+/// Whether values that only the file has a name for are numbers of things: whole ones, or by a name that says so.
+fn is_label(data: &Data, name: &str, accessor: usize) -> Result<bool, ReadError> {
+    let accessor = data.accessor(accessor)?;
+    let named = name.starts_with("_FEATURE_ID_") || name == "_BATCHID";
+    Ok(named || accessor.component_type != FLOAT && !accessor.normalized)
 }
 
 /// Makes a channel as wide as this accessor asks for.

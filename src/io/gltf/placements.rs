@@ -14,6 +14,8 @@ pub(super) struct Placed {
     pub transform: DMat4,
     /// Whether a skin moves it, so that the transform does not count.
     pub skinned: bool,
+    /// The accessor of further scales at which the node repeats it, if there is one.
+    pub instance_scales: Option<usize>,
 }
 
 /// All meshes that nodes below the roots place, parents before children.
@@ -27,7 +29,8 @@ pub(super) fn placements(root: &Root) -> Result<Vec<Placed>, ReadError> {
             return Err(ReadError::file(format!("node {index} has two parents"), REMEDY));
         }
         let transform = outer * local_transform(node);
-        placed.extend(node.mesh.map(|mesh| Placed { mesh, transform, skinned: node.skin.is_some() }));
+        let (skinned, instance_scales) = (node.skin.is_some(), node.instance_scales());
+        placed.extend(node.mesh.map(|mesh| Placed { mesh, transform, skinned, instance_scales }));
         open.extend(node.children.iter().rev().map(|&child| (child, transform)));
     }
     Ok(placed)

@@ -136,7 +136,7 @@ impl PrimitiveWriter<'_, '_> {
         let (joints, weights) = values::skin(&self.vertices.values(channel), channel.width, n_sets);
         let small = joints.iter().all(|&joint| joint <= f32::from(u8::MAX));
         let component = if small { UNSIGNED_BYTE } else { UNSIGNED_SHORT };
-        let joint_kind = Stored { component, normalized: false, shape: "VEC4".into() };
+        let joint_kind = Stored { component, ..Stored::floats("VEC4") };
         for set in 0..n_sets {
             let of_set = |values: &[f32]| {
                 values.chunks_exact(4 * n_sets).flat_map(|row| row[4 * set..4 * set + 4].to_vec()).collect::<Vec<_>>()

@@ -6,16 +6,18 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::Asset;
-use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT};
+use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, vector};
 use super::extensions::{drop_unused_names, forget_compression, forget_faces};
 use super::files::{Layout, files};
+use super::levels;
 use super::lighter::LighterPart;
 use super::part::Part;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::repack::{drop_unused, pack};
 use super::schema::{Mesh, Primitive, Root};
+use super::semantics::{role, target_role};
 use crate::io::{Format, OutputFile, WriteError};
-use crate::mesh::{Attributes, Channel};
+use crate::mesh::{Attributes, Channel, Role};
 
 /// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
 const REPEATS: (usize, usize) = (16, 1 << 26);
@@ -38,17 +40,61 @@ impl Asset {
     /// assert_eq!((files.len(), files[0].path.to_str()), (1, Some("same.glb")));
     /// ```
     pub fn write(&self, lighter: &[LighterPart], format: Format, name: &str) -> Result<Vec<OutputFile>, WriteError> {
+        self.write_levels(&[lighter], &[], format, name)
+    }
+
+    /// [`write`](Self::write) with several levels of detail in one file, the finest first, by the extension `MSFT_lod`:
+    /// whoever knows it draws a coarser level where the mesh covers little of the screen, all others draw the finest.
+    ///
+    /// `coverage` says for each level down to which share of the screen it is meant to be drawn, or is empty. Nodes that
+    /// have levels already keep those.
+    ///
+    /// # Errors
+    /// As of [`write`](Self::write); and where there is no level, or not one share for each.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, Format, LighterPart};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let fine: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let mut coarse = fine.clone();
+    /// coarse[0].faces.truncate(1);
+    /// coarse[0].attributes.groups.truncate(1);
+    /// let files = asset.write_levels(&[&fine, &coarse], &[0.5, 0.1], Format::Glb, "levels.glb").unwrap();
+    /// assert!(String::from_utf8_lossy(&files[0].bytes).contains("MSFT_lod"));
+    /// ```
+    pub fn write_levels(
+        &self,
+        levels: &[&[LighterPart]],
+        coverage: &[f64],
+        format: Format,
+        name: &str,
+    ) -> Result<Vec<OutputFile>, WriteError> {
         let layout = self.layout(format)?;
-        self.check(lighter)?;
+        check_levels(levels, coverage)?;
+        levels.iter().try_for_each(|lighter| self.check(lighter))?;
         let mut draft = self.draft();
-        for ((&mesh, part), lighter) in self.meshes.iter().zip(self.parts()).zip(lighter) {
-            self.rewrite_mesh(&mut draft, mesh, part, lighter)?;
+        let mut coarser = Vec::new();
+        for (level, lighter) in levels.iter().enumerate() {
+            let meshes = self.rewritten_meshes(&mut draft, lighter)?;
+            if level == 0 {
+                meshes.into_iter().for_each(|(mesh, written)| draft.document["meshes"][mesh] = written);
+            } else {
+                let push = |(mesh, written)| (mesh, draft.push("meshes", written));
+                coarser.push(meshes.into_iter().map(push).collect());
+            }
         }
+        levels::offer(&mut draft, &coarser, coverage);
         forget_compression(&mut draft.document);
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
-        let buffer = pack(&mut draft, self.limit(lighter))?;
+        let buffer = pack(&mut draft, levels.iter().map(|lighter| self.limit(lighter)).sum())?;
         files(draft.document, buffer, layout, name, &self.images)
+    }
+
+    /// The meshes of the parts with other triangles, after their indices.
+    fn rewritten_meshes(&self, draft: &mut Draft, lighter: &[LighterPart]) -> Result<Vec<(usize, Value)>, WriteError> {
+        let parts = self.meshes.iter().zip(self.parts()).zip(lighter);
+        parts.map(|((&mesh, part), lighter)| Ok((mesh, self.rewritten_mesh(draft, mesh, part, lighter)?))).collect()
     }
 
     fn layout(&self, format: Format) -> Result<Layout, WriteError> {
@@ -88,16 +134,17 @@ impl Asset {
         REPEATS.0 * n_read + REPEATS.1 + lighter.iter().map(of_part).sum::<usize>()
     }
 
-    /// Writes the triangles of a mesh anew.
-    fn rewrite_mesh(
+    /// A mesh whose triangles are written anew.
+    fn rewritten_mesh(
         &self,
         draft: &mut Draft,
         mesh: usize,
         part: &Part,
         lighter: &LighterPart,
-    ) -> Result<(), WriteError> {
+    ) -> Result<Value, WriteError> {
         let root = &self.container.root;
-        let Some(described) = root.meshes.get(mesh) else { return Ok(()) };
+        let mut written = self.document["meshes"][mesh].clone();
+        let Some(described) = root.meshes.get(mesh) else { return Ok(written) };
         let is_rewritten =
             |index: usize| described.primitives.get(index).is_some_and(|it| it.triangle_positions().is_some());
         let groups = faces_by_group(lighter);
@@ -105,9 +152,7 @@ impl Asset {
             let what = format!("{}: primitive {group} has no triangles: keep the groups of the faces", part.name);
             return Err(WriteError { what });
         }
-        let Some(Value::Array(old)) = draft.document["meshes"][mesh].get_mut("primitives").map(Value::take) else {
-            return Ok(());
-        };
+        let Some(Value::Array(old)) = written.get_mut("primitives").map(Value::take) else { return Ok(written) };
         let mut primitives = Vec::new();
         let stub =
             Some(part.mesh.attributes.group(0)).filter(|_| groups.is_empty() && all_are(described, is_rewritten));
@@ -122,11 +167,21 @@ impl Asset {
             }
             primitives.push(primitive);
         }
-        let written = &mut draft.document["meshes"][mesh];
         written["primitives"] = Value::Array(primitives);
-        forget_faces(written);
-        Ok(())
+        forget_faces(&mut written);
+        Ok(written)
     }
+}
+
+fn check_levels(levels: &[&[LighterPart]], coverage: &[f64]) -> Result<(), WriteError> {
+    let is_share = |share: &f64| (0.0..=1.0).contains(share);
+    let fits = coverage.is_empty() || coverage.len() == levels.len() && coverage.iter().all(is_share);
+    if levels.is_empty() || !fits {
+        return Err(WriteError {
+            what: "give at least one level, and for each a share of the screen from 0 to 1".into(),
+        });
+    }
+    Ok(())
 }
 
 /// The faces of each group, in their order.
@@ -168,9 +223,9 @@ fn rewrite(
 ) {
     let vertices = Vertices::of(part, faces);
     let mut writer = PrimitiveWriter { draft, part, vertices: &vertices };
-    primitive["attributes"] = writer.attributes(&slots(root, &described.attributes));
+    primitive["attributes"] = writer.attributes(&slots(root, &described.attributes, role));
     if !described.targets.is_empty() {
-        let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target)).collect();
+        let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target, target_role)).collect();
         primitive["targets"] = writer.targets(&targets);
     }
     primitive["indices"] = writer.indices();
@@ -182,17 +237,18 @@ fn rewrite(
 
 /// How attributes are to be stored, by name: what has a fixed meaning in single precision, colours and what others have
 /// named as they were.
-fn slots(root: &Root, attributes: &BTreeMap<String, usize>) -> Slots {
+fn slots(root: &Root, attributes: &BTreeMap<String, usize>, role: fn(&str) -> (Role, Option<usize>)) -> Slots {
     let stored = |(name, &accessor): (&String, &usize)| {
         let accessor = root.accessors.get(accessor)?;
-        let floats = Stored::floats(&accessor.shape);
+        let shape = role(name).1.map_or(accessor.shape.as_str(), |width| vector(width));
+        // Morph targets often move few vertices.
+        let floats = Stored { sparse: accessor.sparse.is_some(), ..Stored::floats(shape) };
         let as_it_was =
             Stored { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
         let is_fraction = as_it_was.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&as_it_was.component);
-        let stored = match name.as_str() {
-            "NORMAL" | "TANGENT" | "POSITION" => floats,
-            _ if name.starts_with("TEXCOORD_") => floats,
-            _ if name.starts_with("COLOR_") && !is_fraction => floats,
+        let stored = match role(name) {
+            (Role::Colour, _) if !is_fraction => floats,
+            (_, Some(_)) => floats,
             _ if accessor.shape.starts_with("MAT") || accessor.component_type == FLOAT => floats,
             _ => as_it_was,
         };

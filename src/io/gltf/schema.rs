@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// The whole document.
 #[derive(Default, Deserialize)]
@@ -16,6 +17,7 @@ pub(super) struct Root {
     pub scenes: Vec<Scene>,
     pub scene: Option<usize>,
     pub images: Vec<Image>,
+    pub materials: Vec<Material>,
     pub extensions_required: Vec<String>,
 }
 
@@ -138,6 +140,12 @@ struct Fallback {
     fallback: bool,
 }
 
+/// How a surface looks; only its name matters here.
+#[derive(Deserialize)]
+pub(super) struct Material {
+    pub name: Option<String>,
+}
+
 /// A picture: a file, a `data:` URI, or a buffer view.
 #[derive(Deserialize)]
 pub(super) struct Image {
@@ -156,17 +164,35 @@ pub(super) struct Mesh {
 pub(super) struct Primitive {
     pub attributes: BTreeMap<String, usize>,
     pub indices: Option<usize>,
+    pub material: Option<usize>,
     #[serde(default = "triangle_list")]
     pub mode: u32,
     /// Per morph target what it adds to which attribute.
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, usize>>,
+    #[serde(default)]
+    extensions: PrimitiveExtensions,
+}
+
+/// Whether a primitive has a compressed copy.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    draco: Option<IgnoredAny>,
 }
 
 impl Primitive {
     /// The accessor of the positions, where these are triangles.
     pub fn triangle_positions(&self) -> Option<usize> {
         self.attributes.get("POSITION").copied().filter(|_| (4..=6).contains(&self.mode))
+    }
+
+    /// Whether a copy compressed by Draco is the only one.
+    pub fn is_draco_only(&self, accessors: &[Accessor]) -> bool {
+        let is_stated = |accessor: &Accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some();
+        let position = self.attributes.get("POSITION").and_then(|&accessor| accessors.get(accessor));
+        self.extensions.draco.is_some() && !position.is_some_and(is_stated)
     }
 }
 
@@ -181,6 +207,30 @@ pub(super) struct Node {
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
+    #[serde(default)]
+    extensions: NodeExtensions,
+}
+
+impl Node {
+    /// The accessor of the scales at which the node repeats its mesh, if it does so at scales.
+    pub fn instance_scales(&self) -> Option<usize> {
+        self.extensions.instancing.as_ref()?.attributes.get("SCALE").copied()
+    }
+}
+
+/// Whether a node repeats its mesh.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    instancing: Option<Instancing>,
+}
+
+/// The places where a node repeats its mesh, name -> accessor.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Instancing {
+    attributes: BTreeMap<String, usize>,
 }
 
 /// The roots of one tree.

@@ -1,0 +1,175 @@
+//! Levels of detail in a document, by the extension `MSFT_lod`: a node names nodes that may be drawn in its place.
+//!
+//! A node of a coarser level stands where the node itself does and moves as it moves: it has the same transform, skin and
+//! weights, and every channel of an animation that moves the one moves the other.
+
+use serde_json::{Map, Value, json};
+
+use super::draft::Draft;
+use super::references::index;
+
+const NAME: &str = "MSFT_lod";
+
+/// What a node says of its mesh, which goes where the mesh goes.
+const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
+
+/// Offers coarser meshes (per level: the index of a mesh and of what may be drawn in its place) wherever a node has one.
+pub(super) fn offer(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: &[f64]) {
+    if levels.is_empty() {
+        return;
+    }
+    let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
+    let taken = nodes_of_levels(&draft.document);
+    let mut offered = false;
+    for node in (0..n_nodes).filter(|node| !taken.contains(node)) {
+        let mesh = draft.document["nodes"][node].get("mesh").and_then(index);
+        let meshes: Vec<Value> = levels.iter().filter_map(|level| replacement(level, mesh?)).collect();
+        if meshes.len() == levels.len() {
+            let node = without_children(draft, node);
+            let ids = meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, node, at + 1, mesh)).collect();
+            say(&mut draft.document["nodes"][node], ids, coverage);
+            offered = true;
+        }
+    }
+    if offered {
+        name_extension(&mut draft.document);
+    }
+}
+
+/// What a level has in the place of a mesh.
+fn replacement(level: &[(usize, Value)], mesh: usize) -> Option<Value> {
+    level.iter().find(|(replaced, _)| *replaced == mesh).map(|(_, by)| by.clone())
+}
+
+/// The nodes that have levels already or are some.
+fn nodes_of_levels(document: &Value) -> Vec<usize> {
+    let nodes = document.get("nodes").and_then(Value::as_array).into_iter().flatten().enumerate();
+    let ids = |(at, node): (usize, &Value)| {
+        let ids = node.get("extensions")?.get(NAME)?.get("ids")?.as_array()?;
+        Some(ids.iter().filter_map(index).chain([at]).collect::<Vec<_>>())
+    };
+    nodes.filter_map(ids).flatten().collect()
+}
+
+/// A node that holds the mesh of this one and has no children, which would be replaced with it: itself, or a new child.
+fn without_children(draft: &mut Draft, node: usize) -> usize {
+    let held = &mut draft.document["nodes"][node];
+    let Some(members) = held.as_object_mut().filter(|members| members.contains_key("children")) else { return node };
+    let moved: Map<String, Value> =
+        OF_MESH.iter().filter_map(|name| Some((name.to_string(), members.shift_remove(*name)?))).collect();
+    let child = draft.push("nodes", moved.into());
+    if let Some(Value::Array(children)) = draft.document["nodes"][node].get_mut("children") {
+        children.push(child.clone());
+    }
+    let at = index(&child).unwrap_or(node);
+    each_channel(&mut draft.document, |channel| {
+        if channel["target"]["path"] == "weights" && channel["target"]["node"] == node {
+            channel["target"]["node"] = at.into();
+        }
+        None
+    });
+    at
+}
+
+/// Appends a node like this one with another mesh, which animations move too.
+fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value {
+    let mut copy = draft.document["nodes"][node].clone();
+    let Some(members) = copy.as_object_mut() else { return Value::Null };
+    ["camera", "extras", "extensions"].iter().for_each(|name| drop(members.shift_remove(*name)));
+    if let Some(Value::String(name)) = members.get_mut("name") {
+        name.push_str(&format!(" level {level}"));
+    }
+    members.insert("mesh".into(), mesh);
+    let added = draft.push("nodes", copy);
+    each_channel(&mut draft.document, |channel| {
+        (channel["target"]["node"] == node).then(|| {
+            let mut twin = channel.clone();
+            twin["target"]["node"] = added.clone();
+            twin
+        })
+    });
+    added
+}
+
+/// Shows each channel of each animation, and appends those that are given for it.
+fn each_channel(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option<Value>) {
+    let animations = document.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten();
+    for channels in animations.filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {
+        let whole = channels.iter_mut().filter(|channel| channel["target"].is_object());
+        let added: Vec<Value> = whole.filter_map(&mut show).collect();
+        channels.extend(added);
+    }
+}
+
+/// Says of a node which may be drawn in its place, and down to which share of the screen each is meant to be.
+fn say(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
+    if !node.get("extensions").is_some_and(Value::is_object) {
+        node["extensions"] = json!({});
+    }
+    node["extensions"][NAME] = json!({"ids": ids});
+    if !coverage.is_empty() && node.get("extras").is_none_or(Value::is_object) {
+        node["extras"]["MSFT_screencoverage"] = coverage.to_vec().into();
+    }
+}
+
+fn name_extension(document: &mut Value) {
+    let Some(document) = document.as_object_mut() else { return };
+    if let Value::Array(names) = document.entry("extensionsUsed").or_insert_with(|| json!([])) {
+        if !names.iter().any(|name| name == NAME) {
+            names.push(NAME.into());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn draft(nodes: Value) -> Draft<'static> {
+        let channel = |node: usize, path: &str| json!({"sampler": 0, "target": {"node": node, "path": path}});
+        let channels = json!([channel(0, "translation"), channel(0, "weights"), channel(1, "scale")]);
+        Draft { document: json!({"nodes": nodes, "animations": [{"channels": channels}]}), views: Vec::new() }
+    }
+
+    fn targets(draft: &Draft) -> Vec<(u64, String)> {
+        let channels = draft.document["animations"][0]["channels"].as_array().unwrap();
+        let target = |channel: &Value| {
+            (channel["target"]["node"].as_u64().unwrap(), channel["target"]["path"].as_str().unwrap().into())
+        };
+        channels.iter().map(target).collect()
+    }
+
+    #[test]
+    fn coarser_nodes_stand_and_move_as_the_node_does() {
+        let mut draft = draft(json!([{"name": "a", "mesh": 3, "scale": [2, 2, 2], "extras": {"x": 1}}, {"mesh": 4}]));
+        offer(&mut draft, &[vec![(3, 7.into())], vec![(3, 8.into())]], &[0.5, 0.2, 0.01]);
+        let nodes = &draft.document["nodes"];
+        assert_eq!(nodes[0]["extensions"], json!({"MSFT_lod": {"ids": [2, 3]}}));
+        assert_eq!(nodes[0]["extras"], json!({"x": 1, "MSFT_screencoverage": [0.5, 0.2, 0.01]}));
+        assert_eq!(nodes[2], json!({"name": "a level 1", "mesh": 7, "scale": [2, 2, 2]}));
+        assert_eq!(nodes[1], json!({"mesh": 4}));
+        let moved: Vec<u64> = targets(&draft).into_iter().map(|(node, _)| node).collect();
+        assert_eq!(moved, [0, 0, 1, 2, 2, 3, 3]);
+        assert_eq!(draft.document["extensionsUsed"], json!(["MSFT_lod"]));
+    }
+
+    #[test]
+    fn children_are_not_replaced_with_their_parent() {
+        let mut draft = draft(json!([{"mesh": 0, "skin": 1, "children": [1], "rotation": [0, 0, 0, 1]}, {}]));
+        offer(&mut draft, &[vec![(0, 5.into())]], &[]);
+        let nodes = &draft.document["nodes"];
+        assert_eq!(nodes[0], json!({"children": [1, 2], "rotation": [0, 0, 0, 1]}));
+        assert_eq!(nodes[2], json!({"mesh": 0, "skin": 1, "extensions": {"MSFT_lod": {"ids": [3]}}}));
+        assert_eq!(nodes[3], json!({"mesh": 5, "skin": 1}));
+        let expected = [(0, "translation"), (2, "weights"), (1, "scale"), (3, "weights")];
+        assert_eq!(targets(&draft), expected.map(|(node, path)| (node, path.to_string())));
+    }
+
+    #[test]
+    fn nodes_with_levels_keep_those() {
+        let nodes = json!([{"mesh": 0, "extensions": {"MSFT_lod": {"ids": [1]}}}, {"mesh": 1}]);
+        let mut draft = draft(nodes.clone());
+        offer(&mut draft, &[vec![(0, 5.into()), (1, 6.into())]], &[]);
+        assert_eq!(draft.document["nodes"], nodes);
+    }
+}
