@@ -267,7 +267,7 @@ fn what_makes_no_sense_is_a_usage_error() {
     for more in [
         &["--report", "r.json"][..],
         &["--picture", "r.png"],
-        &["--format", "gltf"],
+        &["--format", "fbx"],
         &["--memory", "0"],
         &["--threads", "0"],
         &["--oversample", "9"],

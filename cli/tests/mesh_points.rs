@@ -96,7 +96,6 @@ fn usage_is_checked_before_any_file() {
         &["-o", "a.ply", "--weights", "w", "--ratio", "0.5", "--vertices", "9"],
         &["-o", "a.ply", "--weights", "w", "--threads", "0"],
         &["-o", "a.ply", "--weights", "w", "--report", "a.ply"],
-        &["-o", "a.glb", "--weights", "w"],
         &["-o", "a.doc", "--weights", "w"],
     ] {
         let run = run(folder.path(), &[&["mesh-points", "missing.xyz"], bad].concat());

@@ -112,7 +112,7 @@ fn vertices_and_faces_are_targets_too() {
 #[test]
 fn every_format_is_written_and_read_again() {
     let folder = folder();
-    for name in ["a.obj", "a.ply", "a.stl", "a.off"] {
+    for name in ["a.obj", "a.ply", "a.stl", "a.off", "a.glb", "a.gltf", "a.obj.gz"] {
         assert_eq!(run_cow(folder.path(), &["-o", name, "--no-check"]).code, Some(0));
         let info = info(folder.path(), name);
         assert!(info["closed"] == true && info["manifold"] == true, "{name}: {info}");

@@ -51,6 +51,10 @@ fn other_settings_are_checked_too() {
         &["--picture", "-"],
         &["--scores", "none"],
         &["--seed", "-1"],
+        &["--error", "0.5%"],
+        &["--crease-angle", "200"],
+        &["--map", "a.ply"],
+        &["--importance", "x", "--assembly", "paper"],
         &["--nonsense"],
     ] {
         let run = refused(&[&["-o", "a.ply", "--ratio", "0.5"], bad].concat());
@@ -62,8 +66,24 @@ fn other_settings_are_checked_too() {
 fn the_output_format_has_to_be_known() {
     assert_eq!(refused(&["-o", "a.xyz", "--ratio", "0.5"]).code, Some(2));
     assert_eq!(refused(&["-o", "-", "--ratio", "0.5"]).code, Some(2));
-    assert_eq!(refused(&["-o", "a.glb", "--ratio", "0.5"]).code, Some(2));
     assert_eq!(refused(&["-o", "a.xyz", "--format", "obj", "--ratio", "0.5"]).code, Some(1));
+}
+
+#[test]
+fn sizes_of_other_kinds_are_checked_as_well() {
+    for bad in [
+        &["--error", "-1"][..],
+        &["--error", "much"],
+        &["--error", "nan%"],
+        &["--size", "0"],
+        &["--size", "2 elephants"],
+        &["--lods", "0.1,0.5"],
+        &["--lods", "0.5,0"],
+        &["--lods", "0.5,0.2", "--assembly", "paper"],
+    ] {
+        let run = refused(&[&["-o", "a.ply"], bad].concat());
+        assert_eq!(run.code, Some(2), "{bad:?}: {}", run.words);
+    }
 }
 
 #[test]

@@ -203,8 +203,5 @@ fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Opti
     if !extra.material_libraries.is_empty() {
         dropped.push("materials");
     }
-    if !extra.comments.is_empty() {
-        dropped.push("comments");
-    }
     (!dropped.is_empty()).then(|| format!("{} holds geometry alone: {} dropped", format.name(), dropped.join(", ")))
 }

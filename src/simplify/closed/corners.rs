@@ -18,6 +18,8 @@ use super::features::Features;
 use super::surface::Surface;
 
 const NONE: u32 = u32::MAX;
+/// Squared distance over that of the nearest face so far, up to which a search for the nearest goes on from a face.
+const SLACK: f32 = 1.5;
 
 /// What each corner of the result has to do with the original.
 pub(super) struct Corners {
@@ -187,19 +189,29 @@ struct Original<'a> {
 }
 
 impl Original<'_> {
-    /// The point nearest to `p` that walks from these faces come to, each over the neighbour that lies nearer.
+    /// The point nearest to `p` among the faces that a search from `starts` meets, which goes on from the nearest faces as long
+    /// as they lie hardly farther than the best: a corner or an edge may be nearest on several faces before the next is nearer.
     fn place(&self, p: Vec3, starts: &[u32]) -> Place {
+        let mut met: Vec<u32> = Vec::new();
+        let mut open: Vec<(f32, Place)> = Vec::new();
         let mut best = (f32::INFINITY, Place { face: starts.first().copied().unwrap_or(0), weights: [1.0 / 3.0; 3] });
-        for &start in starts {
-            let mut here = self.nearest(p, start);
-            while let Some(next) =
-                self.beside(here.1.face).map(|face| self.nearest(p, face)).find(|next| next.0 < here.0)
-            {
-                here = next;
+        let mut meet = |face: u32, open: &mut Vec<(f32, Place)>, best: &mut (f32, Place)| {
+            if !met.contains(&face) {
+                met.push(face);
+                let here = self.nearest(p, face);
+                open.push(here);
+                if here.0 < best.0 {
+                    *best = here;
+                }
             }
-            if here.0 < best.0 {
-                best = here;
+        };
+        starts.iter().for_each(|&face| meet(face, &mut open, &mut best));
+        while let Some(next) = (0..open.len()).min_by(|&i, &j| open[i].0.total_cmp(&open[j].0)) {
+            let (distance, place) = open.swap_remove(next);
+            if distance > SLACK * best.0 {
+                break;
             }
+            self.beside(place.face).for_each(|face| meet(face, &mut open, &mut best));
         }
         best.1
     }

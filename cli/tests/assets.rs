@@ -1,0 +1,146 @@
+//! `neural-mesh simplify` of assets: what a mesh carries comes back, in files beside it or within it.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Run, folder, run, shipped};
+use neural_mesh::io::{self, Asset, Format};
+
+/// A square of 20 x 20 quads in two materials, with texture coordinates and a library that names a texture.
+fn textured(folder: &Path) {
+    let n = 20;
+    let mut text = String::from("mtllib skin.mtl\n");
+    let all = || (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
+    all().for_each(|(i, j)| text += &format!("v {i} {j} {}\n", 0.3 * f64::from(i).sin()));
+    all().for_each(|(i, j)| text += &format!("vt {} {}\n", f64::from(i) / 20.0, f64::from(j) / 20.0));
+    for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
+        text += &format!("usemtl {name}\n");
+        for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let at = |i, j| 1 + j * (n + 1) + i;
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|v| format!("{v}/{v}"));
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    std::fs::write(folder.join("plate.obj"), text).unwrap();
+    std::fs::write(folder.join("skin.mtl"), "newmtl left\nmap_Kd maps/skin.png\nnewmtl right\nKd 1 0 0\n").unwrap();
+    std::fs::create_dir(folder.join("maps")).unwrap();
+    std::fs::write(folder.join("maps/skin.png"), b"not looked into").unwrap();
+}
+
+/// What a run says where its mesh goes to a file.
+fn said(run: &Run) -> String {
+    String::from_utf8(run.out.clone()).unwrap()
+}
+
+fn simplified(folder: &Path, more: &[&str]) -> Run {
+    let run = run(folder, &[&["simplify", "plate.obj"], more].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    run
+}
+
+#[test]
+fn an_obj_keeps_its_materials_and_texture() {
+    let folder = folder();
+    textured(folder.path());
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    simplified(folder.path(), &["-o", "out/plate.obj", "--vertices", "60"]);
+    let out = folder.path().join("out");
+    assert_eq!(std::fs::read(out.join("maps/skin.png")).unwrap(), b"not looked into");
+    let read = io::read_attributed_path(&out.join("plate.obj"), None).unwrap();
+    let names: Vec<_> = read.extra.groups.iter().map(|group| group.material.clone().unwrap()).collect();
+    assert_eq!(names, ["left", "right"]);
+    let uv = &read.mesh.attributes.channels[0];
+    for (f, face) in read.mesh.faces.iter().enumerate() {
+        let is_right = read.mesh.attributes.group(f as u32) == 1;
+        for (&v, &wedge) in face.iter().zip(&read.mesh.attributes.wedges[f]) {
+            let [x, y, _] = read.mesh.positions[v as usize];
+            let [u, v] = [0, 1].map(|i| 20.0 * f64::from(uv.of(wedge)[i]));
+            assert!((x - u).abs() < 0.3 && (y - v).abs() < 0.3, "{x} {y} {u} {v}");
+            assert!(if is_right { x > 9.7 } else { x < 10.3 }, "a face left its material: {x}");
+        }
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_said() {
+    let folder = folder();
+    textured(folder.path());
+    let run = simplified(folder.path(), &["-o", "plate.stl", "--ratio", "0.5"]);
+    assert!(said(&run).contains("note") && said(&run).contains("geometry alone"), "{}", said(&run));
+}
+
+#[test]
+fn a_scene_stays_a_scene() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
+    let run = run(folder.path(), &["simplify", "plate.glb", "-o", "lighter.glb", "--faces", "200"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let asset = Asset::read_path(&folder.path().join("lighter.glb")).unwrap();
+    let mesh = &asset.parts()[0].mesh;
+    assert!((190..=200).contains(&mesh.faces.len()));
+    assert_eq!(mesh.attributes.groups.iter().max(), Some(&1));
+    assert!(mesh.attributes.channels.iter().any(|channel| channel.name == "TEXCOORD_0"));
+}
+
+#[test]
+fn levels_map_proof_and_size() {
+    let folder = folder();
+    let spot = shipped("spot.ply");
+    let spot = spot.to_str().unwrap();
+    let levels = run(folder.path(), &["simplify", spot, "-o", "a.obj", "--lods", "0.5,0.1", "--report", "a.json"]);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+    assert_eq!(report["levels"][1]["vertices"], 293);
+    assert!(
+        report["levels"][1]["screen_coverage"].as_f64().unwrap()
+            < report["levels"][0]["screen_coverage"].as_f64().unwrap()
+    );
+    let second = io::read_path(&folder.path().join("a-lod1.obj"), Some(Format::Obj)).unwrap();
+    assert_eq!(second.positions.len(), 293);
+    let mapped = run(folder.path(), &["simplify", spot, "-o", "b.ply", "--ratio", "0.1", "--map", "b.json"]);
+    assert_eq!(mapped.code, Some(0), "{}", mapped.words);
+    let map: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.path().join("b.json")).unwrap()).unwrap();
+    assert_eq!(map["output_vertices"].as_array().unwrap().len(), 2930);
+    assert_eq!(map["corner_weights"].as_array().unwrap().len(), 582);
+    let proved = run(folder.path(), &["simplify", spot, "-o", "c.ply", "--error", "2%", "--no-check"]);
+    assert!(proved.code == Some(0) && said(&proved).contains("certain"), "{}", proved.words);
+    let fits = run(folder.path(), &["simplify", spot, "-o", "d.ply", "--size", "20kB", "--no-check"]);
+    let n_bytes = std::fs::metadata(folder.path().join("d.ply")).unwrap().len();
+    assert!(fits.code == Some(0) && (19_000..=20_000).contains(&n_bytes), "{n_bytes}");
+}
+
+#[test]
+fn importance_is_taken_from_an_attribute() {
+    let folder = folder();
+    let mut text = String::from(
+        "ply\nformat ascii 1.0\nelement vertex 441\nproperty float x\nproperty float y\nproperty float z\n",
+    );
+    text += "property float wear\nelement face 800\nproperty list uchar int vertex_indices\nend_header\n";
+    for (i, j) in (0..21).flat_map(|j| (0..21).map(move |i| (i, j))) {
+        let wear = if i < 10 { 50.0 } else { 1.0 };
+        text += &format!("{i} {j} {} {wear}\n", 0.5 * (f64::from(i) * 0.9).sin() * (f64::from(j) * 0.7).cos());
+    }
+    for (i, j) in (0..20).flat_map(|j| (0..20).map(move |i| (i, j))) {
+        let at = |i: i32, j: i32| j * 21 + i;
+        text += &format!(
+            "3 {} {} {}\n3 {} {} {}\n",
+            at(i, j),
+            at(i + 1, j),
+            at(i + 1, j + 1),
+            at(i, j),
+            at(i + 1, j + 1),
+            at(i, j + 1)
+        );
+    }
+    std::fs::write(folder.path().join("a.ply"), text).unwrap();
+    let arguments = ["simplify", "a.ply", "-o", "b.ply", "--vertices", "100", "--importance", "wear"];
+    let weighed = run(folder.path(), &arguments);
+    assert_eq!(weighed.code, Some(0), "{}", weighed.words);
+    let mesh = io::read_path(&folder.path().join("b.ply"), None).unwrap();
+    assert!(mesh.positions.iter().filter(|p| p[0] < 10.0).count() > 60);
+    let unknown = run(folder.path(), &["simplify", "a.ply", "-o", "c.ply", "--ratio", "0.5", "--importance", "tear"]);
+    assert!(unknown.code == Some(2) && unknown.words.contains("it has: wear"), "{}", unknown.words);
+}
