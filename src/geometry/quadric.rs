@@ -82,6 +82,20 @@ impl Quadric {
         Some((x, (self.c - self.b.dot(x)).max(0.0)))
     }
 
+    /// Where the form is smallest times the determinant of A, and that; `None` where A is singular. The value there is
+    /// `c - b.x / determinant`: one division where the place itself is not needed.
+    #[inline]
+    pub fn scaled_minimum(&self) -> Option<(DVec3, f64)> {
+        let (adjugate, determinant) = self.adjugate()?;
+        Some((times(&adjugate, self.b), determinant))
+    }
+
+    /// `d'Ad`.
+    #[inline]
+    pub fn curvature(&self, d: DVec3) -> f64 {
+        times(&self.a, d).dot(d)
+    }
+
     /// Upper triangle of the inverse of A; `None` where A is singular.
     ///
     /// ```

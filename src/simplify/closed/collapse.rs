@@ -185,19 +185,36 @@ impl Pair {
     }
 
     /// The best of what else comes into question: the two ends and the middle.
+    #[inline(always)]
     fn best_other(&self) -> (Place, DVec3, f64) {
-        let priced = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
-        priced.into_iter().min_by(|x, y| x.2.total_cmp(&y.2)).unwrap_or(priced[2])
+        let [kept, gone, middle] = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
+        let best = if gone.2 < kept.2 { gone } else { kept };
+        if middle.2 < best.2 { middle } else { best }
     }
 
     /// One of the two ends or, for any other place, the middle, from the first end, and what that costs.
+    #[inline(always)]
     pub fn at(&self, place: Place) -> (Place, DVec3, f64) {
-        let x = match place {
-            Place::Kept => DVec3::ZERO,
-            Place::Gone => self.other,
-            Place::Middle | Place::Minimum => self.other * 0.5,
+        let t = match place {
+            Place::Kept => 0.0,
+            Place::Gone => 1.0,
+            Place::Middle | Place::Minimum => 0.5,
         };
-        (place, x, self.sum.value(x))
+        let Pair { sum, other } = self;
+        (place, *other * t, t * t * sum.curvature(*other) - 2.0 * t * sum.b.dot(*other) + sum.c)
+    }
+
+    /// What the placement costs, without the place.
+    #[inline(always)]
+    fn cost(&self) -> f64 {
+        let Pair { sum, other } = self;
+        let Some((scaled, determinant)) = sum.scaled_minimum() else { return self.best_other().2 };
+        let reach = REACH * determinant;
+        if scaled.distance_squared(*other * (0.5 * determinant)) <= reach * reach * other.length_squared() {
+            (sum.c - sum.b.dot(scaled) / determinant).max(0.0)
+        } else {
+            self.best_other().2
+        }
     }
 
     /// Where the merged vertex goes, from the first end, and what that costs.
@@ -366,9 +383,14 @@ impl Collapse {
         Pair::new(&self.nodes[u as usize], &self.nodes[v as usize])
     }
 
+    #[inline(always)]
     fn price(&self, u: u32, v: u32) -> Edge {
         let stamp = self.nodes[u as usize].version + self.nodes[v as usize].version;
-        let cost = self.placement(u, v, &self.pair(u, v)).map_or(f32::INFINITY, |(_, _, cost)| cost as f32);
+        let pair = self.pair(u, v);
+        let cost = match &self.holds {
+            None => pair.cost() as f32,
+            Some(holds) => holds.placement(u, v, &pair).map_or(f32::INFINITY, |(_, _, cost)| cost as f32),
+        };
         Edge { ends: [u, v], stamp, cost }
     }
 
