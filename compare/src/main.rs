@@ -9,6 +9,7 @@
 
 mod ablation;
 mod broken_files;
+mod certain;
 mod closed;
 mod figure5;
 mod files;
@@ -55,6 +56,8 @@ enum Command {
     SameBits(same_bits::Args),
     /// Give the program every file of a folder of broken ones.
     BrokenFiles(broken_files::Args),
+    /// Find the smallest meshes that certainly lie within a distance.
+    Certain(certain::Args),
     /// Draw meshes before and after, by both methods, and write the page that shows them.
     Pictures(pictures::Args),
     /// Draw the paper's Figure 5: weights before and after fine-tuning for curvature.
@@ -90,6 +93,7 @@ fn main() -> anyhow::Result<()> {
         Command::Memory(args) => memory::memory(&args),
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),
+        Command::Certain(args) => certain::certain(&args),
         Command::Pictures(args) => pictures::pictures(&args),
         Command::Figure5(args) => figure5::figure5(&args),
         Command::Paper(args) => paper::paper(&args),
