@@ -184,13 +184,20 @@ fn read_leading_triangles(source: &mut Source, element: &Element, faces: &mut Ve
     }
     let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count);
     let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
-    let order = if *big { u32::from_be_bytes } else { u32::from_le_bytes };
-    faces.par_extend(records.take(n_triangles).map(|record| {
-        let (corners, _) = record[1..].as_chunks::<4>();
-        std::array::from_fn::<u32, 3, _>(|corner| order(corners[corner]))
-    }));
+    let records = records.take(n_triangles);
+    if *big {
+        faces.par_extend(records.map(|record| triangle(record, u32::from_be_bytes)));
+    } else {
+        faces.par_extend(records.map(|record| triangle(record, u32::from_le_bytes)));
+    }
     *at += 13 * n_triangles;
     n_triangles
+}
+
+/// The corners of a triangle in the usual layout.
+fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
+    let (corners, _) = record[1..].as_chunks::<4>();
+    std::array::from_fn(|corner| decode(corners[corner]))
 }
 
 /// Triangle strips: each index after the first two makes a face with the two before it; -1 starts a new strip.
