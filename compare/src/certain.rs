@@ -63,7 +63,7 @@ pub fn certain(args: &Args) -> Result<()> {
 /// The fewest faces at which a search by halves finds meshoptimizer's result certainly within the distance.
 fn fewest_faces(mesh: &TriMesh, error: f64) -> Result<usize> {
     let asked = Sharpness { enough: error, too_much: error, gap: 0.0 };
-    let (mut too_few, mut enough) = (0, mesh.faces().len());
+    let (mut too_few, mut enough) = (0usize, mesh.faces().len());
     let mut fewest = enough;
     while enough as f64 > (too_few as f64 * 1.02).max(too_few as f64 + 2.0) {
         let middle = if too_few == 0 { enough / 4 } else { too_few.midpoint(enough) };
