@@ -51,6 +51,18 @@ proptest! {
         check(&bytes);
     }
 
+    #[cfg(feature = "meshopt")]
+    #[test]
+    fn spoilt_compression(spots in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"0123456789\x00\xff".to_vec())), 1..4)) {
+        let mut bytes = super::compressed("EXT_meshopt_compression");
+        for (spot, byte) in spots {
+            // The descriptions of the views and the compressed bytes; what stands before is spoilt elsewhere.
+            let at = bytes.len() / 3 + spot.index(bytes.len() - bytes.len() / 3);
+            bytes[at] = byte;
+        }
+        check(&bytes);
+    }
+
     #[test]
     fn spoilt_numbers(which in 0usize..2, at in 0usize..400, number in prop::sample::select(vec![0i64, 1, 2, 3, 5, 7, 255, 5121, 5123, 5125, 65_536, 1 << 40, -1]), word in any::<bool>()) {
         let mut asset = asset(which);

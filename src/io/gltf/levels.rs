@@ -114,10 +114,9 @@ fn say(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
 
 fn name_extension(document: &mut Value) {
     let Some(document) = document.as_object_mut() else { return };
-    if let Value::Array(names) = document.entry("extensionsUsed").or_insert_with(|| json!([])) {
-        if !names.iter().any(|name| name == NAME) {
-            names.push(NAME.into());
-        }
+    let names = document.entry("extensionsUsed").or_insert_with(|| json!([])).as_array_mut();
+    if let Some(names) = names.filter(|names| !names.iter().any(|name| name == NAME)) {
+        names.push(NAME.into());
     }
 }
 
