@@ -85,7 +85,7 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "BYTES")]
     pub size: Option<String>,
     /// Levels of detail: shares of the vertices, falling, as 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on in
-    /// the name
+    /// the name, those of a glTF scene into one file (MSFT_lod)
     #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
     pub lods: Vec<f64>,
     /// Keep the borders, vertices and edges, bit for bit, so that tiles fit together

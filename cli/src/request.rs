@@ -93,6 +93,13 @@ impl Source {
         Self { path, format, last_resort: None, weld }
     }
 
+    /// Whether it is a glTF scene that stays one.
+    pub fn is_scene(&self, output: Format) -> bool {
+        let is_gltf = |format| matches!(format, Format::Gltf | Format::Glb);
+        let named = self.format.or_else(|| Format::from_path(&self.path));
+        is_gltf(output) && !is_stream(&self.path) && named.is_some_and(is_gltf)
+    }
+
     /// A mesh that is read as `given` only where neither its name nor its content says anything.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         Self { path, format: None, last_resort: given, weld }

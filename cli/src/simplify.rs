@@ -26,6 +26,8 @@ use crate::words::{self, Voice};
 
 /// Samples on each surface for the distance: enough for its mean within a hundredth.
 const SAMPLES: usize = 10_000;
+/// Area of a square as high as the screen, over that of the screen.
+const SCREEN: f64 = 9.0 / 16.0;
 
 /// Does what is asked, on as many threads as asked.
 pub fn run(request: Request) -> Result<(), Failure> {
@@ -87,12 +89,12 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     let subject = timed(&mut seconds.read, || Subject::open(&request.source, request.output_format))?;
     let lighter = timed(&mut seconds.simplify, || lighter(&subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
-    progress.show("write", 0.0);
-    let written = timed(&mut seconds.write, || written(&subject, &lighter.results, request))?;
     progress.show("check", 0.0);
     let levels: Vec<Level> = timed(&mut seconds.check, || {
         lighter.results.iter().map(|result| measured(&subject, result, request)).collect()
     });
+    progress.show("write", 0.0);
+    let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let notes = [subject.notes.clone(), written.notes].concat();
     let report = told(request, (&subject, first), levels, Told { notes, certified: lighter.certified, seconds })?;
@@ -172,7 +174,7 @@ fn lighter(
             Ok(Lighter { results: vec![found.simplified], certified: Some(found.distance) })
         }
         Goal::Size(n_bytes) => {
-            let bytes_of = |result: &Simplified| Ok(files_of(subject, result, request, 0)?.bytes.len());
+            let bytes_of = |result: &Simplified| Ok(files_of(subject, &[result], &[], request, 0)?.bytes.len());
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
@@ -216,11 +218,13 @@ fn refused(error: &SimplifyError, input: &Path) -> Failure {
     }
 }
 
-/// Where the mesh goes, or each level of detail.
+/// Where the mesh goes, or each level of detail; those of a scene are one file.
 fn outputs(request: &Request) -> Vec<PathBuf> {
     let Some(path) = &request.output else { return Vec::new() };
     match &request.goal {
-        Goal::Levels(further) => (0..=further.len()).map(|level| level_path(path, level)).collect(),
+        Goal::Levels(further) if !request.source.is_scene(request.output_format) => {
+            (0..=further.len()).map(|level| level_path(path, level)).collect()
+        }
         _ => vec![path.clone()],
     }
 }
@@ -244,17 +248,23 @@ struct OnTheirWay {
 }
 
 /// The meshes as bytes where standard output is their place, else as files on their way.
-fn written(subject: &Subject, results: &[Simplified], request: &Request) -> Result<OnTheirWay, Failure> {
+fn written(
+    subject: &Subject,
+    results: &[Simplified],
+    levels: &[Level],
+    request: &Request,
+) -> Result<OnTheirWay, Failure> {
     let mut done = OnTheirWay::default();
     let paths = outputs(request);
-    for (level, result) in results.iter().enumerate() {
-        let files = files_of(subject, result, request, level)?;
-        done.notes.extend(files.notes.into_iter().filter(|_| level == 0));
-        let Some(path) = paths.get(level) else {
-            if !files.beside.is_empty() {
-                done.notes
-                    .push(format!("{} files beside the mesh are not written to standard output", files.beside.len()));
-            }
+    let results: Vec<&Simplified> = results.iter().collect();
+    let coverage = if results.len() > 1 && paths.len() == 1 { coverage(levels) } else { Vec::new() };
+    let n_each = if paths.len() > 1 { 1 } else { results.len().max(1) };
+    for (number, results) in results.chunks(n_each).enumerate() {
+        let files = files_of(subject, results, &coverage, request, number)?;
+        done.notes.extend(files.notes.into_iter().filter(|_| number == 0));
+        let Some(path) = paths.get(number) else {
+            let n = files.beside.len();
+            done.notes.extend((n > 0).then(|| format!("{n} files beside the mesh are not written to standard output")));
             done.bytes = Some(files.bytes);
             continue;
         };
@@ -273,17 +283,26 @@ fn written(subject: &Subject, results: &[Simplified], request: &Request) -> Resu
     Ok(done)
 }
 
-/// A result as the bytes of its files.
+/// Down to which share of the screen's area each level is drawn: until the next one shows no error. Nothing where errors
+/// were not measured.
+fn coverage(levels: &[Level]) -> Vec<f64> {
+    let area = |level: &Level| level.screen_coverage.map(|height| height * height * SCREEN);
+    let next: Option<Vec<f64>> = levels.iter().skip(1).map(area).collect();
+    next.map(|next| next.into_iter().chain([0.0]).collect()).unwrap_or_default()
+}
+
+/// Results as the bytes of their files.
 fn files_of(
     subject: &Subject,
-    result: &Simplified,
+    results: &[&Simplified],
+    coverage: &[f64],
     request: &Request,
-    level: usize,
+    number: usize,
 ) -> Result<crate::subject::Files, Failure> {
     let shown = request.output.clone().unwrap_or_else(|| PathBuf::from("standard output"));
     let paths = outputs(request);
-    let file_name = paths.get(level).and_then(|path| path.file_name()).unwrap_or("mesh".as_ref()).to_string_lossy();
-    subject.written(result, request, &file_name).map_err(|error| Failure::of(&shown, error))
+    let file_name = paths.get(number).and_then(|path| path.file_name()).unwrap_or("mesh".as_ref()).to_string_lossy();
+    subject.written(results, coverage, request, &file_name).map_err(|error| Failure::of(&shown, error))
 }
 
 /// The size of a result, and how far it is from the original; what it is as a surface where someone is told.

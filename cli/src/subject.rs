@@ -41,6 +41,7 @@ enum Kind {
 }
 
 /// A result as files.
+#[derive(Default)]
 pub struct Files {
     /// The mesh.
     pub bytes: Vec<u8>,
@@ -53,8 +54,7 @@ pub struct Files {
 impl Subject {
     /// Reads and cleans what the request names. A glTF that is written as glTF is taken as the scene that it is.
     pub fn open(source: &Source, output: Format) -> Result<Self, Failure> {
-        let is_gltf = |format| matches!(format, Format::Gltf | Format::Glb);
-        if is_gltf(output) && !is_stream(&source.path) && named_or_seen(source).is_some_and(is_gltf) {
+        if source.is_scene(output) {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
             return Self::scene(asset, source);
         }
@@ -120,10 +120,18 @@ impl Subject {
         }
     }
 
-    /// A result as the files of a format; `file_name` is what the mesh file will be called.
-    pub fn written(&self, result: &Simplified, request: &Request, file_name: &str) -> Result<Files, WriteError> {
+    /// Results as the files of a format: one, or of a scene the levels of detail with the shares of the screen down to which
+    /// they are meant to be drawn; `file_name` is what the mesh file will be called.
+    pub fn written(
+        &self,
+        results: &[&Simplified],
+        coverage: &[f64],
+        request: &Request,
+        file_name: &str,
+    ) -> Result<Files, WriteError> {
         match &self.kind {
             Kind::Mesh { cleaned, exact, extra } => {
+                let Some(result) = results.first() else { return Ok(Files::default()) };
                 let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result));
                 let (mesh, attributes) = (&result.mesh, &result.attributes);
                 let model = Model { mesh, frame: self.frame, exact, attributes, extra };
@@ -133,17 +141,10 @@ impl Subject {
                 Ok(Files { bytes: written.bytes, beside: written.beside, notes: written.notes })
             }
             Kind::Scene { asset, united, pieces } => {
-                let split = united.split(&result.mesh, &result.attributes);
-                let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
-                    Some((mesh, attributes)) => LighterPart {
-                        positions: mesh.positions().to_vec(),
-                        faces: mesh.faces().to_vec(),
-                        attributes: attributes.clone(),
-                    },
-                    None => LighterPart::of(part),
-                };
-                let lighter: Vec<LighterPart> = asset.parts().iter().zip(pieces).map(lighter).collect();
-                let mut files = asset.write(&lighter, request.output_format, file_name)?;
+                let levels: Vec<Vec<LighterPart>> =
+                    results.iter().map(|result| lighter_parts(asset, united, pieces, result)).collect();
+                let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+                let mut files = asset.write_levels(&levels, coverage, request.output_format, file_name)?;
                 let beside = files.split_off(1.min(files.len()));
                 let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
                 Ok(Files { bytes, beside, notes: Vec::new() })
@@ -164,10 +165,18 @@ impl Subject {
     }
 }
 
-/// The format that the arguments or the name say, else what the content shows.
-fn named_or_seen(source: &Source) -> Option<Format> {
-    let by_name = source.format.or_else(|| Format::from_path(&source.path));
-    by_name.or_else(|| Format::from_content(&files::read(&source.path).ok()?))
+/// What became of each part of an asset.
+fn lighter_parts(asset: &Asset, united: &United, pieces: &[Option<usize>], result: &Simplified) -> Vec<LighterPart> {
+    let split = united.split(&result.mesh, &result.attributes);
+    let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
+        Some((mesh, attributes)) => LighterPart {
+            positions: mesh.positions().to_vec(),
+            faces: mesh.faces().to_vec(),
+            attributes: attributes.clone(),
+        },
+        None => LighterPart::of(part),
+    };
+    asset.parts().iter().zip(pieces).map(lighter).collect()
 }
 
 /// Reads and parses a mesh with all that its file holds.

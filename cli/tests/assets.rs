@@ -85,6 +85,20 @@ fn a_scene_stays_a_scene() {
 }
 
 #[test]
+fn the_levels_of_a_scene_are_one_file() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
+    let levels = run(folder.path(), &["simplify", "plate.glb", "-o", "levels.glb", "--lods", "0.5,0.2"]);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    let asset = Asset::read_path(&folder.path().join("levels.glb")).unwrap();
+    let sizes: Vec<usize> = asset.parts().iter().map(|part| part.mesh.faces.len()).collect();
+    assert!(sizes.len() == 2 && sizes[1] < sizes[0], "{sizes:?}");
+    let bytes = std::fs::read(folder.path().join("levels.glb")).unwrap();
+    assert!(String::from_utf8_lossy(&bytes).contains("MSFT_screencoverage"));
+}
+
+#[test]
 fn levels_map_proof_and_size() {
     let folder = folder();
     let spot = shipped("spot.ply");
