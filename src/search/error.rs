@@ -3,20 +3,21 @@
 use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
-use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, quick_distance};
+use crate::metrics::{CertifiedDistance, Sharpness, certified_distance};
 use crate::model::Weights;
-use crate::simplify::{Event, Input, Options, Simplified, SimplifyError, Target, simplify_input};
+use crate::simplify::{Event, Input, Options, Simplified, SimplifyError, Target, simplify_levels_of_detail};
 
-/// Share of the vertices to begin with.
-const FIRST: f64 = 0.1;
-/// Results tried at most.
-const MOST_TRIES: usize = 12;
+/// Sizes looked at in one go, from one collapse.
+const SIZES: usize = 8;
+/// Factor between the largest and the smallest of them while nothing is known yet.
+const SPAN: f64 = 20.0;
+/// Collapses at most.
+const MOST_ROUNDS: usize = 5;
 /// The search ends when a mesh smaller by this factor was too far from the original.
 const CLOSE: f64 = 1.02;
-/// Samples that tell about how far a result is from the original.
-const SAMPLES: usize = 3000;
-/// No guess is farther than this factor from the last one.
-const STRIDE: f64 = 8.0;
+/// Share of the vertices that the first level of a collapse keeps: so many that it begins with all of them. What the one pass
+/// leaves out is missed by the largest distance before it is missed by the mean.
+const WHOLE: f64 = 0.7;
 
 /// A result and the proof.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Bounded {
     pub simplified: Simplified,
     /// Bounds of its largest distance from the original, in either direction; the upper is at most what was asked.
     pub distance: CertifiedDistance,
-    /// Results that were tried.
+    /// Results that were made.
     pub n_tries: usize,
 }
 
@@ -56,41 +57,59 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let mut tried = |vertices: usize| {
-        let options = Options { target: Target::Vertices(vertices), ..options.clone() };
-        simplify_input(input, weights, &options, progress)
-    };
     let n_all = input.mesh.positions().len();
+    let mut levels = |sizes: &[usize]| {
+        let first = sizes.iter().copied().fold((WHOLE * n_all as f64) as usize, usize::max).max(1);
+        let options = Options { target: Target::Vertices(first), ..options.clone() };
+        let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
+        let results = simplify_levels_of_detail(input, weights, &options, &sizes, progress);
+        results.map(|mut results| results.split_off(1))
+    };
     let mut range = Range { too_few: 0, enough: n_all };
-    let mut best = None;
-    let mut n_tries = 0;
-    let mut guess = n_all as f64 * FIRST;
-    while n_tries < MOST_TRIES && !range.is_narrow() {
-        let vertices = range.nearest(guess);
-        let result = tried(vertices)?;
-        n_tries += 1;
-        // Where something else holds the size, fewer vertices would change nothing.
-        let n_left = result.mesh.positions().len().max(vertices);
-        let about = quick_distance(input.mesh, &result.mesh, SAMPLES, 0).map_or(0.0, |distance| distance.max);
-        if holds(input.mesh, &result.mesh, error) {
-            range.enough = vertices;
-            if result.mesh.positions().len() > vertices {
-                range.too_few = vertices - 1;
-            }
-            best = Some(result);
-        } else {
-            range.too_few = n_left.min(range.enough - 1);
+    let (mut best, mut n_tries) = (None, 0);
+    for _ in 0..MOST_ROUNDS {
+        let sizes = range.sizes();
+        if range.is_narrow() || sizes.is_empty() {
+            break;
         }
-        // The distance of a smooth surface falls as the number of vertices grows.
-        guess = range.between(vertices as f64 * (about / error).clamp(1.0 / STRIDE, STRIDE));
+        let mut results = levels(&sizes)?;
+        n_tries += results.len();
+        let n_hold = holding(&results, |result| holds(input.mesh, &result.mesh, error));
+        range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);
+        if n_hold > 0 {
+            results.truncate(n_hold);
+            range.enough = sizes[n_hold - 1];
+            best = results.pop();
+        }
+        // What is held by something else gets no smaller.
+        if best.as_ref().is_some_and(|best: &Simplified| best.mesh.positions().len() > range.enough) {
+            break;
+        }
     }
     let is_proved = best.is_some();
-    let simplified = best.map_or_else(|| tried(n_all), Ok)?;
+    let simplified = match best {
+        Some(best) => best,
+        None => levels(&[n_all])?.pop().ok_or(SimplifyError::Empty)?,
+    };
     // How far below the half it lies is of no interest, and takes long to say of flat parts.
     let asked = Sharpness { enough: 0.5 * error, ..Sharpness::default() };
     let sharp = certified_distance(input.mesh, &simplified.mesh, &asked).unwrap_or_default();
     let upper = if is_proved { sharp.upper.min(error) } else { sharp.upper };
     Ok(Bounded { simplified, distance: CertifiedDistance { upper, ..sharp }, n_tries })
+}
+
+/// How many of the results, the largest first, hold what they have to, if all do that are larger than one that does.
+fn holding(results: &[Simplified], holds: impl Fn(&Simplified) -> bool) -> usize {
+    let (mut low, mut high) = (0, results.len());
+    while low < high {
+        let middle = low.midpoint(high);
+        if holds(&results[middle]) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
 }
 
 /// Whether the largest distance is certainly at most `error`.
@@ -110,17 +129,16 @@ impl Range {
         self.enough as f64 <= (self.too_few as f64 * CLOSE).max(self.too_few as f64 + 1.0)
     }
 
-    /// The number within that is nearest to a guess.
-    fn nearest(&self, guess: f64) -> usize {
-        (guess.round() as usize).clamp(self.too_few + 1, (self.enough - 1).max(self.too_few + 1))
-    }
-
-    /// A guess kept well within: no nearer to either end than a quarter of the way, by factors.
-    fn between(&self, guess: f64) -> f64 {
-        let (low, high) = ((self.too_few.max(1) as f64).ln(), (self.enough as f64).ln());
-        let known = self.too_few > 0;
-        let low = if known { low + 0.25 * (high - low) } else { low };
-        guess.ln().clamp(low, low.max(high - if known { 0.25 * (high - low) } else { 0.0 })).exp()
+    /// Sizes within, falling, evenly spaced by factors.
+    fn sizes(&self) -> Vec<usize> {
+        let high = self.enough as f64;
+        let low = if self.too_few > 0 { self.too_few as f64 } else { (high / SPAN).max(1.0) };
+        let step = if self.too_few > 0 { SIZES + 1 } else { SIZES };
+        let size = |k: usize| (high * (low / high).powf(k as f64 / step as f64)).round() as usize;
+        let mut sizes: Vec<usize> = (1..=SIZES).map(size).collect();
+        sizes.retain(|&size| size > self.too_few && size < self.enough);
+        sizes.dedup();
+        sizes
     }
 }
 
