@@ -41,9 +41,11 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
     let off_plane = |v: &u32| Vec3::from(mesh.positions()[*v as usize]).abs().min_element();
     let widest = seams(&mesh, &attributes).as_flattened().iter().map(off_plane).fold(0.0, f32::max);
     let groups = std::mem::take(&mut attributes.groups);
-    for (with_groups, n) in [(false, 2000), (true, 800), (false, 150)] {
+    for (with_groups, n, oversample) in
+        [(false, 2000, None), (true, 800, Some(2.0)), (false, 150, Some(3.0)), (true, 150, None)]
+    {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let options = Options::new(Target::Vertices(n));
+        let options = Options { oversample, ..Options::new(Target::Vertices(n)) };
         let result = simplified(&mesh, &attributes, &options);
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());

@@ -12,7 +12,13 @@ use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target,
 use proptest::prelude::*;
 
 fn to(mesh: &TriMesh, target: Target) -> Simplified {
-    simplify(mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap()
+    with_oversample(mesh, target, Some(2.0))
+}
+
+/// By the one pass where the oversample is given, which small meshes go without otherwise.
+fn with_oversample(mesh: &TriMesh, target: Target, oversample: Option<f64>) -> Simplified {
+    let options = Options { oversample, ..Options::new(target) };
+    simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// What a reader makes of the mesh after an STL round trip: welded by position.
@@ -23,8 +29,13 @@ fn through_stl(mesh: &TriMesh) -> TriMesh {
 
 /// Closed, of the asked size, and the same after its positions are welded.
 fn check(original: &TriMesh, ratio: f64) {
+    check_with(original, ratio, None);
+    check_with(original, ratio, Some(1.5));
+}
+
+fn check_with(original: &TriMesh, ratio: f64, oversample: Option<f64>) {
     let n_vertices = original.positions().len();
-    let result = to(original, Target::Ratio(ratio));
+    let result = with_oversample(original, Target::Ratio(ratio), oversample);
     assert_closed_manifold(&result.mesh);
     assert_same_topology(original, &result.mesh);
     let welded = through_stl(&result.mesh);

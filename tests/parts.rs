@@ -14,7 +14,9 @@ fn to(mesh: &TriMesh, ratio: f64) -> Simplified {
 }
 
 fn with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
-    let options = Options { seed: 2, scores, ..Options::new(Target::Ratio(ratio)) };
+    // By the one pass, which small meshes go without otherwise.
+    let oversample = Some((1.45 / ratio.cbrt()).clamp(1.0, 4.0));
+    let options = Options { seed: 2, scores, oversample, ..Options::new(Target::Ratio(ratio)) };
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 

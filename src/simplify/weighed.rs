@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use crate::mesh::{Frame, TriMesh};
 
 use super::closed::{Importance, Keep, Limit, Request, simplify_closed};
-use super::{Parts, SimplifyError, default_oversample};
+use super::{Parts, SimplifyError, oversample_of_pass, ratio};
 
 /// What an importance leads to.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Weighed {
     pub vertex_of: Vec<u32>,
 }
 
-/// Simplifies `mesh` to `n_vertices` where vertices count by their area times their importance, with these parts of the
+/// Simplifies `mesh` to `n_vertices`, by the one pass however small the mesh is, where vertices count by their area times their importance, with these parts of the
 /// assembly.
 ///
 /// # Shapes
@@ -51,7 +51,7 @@ pub fn simplify_weighed(
     let limit = Limit { vertices: n_vertices.max(1), faces: usize::MAX };
     let request = Request {
         limit,
-        oversample: if parts.oversampling { default_oversample(mesh, limit) } else { 1.0 },
+        oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
         importance,
         parts: *parts,
         seed,
@@ -83,7 +83,9 @@ mod tests {
     #[test]
     fn equal_factors_change_nothing() {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let options = Options { seed: 3, scores: ScoreSource::Geometry, ..Options::new(Target::Vertices(150)) };
+        let oversample = Some(oversample_of_pass(150.0 / mesh.positions().len() as f64));
+        let options =
+            Options { seed: 3, oversample, scores: ScoreSource::Geometry, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];
@@ -95,7 +97,8 @@ mod tests {
     #[test]
     fn the_network_weighs_as_in_the_pipeline() {
         let (mesh, weights) = (shapes::wavy_sphere(4, 8.0), Weights::random(1));
-        let options = Options { seed: 3, ..Options::new(Target::Vertices(150)) };
+        let oversample = Some(oversample_of_pass(150.0 / mesh.positions().len() as f64));
+        let options = Options { seed: 3, oversample, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, Some(&weights), &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let weighed = simplify_weighed(&mesh, 150, Importance::Network(&weights), 3, &Parts::default()).unwrap();
         assert_eq!(weighed.mesh, plain.mesh);
