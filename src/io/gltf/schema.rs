@@ -1,4 +1,5 @@
 //! The part of the glTF 2.0 schema that describes geometry; indices are as in the file, unchecked.
+#![cfg_attr(not(feature = "meshopt"), allow(dead_code))] // What is compressed is then refused before it is looked into.
 
 use std::collections::BTreeMap;
 
