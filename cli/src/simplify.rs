@@ -9,7 +9,7 @@ use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{RawMesh, TriMesh};
 use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
-use neural_mesh::picture::{PictureOptions, encode_png, render};
+use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
     Event, Options, Simplified, SimplifyError, importance_of_channel, simplify_input, simplify_levels_of_detail,
@@ -96,10 +96,12 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     progress.show("write", 0.0);
     let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
-    let notes = [subject.notes.clone(), written.notes].concat();
+    let mut notes = [subject.notes.clone(), written.notes].concat();
+    let coats = coats(request, &subject, first, &mut notes);
     let report = told(request, (&subject, first), levels, Told { notes, certified: lighter.certified, seconds })?;
     progress.show("picture", 0.0);
-    let drawn = drawn(request, [subject.mesh(), &first.mesh], &report)?;
+    let meshes = [(subject.mesh(), coats[0].as_ref()), (&first.mesh, coats[1].as_ref())];
+    let drawn = drawn(request, meshes, &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
     let pending = pending.chain(mapped(request, &subject, first)?).collect();
     let cleaned = subject.counts.to_string();
@@ -346,14 +348,30 @@ fn told(
     })
 }
 
+/// The colours of the mesh before and after, where a picture is asked for; notes take what cannot be drawn of them.
+fn coats(request: &Request, subject: &Subject, result: &Simplified, notes: &mut Vec<String>) -> [Option<Coat>; 2] {
+    if request.picture.is_none() {
+        return [None, None];
+    }
+    let (looks, missing) = subject.looks(request.allow_outside);
+    let (before, not_drawn) = Coat::new(subject.attributes(), &looks);
+    let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
+    notes.extend(fresh);
+    [before, Coat::new(&result.attributes, &looks).0]
+}
+
 /// The picture on its way to its file, where one is asked for.
-fn drawn(request: &Request, meshes: [&TriMesh; 2], report: &Report) -> Result<Option<Pending>, Failure> {
+fn drawn(
+    request: &Request,
+    meshes: [(&TriMesh, Option<&Coat>); 2],
+    report: &Report,
+) -> Result<Option<Pending>, Failure> {
     let Some(path) = &request.picture else { return Ok(None) };
     let captions = vec![
         format!("{}\n{}", words::shortened(&name(&request.source.path)), words::counts(&report.input)),
         format!("simplified\n{}", words::counts(&report.output.size)),
     ];
-    let image = render(&meshes, &PictureOptions { captions, ..Default::default() });
+    let image = render_coated(&meshes, &PictureOptions { captions, ..Default::default() });
     files::prepare(path, &encode_png(&image), request.force).map(Some)
 }
 

@@ -6,7 +6,7 @@ use neural_mesh::io::{
     self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Attributes, Frame, Piece, TriMesh, United};
+use neural_mesh::mesh::{Attributes, Frame, Look, Looks, Piece, TriMesh, United};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::simplify::{Input, Simplified};
 
@@ -104,6 +104,23 @@ impl Subject {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => &cleaned.attributes,
             Kind::Scene { united, .. } => &united.attributes,
+        }
+    }
+
+    /// What the groups of its faces look like; beside it what could not be had of that, in one line each.
+    pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
+        match &self.kind {
+            Kind::Mesh { extra, .. } => io::looks(extra, allow_outside),
+            Kind::Scene { asset, united, pieces } => {
+                let (of_parts, notes) = asset.looks();
+                let mut looks = Looks { linear_colours: true, ..Looks::default() };
+                for (of_part, piece) in of_parts.into_iter().zip(pieces) {
+                    let Some(piece) = piece else { continue };
+                    looks.of_groups.resize(united.first_group(*piece) as usize, Look::default());
+                    looks.of_groups.extend(of_part);
+                }
+                (looks, notes)
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use common::{Run, folder, run, shipped};
 use neural_mesh::io::{self, Asset, Format};
+use neural_mesh::picture::{Image, decode_image, encode_png};
 
 /// A square of 20 x 20 quads in two materials, with texture coordinates and a library that names a texture.
 fn textured(folder: &Path) {
@@ -37,6 +38,38 @@ fn simplified(folder: &Path, more: &[&str]) -> Run {
     let run = run(folder, &[&["simplify", "plate.obj"], more].concat());
     assert_eq!(run.code, Some(0), "{}", run.words);
     run
+}
+
+/// Shares of the left and the right half of a picture whose pixels are mostly of a channel.
+fn shares(picture: &Image, channel: usize) -> [f64; 2] {
+    let mut counts = [0.0; 2];
+    for (i, pixel) in picture.rgba.chunks_exact(4).enumerate() {
+        let others = (0..3).filter(|&other| other != channel).map(|other| pixel[other]).max().unwrap_or(0);
+        let half = usize::from(i % picture.width >= picture.width / 2);
+        counts[half] += f64::from(u8::from(pixel[channel] > others.saturating_add(60)));
+    }
+    counts.map(|count| 2.0 * count / (picture.width * picture.height) as f64)
+}
+
+#[test]
+fn a_picture_shows_textures_and_materials_before_and_after() {
+    let folder = folder();
+    textured(folder.path());
+    let green = Image { width: 2, height: 2, rgba: [20, 200, 20, 255].repeat(4) };
+    std::fs::write(folder.path().join("maps/skin.png"), encode_png(&green)).unwrap();
+    simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
+    let picture = decode_image(&std::fs::read(folder.path().join("out.png")).unwrap()).unwrap();
+    let [green, red] = [1, 0].map(|channel| shares(&picture, channel));
+    assert!(green.iter().chain(&red).all(|&share| share > 0.1), "{green:?} {red:?}");
+    assert!((green[0] - green[1]).abs() < 0.03 && (red[0] - red[1]).abs() < 0.03, "{green:?} {red:?}");
+}
+
+#[test]
+fn a_texture_that_cannot_be_drawn_is_said() {
+    let folder = folder();
+    textured(folder.path());
+    let run = simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
+    assert!(said(&run).contains("a texture is no PNG or JPEG that can be read"), "{}", said(&run));
 }
 
 #[test]

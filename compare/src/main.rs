@@ -3,7 +3,7 @@
 //! `closed` and `ablation` make the tables of what the scores and the parts of the closed assembly are worth;
 //! `paper`, `samplers-paper` and `figure5` make the tables and the picture of the paper with given weights.
 //! `speed` times simplification, one row of ratios per mesh and size; `growth` shows how time and memory grow with the mesh.
-//! `run` makes the table of figures, one CSV row per mesh, ratio, seed and method; `memory`, `same-bits` and
+//! `textured` makes that of textured models. `run` makes the table of figures, one CSV row per mesh, ratio, seed and method; `memory`, `same-bits` and
 //! `broken-files` make small tables of their own; `summary` turns all of them into a page. Simplification is
 //! timed on one thread, the methods taking turns in one process; metrics use all threads.
 
@@ -30,6 +30,7 @@ mod speed;
 mod stages;
 mod summary;
 mod table;
+mod textured;
 mod turns;
 mod whole;
 
@@ -70,6 +71,8 @@ enum Command {
     SamplersPaper(samplers_paper::Args),
     /// Show where the time goes, stage by stage.
     Stages(stages::Args),
+    /// Measure textured models, with pictures of their textures, against meshoptimizer with attributes.
+    Textured(textured::Args),
     /// Time simplification: ours and meshoptimizer's three, taking turns.
     Speed(speed::Args),
     /// Show how time and memory grow with the mesh.
@@ -100,6 +103,7 @@ fn main() -> anyhow::Result<()> {
         Command::Samplers(args) => samplers::samplers(&args),
         Command::SamplersPaper(args) => samplers_paper::samplers_paper(&args),
         Command::Stages(args) => stages::stages(&args),
+        Command::Textured(args) => textured::textured(&args),
         Command::Speed(args) => speed::speed(&args),
         Command::Growth(args) => growth::growth(&args),
         Command::Files(args) => files::files(&args),

@@ -17,6 +17,7 @@ mod extensions;
 mod files;
 mod levels;
 mod lighter;
+mod looks;
 mod part;
 mod placements;
 mod primitive;

@@ -103,7 +103,7 @@ fn from_folder_of(place: &Path, other: &Path) -> String {
 }
 
 /// The first word of a line and what follows it.
-fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
+pub(super) fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
     let line = line.trim_ascii_start();
     line.split_at(line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len()))
 }
@@ -116,7 +116,7 @@ fn is_texture(word: &[u8]) -> bool {
 }
 
 /// The file that a texture statement names behind its options.
-fn file_name(mut rest: &[u8]) -> &[u8] {
+pub(super) fn file_name(mut rest: &[u8]) -> &[u8] {
     loop {
         rest = rest.trim_ascii();
         let (word, mut behind) = first_word(rest);

@@ -17,6 +17,7 @@ mod gzip;
 #[cfg(not(feature = "gzip"))]
 #[path = "no_gzip.rs"]
 mod gzip;
+mod looks;
 mod material;
 mod model;
 mod number;
@@ -36,6 +37,7 @@ pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
 #[cfg(feature = "gltf")]
 pub use gltf::{Asset, LighterPart, Part, write_gltf};
+pub use looks::looks;
 pub use model::{Model, WriteOptions, Written, write_attributed};
 pub use output_file::{OutputFile, write_files};
 pub use path::{packed_by_name, read_attributed_path, read_path, write_path};

@@ -2,25 +2,31 @@
 //!
 //! A z-buffer of three by three samples per pixel holds which face is seen where; faces are lit one by one, so
 //! that facets show, corners are darkened by what stands around them, and edges are drawn where they are long
-//! enough to be told apart. Not a renderer of materials, and no writer of files.
+//! enough to be told apart. Base colours and textures of materials are drawn where they are given, nothing else of them; no
+//! writer of files.
 
 mod camera;
 mod caption;
+mod coat;
 mod occlusion;
 mod paint;
 mod png_file;
 mod raster;
 mod shade;
 mod shape;
+mod texture;
 mod views;
 
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
+use shade::Colours;
 
+pub use coat::Coat;
 pub use paint::Scale;
 pub use png_file::encode_png;
-pub use views::{View, view};
+pub use texture::decode_image;
+pub use views::{View, view, view_coated};
 
 /// Samples per pixel along each axis; odd, so that one lies in the middle.
 const SAMPLES: usize = 3;
@@ -70,6 +76,28 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
     draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, None))
 }
 
+/// Draws meshes side by side as [`render`] does, in the colours of their materials, textures and corners; a mesh without a
+/// coat, or with one that is not its own, is drawn plain.
+///
+/// ```
+/// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture};
+/// let ball = shapes::icosphere(2);
+/// let red = Looks { of_groups: vec![Look { colour: [0.8, 0.1, 0.1], ..Look::default() }], ..Looks::default() };
+/// let coat = picture::Coat::new(&Attributes::default(), &red).0.unwrap();
+/// let options = picture::PictureOptions { height: 120, ..Default::default() };
+/// let image = picture::render_coated(&[(&ball, Some(&coat)), (&ball, None)], &options);
+/// assert_eq!(image.height, 120);
+/// ```
+pub fn render_coated(meshes: &[(&TriMesh, Option<&Coat>)], options: &PictureOptions) -> Image {
+    let surfaces: Vec<&TriMesh> = meshes.iter().map(|(mesh, _)| *mesh).collect();
+    draw(&surfaces, options, |shape, camera| {
+        let points = camera.project(&shape.points);
+        let coat = meshes[shape.number].1.and_then(|coat| coat.on(&points, shape.faces));
+        let colours = coat.as_ref().map(|coat| move |face, at| coat.colour(face, at));
+        panel(shape, camera, options.edges, colours.as_ref().map(|colours| colours as &Colours))
+    })
+}
+
 /// Draws meshes side by side as [`render`] does, each painted by values at its vertices, with lines of equal value: the
 /// first colour, red, is 0, the last one, blue, the end of the scale and what lies beyond. Values that are not finite are
 /// grey, and so is a mesh for which they are missing.
@@ -91,7 +119,11 @@ pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &Pi
         if values.len() == n { values } else { &nothing[..n] }
     });
     let values: Vec<&[f64]> = values.collect();
-    draw(&surfaces, options, |shape, camera| panel(shape, camera, options.edges, Some((values[shape.number], *scale))))
+    draw(&surfaces, options, |shape, camera| {
+        let points = camera.project(&shape.points);
+        let paint = paint::Paint { points: &points, faces: shape.faces, values: values[shape.number], scale: *scale };
+        panel(shape, camera, options.edges, Some(&|face, at| paint.colour(face, at)))
+    })
 }
 
 /// Panels of all meshes under one camera, with their captions.
@@ -124,14 +156,13 @@ pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
     shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
 }
 
-/// One mesh on the background, plain or painted.
-fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, values: Option<(&[f64], Scale)>) -> Image {
+/// One mesh on the background, plain or in colours of its own.
+fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, colours: Option<&Colours>) -> Image {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let paint = values.map(|(values, scale)| paint::Paint { points: &points, faces: shape.faces, values, scale });
-    let faces = shade::faces(shape, camera, edges, paint.is_some());
+    let faces = shade::faces(shape, camera, edges, colours.is_some());
     let open = occlusion::openness(&buffer, &faces, camera);
-    shade::resolve(&buffer, &faces, &open, camera, paint.as_ref())
+    shade::resolve(&buffer, &faces, &open, camera, colours)
 }
 
 /// Panels in a row, with a strip below for the captions.

@@ -4,10 +4,10 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::camera::Camera;
-use super::paint::Paint;
 use super::raster::{Buffer, NOTHING};
 use super::shape::Shape;
 use super::{Image, SAMPLES};
+use crate::mesh::linear_light;
 
 /// Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
@@ -88,8 +88,11 @@ fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
+/// The colour of a face at a place in samples, in linear light: what its light is multiplied by.
+pub type Colours<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
+
 /// Averages the samples of each pixel; `open` is the share of ambient light per pixel.
-pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, paint: Option<&Paint>) -> Image {
+pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, paint: Option<&Colours>) -> Image {
     let look = Look { buffer, faces, paint };
     let mut rgba = vec![255; camera.width * camera.height * 4];
     rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
@@ -106,7 +109,7 @@ pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, p
 struct Look<'a> {
     buffer: &'a Buffer,
     faces: &'a [Face],
-    paint: Option<&'a Paint<'a>>,
+    paint: Option<&'a Colours<'a>>,
 }
 
 impl Look<'_> {
@@ -130,7 +133,7 @@ impl Look<'_> {
         }
         let colour = face_colour(&self.faces[face as usize], open, self.buffer.line[at]);
         let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        Some(colour * self.paint.map_or(Vec3::ONE, |paint| paint.colour(face, middle)))
+        Some(colour * self.paint.map_or(Vec3::ONE, |paint| paint(face, middle)))
     }
 }
 
@@ -151,11 +154,7 @@ pub fn background(down: f32) -> [u8; 4] {
 
 /// sRGB to linear light.
 pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
-    let decode = |byte: u8| {
-        let x = f32::from(byte) / 255.0;
-        if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
-    };
-    Vec3::from(colour.map(decode))
+    Vec3::from(colour.map(|byte| linear_light(f32::from(byte) / 255.0)))
 }
 
 /// Linear light to sRGB, opaque.

@@ -3,8 +3,9 @@
 use glam::Vec3;
 
 use super::camera::Camera;
+use super::coat::Coat;
 use super::raster::{self, Buffer, NOTHING};
-use super::shade::{self, Face};
+use super::shade::{self, Colours, Face};
 use super::{Image, SAMPLES, occlusion, shape};
 use crate::mesh::TriMesh;
 
@@ -29,17 +30,38 @@ pub struct View {
 pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View> {
     let shapes = shape::shapes(meshes);
     let camera = Camera::from(direction, &shapes, height.clamp(64, 4096));
-    shapes.iter().map(|shape| seen(shape, &camera)).collect()
+    shapes.iter().map(|shape| seen(shape, &camera, None)).collect()
 }
 
-fn seen(shape: &shape::Shape, camera: &Camera) -> View {
+/// Draws each mesh as [`view`] does, in the colours of its materials, textures and corners, where it has a coat.
+///
+/// ```
+/// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, view, view_coated}};
+/// let ball = shapes::icosphere(2);
+/// let red = Looks { of_groups: vec![Look { colour: [0.8, 0.1, 0.1], ..Look::default() }], ..Looks::default() };
+/// let coat = Coat::new(&Attributes::default(), &red).0;
+/// let views = view_coated(&[(&ball, coat.as_ref()), (&ball, None)], [30.0, 15.0], 64);
+/// assert_eq!(views[1], view(&[&ball], [30.0, 15.0], 64)[0]);
+/// assert_ne!(views[0].shaded, views[1].shaded);
+/// ```
+pub fn view_coated(meshes: &[(&TriMesh, Option<&Coat>)], direction: [f32; 2], height: usize) -> Vec<View> {
+    let surfaces: Vec<&TriMesh> = meshes.iter().map(|(mesh, _)| *mesh).collect();
+    let shapes = shape::shapes(&surfaces);
+    let camera = Camera::from(direction, &shapes, height.clamp(64, 4096));
+    shapes.iter().map(|shape| seen(shape, &camera, meshes[shape.number].1)).collect()
+}
+
+fn seen(shape: &shape::Shape, camera: &Camera, coat: Option<&Coat>) -> View {
     let points = camera.project(&shape.points);
+    let coat = coat.and_then(|coat| coat.on(&points, shape.faces));
+    let colours = coat.as_ref().map(|coat| move |face, at| coat.colour(face, at));
+    let colours = colours.as_ref().map(|colours| colours as &Colours);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let faces = shade::faces(shape, camera, false, false);
+    let faces = shade::faces(shape, camera, false, colours.is_some());
     let open = occlusion::openness(&buffer, &faces, camera);
     let middles = middles(&buffer, camera);
     View {
-        shaded: shade::resolve(&buffer, &faces, &open, camera, None),
+        shaded: shade::resolve(&buffer, &faces, &open, camera, colours),
         normals: normals(&middles, &faces, camera),
         covered: middles.iter().map(|&face| face != NOTHING).collect(),
     }

@@ -1,0 +1,51 @@
+//! A textured model from a file: its mesh, what it carries, what it looks like.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use neural_mesh::io::{Asset, Format, looks, read_attributed_path};
+use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
+use neural_mesh::mesh::{Look, Looks, Piece, United};
+
+use super::Carrier;
+
+/// A model, the meshes of a scene as one.
+pub struct Model {
+    pub carrier: Carrier,
+    pub looks: Looks,
+    pub notes: Vec<String>,
+}
+
+impl Model {
+    pub fn read(path: &Path) -> Result<Self> {
+        match Format::from_path(path) {
+            Some(Format::Gltf | Format::Glb) => Self::of_asset(&Asset::read_path(path)?),
+            _ => Self::of_mesh(path),
+        }
+    }
+
+    fn of_mesh(path: &Path) -> Result<Self> {
+        let read = read_attributed_path(path, None)?;
+        let (looks, notes) = looks(&read.extra, false);
+        let cleaned = clean(read.mesh, &CleanOptions::default())?;
+        Ok(Self { carrier: Carrier { mesh: cleaned.mesh, attributes: cleaned.attributes }, looks, notes })
+    }
+
+    fn of_asset(asset: &Asset) -> Result<Self> {
+        let cleaned = |part: &neural_mesh::io::Part| clean(part.mesh.clone(), &CleanOptions::default());
+        let parts: Vec<Cleaned> = asset.parts().iter().map(cleaned).collect::<Result<_, _>>()?;
+        let piece = |(part, of): (_, &neural_mesh::io::Part)| {
+            let Cleaned { mesh, attributes, .. }: &Cleaned = part;
+            Piece { mesh, attributes, scale: of.scale }
+        };
+        let pieces: Vec<Piece> = parts.iter().zip(asset.parts()).map(piece).collect();
+        let united = United::new(&pieces).context("its meshes are too far apart in size")?;
+        let (of_parts, notes) = asset.looks();
+        let mut looks = Looks { linear_colours: true, ..Looks::default() };
+        for (piece, of_part) in of_parts.into_iter().enumerate() {
+            looks.of_groups.resize(united.first_group(piece) as usize, Look::default());
+            looks.of_groups.extend(of_part);
+        }
+        Ok(Self { carrier: Carrier { mesh: united.mesh, attributes: united.attributes }, looks, notes })
+    }
+}

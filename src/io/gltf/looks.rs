@@ -1,0 +1,233 @@
+//! Base colours and textures of the materials of an asset, as [`Look`]s; the rest of the materials passes through unread.
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::asset::Asset;
+use super::container::load_uri;
+use super::schema::Primitive;
+use crate::io::ReadError;
+use crate::io::path::name_inside;
+use crate::mesh::{BaseTexture, Look, Wrap};
+
+/// A material, as far as it gives a base colour.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Material {
+    pbr_metallic_roughness: BaseColour,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct BaseColour {
+    base_color_factor: Option<Vec<f32>>,
+    base_color_texture: Option<TextureUse>,
+}
+
+/// A texture and the set of coordinates on it.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct TextureUse {
+    index: usize,
+    #[serde(default)]
+    tex_coord: usize,
+    #[serde(default)]
+    extensions: UseExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct UseExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    transform: Option<Value>,
+}
+
+#[derive(Deserialize)]
+struct Texture {
+    source: Option<usize>,
+    sampler: Option<usize>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Sampler {
+    wrap_s: u32,
+    wrap_t: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Image {
+    uri: Option<String>,
+    buffer_view: Option<usize>,
+}
+
+impl Asset {
+    /// What the primitives of each part look like, in the order of [`Asset::parts`], by the numbers of their groups: factor
+    /// and texture of the base colour. Beside it what could not be told, in one line each: transforms of textures are not
+    /// read, textures whose bytes cannot be had are left out.
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let (looks, notes) = asset.looks();
+    /// assert_eq!((looks[0].len(), notes.len()), (1, 0));
+    /// ```
+    pub fn looks(&self) -> (Vec<Vec<Look>>, Vec<String>) {
+        let mut reader = Reader::new(self);
+        let materials: Vec<Material> = self.listed("materials");
+        let looks: Vec<Look> = materials.iter().map(|material| reader.look(material)).collect();
+        let of_part = |&mesh: &usize| {
+            let primitives = self.container.root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);
+            let of_material = |material: Option<usize>| looks.get(material?).cloned();
+            let look = |primitive: &Primitive| Look {
+                with_corners: primitive.attributes.contains_key("COLOR_0"),
+                ..of_material(primitive.material).unwrap_or_default()
+            };
+            primitives.iter().map(look).collect()
+        };
+        (self.meshes.iter().map(of_part).collect(), reader.notes)
+    }
+
+    /// A list of the document, each entry as far as it is understood.
+    fn listed<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
+        let entries = self.document.get(name).and_then(Value::as_array).into_iter().flatten();
+        entries.map(|entry| T::deserialize(entry).unwrap_or_default()).collect()
+    }
+}
+
+/// Finds the bytes of textures, those of an image once.
+struct Reader<'a> {
+    asset: &'a Asset,
+    textures: Vec<Option<Texture>>,
+    samplers: Vec<Sampler>,
+    images: Vec<Option<Image>>,
+    /// The bytes of each image that was asked for.
+    bytes: Vec<Option<Option<Arc<[u8]>>>>,
+    notes: Vec<String>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(asset: &'a Asset) -> Self {
+        let images: Vec<Option<Image>> = asset.listed("images");
+        let (textures, samplers) = (asset.listed("textures"), asset.listed("samplers"));
+        Self { asset, textures, samplers, bytes: vec![None; images.len()], images, notes: Vec::new() }
+    }
+
+    fn look(&mut self, material: &Material) -> Look {
+        let BaseColour { base_color_factor, base_color_texture } = &material.pbr_metallic_roughness;
+        let factor = base_color_factor.as_deref().and_then(|factor| factor.first_chunk::<3>()).copied();
+        let texture = base_color_texture.as_ref().and_then(|used| self.texture(used));
+        Look { colour: factor.unwrap_or([1.0; 3]), texture, ..Look::default() }
+    }
+
+    fn texture(&mut self, used: &TextureUse) -> Option<BaseTexture> {
+        if used.extensions.transform.is_some() {
+            self.note("transforms of textures (KHR_texture_transform) are not drawn");
+        }
+        let texture = self.textures.get(used.index)?.as_ref();
+        let Some(source) = texture.and_then(|texture| texture.source) else {
+            self.note("a texture is in a format of an extension: drawn without it");
+            return None;
+        };
+        let sampler = texture.and_then(|texture| self.samplers.get(texture.sampler?));
+        let wrap = sampler.map_or([Wrap::Repeat; 2], |sampler| [sampler.wrap_s, sampler.wrap_t].map(wrap));
+        let image = self.image(source)?;
+        Some(BaseTexture { image, channel: format!("TEXCOORD_{}", used.tex_coord), wrap })
+    }
+
+    /// The bytes of an image; a note where they cannot be had and nothing has said so yet.
+    fn image(&mut self, index: usize) -> Option<Arc<[u8]>> {
+        if let Some(Some(known)) = self.bytes.get(index) {
+            return known.clone();
+        }
+        let bytes = self.images.get(index).and_then(|image| self.bytes_of(image.as_ref()?));
+        if bytes.is_none() {
+            self.note("the bytes of a texture cannot be had: drawn without it");
+        }
+        if let Some(slot) = self.bytes.get_mut(index) {
+            *slot = Some(bytes.clone());
+        }
+        bytes
+    }
+
+    fn bytes_of(&self, image: &Image) -> Option<Arc<[u8]>> {
+        if let Some(view) = image.buffer_view {
+            return self.asset.container.data().bytes(view).map(Arc::from);
+        }
+        let uri = image.uri.as_deref()?;
+        if uri.starts_with("data:") {
+            let no_file = |_: &str| Err(ReadError::file("no data", ""));
+            return load_uri(uri, &no_file).ok().map(Arc::from);
+        }
+        let path = name_inside(uri)?;
+        let file = self.asset.images.iter().find(|file| file.path == std::path::Path::new(&path))?;
+        Some(Arc::from(file.bytes.as_slice()))
+    }
+
+    fn note(&mut self, note: &str) {
+        if self.notes.iter().all(|known| known != note) {
+            self.notes.push(note.into());
+        }
+    }
+}
+
+/// How a sampler's number wraps.
+fn wrap(number: u32) -> Wrap {
+    match number {
+        33_071 => Wrap::Clamp,
+        33_648 => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle in two primitives: one with a texture within the file, one without a material.
+    fn asset(image: &str, use_of_texture: &str) -> Asset {
+        let text = format!(
+            r#"{{"asset": {{"version": "2.0"}},
+            "buffers": [{{"byteLength": 40, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAQIDBA=="}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 4}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}}],
+            "images": [{image}], "samplers": [{{"wrapS": 33071, "wrapT": 33648}}],
+            "textures": [{{"source": 0, "sampler": 0}}, {{"source": 0}}],
+            "materials": [{{"pbrMetallicRoughness": {{"baseColorFactor": [0.5, 0.25, 1, 1], "baseColorTexture": {use_of_texture}}}}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}, {{"attributes": {{"POSITION": 0}}}}]}}]}}"#
+        );
+        Asset::from_bytes(text.as_bytes(), &|_| Err(ReadError::file("no file", ""))).unwrap()
+    }
+
+    #[test]
+    fn textures_come_from_views_and_uris() {
+        for image in [r#"{"bufferView": 1}"#, r#"{"uri": "data:image/png;base64,AQIDBA=="}"#] {
+            let (looks, notes) = asset(image, r#"{"index": 0, "texCoord": 1}"#).looks();
+            let texture = looks[0][0].texture.as_ref().unwrap();
+            assert_eq!((&texture.image[..], texture.channel.as_str()), (&[1, 2, 3, 4][..], "TEXCOORD_1"));
+            assert_eq!((texture.wrap, looks[0][0].colour), ([Wrap::Clamp, Wrap::Mirror], [0.5, 0.25, 1.0]));
+            assert_eq!((&looks[0][1], notes.len()), (&Look { with_corners: false, ..Look::default() }, 0));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_had_is_said_and_left_out() {
+        for (image, used) in [
+            (r#"{"uri": "gone.png"}"#, r#"{"index": 0}"#),
+            (r#"{"uri": "../secret.png"}"#, r#"{"index": 1}"#),
+            (r#"{"bufferView": 7}"#, r#"{"index": 1}"#),
+            ("7", r#"{"index": 0}"#),
+        ] {
+            let (looks, notes) = asset(image, used).looks();
+            assert!(looks[0][0].texture.is_none() && notes.len() == 1, "{image}: {notes:?}");
+        }
+        let transformed = r#"{"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}"#;
+        let (looks, notes) = asset(r#"{"bufferView": 1}"#, transformed).looks();
+        assert!(looks[0][0].texture.is_some() && notes[0].contains("KHR_texture_transform"));
+        assert!(asset(r#"{"bufferView": 1}"#, r#"{"index": 9}"#).looks().0[0][0].texture.is_none());
+    }
+}

@@ -1,0 +1,126 @@
+//! Base colours and textures (`Kd`, `map_Kd`) of the materials that an OBJ names, from its libraries.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::beside::Finder;
+use super::extra::{Extra, decoded};
+use super::material::{file_name, first_word};
+use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
+
+/// What the groups of a mesh look like, by the libraries of materials that its file names; of a mesh without such, white. The
+/// files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
+/// only where `allow_outside` says so. Beside it what could not be had, in one line each.
+///
+/// ```
+/// use neural_mesh::io::{looks, read_attributed_path};
+/// let read = read_attributed_path("tests/meshes/tiny/tetrahedron.obj".as_ref(), None).unwrap();
+/// assert!(looks(&read.extra, false).0.is_plain());
+/// ```
+pub fn looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
+    let mut finder = Finder::new(extra, allow_outside);
+    let mut materials: Vec<(String, Look)> = Vec::new();
+    for line in &extra.material_libraries {
+        // A line names several libraries, or one with blanks in its name.
+        let names: Vec<&str> = if finder.has(line) { vec![line] } else { line.split_whitespace().collect() };
+        for name in names {
+            add_library(name, &mut materials, &mut finder);
+        }
+    }
+    let look = |name: &Option<String>| {
+        let (_, look) = materials.iter().find(|(known, _)| Some(known) == name.as_ref())?;
+        Some(look.clone())
+    };
+    let of_groups = extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect();
+    (Looks { of_groups, v_is_up: true, linear_colours: false }, finder.notes)
+}
+
+/// Adds the materials of a library.
+fn add_library(name: &str, materials: &mut Vec<(String, Look)>, finder: &mut Finder) {
+    let Some(found) = finder.find(Path::new(""), name) else { return };
+    // Names within it count from where it lies.
+    let base = if found.moved { found.source.parent() } else { found.place.parent() };
+    let base = base.map(Path::to_path_buf).unwrap_or_default();
+    for line in found.bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
+        let (word, rest) = first_word(line);
+        if word == b"newmtl" {
+            materials.push((decoded(rest.trim_ascii()), Look::default()));
+        }
+        let Some((_, look)) = materials.last_mut() else { continue };
+        if word.eq_ignore_ascii_case(b"kd") {
+            look.colour = colour(rest).unwrap_or(look.colour);
+        } else if word.eq_ignore_ascii_case(b"map_kd") {
+            let bytes = finder.find(&base, &decoded(file_name(rest))).map(|found| Arc::from(found.bytes));
+            look.texture = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
+        }
+    }
+    for (_, look) in materials.iter_mut().filter(|(_, look)| look.texture.is_some() && look.colour == [0.0; 3]) {
+        // Programs write black beside a texture and mean the texture.
+        look.colour = [1.0; 3];
+    }
+}
+
+/// Three numbers, sRGB as programs that write MTL mean it, as linear light.
+fn colour(text: &[u8]) -> Option<[f32; 3]> {
+    let text = std::str::from_utf8(text).ok()?;
+    let mut numbers = text.split_whitespace().map_while(|word| word.parse::<f32>().ok());
+    let first = numbers.next()?;
+    let colour = [first, numbers.next().unwrap_or(first), numbers.next().unwrap_or(first)];
+    colour.iter().all(|x| x.is_finite()).then(|| colour.map(|x| linear_light(x.clamp(0.0, 1.0))))
+}
+
+/// What the options of a texture say of its edges.
+fn wrap(options: &[u8]) -> [Wrap; 2] {
+    let mut words = options.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let is_clamped = words.any(|word| word == b"-clamp") && words.next() == Some(b"on");
+    [if is_clamped { Wrap::Clamp } else { Wrap::Repeat }; 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::Group;
+
+    /// The looks of three groups by a library with this text, beside which a texture lies.
+    fn of_library(text: &str) -> (Vec<Look>, Vec<String>) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("maps")).unwrap();
+        std::fs::write(folder.path().join("maps/a b.png"), b"png").unwrap();
+        std::fs::write(folder.path().join("m.mtl"), text).unwrap();
+        let group = |name: Option<&str>| Group { material: name.map(String::from), ..Group::default() };
+        let extra = Extra {
+            groups: vec![group(Some("skin")), group(None), group(Some("horn"))],
+            material_libraries: vec!["m.mtl".into()],
+            folder: Some(folder.path().to_path_buf()),
+            ..Extra::default()
+        };
+        let (looks, notes) = looks(&extra, false);
+        assert!(looks.v_is_up);
+        (looks.of_groups, notes)
+    }
+
+    #[test]
+    fn colours_and_textures_are_read() {
+        let (looks, notes) =
+            of_library("newmtl horn\r\nKd 0 1 0.5\r\nnewmtl skin\nKd 1 1 1\nmap_Kd -clamp on maps/a b.png\n");
+        let texture = looks[0].texture.as_ref().unwrap();
+        assert_eq!((&texture.image[..], texture.wrap, looks[0].colour), (&b"png"[..], [Wrap::Clamp; 2], [1.0; 3]));
+        assert_eq!(looks[1], Look::default());
+        assert_eq!(looks[2], Look { colour: [0.0, 1.0, linear_light(0.5)], ..Look::default() });
+        assert!(notes.is_empty(), "{notes:?}");
+    }
+
+    #[test]
+    fn what_is_missing_or_outside_is_said_and_left_out() {
+        for name in ["gone.png", "../secret.png", "/etc/passwd"] {
+            let (looks, notes) = of_library(&format!("newmtl skin\nKd x y\nmap_Kd {name}\n"));
+            assert!(looks[0] == Look::default() && notes.len() == 1, "{name}: {notes:?}");
+        }
+    }
+
+    #[test]
+    fn black_under_a_texture_means_the_texture() {
+        let (looks, _) = of_library("newmtl skin\nKd 0 0 0\nmap_Kd maps/a b.png\nnewmtl horn\nKd 0 0 0\n");
+        assert_eq!((looks[0].colour, looks[2].colour), ([1.0; 3], [0.0; 3]));
+    }
+}

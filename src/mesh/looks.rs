@@ -1,0 +1,72 @@
+//! How a surface looks beside its shape: base colours and the textures that give them, as files state them.
+
+use std::sync::Arc;
+
+/// What a texture does beyond its edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// It begins again.
+    #[default]
+    Repeat,
+    /// The colours of its edge go on.
+    Clamp,
+    /// It begins again, every other time mirrored.
+    Mirror,
+}
+
+/// A picture that gives a base colour.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BaseTexture {
+    /// The bytes of a PNG or JPEG file; materials that share it share them.
+    pub image: Arc<[u8]>,
+    /// Name of the channel with its coordinates; where it is empty, the first of texture coordinates.
+    pub channel: String,
+    /// What it does beyond its edges, along u and along v.
+    pub wrap: [Wrap; 2],
+}
+
+/// What a material looks like where light is even.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Base colour in linear light, red, green, blue, each 0 to 1; a texture is multiplied by it.
+    pub colour: [f32; 3],
+    /// The texture, where there is one.
+    pub texture: Option<BaseTexture>,
+    /// Whether colours at the corners, where the mesh has them, are multiplied with it too.
+    pub with_corners: bool,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { colour: [1.0; 3], texture: None, with_corners: true }
+    }
+}
+
+/// What the groups of a mesh look like.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Looks {
+    /// The look of each group, by its number ([`Attributes::group`](super::Attributes::group)); white beyond.
+    pub of_groups: Vec<Look>,
+    /// Whether v runs upwards from the lower edge of a texture, as in OBJ; downwards from the upper one, as in glTF.
+    pub v_is_up: bool,
+    /// Whether colours at the corners are in linear light, as in glTF; sRGB as in PLY and OBJ.
+    pub linear_colours: bool,
+}
+
+impl Looks {
+    /// Whether every group is white, without a texture.
+    pub fn is_plain(&self) -> bool {
+        self.of_groups.iter().all(|look| look.texture.is_none() && look.colour == [1.0; 3])
+    }
+}
+
+/// A channel of a colour in sRGB as linear light, both 0 to 1.
+///
+/// ```
+/// use neural_mesh::mesh::linear_light;
+/// assert_eq!((linear_light(0.0), linear_light(1.0)), (0.0, 1.0));
+/// assert!((linear_light(0.5) - 0.214).abs() < 1e-3);
+/// ```
+pub fn linear_light(srgb: f32) -> f32 {
+    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
+}

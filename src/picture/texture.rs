@@ -1,0 +1,195 @@
+//! Textures: image files decoded, and their colours between the pixels.
+//!
+//! Where a texture is finer than the picture, sampling it as it is would flicker, so each level of a pyramid holds the means
+//! of four pixels of the one before (Williams, "Pyramidal parametrics", 1983).
+
+use glam::{Vec2, Vec3};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::Image;
+use super::shade::from_srgb;
+use crate::mesh::Wrap;
+
+/// Pixels of a texture at most: more would only fill the memory.
+const MOST_PIXELS: usize = 1 << 26;
+
+/// Decodes the bytes of a PNG or JPEG file, whatever its name says; `None` where they are neither, damaged, or more than 67
+/// million pixels.
+///
+/// ```
+/// use neural_mesh::picture::{Image, decode_image, encode_png};
+/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
+/// assert_eq!(decode_image(&encode_png(&image)), Some(image));
+/// assert_eq!(decode_image(b"GIF89a"), None);
+/// ```
+pub fn decode_image(bytes: &[u8]) -> Option<Image> {
+    if bytes.starts_with(b"\x89PNG") { decode_png(bytes) } else { decode_jpeg(bytes) }
+}
+
+fn decode_png(bytes: &[u8]) -> Option<Image> {
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().ok()?;
+    let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
+    checked_size(width, height)?;
+    let mut pixels = vec![0; reader.output_buffer_size()?];
+    let frame = reader.next_frame(&mut pixels).ok()?;
+    let pixels = &pixels[..frame.buffer_size()];
+    let rgba: Vec<u8> = match frame.color_type {
+        png::ColorType::Rgba => pixels.to_vec(),
+        png::ColorType::Rgb => pixels.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect(),
+        png::ColorType::GrayscaleAlpha => {
+            pixels.as_chunks::<2>().0.iter().flat_map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect()
+        }
+        _ => pixels.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect(),
+    };
+    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
+}
+
+fn decode_jpeg(bytes: &[u8]) -> Option<Image> {
+    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().ok()?;
+    let (width, height) = decoder.dimensions()?;
+    checked_size(width, height)?;
+    let rgba = decoder.decode().ok()?;
+    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
+}
+
+/// Refuses images without pixels or with too many.
+fn checked_size(width: usize, height: usize) -> Option<usize> {
+    width.checked_mul(height).filter(|n| (1..=MOST_PIXELS).contains(n))
+}
+
+/// A texture ready to be sampled.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    /// From the whole image down to one pixel.
+    levels: Vec<Level>,
+}
+
+/// An image in linear light.
+#[derive(Clone, Debug)]
+struct Level {
+    width: usize,
+    height: usize,
+    /// height x width, row by row from the top left.
+    pixels: Vec<Vec3>,
+}
+
+impl Texture {
+    /// The pyramid of an image that has pixels.
+    pub fn new(image: &Image) -> Self {
+        let light: Vec<f32> = (0..=255).map(|byte| from_srgb([byte; 3]).x).collect();
+        let pixels = image.rgba.as_chunks::<4>().0;
+        let pixels = pixels.iter().map(|&[r, g, b, _]| Vec3::from([r, g, b].map(|byte| light[usize::from(byte)])));
+        let whole = Level { width: image.width, height: image.height, pixels: pixels.collect() };
+        let coarser = |level: &Level| (level.width * level.height > 1).then(|| level.halved());
+        Self { levels: std::iter::successors(Some(whole), coarser).collect() }
+    }
+
+    /// The colour at `uv` (v downwards), in linear light, where a sample of the picture is as large as the steps `across`
+    /// and `down` on the texture.
+    pub fn colour(&self, uv: Vec2, [across, down]: [Vec2; 2], wrap: [Wrap; 2]) -> Vec3 {
+        let size = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
+        let pixels = (across * size).length().max((down * size).length());
+        let last = self.levels.len() - 1;
+        let depth = pixels.max(1.0).log2().min(last as f32);
+        let depth = if depth.is_finite() { depth } else { last as f32 };
+        let level = depth as usize;
+        let fine = self.levels[level].between(uv, wrap);
+        fine.lerp(self.levels[(level + 1).min(last)].between(uv, wrap), depth - level as f32)
+    }
+}
+
+impl Level {
+    /// Half as wide and high, each pixel the mean of four.
+    fn halved(&self) -> Self {
+        let [width, height] = [self.width, self.height].map(|side| (side / 2).max(1));
+        let at = |x: usize, y: usize| self.pixels[y.min(self.height - 1) * self.width + x.min(self.width - 1)];
+        let mean = |i: usize| {
+            let [x, y] = [2 * (i % width), 2 * (i / width)];
+            0.25 * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1))
+        };
+        Self { width, height, pixels: (0..width * height).map(mean).collect() }
+    }
+
+    /// The colour between the four nearest pixels.
+    fn between(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec3 {
+        let x = uv.x * self.width as f32 - 0.5;
+        let y = uv.y * self.height as f32 - 0.5;
+        let [left, top] = [x.floor(), y.floor()];
+        let column = |step: f32| wrapped(left + step, self.width, wrap[0]);
+        let row = |step: f32| wrapped(top + step, self.height, wrap[1]) * self.width;
+        let line = |row: usize| self.pixels[row + column(0.0)].lerp(self.pixels[row + column(1.0)], x - left);
+        line(row(0.0)).lerp(line(row(1.0)), y - top)
+    }
+}
+
+/// The pixel that stands at a whole number along a side of `n` pixels.
+fn wrapped(at: f32, n: usize, wrap: Wrap) -> usize {
+    // Numbers that no pixel has become the first one.
+    let (at, n) = (at as i64, n as i64);
+    let at = match wrap {
+        Wrap::Repeat => at.rem_euclid(n),
+        Wrap::Clamp => at.clamp(0, n - 1),
+        Wrap::Mirror => {
+            let at = at.rem_euclid(2 * n);
+            at.min(2 * n - 1 - at)
+        }
+    };
+    at as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Black and white, side by side.
+    fn two_pixels() -> Texture {
+        Texture::new(&Image { width: 2, height: 1, rgba: vec![0, 0, 0, 255, 255, 255, 255, 255] })
+    }
+
+    fn grey(texture: &Texture, u: f32, step: f32, wrap: Wrap) -> f32 {
+        texture.colour(Vec2::new(u, 0.5), [Vec2::new(step, 0.0), Vec2::ZERO], [wrap; 2]).x
+    }
+
+    #[test]
+    fn colours_blend_between_pixels() {
+        let texture = two_pixels();
+        for (u, wanted) in [(0.25, 0.0), (0.5, 0.5), (0.75, 1.0), (0.375, 0.25)] {
+            assert!((grey(&texture, u, 0.0, Wrap::Clamp) - wanted).abs() < 1e-6, "{u}");
+        }
+    }
+
+    #[test]
+    fn edges_wrap_as_they_are_told() {
+        let texture = two_pixels();
+        let cases = [(Wrap::Repeat, [0.5, 0.0, 1.0]), (Wrap::Clamp, [0.0, 1.0, 1.0]), (Wrap::Mirror, [0.0, 1.0, 0.0])];
+        for (wrap, wanted) in cases {
+            let found = [0.0, 1.25, 1.75].map(|u| grey(&texture, u, 0.0, wrap));
+            assert!((0..3).all(|i| (found[i] - wanted[i]).abs() < 1e-6), "{wrap:?}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_finer_than_the_picture_becomes_its_mean() {
+        let pixels: Vec<u8> = (0..64 * 64).flat_map(|i| [255 * ((i + i / 64) % 2) as u8; 4]).collect();
+        let texture = Texture::new(&Image { width: 64, height: 64, rgba: pixels });
+        assert!((grey(&texture, 0.3, 4.0 / 64.0, Wrap::Repeat) - 0.5).abs() < 1e-5);
+        assert!(grey(&texture, 0.5 / 64.0, 0.0, Wrap::Repeat) < 1e-5);
+    }
+
+    #[test]
+    fn nothing_is_too_strange_to_be_sampled() {
+        for u in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
+            let colour = two_pixels().colour(Vec2::new(u, u), [Vec2::splat(u); 2], [Wrap::Mirror, Wrap::Repeat]);
+            assert!(colour.is_finite() || !u.is_finite() || u.abs() > 1e20, "{colour}");
+        }
+        assert_eq!(decode_image(b"\x89PNG\r\n\x1a\n"), None);
+        assert_eq!(decode_image(b"\xff\xd8\xff\xe0"), None);
+    }
+}
