@@ -131,12 +131,16 @@ pub struct SimplifyArgs {
     /// Threads to use [default: one per core]; the result is the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Drop components too small for the size asked for, instead of keeping their smallest closed form
-    #[arg(long)]
-    pub prune: bool,
+    /// Drop components too small for the size asked for, instead of keeping their smallest closed form. With a size: drop
+    /// those whose bounding box has a smaller diagonal, in the unit of the mesh, or with % in percent of its diagonal
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]
+    pub prune: Option<Option<String>>,
     /// Leave vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
+    /// Make one of vertices nearer than that, before all else; in the unit of the mesh, or with % in percent of its diagonal
+    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld")]
+    pub weld: Option<String>,
     /// Do not measure the distance from the original
     #[arg(long)]
     pub no_check: bool,

@@ -24,6 +24,8 @@ pub struct Request {
     pub options: Options,
     /// How its target is meant.
     pub goal: Goal,
+    /// Components smaller than that are dropped.
+    pub prune_below: Option<Bound>,
     /// Name of the attribute that says how much vertices count.
     pub importance: Option<String>,
     /// Whether what the mesh names may be read from outside its folder.
@@ -70,6 +72,16 @@ pub enum Bound {
     Percent(f64),
 }
 
+impl Bound {
+    /// In the unit of a mesh with this diagonal.
+    pub fn over(self, diagonal: f64) -> f64 {
+        match self {
+            Self::Absolute(distance) => distance,
+            Self::Percent(percent) => 0.01 * percent * diagonal,
+        }
+    }
+}
+
 /// Degrees between faces at what `--keep-features` keeps.
 const FEATURE_ANGLE: f32 = 30.0;
 
@@ -84,13 +96,15 @@ pub struct Source {
     pub last_resort: Option<Format>,
     /// Whether vertices at equal positions become one.
     pub weld: bool,
+    /// Vertices nearer than that become one.
+    pub weld_near: Option<Bound>,
 }
 
 impl Source {
     /// A mesh that is read as `given`, where that is said and its name says nothing.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
-        Self { path, format, last_resort: None, weld }
+        Self { path, format, last_resort: None, weld, weld_near: None }
     }
 
     /// Whether it is a glTF scene that stays one.
@@ -102,7 +116,12 @@ impl Source {
 
     /// A mesh that is read as `given` only where neither its name nor its content says anything.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
-        Self { path, format: None, last_resort: given, weld }
+        Self { path, format: None, last_resort: given, weld, weld_near: None }
+    }
+
+    /// The same, with vertices nearer than that welded.
+    pub fn welded(self, weld_near: Option<Bound>) -> Self {
+        Self { weld_near, ..self }
     }
 }
 
@@ -113,15 +132,17 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     let output_format = output_format(&args.output, format)?;
     // `--format` is the output's where its name does not say, else the input's.
     let source = if named(&args.output).is_some() { Source::new } else { Source::by_content };
+    let weld_near = weld_near(&args)?;
     let request = Request {
         options: options(&args)?,
         goal: goal(&args)?,
+        prune_below: prune_below(&args)?,
         importance: args.importance,
         allow_outside: args.allow_outside,
         map: args.map,
         explain: args.explain,
         output: (!is_stream(&args.output)).then_some(args.output),
-        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld),
+        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld).welded(weld_near),
         output_format,
         weights: args.weights,
         n_threads: args.threads,
@@ -174,7 +195,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     }
     options.oversample = args.oversample;
     options.seed = args.seed;
-    options.prune = args.prune;
+    options.prune = args.prune == Some(None);
     options.lock_borders = args.lock_borders;
     options.subset = args.subset;
     options.map = args.map.is_some();
@@ -190,6 +211,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
 fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
     let named = [
         ("--lock-borders", args.lock_borders),
+        ("--prune", args.prune.is_some()),
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),
         ("--importance", args.importance.is_some()),
@@ -209,21 +231,31 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
 /// What is asked for beside a number of vertices or faces.
 pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
     match (&args.error, &args.size, &args.lods[..]) {
-        (Some(text), _, _) => bound(text).map(Goal::Error),
+        (Some(text), _, _) => bound("--error", text).map(Goal::Error),
         (_, Some(text), _) => n_bytes(text).map(Goal::Size),
         (_, _, [_, further @ ..]) => Ok(Goal::Levels(further.iter().map(|&ratio| Target::Ratio(ratio)).collect())),
         _ => Ok(Goal::Target),
     }
 }
 
-/// A distance as typed: `0.01`, `0.5%`.
-fn bound(text: &str) -> Result<Bound, Failure> {
+/// The size below which components are dropped.
+pub fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
+    args.prune.iter().flatten().next().map(|text| bound("--prune", text)).transpose()
+}
+
+/// The distance below which vertices become one.
+pub fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
+    args.weld.as_ref().map(|text| bound("--weld", text)).transpose()
+}
+
+/// A distance as typed behind an option: `0.01`, `0.5%`.
+fn bound(option: &str, text: &str) -> Result<Bound, Failure> {
     let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
         Some(number) => (number, Bound::Percent),
         None => (text, Bound::Absolute),
     };
     let value = number.trim().parse().ok().filter(|x: &f64| *x >= 0.0 && x.is_finite());
-    value.map(make).ok_or_else(|| Failure::Usage(format!("--error {text}: give a distance, like 0.01, or like 0.5%")))
+    value.map(make).ok_or_else(|| Failure::Usage(format!("{option} {text}: give a distance, like 0.01, or like 0.5%")))
 }
 
 /// A size as typed: `200000`, `500kB`, `2MB`.

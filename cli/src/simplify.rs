@@ -20,7 +20,7 @@ use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::report::{self, Certified, Distance, Level, MapFile, Output, Report, Seconds, Size};
-use crate::request::{Bound, Goal, Request, Source, is_stream};
+use crate::request::{Goal, Request, Source, is_stream};
 use crate::subject::Subject;
 use crate::words::{self, Voice};
 
@@ -158,7 +158,8 @@ fn lighter(
     let refused = |error| refused(&error, &request.source.path);
     let importance = importance(subject, request)?;
     let input = subject.input(&importance);
-    let options = Options { frame: subject.frame, ..request.options.clone() };
+    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
+    let options = Options { frame: subject.frame, prune_below, ..request.options.clone() };
     let tell: &mut dyn FnMut(Event) -> ControlFlow<()> = &mut |event| {
         progress.event(event);
         ControlFlow::Continue(())
@@ -171,7 +172,7 @@ fn lighter(
             Ok(Lighter { results, certified: None })
         }
         Goal::Error(bound) => {
-            let error = in_mesh_units(*bound, subject.mesh());
+            let error = bound.over(subject.mesh().diagonal());
             let found = simplify_to_error(&input, weights, &options, error, tell).map_err(refused)?;
             Ok(Lighter { results: vec![found.simplified], certified: Some(found.distance) })
         }
@@ -200,13 +201,6 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
     let factors = importance_of_channel(subject.mesh(), attributes, channel);
     factors
         .ok_or_else(|| Failure::Usage(format!("--importance {name}: needs numbers of at least 0, not all of them 0")))
-}
-
-fn in_mesh_units(bound: Bound, mesh: &TriMesh) -> f64 {
-    match bound {
-        Bound::Absolute(error) => error,
-        Bound::Percent(percent) => 0.01 * percent * mesh.diagonal(),
-    }
 }
 
 /// The library's refusal as the program's.

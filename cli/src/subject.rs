@@ -6,13 +6,13 @@ use neural_mesh::io::{
     self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Attributes, Frame, Look, Looks, Piece, TriMesh, United};
+use neural_mesh::mesh::{Attributes, Frame, Look, Looks, Piece, RawMesh, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::simplify::{Input, Simplified};
 
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::request::{Request, Source, is_stream};
+use crate::request::{Bound, Request, Source, is_stream};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -58,7 +58,8 @@ impl Subject {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
             return Self::scene(asset, source);
         }
-        let ReadMesh { mesh: raw, extra, notes } = read(source)?;
+        let ReadMesh { mesh: mut raw, extra, notes } = read(source)?;
+        weld_near(&mut raw, source, 1.0);
         let exact = raw.double.then(|| raw.positions.clone());
         let cleaned = clean(raw, &CleanOptions { weld: source.weld });
         let cleaned = cleaned.map_err(|error| Failure::of(&source.path, error))?;
@@ -68,7 +69,12 @@ impl Subject {
 
     fn scene(asset: Asset, source: &Source) -> Result<Self, Failure> {
         let options = CleanOptions { weld: source.weld };
-        let parts: Vec<_> = asset.parts().iter().map(|part| clean(part.mesh.clone(), &options)).collect();
+        let cleaned = |part: &io::Part| {
+            let mut raw = part.mesh.clone();
+            weld_near(&mut raw, source, part.scale);
+            clean(raw, &options)
+        };
+        let parts: Vec<_> = asset.parts().iter().map(cleaned).collect();
         let (mut n_pieces, mut counts) = (0, CleanCounts::default());
         let mut pieces = Vec::new();
         for part in &parts {
@@ -194,6 +200,17 @@ fn lighter_parts(asset: &Asset, united: &United, pieces: &[Option<usize>], resul
         None => LighterPart::of(part),
     };
     asset.parts().iter().zip(pieces).map(lighter).collect()
+}
+
+/// Moves vertices onto others where the source says that they become one; `scale` is how large the mesh is drawn.
+fn weld_near(raw: &mut RawMesh, source: &Source, scale: f64) {
+    if let Some(bound) = source.weld_near {
+        let distance = match bound {
+            Bound::Absolute(distance) => distance / scale,
+            Bound::Percent(_) => bound.over(raw.diagonal()),
+        };
+        snap(&mut raw.positions, distance);
+    }
 }
 
 /// Reads and parses a mesh with all that its file holds.

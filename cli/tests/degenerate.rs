@@ -121,6 +121,52 @@ fn flattened(line: &str) -> String {
 }
 
 #[test]
+fn components_below_a_size_go_and_no_others() {
+    let large = sphere(1, 16, 0.0, 1.0);
+    let n_large = large.lines().filter(|line| line.starts_with('v')).count();
+    // Diagonals of the boxes: 3.46 and 0.035; of both together 4.9.
+    let both = large + &sphere(n_large + 1, 8, 3.0, 0.01);
+    for (size, n_left) in [("0.03", 2), ("0.04", 1), ("0.5%", 2), ("1%", 1), ("1000", 1)] {
+        let (code, report, info) = simplified(&both, &["--ratio", "0.5", &format!("--prune={size}")]);
+        assert_eq!((code, &info["components"], &info["closed"]), (Some(0), &n_left.into(), &true.into()), "{size}");
+        assert_eq!(report["output"]["components_pruned"], 2 - n_left, "{size}");
+    }
+    for wrong in ["--prune=x", "--prune=-1", "--prune=1%%"] {
+        assert_eq!(simplified(&both, &["--ratio", "0.5", wrong]).0, Some(2), "{wrong}");
+    }
+}
+
+#[test]
+fn vertices_that_nearly_meet_are_welded_where_that_is_asked_for() {
+    let octahedron: Vec<&str> = OCTAHEDRON.lines().filter(|line| !line.is_empty()).collect();
+    let corners: Vec<&str> = octahedron.iter().filter(|line| line.starts_with("v ")).copied().collect();
+    let faces = octahedron.iter().filter(|line| line.starts_with("f "));
+    // Each face with vertices of its own, a little off.
+    let (mut text, mut n) = (String::new(), 0);
+    for (number, face) in faces.enumerate() {
+        for corner in face.split(' ').skip(1) {
+            let xyz = corners[corner.split('/').next().unwrap().parse::<usize>().unwrap() - 1];
+            let numbers = xyz.split(' ').skip(1).map(|x| x.parse::<f64>().unwrap() + 1e-4 * number as f64);
+            text += &numbers.fold("v".to_string(), |line, x| format!("{line} {x}"));
+            text.push('\n');
+        }
+        n += 3;
+        text += &format!("f {} {} {n}\n", n - 2, n - 1);
+    }
+    let (code, _, info) = simplified(&text, &["--ratio", "1"]);
+    assert_eq!((code, &info["vertices"], &info["closed"]), (Some(0), &24.into(), &false.into()));
+    for distance in ["0.01", "0.5%"] {
+        let (code, report, info) = simplified(&text, &["--ratio", "1", "--weld", distance]);
+        assert_eq!((code, &info["vertices"], &info["closed"]), (Some(0), &6.into(), &true.into()), "{distance}");
+        assert_eq!(report["cleaned"]["welded_vertices"], 18, "{distance}");
+    }
+    assert_eq!(simplified(&text, &["--ratio", "1", "--weld", "0.0001"]).2["vertices"], 24);
+    for wrong in [&["--weld", "far"][..], &["--weld", "-1"], &["--weld", "0.1", "--no-weld"]] {
+        assert_eq!(simplified(&text, &[&["--ratio", "1"], wrong].concat()).0, Some(2), "{wrong:?}");
+    }
+}
+
+#[test]
 fn a_tiny_component_stays_unless_pruned() {
     let large = sphere(1, 16, 0.0, 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();

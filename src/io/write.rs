@@ -9,7 +9,7 @@ pub(super) struct Content<'a> {
     positions: Positions<'a>,
     /// Vertex indices, n_faces x 3.
     pub faces: &'a [[u32; 3]],
-    /// Whether the file holds doubles, where the format has a choice.
+    /// Whether some coordinate needs a double: not all programs read doubles, three.js draws none.
     pub double: bool,
     /// Per axis whether all coordinates are single ones: their shorter text then says all there is.
     pub single: [bool; 3],
@@ -28,7 +28,7 @@ impl<'a> Content<'a> {
     pub fn of(mesh: &'a TriMesh, frame: &Frame) -> Self {
         let positions = Positions::Local(mesh.positions(), *frame);
         let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
-        Self { positions, faces: mesh.faces(), double: frame.double, single }
+        Self { positions, faces: mesh.faces(), double: single != [true; 3], single }
     }
 
     /// A mesh with the positions it came with, n_vertices x 3, finite.
@@ -38,8 +38,8 @@ impl<'a> Content<'a> {
             let what = "there is not one finite position for each vertex: give the mesh's own";
             return Err(WriteError { what: what.into() });
         }
-        let positions = Positions::Exact(positions);
-        Ok(Self { positions, faces: mesh.faces(), double: true, single: [false; 3] })
+        let double = positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
+        Ok(Self { positions: Positions::Exact(positions), faces: mesh.faces(), double, single: [false; 3] })
     }
 
     /// Number of vertices.

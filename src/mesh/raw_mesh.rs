@@ -19,6 +19,17 @@ pub struct RawMesh {
     pub attributes: Attributes,
 }
 
+impl RawMesh {
+    /// The diagonal of the box around all vertices whose coordinates are finite; 0 where there is none.
+    pub fn diagonal(&self) -> f64 {
+        let finite = self.positions.iter().filter(|position| position.iter().all(|x| x.is_finite()));
+        let unbounded = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
+        let (low, high) =
+            finite.fold(unbounded, |(low, high), &position| (low.min(position.into()), high.max(position.into())));
+        (high - low).max(glam::DVec3::ZERO).length()
+    }
+}
+
 /// How the `f32` coordinates of a [`TriMesh`](super::TriMesh) lie in the file: `file = origin + local`.
 ///
 /// ```
@@ -40,5 +51,17 @@ impl Frame {
             let exact = self.origin[axis] + f64::from(local[axis]);
             if self.double { exact } else { f64::from(exact as f32) }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RawMesh;
+
+    #[test]
+    fn the_diagonal_is_that_of_the_finite_vertices() {
+        let positions = vec![[1.0, 2.0, 3.0], [f64::NAN, 0.0, 0.0], [4.0, 6.0, 3.0], [0.0, f64::INFINITY, 0.0]];
+        assert_eq!(RawMesh { positions, ..RawMesh::default() }.diagonal(), 5.0);
+        assert_eq!(RawMesh::default().diagonal(), 0.0);
     }
 }

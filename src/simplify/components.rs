@@ -49,32 +49,75 @@ pub(super) struct Pruned {
     pub n_dropped: usize,
 }
 
-/// Drops, smallest first, the components whose share of `n_target` vertices by area is below four.
-///
-/// The largest component always stays. `None` where nothing is dropped.
-pub(super) fn pruned(mesh: &TriMesh, n_target: usize) -> Option<Pruned> {
+/// Which components may go.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prune {
+    /// Smallest first, those whose share of so many vertices by area is below four.
+    pub for_target: Option<usize>,
+    /// Those whose bounding box has a diagonal below this.
+    pub below: f64,
+}
+
+/// Drops components; the largest by area always stays. `None` where nothing is dropped.
+pub(super) fn pruned(mesh: &TriMesh, prune: &Prune) -> Option<Pruned> {
     let (component, n) = components(mesh);
+    let areas = areas(mesh, &component, n);
+    let mut by_area: Vec<usize> = (0..n).collect();
+    by_area.sort_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)));
+    let (&largest, others) = by_area.split_last()?;
+    let diagonals = if prune.below > 0.0 { diagonals(mesh, &component, n) } else { vec![f64::INFINITY; n] };
+    let mut dropped: Vec<bool> = (0..n).map(|c| c != largest && diagonals[c] < prune.below).collect();
+    if let Some(n_target) = prune.for_target {
+        drop_for_target(others, &areas, n_target, &mut dropped);
+    }
+    without(mesh, &component, &dropped)
+}
+
+/// The area of each component.
+fn areas(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     let mut areas = vec![0.0f64; n];
-    for (face, &c) in mesh.faces().iter().zip(&component) {
+    for (face, &c) in mesh.faces().iter().zip(component) {
         let corners = face.map(|v| glam::Vec3::from(mesh.positions()[v as usize]).as_dvec3());
         areas[c as usize] += crate::geometry::triangle::area_normal_f64(corners).length();
     }
-    let mut by_area: Vec<usize> = (0..n).collect();
-    by_area.sort_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)));
-    let mut left: f64 = areas.iter().sum();
-    let mut dropped = vec![false; n];
-    for &c in &by_area[..n - 1] {
+    areas
+}
+
+/// The diagonal of each component's bounding box.
+fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
+    let mut bounds = vec![(glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY); n];
+    for (face, &c) in mesh.faces().iter().zip(component) {
+        let (low, high) = &mut bounds[c as usize];
+        for &vertex in face {
+            let position = glam::Vec3::from(mesh.positions()[vertex as usize]).as_dvec3();
+            (*low, *high) = (low.min(position), high.max(position));
+        }
+    }
+    bounds.iter().map(|(low, high)| (*high - *low).length()).collect()
+}
+
+/// Marks, smallest first, those of the components that stay whose share of the target is below four vertices.
+fn drop_for_target(by_area: &[usize], areas: &[f64], n_target: usize, dropped: &mut [bool]) {
+    let mut left: f64 = areas.iter().zip(&*dropped).filter(|(_, dropped)| !**dropped).map(|(area, _)| area).sum();
+    for &c in by_area {
+        if dropped[c] {
+            continue;
+        }
         if n_target as f64 * areas[c] >= LEAST_SHARE * left {
             break;
         }
         dropped[c] = true;
         left -= areas[c];
     }
+}
+
+/// The mesh without the components that are marked.
+fn without(mesh: &TriMesh, component: &[u32], dropped: &[bool]) -> Option<Pruned> {
     let n_dropped = dropped.iter().filter(|&&d| d).count();
     if n_dropped == 0 {
         return None;
     }
-    let faces: Vec<u32> = (0u32..).zip(&component).filter(|(_, c)| !dropped[**c as usize]).map(|(f, _)| f).collect();
+    let faces: Vec<u32> = (0u32..).zip(component).filter(|(_, c)| !dropped[**c as usize]).map(|(f, _)| f).collect();
     let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
     compact(mesh.positions(), kept).ok().map(|(mesh, sources)| Pruned { mesh, sources, faces, n_dropped })
 }
@@ -88,11 +131,31 @@ mod tests {
     fn small_boxes_go_first_and_the_largest_always_stays() {
         let boxes = shapes::many_boxes(94);
         assert_eq!(count_components(&boxes), (94, 0));
-        assert!(pruned(&boxes, 1_000_000_000).is_none());
-        let some = pruned(&boxes, 100).unwrap();
+        let for_target = |n| Prune { for_target: Some(n), below: 0.0 };
+        assert!(pruned(&boxes, &for_target(1_000_000_000)).is_none());
+        let some = pruned(&boxes, &for_target(100)).unwrap();
         assert_eq!(count_components(&some.mesh).0, 94 - some.n_dropped);
-        let last = pruned(&boxes, 4).unwrap();
+        let last = pruned(&boxes, &for_target(4)).unwrap();
         assert_eq!((count_components(&last.mesh).0, last.n_dropped), (1, 93));
+    }
+
+    #[test]
+    fn components_below_a_size_go() {
+        // Cubes of sides 1, 2 and 3.
+        let (mut positions, mut faces) = (Vec::new(), Vec::new());
+        for side in [1.0f32, 2.0, 3.0] {
+            let cube = shapes::cuboid([f64::from(side); 3], 1);
+            faces.extend(cube.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
+            positions.extend_from_slice(cube.positions());
+        }
+        let cubes = TriMesh::new(positions, faces).unwrap();
+        let below = |side: f64| Prune { for_target: None, below: side * 3f64.sqrt() };
+        assert!(pruned(&cubes, &below(0.99)).is_none());
+        let two = pruned(&cubes, &below(1.01)).unwrap();
+        assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
+        assert_eq!(pruned(&cubes, &below(2.01)).unwrap().n_dropped, 2);
+        let last = pruned(&cubes, &below(100.0)).unwrap();
+        assert_eq!((last.n_dropped, last.mesh.faces().len()), (2, 12));
     }
 
     #[test]

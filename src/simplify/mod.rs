@@ -22,7 +22,7 @@ use std::ops::ControlFlow;
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
 use closed::{Closed, Derivative, End, Keep, Limit, Request, is_sound, simplify_levels};
-use components::{count_components, pruned};
+use components::{Prune, count_components, pruned};
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
@@ -221,7 +221,8 @@ fn closed_results(
     let Task { options, differentiable } = *task;
     let &[limit, ref further @ ..] = limits else { return Ok(Vec::new()) };
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
-    let pruned = if options.prune { pruned(input.mesh, n_target) } else { None };
+    let prune = Prune { for_target: options.prune.then_some(n_target), below: options.prune_below };
+    let pruned = if options.prune || prune.below > 0.0 { pruned(input.mesh, &prune) } else { None };
     let left = pruned.as_ref().map(|pruned| input.part(&pruned.sources, &pruned.faces)).transpose()?;
     let mesh = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
     let (attributes, factors) = left.as_ref().map_or((input.attributes, input.importance), |left| (&left.0, &left.1));

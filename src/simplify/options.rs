@@ -38,6 +38,9 @@ pub struct Options {
     pub seed: u64,
     /// Whether components too small for the target may be dropped instead of kept in their smallest closed form.
     pub prune: bool,
+    /// Components whose bounding box has a diagonal below this, in the unit of the mesh, are dropped; the largest by area
+    /// stays (closed assembly only). 0 drops none.
+    pub prune_below: f64,
     /// Whether the vertices and edges of the borders stay as they are (closed assembly only), bit for bit.
     pub lock_borders: bool,
     /// Whether the vertices of the result are vertices of the input (closed assembly; the paper's always are).
@@ -60,6 +63,7 @@ impl Options {
             oversample: None,
             seed: 0,
             prune: false,
+            prune_below: 0.0,
             lock_borders: false,
             subset: false,
             crease_angle: None,
@@ -136,7 +140,7 @@ pub struct Report {
     pub vertices_after_pass: usize,
     /// Components that stand in the result in their smallest closed form.
     pub components_at_minimum: usize,
-    /// Components dropped, with `prune` only.
+    /// Components dropped, with `prune` or `prune_below` only.
     pub components_pruned: usize,
     /// Edges of the input that had to stay edges: seams and creases.
     pub kept_edges: usize,

@@ -18,7 +18,7 @@ use crate::args::SimplifyArgs;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::request::{Request, Source, check_threads, format_of, goal, is_stream, options};
+use crate::request::{Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, weld_near};
 use crate::words::Voice;
 use crate::{files, interrupt, simplify};
 use inputs::Input;
@@ -66,6 +66,8 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     }
     check_threads(args.threads)?;
     options(args)?;
+    prune_below(args)?;
+    weld_near(args)?;
     args.format.as_deref().map(format_of).transpose()
 }
 
@@ -85,7 +87,8 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.oversample.map(|x| format!(" --oversample {x}")),
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
-        args.prune.then(|| " --prune".into()),
+        args.prune.as_ref().map(|size| size.as_ref().map_or(" --prune".into(), |size| format!(" --prune={size}"))),
+        args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
         args.lock_borders.then(|| " --lock-borders".into()),
@@ -154,11 +157,12 @@ impl Batch {
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
         Ok(Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld),
+            source: Source::new(input.path.clone(), None, !self.args.no_weld).welded(weld_near(&self.args)?),
             output_format: self.format.unwrap_or_else(|| places::format_for(input)),
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,
+            prune_below: prune_below(&self.args)?,
             importance: self.args.importance.clone(),
             allow_outside: self.args.allow_outside,
             map: None,
