@@ -23,7 +23,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
     as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
 }
 
-/// [`read_attributed`] of the file at `path`, in `format`, or in the one that its name or else its content shows.
+/// [`read_attributed`](super::read_attributed) of the file at `path`, in `format`, or in the one that its name or else its content shows.
 ///
 /// # Errors
 /// [`ReadError`], without the path: the caller knows it.

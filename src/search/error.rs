@@ -36,7 +36,7 @@ pub struct Bounded {
 /// Distances nearly fall with size, not quite: some smaller mesh may hold the error too.
 ///
 /// # Errors
-/// As [`simplify_input`]; [`SimplifyError::BadError`] where `error` is negative or not a number.
+/// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] where `error` is negative or not a number.
 ///
 /// ```
 /// use std::ops::ControlFlow;

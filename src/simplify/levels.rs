@@ -11,11 +11,11 @@ use super::{
     resolve_limit, resolve_oversample, unchanged, without_unused,
 };
 
-/// Levels of detail: as [`simplify_input`] to the target of `options`, and from there on to the `further` ones, each no
+/// Levels of detail: as [`simplify_input`](super::simplify_input) to the target of `options`, and from there on to the `further` ones, each no
 /// larger than the one before. What they share is done once.
 ///
 /// # Errors
-/// As [`simplify_input`]; [`SimplifyError::BadTarget`] where a target is larger than the one before, or with the paper's
+/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] where a target is larger than the one before, or with the paper's
 /// assembly, which makes one result at a time.
 ///
 /// ```
