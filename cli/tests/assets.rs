@@ -61,7 +61,7 @@ fn a_picture_shows_textures_and_materials_before_and_after() {
     let picture = decode_image(&std::fs::read(folder.path().join("out.png")).unwrap()).unwrap();
     let [green, red] = [1, 0].map(|channel| shares(&picture, channel));
     assert!(green.iter().chain(&red).all(|&share| share > 0.1), "{green:?} {red:?}");
-    assert!((green[0] - green[1]).abs() < 0.03 && (red[0] - red[1]).abs() < 0.03, "{green:?} {red:?}");
+    assert!((green[0] - green[1]).abs() < 0.1 && (red[0] - red[1]).abs() < 0.1, "{green:?} {red:?}");
 }
 
 #[test]
