@@ -316,7 +316,7 @@ fn colours_come_back_in_the_kind_that_they_were() {
         let back = from_text(&self::text(&obj));
         assert_eq!(corners(&back.cleaned, &[Role::Colour]), corners(&model.cleaned, &[Role::Colour]));
         let stl = written(&model, Format::Stl);
-        assert_eq!(stl.notes, ["stl holds geometry alone: colour, quality, comments dropped"]);
+        assert_eq!(stl.notes, ["stl holds geometry alone: colour, quality dropped"]);
     }
 }
 
