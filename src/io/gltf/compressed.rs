@@ -7,12 +7,28 @@ use meshopt::{
     decode_index_sequence, decode_vertex_buffer,
 };
 
+use serde::Deserialize;
+
 use super::REMEDY;
-use super::schema::{Compressed, Root};
+use super::schema::Root;
 use crate::io::ReadError;
 
 /// How often decompressed bytes may repeat the compressed ones, and how many are always granted.
 const GROWTH: (usize, usize) = (64, 1 << 26);
+
+/// Where the compressed bytes of a view lie, and how they become `count` elements of `byte_stride` bytes.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Compressed {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: usize,
+    pub count: usize,
+    pub mode: String,
+    pub filter: Option<String>,
+}
 
 /// Of each buffer view its bytes, where it is compressed.
 pub(super) fn decompress(root: &Root, buffers: &[Cow<[u8]>]) -> Result<Vec<Option<Vec<u8>>>, ReadError> {

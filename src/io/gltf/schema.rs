@@ -1,9 +1,10 @@
 //! The part of the glTF 2.0 schema that describes geometry; indices are as in the file, unchecked.
-#![cfg_attr(not(feature = "meshopt"), allow(dead_code))] // What is compressed is then refused before it is looked into.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+
+use super::compressed::Compressed;
 use serde::de::IgnoredAny;
 
 /// The whole document.
@@ -93,20 +94,6 @@ impl ViewExtensions {
     pub fn compressed(&self) -> Option<&Compressed> {
         self.khr.as_ref().or(self.ext.as_ref())
     }
-}
-
-/// Where the compressed bytes of a view lie, and how they become `count` elements of `byte_stride` bytes.
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Compressed {
-    pub buffer: usize,
-    #[serde(default)]
-    pub byte_offset: usize,
-    pub byte_length: usize,
-    pub byte_stride: usize,
-    pub count: usize,
-    pub mode: String,
-    pub filter: Option<String>,
 }
 
 /// Bytes in a URI; without one, those of the GLB container.
