@@ -220,7 +220,7 @@ mod tests {
             (r#"{"uri": "gone.png"}"#, r#"{"index": 0}"#),
             (r#"{"uri": "../secret.png"}"#, r#"{"index": 1}"#),
             (r#"{"bufferView": 7}"#, r#"{"index": 1}"#),
-            ("7", r#"{"index": 0}"#),
+            (r#"{"bufferView": "x"}"#, r#"{"index": 0}"#),
         ] {
             let (looks, notes) = asset(image, used).looks();
             assert!(looks[0][0].texture.is_none() && notes.len() == 1, "{image}: {notes:?}");
