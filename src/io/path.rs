@@ -79,7 +79,7 @@ fn as_what_it_is<T>(
 ///
 /// ```
 /// use neural_mesh::io::packed_by_name;
-/// assert_eq!(packed_by_name("mesh.obj".as_ref(), b"v 0 0 0\n").unwrap(), b"v 0 0 0\n"[..]);
+/// assert_eq!(packed_by_name("mesh.obj".as_ref(), b"v 0 0 0\n").unwrap().as_ref(), b"v 0 0 0\n");
 /// let packed = packed_by_name("mesh.obj.gz".as_ref(), b"v 0 0 0\n").unwrap();
 /// assert_eq!(neural_mesh::io::read(&packed, None).unwrap().positions, [[0.0; 3]]);
 /// ```
