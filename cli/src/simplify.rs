@@ -123,11 +123,19 @@ pub fn read_weights(path: &Path) -> Result<Weights, Failure> {
 
 /// Reads and parses a mesh.
 pub fn read(source: &Source) -> Result<RawMesh, Failure> {
-    let parse: Box<dyn Fn(Option<Format>) -> Result<RawMesh, ReadError>> = if is_stream(&source.path) {
-        let bytes = files::read(&source.path)?;
-        Box::new(move |format| io::read(&bytes, format))
-    } else {
-        Box::new(|format| io::read_path(&source.path, format))
+    parsed(source, io::read, io::read_path)
+}
+
+/// Parses what the source names: bytes of standard input, or the file at a path.
+pub fn parsed<T>(
+    source: &Source,
+    parse: fn(&[u8], Option<Format>) -> Result<T, ReadError>,
+    parse_path: fn(&Path, Option<Format>) -> Result<T, ReadError>,
+) -> Result<T, Failure> {
+    let bytes = is_stream(&source.path).then(|| files::read(&source.path)).transpose()?;
+    let parse = |format| match &bytes {
+        Some(bytes) => parse(bytes, format),
+        None => parse_path(&source.path, format),
     };
     let mesh = match (parse(source.format), source.last_resort) {
         (Err(ReadError { format: None, .. }), Some(format)) => parse(Some(format)),

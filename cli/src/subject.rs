@@ -2,17 +2,15 @@
 
 use std::path::Path;
 
-use neural_mesh::io::{
-    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
-};
+use neural_mesh::io::{self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadMesh, WriteError, WriteOptions};
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Frame, Look, Looks, Piece, RawMesh, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::simplify::{Input, Simplified};
 
-use crate::failure::{Failure, name};
-use crate::files;
-use crate::request::{Bound, Request, Source, is_stream};
+use crate::failure::Failure;
+use crate::request::{Bound, Request, Source};
+use crate::simplify::{cleaned, parsed};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -58,11 +56,11 @@ impl Subject {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
             return Self::scene(asset, source);
         }
-        let ReadMesh { mesh: mut raw, extra, notes } = read(source)?;
+        let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
+        let ReadMesh { mesh: mut raw, extra, notes } = read;
         weld_near(&mut raw, source, 1.0);
         let exact = raw.double.then(|| raw.positions.clone());
-        let cleaned = clean(raw, &CleanOptions { weld: source.weld });
-        let cleaned = cleaned.map_err(|error| Failure::of(&source.path, error))?;
+        let cleaned = cleaned(raw, source)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         Ok(Self { frame, counts, notes, kind: Kind::Mesh { cleaned: Box::new(cleaned), exact, extra } })
     }
@@ -211,21 +209,6 @@ fn weld_near(raw: &mut RawMesh, source: &Source, scale: f64) {
         };
         snap(&mut raw.positions, distance);
     }
-}
-
-/// Reads and parses a mesh with all that its file holds.
-fn read(source: &Source) -> Result<ReadMesh, Failure> {
-    let parse: Box<dyn Fn(Option<Format>) -> Result<ReadMesh, ReadError>> = if is_stream(&source.path) {
-        let bytes = files::read(&source.path)?;
-        Box::new(move |format| io::read_attributed(&bytes, format))
-    } else {
-        Box::new(|format| io::read_attributed_path(&source.path, format))
-    };
-    let mesh = match (parse(source.format), source.last_resort) {
-        (Err(ReadError { format: None, .. }), Some(format)) => parse(Some(format)),
-        (mesh, _) => mesh,
-    };
-    mesh.map_err(|error| Failure::Failed(format!("{}: {error}", name(&source.path))))
 }
 
 /// The input's own positions of the result's vertices, where each is one of the input's.

@@ -77,8 +77,8 @@ impl Quadric {
     /// Where the form is smallest and its value there; `None` where A is singular.
     #[inline]
     pub fn minimum(&self) -> Option<(DVec3, f64)> {
-        let (adjugate, determinant) = self.adjugate()?;
-        let x = times(&adjugate, self.b) / determinant;
+        let (scaled, determinant) = self.scaled_minimum()?;
+        let x = scaled / determinant;
         Some((x, (self.c - self.b.dot(x)).max(0.0)))
     }
 

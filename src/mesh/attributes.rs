@@ -59,6 +59,9 @@ pub struct Attributes {
 }
 
 impl Attributes {
+    /// What a bare mesh carries.
+    pub const NONE: &'static Self = &Self { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
+
     /// Whether nothing is carried.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty() && self.groups.is_empty()
@@ -76,25 +79,25 @@ impl Attributes {
 
     /// Whether there is a row for each of so many faces, and each names values that exist.
     pub fn fit(&self, n_faces: usize) -> bool {
-        let n_wedges = self.n_wedges();
-        let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
         let n_rows = if self.channels.is_empty() { 0 } else { n_faces };
         self.wedges.len() == n_rows
-            && self.channels.iter().all(is_whole)
-            && self.wedges.iter().flatten().all(|&wedge| (wedge as usize) < n_wedges)
+            && self.holds(&self.wedges)
             && (self.groups.is_empty() || self.groups.len() == n_faces)
     }
 
     /// What these faces carry, in this order; `None` where there is not a row for each or it names values that are none.
     pub fn of_faces(self, faces: &[u32]) -> Option<Self> {
+        let fit = self.channels.is_empty() == self.wedges.is_empty();
+        let wedges = selected(&self.wedges, faces).filter(|wedges| fit && self.holds(wedges))?;
+        let groups = selected(&self.groups, faces)?;
+        Some(Self { wedges, channels: self.channels, groups })
+    }
+
+    /// Whether the channels have values of their width for all these wedges, each as many as the others.
+    fn holds(&self, wedges: &[[u32; 3]]) -> bool {
         let n_wedges = self.n_wedges();
-        let is_whole = |channel: &Channel| channel.values.len() == n_wedges * channel.width && channel.width > 0;
-        let exist = |corners: &[u32; 3]| corners.iter().all(|&wedge| (wedge as usize) < n_wedges);
-        let fit = self.channels.iter().all(is_whole) && self.channels.is_empty() == self.wedges.is_empty();
-        let wedges: Option<Vec<[u32; 3]>> = selected(&self.wedges, faces);
-        let groups = selected(&self.groups, faces);
-        let wedges = wedges.filter(|wedges| fit && wedges.iter().all(exist))?;
-        Some(Self { wedges, channels: self.channels, groups: groups? })
+        let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
+        self.channels.iter().all(is_whole) && wedges.iter().flatten().all(|&wedge| (wedge as usize) < n_wedges)
     }
 }
 

@@ -6,9 +6,6 @@ use crate::mesh::{Attributes, Channel, TriMesh, creases, edges, seams};
 
 use super::options::{Options, SimplifyError};
 
-/// A mesh with nothing to carry.
-static NOTHING: Attributes = Attributes { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
-
 /// A mesh and what belongs to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Input<'a> {
@@ -23,7 +20,7 @@ pub struct Input<'a> {
 impl<'a> Input<'a> {
     /// A mesh alone.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: &NOTHING, importance: &[] }
+        Self { mesh, attributes: Attributes::NONE, importance: &[] }
     }
 
     /// Refuses rows that are not those of the mesh.

@@ -165,9 +165,8 @@ fn faces_they_came_of(surface: &Surface, vertex_of: &[u32], faces: &[[u32; 3]]) 
 
 /// For each corner of the surface's faces which corner of the mesh's it is: some faces are wound the other way.
 fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
-    let sources: Vec<u32> = surface.sources().collect();
     let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
-        corners.map(|v| before.iter().position(|&w| w == sources[v as usize]).unwrap_or(0) as u8)
+        corners.map(|v| before.iter().position(|&w| w == surface.source(v)).unwrap_or(0) as u8)
     };
     surface.faces.iter().zip(mesh.faces()).map(order).collect()
 }

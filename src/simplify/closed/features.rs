@@ -25,9 +25,10 @@ pub(super) struct Features {
 impl Features {
     /// Takes edges and locks over to the vertices of the surface, where some are copies.
     pub fn on(surface: &Surface, edges: &[[u32; 2]], locked: &[bool], subset: bool) -> Self {
-        let sources: Vec<u32> = surface.sources().collect();
-        let locked = if locked.is_empty() { Vec::new() } else { sources.iter().map(|&v| locked[v as usize]).collect() };
-        let edges = if surface.n_split() > 0 { on_copies(surface, &sources, edges) } else { edges.to_vec() };
+        let is_locked = |v: u32| locked[v as usize];
+        let locked = if locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
+        let has_copies = surface.n_split() > 0 && !edges.is_empty();
+        let edges = if has_copies { on_copies(surface, edges) } else { edges.to_vec() };
         let mut vertices = edges.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
@@ -66,8 +67,7 @@ impl Features {
         true
     }
 
-    /// Marks the regions that hold two pieces of kept curves or a whole loop, that share two of their edges, or that hold
-    /// more than a locked vertex.
+    /// Marks the regions that hold two pieces of kept curves or a whole loop, or that share two of their edges.
     pub fn mark_broken(&self, assignment: &Assignment, broken: &mut [bool]) {
         if self.edges.is_empty() {
             return;
@@ -105,12 +105,12 @@ impl Features {
 }
 
 /// The surface's edges over these edges of the mesh.
-fn on_copies(surface: &Surface, sources: &[u32], edges: &[[u32; 2]]) -> Vec<[u32; 2]> {
+fn on_copies(surface: &Surface, edges: &[[u32; 2]]) -> Vec<[u32; 2]> {
     let wanted: FxHashSet<[u32; 2]> = edges.iter().copied().collect();
-    let mut touched = vec![false; sources.len()];
+    let mut touched = vec![false; surface.n_vertices()];
     edges.as_flattened().iter().for_each(|&v| touched[v as usize] = true);
     let is_wanted = |&[a, b]: &[u32; 2]| {
-        let [a, b] = [a, b].map(|v| sources[v as usize]);
+        let [a, b] = [a, b].map(|v| surface.source(v));
         touched[a as usize] && touched[b as usize] && wanted.contains(&[a.min(b), a.max(b)])
     };
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);

@@ -94,9 +94,6 @@ pub(super) struct Keep<'a> {
     pub map: bool,
 }
 
-/// A mesh that carries nothing.
-static NOTHING: Attributes = Attributes { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
-
 /// How much more than its area each vertex counts.
 #[derive(Clone, Copy, Debug)]
 pub enum Importance<'a> {
@@ -234,7 +231,7 @@ fn finished(
     let Begun { mesh, surface, features, assignment, .. } = begun;
     let Collapsed { end, merges, mut remains } = collapsed;
     let Keep { subset, attributes, map, .. } = request.keep;
-    let attributes = attributes.or(map.then_some(&NOTHING));
+    let attributes = attributes.or(map.then_some(Attributes::NONE));
     enter("flips")?;
     let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
@@ -262,8 +259,7 @@ fn finished(
     let (attributes, corner_map) = carried.unzip();
     let attributes = attributes.unwrap_or_default();
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
-    let sources: Vec<u32> = surface.sources().collect();
-    let source_vertices: Vec<u32> = origins.iter().map(|&v| sources[v as usize]).collect();
+    let source_vertices: Vec<u32> = origins.iter().map(|&v| surface.source(v)).collect();
     let in_place = (0..source_vertices.len()).filter(|&x| subset || fixed[x]);
     in_place.for_each(|x| positions[x] = mesh.positions()[source_vertices[x] as usize]);
     let separated_vertices = if subset { 0 } else { separate::separate(&mut positions, &fixed, &request.frame) };

@@ -87,17 +87,8 @@ impl Surface {
     /// Stands a plane on each of these edges, so that their curves keep their places.
     pub fn support_edges(&mut self, edges: &[[u32; 2]], weight: f32) {
         for &edge in edges {
-            let (across, length_squared) = self.across(edge);
-            let plane = outer(across, weight * length_squared);
-            edge.into_iter().for_each(|v| add(&mut self.quadrics[v as usize], &plane));
+            stand_plane_on(edge, weight, &self.positions, &self.normals, &mut self.quadrics);
         }
-    }
-
-    /// The normal of the plane that stands on an edge, and the edge's squared length.
-    fn across(&self, [a, b]: [u32; 2]) -> (Vec3, f32) {
-        let edge = self.positions[b as usize] - self.positions[a as usize];
-        let normal = self.normals[a as usize] + self.normals[b as usize];
-        (edge.cross(normal).normalize_or_zero(), edge.length_squared())
     }
 
     /// Lets every vertex count by as much more, n_vertices positive factors.
@@ -114,8 +105,13 @@ impl Surface {
 
     /// For each vertex the vertex of the mesh it stands for.
     pub fn sources(&self) -> impl Iterator<Item = u32> {
-        let n_own = (self.positions.len() - self.copies.len()) as u32;
-        (0..n_own).chain(self.copies.iter().copied())
+        (0..self.positions.len() as u32).map(|v| self.source(v))
+    }
+
+    /// The vertex of the mesh that `vertex` stands for.
+    pub fn source(&self, vertex: u32) -> u32 {
+        let n_own = self.positions.len() - self.copies.len();
+        if (vertex as usize) < n_own { vertex } else { self.copies[vertex as usize - n_own] }
     }
 
     /// Number of vertices.
@@ -188,12 +184,16 @@ fn add_border_planes(positions: &[Vec3], rings: &OneRings, normals: &[Vec3], qua
         return;
     }
     for [w, v, _] in rings.apex_faces() {
-        let edge = positions[w as usize] - positions[v as usize];
-        let across = edge.cross(normals[v as usize] + normals[w as usize]).normalize_or_zero();
-        let plane = outer(across, BORDER_WEIGHT * 0.5 * edge.length_squared());
-        add(&mut quadrics[v as usize], &plane);
-        add(&mut quadrics[w as usize], &plane);
+        stand_plane_on([v, w], BORDER_WEIGHT * 0.5, positions, normals, quadrics);
     }
+}
+
+/// Adds the plane that stands on an edge, `weight` times its squared length, to both ends.
+fn stand_plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[Vec3], quadrics: &mut [[f32; 6]]) {
+    let edge = positions[b as usize] - positions[a as usize];
+    let across = edge.cross(normals[a as usize] + normals[b as usize]).normalize_or_zero();
+    let plane = outer(across, weight * edge.length_squared());
+    [a, b].into_iter().for_each(|v| add(&mut quadrics[v as usize], &plane));
 }
 
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.
