@@ -22,6 +22,9 @@ pub struct Quadric {
 }
 
 impl Quadric {
+    /// Determinant of A, over the third power of its trace, up to which A counts as singular: rounding in doubles.
+    pub const SINGULAR: f64 = 1e-11;
+
     /// The form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
     pub fn around(a: [f32; 6], p: Vec3) -> Self {
         let a = a.map(f64::from);
@@ -77,17 +80,9 @@ impl Quadric {
     /// Where the form is smallest and its value there; `None` where A is singular.
     #[inline]
     pub fn minimum(&self) -> Option<(DVec3, f64)> {
-        let (scaled, determinant) = self.scaled_minimum()?;
-        let x = scaled / determinant;
-        Some((x, (self.c - self.b.dot(x)).max(0.0)))
-    }
-
-    /// Where the form is smallest times the determinant of A, and that; `None` where A is singular. The value there is
-    /// `c - b.x / determinant`: one division where the place itself is not needed.
-    #[inline]
-    pub fn scaled_minimum(&self) -> Option<(DVec3, f64)> {
         let (adjugate, determinant) = self.adjugate()?;
-        Some((times(&adjugate, self.b), determinant))
+        let x = times(&adjugate, self.b) / determinant;
+        Some((x, (self.c - self.b.dot(x)).max(0.0)))
     }
 
     /// `d'Ad`.
@@ -114,7 +109,7 @@ impl Quadric {
         let (c0, c1, c2) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
         let determinant = xx * c0 + xy * c1 + xz * c2;
         let scale = self.trace();
-        if determinant <= 1e-11 * scale * scale * scale {
+        if determinant <= Self::SINGULAR * scale * scale * scale {
             return None;
         }
         Some(([c0, c1, c2, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy], determinant))

@@ -1,24 +1,29 @@
-//! Triangles along a space-filling curve (Morton's), so that what is near in the order is near in space.
+//! Points and triangles along a space-filling curve (Morton's), so that what is near in the order is near in space.
 
 use rayon::prelude::*;
 
 /// Bits of a coordinate in a place on the curve.
 const BITS: u32 = 10;
-/// Triangles in one place on the curve above which the place is looked at closer.
+/// Items in one place on the curve above which the place is looked at closer.
 const CROWD: usize = 256;
 /// Most times that places are looked at closer.
 const DEPTH: usize = 12;
 
+/// The indices `0..n` of finite points along the curve.
+pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    arrange(&mut order, &point, 0);
+    order
+}
+
 /// The indices of the triangles (n_faces x 3, indices of finite positions) along the curve, n_faces.
-pub(super) fn curve_order(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
+pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
     let middle = |face: u32| {
         let [a, b, c] = faces[face as usize].map(|v| positions[v as usize]);
         // Thirds first: the sum of large coordinates would overflow.
         std::array::from_fn(|k| a[k] / 3.0 + b[k] / 3.0 + c[k] / 3.0)
     };
-    let mut order: Vec<u32> = (0..faces.len() as u32).collect();
-    arrange(&mut order, &middle, 0);
-    order
+    curve_order(faces.len(), middle)
 }
 
 /// Sorts along the curve through the box of the middles, and again within the places that hold a crowd.
@@ -111,7 +116,7 @@ mod tests {
         let n = 64u32;
         let positions: Vec<[f32; 3]> = (0..n * n).map(|i| [(i * 37 % n) as f32, (i / n) as f32, 0.0]).collect();
         let faces: Vec<[u32; 3]> = (0..n * n).map(|i| [i, i, i]).collect();
-        let order = curve_order(&positions, &faces);
+        let order = curve_order_of_faces(&positions, &faces);
         let mut once = order.clone();
         once.sort_unstable();
         assert!(once.iter().copied().eq(0..n * n));

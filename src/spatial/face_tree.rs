@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::curve_order::curve_order;
+use super::curve_order::curve_order_of_faces;
 use super::nearest_on_triangles::limit;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
@@ -61,7 +61,7 @@ impl<'a> FaceTree<'a> {
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
         let most = positions.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
-        let order = curve_order(positions, faces);
+        let order = curve_order_of_faces(positions, faces);
         let mut tree = Self { positions, faces, order, levels: Vec::new(), scale };
         tree.levels.push(tree.over_leaves());
         while let Some(below) = tree.levels.last().filter(|below| below.len() > 1) {

@@ -11,6 +11,7 @@ mod point_grid;
 mod triangle_pieces;
 mod triangle_tree;
 
+pub(crate) use curve_order::curve_order;
 pub use face_tree::FaceTree;
 pub use farthest_points::farthest_points;
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};

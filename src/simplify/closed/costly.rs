@@ -5,9 +5,11 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::darts::Assignment;
 use super::placement::PULL;
-use super::quotient::{cut_region, members, move_sums};
+use super::quotient::{far_half, members};
 use super::regions::Sum;
 use super::surface::Surface;
 
@@ -15,6 +17,8 @@ use super::surface::Surface;
 const COSTLY: f64 = 4.0;
 /// Share of the whole error in costly regions above which they are cut.
 const HEAVY: f64 = 0.2;
+/// Regions that a thread takes at once.
+const PARALLEL: usize = 4096;
 /// How often the mean is taken anew.
 const ROUNDS: usize = 8;
 
@@ -27,7 +31,7 @@ pub(super) fn cut_costly(
     most_regions: usize,
 ) -> Vec<u32> {
     let mut cut = Vec::new();
-    let mut errors: Vec<f64> = sums.iter().map(error).collect();
+    let mut errors: Vec<f64> = sums.par_iter().with_min_len(PARALLEL).map(error).collect();
     let mut lists = BTreeMap::new();
     for _ in 0..ROUNDS {
         let total: f64 = errors.iter().sum();
@@ -39,21 +43,43 @@ pub(super) fn cut_costly(
         let mut unlisted = vec![false; assignment.n_regions];
         costly.iter().for_each(|r| unlisted[*r as usize] = !lists.contains_key(r));
         lists.append(&mut members(assignment, &unlisted));
-        for r in costly {
-            if assignment.n_regions >= most_regions {
-                return cut;
-            }
-            let Some(whole) = lists.remove(&r).filter(|whole: &Vec<u32>| whole.len() > 1) else { continue };
-            cut_region(surface, assignment, &whole);
-            cut.extend_from_slice(&whole);
-            move_sums(surface, assignment, sums, (r, &whole));
-            errors[r as usize] = error(&sums[r as usize]);
-            errors.push(error(&sums[errors.len()]));
-            let (stay, go): (Vec<u32>, Vec<u32>) = whole.into_iter().partition(|&v| assignment.region[v as usize] == r);
-            lists.extend([(r, stay), (errors.len() as u32 - 1, go)]);
+        let wholes = costly.iter().filter_map(|r| lists.remove(r)).filter(|whole| whole.len() > 1);
+        let wholes: Vec<Vec<u32>> = wholes.take(most_regions.saturating_sub(assignment.n_regions)).collect();
+        let halves: Vec<[Half; 2]> = wholes.par_iter().map(|whole| Half::both(surface, whole)).collect();
+        for ([stays, goes], whole) in halves.into_iter().zip(&wholes) {
+            let (r, fresh) = (assignment.region[whole[0] as usize], assignment.n_regions as u32);
+            assignment.n_regions += 1;
+            goes.vertices.iter().for_each(|&v| assignment.region[v as usize] = fresh);
+            (sums[r as usize], errors[r as usize]) = (stays.sum, error(&stays.sum));
+            sums.push(goes.sum);
+            errors.push(error(&goes.sum));
+            lists.extend([(r, stays.vertices), (fresh, goes.vertices)]);
+            cut.extend_from_slice(whole);
+        }
+        if assignment.n_regions >= most_regions {
+            break;
         }
     }
     cut
+}
+
+/// A half of a region.
+struct Half {
+    vertices: Vec<u32>,
+    sum: Sum,
+}
+
+impl Half {
+    /// The near half of a region and the far one.
+    fn both(surface: &Surface, whole: &[u32]) -> [Self; 2] {
+        let far = far_half(surface, whole);
+        let near = whole.iter().filter(|v| far.binary_search(v).is_err()).copied().collect();
+        [near, far].map(|vertices: Vec<u32>| {
+            let mut sum = Sum::default();
+            vertices.iter().for_each(|&v| sum += Sum::of(surface, v as usize));
+            Self { vertices, sum }
+        })
+    }
 }
 
 /// The error of a region at its best placement.

@@ -2,10 +2,12 @@
 //!
 //! A vertex that no dart has reached yet becomes a sample and claims every vertex within its radius to which it
 //! is nearer than the samples before it. When all vertices are reached, each belongs to its nearest sample.
-//! Distances are those of [`EdgeLengths`], so that samples lie where the surface bends.
+//! Distances are those of [`EdgeLengths`], so that samples lie where the surface bends. On large meshes darts are thrown in
+//! runs of vertices side by side; runs depend on the mesh alone.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
 
 use super::edge_lengths::EdgeLengths;
 use super::surface::Surface;
@@ -14,6 +16,8 @@ use super::surface::Surface;
 const AREA_PER_DART: f64 = 1.45;
 /// Vertices that are shuffled among each other.
 const BLOCK: usize = 4096;
+/// Vertices that darts are thrown at side by side, as many as fit into a few megabytes with all that is known of them.
+const RUN: usize = 16 * BLOCK;
 /// How often the radius may shrink until there is room for all darts.
 const MOST_TRIES: usize = 40;
 /// A radius beyond which more changes nothing once it has changed nothing: every component holds one dart.
@@ -63,17 +67,16 @@ pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: u
     if field.samples.len() < n_samples {
         return Assignment::identity(surface.n_vertices());
     }
-    Assignment { region: field.owner, n_regions: field.samples.len(), samples: field.samples }
+    field.assignment()
 }
 
 /// The assignment to given samples (distinct vertices); what none of them reaches becomes samples of its own.
 pub(super) fn assign_to(surface: &Surface, lengths: &EdgeLengths, samples: &[u32]) -> Assignment {
     let mut field = Field::new(surface, lengths);
-    samples.iter().for_each(|&v| field.plant(v));
-    field.grow(f32::MAX);
+    field.plant(samples);
     let all: Vec<u32> = (0..surface.n_vertices() as u32).collect();
     field.cover(&all, f32::MAX);
-    Assignment { region: field.owner, n_regions: field.samples.len(), samples: field.samples }
+    field.assignment()
 }
 
 /// The vertex indices, block after block, each block in random order: neighbours in memory are mostly neighbours on
@@ -132,11 +135,11 @@ struct Field<'a> {
     surface: &'a Surface,
     lengths: &'a EdgeLengths,
     distance: Vec<f32>,
+    /// For each vertex that was reached its sample.
     owner: Vec<u32>,
     samples: Vec<u32>,
-    /// Vertices with the distance at which they were reached; those before `next` are done.
-    front: Vec<(u32, f32)>,
-    next: usize,
+    /// The vertices with neighbours in another run, some of them more than once.
+    borders: Vec<u32>,
 }
 
 impl<'a> Field<'a> {
@@ -148,18 +151,28 @@ impl<'a> Field<'a> {
             distance: vec![f32::INFINITY; n],
             owner: vec![0; n],
             samples: Vec::new(),
-            front: Vec::new(),
-            next: 0,
+            borders: Vec::new(),
         }
     }
 
-    /// Throws darts at the vertices in `order` until all are reached.
+    /// Throws darts at the vertices in `order` until all are reached: in runs of vertices side by side, and then lets the
+    /// samples of each claim what is nearer to them in the others.
     fn cover(&mut self, order: &[u32], radius: f32) {
-        for &v in order {
-            if self.distance[v as usize] == f32::INFINITY {
-                self.throw(v, radius);
-            }
+        let (surface, lengths) = (self.surface, self.lengths);
+        let runs = self.distance.par_chunks_mut(RUN).zip(self.owner.par_chunks_mut(RUN)).zip(order.par_chunks(RUN));
+        let covered = runs.enumerate().map(|(i, ((distance, owner), order))| {
+            let mut run = Run::new(surface, lengths, (i * RUN) as u32, distance, owner);
+            run.cover(order, radius);
+            (run.samples, run.borders)
+        });
+        let covered: Vec<_> = covered.collect();
+        for (samples, borders) in covered {
+            self.samples.extend(samples);
+            self.borders.extend(borders);
         }
+        let mut whole = Run::new(surface, lengths, 0, &mut self.distance, &mut self.owner);
+        whole.front = self.borders.iter().map(|&v| (v, whole.distance[v as usize])).collect();
+        whole.grow(radius);
     }
 
     /// Frees the vertices that a smaller radius no longer reaches.
@@ -167,16 +180,78 @@ impl<'a> Field<'a> {
         self.distance.iter_mut().filter(|d| **d > radius).for_each(|d| *d = f32::INFINITY);
     }
 
-    fn throw(&mut self, seed: u32, radius: f32) {
-        self.plant(seed);
-        self.grow(radius);
+    /// Lets each of these samples claim what is nearest to it.
+    fn plant(&mut self, samples: &[u32]) {
+        let mut whole = Run::new(self.surface, self.lengths, 0, &mut self.distance, &mut self.owner);
+        samples.iter().for_each(|&v| whole.plant(v));
+        whole.grow(f32::MAX);
+        self.samples.extend(whole.samples);
     }
 
-    fn plant(&mut self, seed: u32) {
-        self.distance[seed as usize] = 0.0;
-        self.owner[seed as usize] = self.samples.len() as u32;
-        self.samples.push(seed);
-        self.front.push((seed, 0.0));
+    /// The regions of the samples, numbered like them.
+    fn assignment(self) -> Assignment {
+        let mut number = vec![0; self.owner.len()];
+        self.samples.iter().zip(0u32..).for_each(|(&v, i)| number[v as usize] = i);
+        let owners = self.owner.par_iter().with_min_len(BLOCK);
+        let region = owners.map(|&sample| number[sample as usize]).collect();
+        Assignment { region, n_regions: self.samples.len(), samples: self.samples }
+    }
+}
+
+/// A run of vertices that samples claim from each other; what lies outside of it is not there.
+struct Run<'a> {
+    surface: &'a Surface,
+    lengths: &'a EdgeLengths,
+    /// The first vertex.
+    first: u32,
+    distance: &'a mut [f32],
+    owner: &'a mut [u32],
+    /// Samples that were planted here.
+    samples: Vec<u32>,
+    /// Vertices with neighbours elsewhere that something grew from.
+    borders: Vec<u32>,
+    /// Vertices with the distance at which they were reached; those before `next` are done.
+    front: Vec<(u32, f32)>,
+    next: usize,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        surface: &'a Surface,
+        lengths: &'a EdgeLengths,
+        first: u32,
+        distance: &'a mut [f32],
+        owner: &'a mut [u32],
+    ) -> Self {
+        Self {
+            surface,
+            lengths,
+            first,
+            distance,
+            owner,
+            samples: Vec::new(),
+            borders: Vec::new(),
+            front: Vec::new(),
+            next: 0,
+        }
+    }
+
+    /// Throws darts at these vertices, in this order, until all are reached.
+    fn cover(&mut self, order: &[u32], radius: f32) {
+        for &v in order {
+            if self.distance[(v - self.first) as usize] == f32::INFINITY {
+                self.plant(v);
+                self.grow(radius);
+            }
+        }
+    }
+
+    fn plant(&mut self, v: u32) {
+        let place = (v - self.first) as usize;
+        self.distance[place] = 0.0;
+        self.owner[place] = v;
+        self.samples.push(v);
+        self.front.push((v, 0.0));
     }
 
     /// Lets the samples in front claim what is nearer to them, free vertices up to `radius` away.
@@ -186,19 +261,28 @@ impl<'a> Field<'a> {
     fn grow(&mut self, radius: f32) {
         while let Some(&(v, distance)) = self.front.get(self.next) {
             self.next += 1;
-            if distance > self.distance[v as usize] {
+            let place = (v - self.first) as usize;
+            if distance > self.distance[place] {
                 continue;
             }
-            let owner = self.owner[v as usize];
+            let owner = self.owner[place];
             let neighbors = self.surface.neighbors(v);
+            let mut is_border = false;
             for (&w, &length) in neighbors.iter().zip(self.lengths.of(self.surface, v)) {
-                let reached = &mut self.distance[w as usize];
+                let place = w.wrapping_sub(self.first) as usize;
+                let Some(reached) = self.distance.get_mut(place) else {
+                    is_border = true;
+                    continue;
+                };
                 let there = distance + length;
                 if there < *reached && (there <= radius || *reached < f32::INFINITY) {
                     *reached = there;
-                    self.owner[w as usize] = owner;
+                    self.owner[place] = owner;
                     self.front.push((w, there));
                 }
+            }
+            if is_border {
+                self.borders.push(v);
             }
         }
         self.front.clear();
@@ -248,11 +332,8 @@ mod tests {
             field.cover(&order, radius_for(&lengths, 30) as f32);
             field.uncover(radius_for(&lengths, 50) as f32);
             field.cover(&order, radius_for(&lengths, 50) as f32);
-            let mut samples = vec![u32::MAX; field.samples.len()];
-            for v in (0..surface.n_vertices()).filter(|&v| field.distance[v] == 0.0) {
-                samples[field.owner[v] as usize] = v as u32;
-            }
-            assert_nearest(&surface, &lengths, &samples, &field.owner);
+            let assignment = field.assignment();
+            assert_nearest(&surface, &lengths, &assignment.samples, &assignment.region);
             let given = [0, 7, 33, 101];
             assert_nearest(&surface, &lengths, &given, &assign_to(&surface, &lengths, &given).region);
         }
@@ -277,5 +358,19 @@ mod tests {
         let surface = Surface::new(&shapes::many_boxes(30));
         let lengths = EdgeLengths::new(&surface);
         assert_eq!(throw_darts(&surface, &lengths, 10, 1).n_regions, 30);
+    }
+
+    #[test]
+    fn runs_side_by_side_give_nearest_samples_and_hardly_more_of_them() {
+        let surface = Surface::new(&shapes::torus(420, 200, 1.0, 0.4));
+        assert!(surface.n_vertices() > RUN);
+        let lengths = EdgeLengths::new(&surface);
+        let darts = throw_darts(&surface, &lengths, 4000, 1);
+        assert!((4000..4400).contains(&darts.n_regions), "{}", darts.n_regions);
+        // Where no edge leads to a nearer sample, every vertex has its nearest one.
+        let from_samples = assign_to(&surface, &lengths, &darts.samples);
+        assert_eq!(from_samples.n_regions, darts.n_regions);
+        let n_other = from_samples.region.iter().zip(&darts.region).filter(|(x, y)| x != y).count();
+        assert!(n_other * 1000 < surface.n_vertices(), "{n_other}");
     }
 }

@@ -1,6 +1,5 @@
 //! The closed assembly, ours: samples, regions, quotient, collapse, flips and fit. Closed in, closed out.
 
-mod bucket_queue;
 mod collapse;
 mod corners;
 mod costly;
@@ -14,7 +13,6 @@ mod fit;
 mod flips;
 mod holds;
 mod importance;
-mod links;
 mod nearest;
 mod placement;
 mod points;
@@ -160,7 +158,9 @@ pub(super) fn simplify_levels(
     for &limit in [request.limit].iter().chain(further) {
         // The last level needs the memory of the collapse for itself.
         let Some(mut running) = collapse.take() else { break };
-        enter("collapse")?;
+        if !levels.is_empty() {
+            enter("collapse")?;
+        }
         let end = running.run(limit);
         let (merges, remains) = (running.history.take(), running.remains());
         collapse = (levels.len() < further.len()).then_some(running);
@@ -215,10 +215,16 @@ fn begin<'a>(
     let holds = holds(&surface, &features, &assignment, &mut placed);
     let wanted = request.differentiable;
     let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
-    let mut collapse = Collapse::new(&placed.positions, &placed.quadrics, &quotient.rings);
-    collapse.history = wanted.then(Vec::new);
-    collapse.holds = holds;
-    Ok((Begun { mesh, surface, features, assignment, n_refined: quotient.n_refined, cases }, collapse))
+    enter("collapse")?;
+    let collapse = if wanted || holds.is_some() {
+        let mut collapse = Collapse::new(&placed, &quotient.rings);
+        (collapse.history, collapse.holds) = (wanted.then(Vec::new), holds);
+        collapse
+    } else {
+        Collapse::toward(request.limit, &placed, &quotient.rings)
+    };
+    let n_refined = quotient.n_refined;
+    Ok((Begun { mesh, surface, features, assignment, n_refined, cases }, collapse))
 }
 
 /// What follows the collapse: flips, fit, folds, and what the corners carry.
@@ -377,5 +383,5 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
     let quotient = quotient::quotient(&surface, &Features::default(), &mut assignment, &mut sums);
     let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
-    TriMesh::new(positions, quotient.faces).ok()
+    TriMesh::new(positions, quotient.faces.into_owned()).ok()
 }

@@ -4,6 +4,7 @@
 //! outside the region is pulled harder, and one that would turn a face over gives way to a vertex of the input.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
@@ -19,6 +20,8 @@ pub(super) const PULL: f32 = 1e-6;
 pub(super) const FIRM_PULL: f64 = 1e-3;
 /// How far outside is far, in standard deviations of the region's vertices.
 const FAR: f64 = 4.0;
+/// Regions or faces that a thread takes at once.
+const PARALLEL: usize = 4096;
 
 /// How the vertex of a region was placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,31 +37,50 @@ pub(super) enum Case {
 }
 
 /// A vertex per region.
-pub(super) struct Placement {
+pub(super) struct Placement<'a> {
     /// Positions, n_regions x 3.
     pub positions: Vec<DVec3>,
-    /// The plane quadrics of the regions.
-    pub quadrics: Vec<Quadric>,
+    surface: &'a Surface,
+    /// The sums of the regions; empty where every vertex is one.
+    sums: &'a [Sum],
+}
+
+impl Placement<'_> {
+    /// The plane quadric of a region.
+    pub fn quadric(&self, region: u32) -> Quadric {
+        let pull = f64::from(PULL);
+        match self.sums.get(region as usize) {
+            Some(sum) => sum.quadric(pull),
+            None => Sum::of(self.surface, region as usize).quadric(pull),
+        }
+    }
 }
 
 /// Places a vertex for each region of `assignment`, of which the sums are given and the faces of the quotient.
-pub(super) fn place(surface: &Surface, assignment: &Assignment, sums: &[Sum], faces: &[[u32; 3]]) -> Placement {
+pub(super) fn place<'a>(
+    surface: &'a Surface,
+    assignment: &Assignment,
+    sums: &'a [Sum],
+    faces: &[[u32; 3]],
+) -> Placement<'a> {
     if assignment.n_regions == surface.n_vertices() {
-        return stay(surface);
+        return Placement { positions: surface.positions.iter().map(|p| p.as_dvec3()).collect(), surface, sums: &[] };
     }
-    let quadrics: Vec<Quadric> = sums.iter().map(|sum| sum.quadric(f64::from(PULL))).collect();
-    let mut positions: Vec<DVec3> = quadrics.iter().zip(sums).map(|(q, sum)| best_position(q, sum).1).collect();
-    let mut turned = turned_regions(&positions, sums, faces);
-    if !turned.is_empty() {
-        let safe = central_vertices(surface, assignment, sums);
-        for _ in 0..2 {
-            for &r in &turned {
-                positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
-            }
-            turned = turned_regions(&positions, sums, faces);
+    let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
+    let mut positions: Vec<DVec3> = sums.par_iter().with_min_len(PARALLEL).map(best).collect();
+    for _ in 0..2 {
+        let turned = turned_regions(&positions, sums, faces);
+        if turned.is_empty() {
+            break;
+        }
+        let mut has_turned = vec![false; sums.len()];
+        turned.iter().for_each(|&r| has_turned[r as usize] = true);
+        let safe = central_vertices(surface, assignment, sums, |r| has_turned[r as usize]);
+        for r in turned {
+            positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
         }
     }
-    Placement { positions, quadrics }
+    Placement { positions, surface, sums }
 }
 
 /// How [`place`] came to these positions.
@@ -66,7 +88,7 @@ pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], po
     if assignment.n_regions == surface.n_vertices() {
         return (0..surface.n_vertices() as u32).map(Case::Vertex).collect();
     }
-    let safe = central_vertices(surface, assignment, sums);
+    let safe = central_vertices(surface, assignment, sums, |_| true);
     let case = |r: usize| {
         let (case, x) = best_position(&sums[r].quadric(f64::from(PULL)), &sums[r]);
         if x == positions[r] { case } else { Case::Vertex(safe[r]) }
@@ -78,7 +100,7 @@ pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], po
 pub(super) fn to_own_vertices(surface: &Surface, assignment: &Assignment, placed: &mut Placement) -> Vec<u32> {
     let mut best = vec![(f64::INFINITY, 0); placed.positions.len()];
     for (v, &r) in assignment.region.iter().enumerate() {
-        let cost = placed.quadrics[r as usize].value(surface.positions[v].as_dvec3());
+        let cost = placed.quadric(r).value(surface.positions[v].as_dvec3());
         if cost < best[r as usize].0 {
             best[r as usize] = (cost, v as u32);
         }
@@ -86,13 +108,6 @@ pub(super) fn to_own_vertices(surface: &Surface, assignment: &Assignment, placed
     let own = |&(_, v): &(f64, u32)| surface.positions[v as usize].as_dvec3();
     placed.positions = best.iter().map(own).collect();
     best.into_iter().map(|(_, v)| v).collect()
-}
-
-/// Every vertex where it is, for an assignment that is the identity.
-fn stay(surface: &Surface) -> Placement {
-    let positions = surface.positions.iter().map(|p| p.as_dvec3()).collect();
-    let quadric = |v| Sum::of(surface, v).quadric(f64::from(PULL));
-    Placement { positions, quadrics: (0..surface.n_vertices()).map(quadric).collect() }
 }
 
 fn best_position(quadric: &Quadric, sum: &Sum) -> (Case, DVec3) {
@@ -107,10 +122,15 @@ fn best_position(quadric: &Quadric, sum: &Sum) -> (Case, DVec3) {
     (if offset == x - mean { Case::Firm } else { Case::Offset(offset) }, mean + offset)
 }
 
-/// For each region its vertex nearest to the mean.
-fn central_vertices(surface: &Surface, assignment: &Assignment, sums: &[Sum]) -> Vec<u32> {
+/// For each region that is wanted its vertex nearest to the mean.
+fn central_vertices(
+    surface: &Surface,
+    assignment: &Assignment,
+    sums: &[Sum],
+    is_wanted: impl Fn(u32) -> bool,
+) -> Vec<u32> {
     let mut nearest = vec![(f64::INFINITY, 0); sums.len()];
-    for (v, &r) in assignment.region.iter().enumerate() {
+    for (v, &r) in assignment.region.iter().enumerate().filter(|(_, r)| is_wanted(**r)) {
         let p = surface.positions[v].as_dvec3();
         let distance = p.distance_squared(sums[r as usize].mean());
         let best = &mut nearest[r as usize];
@@ -128,7 +148,8 @@ fn turned_regions(positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<
         let meant: DVec3 = face.iter().map(|&r| sums[r as usize].normal.normalize_or_zero()).sum();
         normal.dot(meant) <= 0.0
     };
-    faces.iter().filter(turned).flatten().copied().collect()
+    let turned: Vec<&[u32; 3]> = faces.par_iter().with_min_len(PARALLEL).filter(turned).collect();
+    turned.into_iter().flatten().copied().collect()
 }
 
 #[cfg(test)]
@@ -145,7 +166,8 @@ mod tests {
         let near = |p: &[f32; 3]| p.iter().all(|&x| x <= 0.25);
         let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
-        let placed = place(&surface, &assignment, &sums(&surface, &assignment), &[]);
+        let sums = sums(&surface, &assignment);
+        let placed = place(&surface, &assignment, &sums, &[]);
         let corner = surface.scale.restore(placed.positions[0]);
         assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
     }
@@ -157,7 +179,8 @@ mod tests {
         let within = |p: &[f32; 3]| (0.25..0.75).contains(&p[0]) && (0.25..0.75).contains(&p[1]);
         let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
-        let placed = place(&surface, &assignment, &sums(&surface, &assignment), &[]);
+        let sums = sums(&surface, &assignment);
+        let placed = place(&surface, &assignment, &sums, &[]);
         let middle = Vec3::from(surface.scale.restore(placed.positions[0]));
         assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
         let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &[]);

@@ -5,9 +5,13 @@
 //! each strip of faces between two regions to an edge. The conditions are checked; a region that breaks one is cut
 //! in two, which ends at the latest with the input itself.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use crate::mesh::OneRings;
+use crate::mesh::shares::shares;
 
 use super::darts::Assignment;
 use super::features::Features;
@@ -16,24 +20,29 @@ use super::surface::Surface;
 
 /// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
 const HALVINGS: usize = 3;
+/// Share of the regions up to which broken ones are taken apart at once.
+const FEW: f64 = 1e-3;
+
+/// Most parts that the faces are looked through in: each counts for all regions.
+const MOST_SHARES: usize = 8;
 
 /// The quotient's faces over region indices.
-pub(super) struct Quotient {
+pub(super) struct Quotient<'a> {
     /// Faces, n x 3, wound as in the input.
-    pub faces: Vec<[u32; 3]>,
+    pub faces: Cow<'a, [[u32; 3]]>,
     /// The rings over them.
-    pub rings: OneRings,
+    pub rings: Cow<'a, OneRings>,
     /// Regions that were cut to keep the surface a manifold.
     pub n_refined: usize,
 }
 
 /// Builds the quotient, cutting regions of `assignment` where they stand in the way; keeps the sums of the regions in step.
-pub(super) fn quotient(
-    surface: &Surface,
+pub(super) fn quotient<'a>(
+    surface: &'a Surface,
     features: &Features,
     assignment: &mut Assignment,
     sums: &mut Vec<Sum>,
-) -> Quotient {
+) -> Quotient<'a> {
     let apex_faces = surface.rings.apex_faces();
     let n_before = assignment.n_regions;
     let mut rounds = 0;
@@ -41,29 +50,30 @@ pub(super) fn quotient(
         if assignment.n_regions == surface.n_vertices() {
             // Every region is a vertex, but not necessarily that of its own number.
             *assignment = Assignment::identity(surface.n_vertices());
-            let (faces, rings) = (surface.faces.clone(), surface.rings.clone());
+            let (faces, rings) = (Cow::Borrowed(surface.faces.as_slice()), Cow::Borrowed(&surface.rings));
             return Quotient { faces, rings, n_refined: surface.n_vertices() - n_before };
         }
-        let (faces, mut broken) = meeting_faces(surface, assignment, &apex_faces);
+        let (meeting, mut broken) = meeting_faces(surface, assignment, &apex_faces);
         features.mark_broken(assignment, &mut broken);
-        let n_inner = faces.inner.len();
-        let closed = [faces.inner, faces.border].concat();
+        let n_inner = meeting.inner.len();
+        let mut closed = meeting.inner;
+        closed.extend(meeting.border);
         let n_nodes = assignment.n_regions + surface.rings.n_apexes();
         mark_flat_pillows(&closed, assignment.n_regions, &mut broken);
-        let parts = if rounds < HALVINGS { Parts::Halves } else { Parts::Vertices };
-        rounds += 1;
-        if refine(surface, assignment, sums, &broken, parts, &closed) {
-            continue;
-        }
         let rings = OneRings::new(n_nodes, &closed);
         if let Err(error) = &rings {
             error.vertices.iter().for_each(|&r| broken[r as usize] = true);
         }
-        if !refine(surface, assignment, sums, &broken, parts, &closed) {
-            let faces = closed[..n_inner].to_vec();
-            let rings = if n_inner == closed.len() { rings } else { OneRings::new(assignment.n_regions, &faces) };
+        let n_broken = broken.iter().filter(|broken| **broken).count();
+        let gently = rounds < HALVINGS && n_broken as f64 > FEW * assignment.n_regions as f64;
+        rounds += 1;
+        if !refine(surface, assignment, sums, &broken, if gently { Parts::Halves } else { Parts::Vertices }, &closed) {
+            let is_closed = n_inner == closed.len();
+            closed.truncate(n_inner);
+            let rings = if is_closed { rings } else { OneRings::new(assignment.n_regions, &closed) };
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
-            if let (Ok(rings), false) = (rings, broken.contains(&true)) {
+            if let (Ok(rings), 0) = (rings, n_broken) {
+                let (faces, rings) = (Cow::Owned(closed), Cow::Owned(rings));
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
             }
             *assignment = Assignment::identity(surface.n_vertices());
@@ -88,15 +98,13 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     let mut twice_euler = vec![0i32; assignment.n_regions];
     assignment.region.iter().for_each(|&r| twice_euler[r as usize] += 2);
     let mut collect = |faces: &[[u32; 3]]| {
+        let chunk = faces.len().div_ceil(shares(faces.len()).len().min(MOST_SHARES)).max(1);
+        let share = |faces: &[[u32; 3]]| share_of_meeting_faces(faces, label, assignment.n_regions);
+        let parts: Vec<(Vec<[u32; 3]>, Vec<i32>)> = faces.par_chunks(chunk).map(share).collect();
         let mut meeting = Vec::new();
-        for face in faces {
-            let [a, b, c] = face.map(label);
-            let twice = if a == b || a == c { a } else { b };
-            if a != b && b != c && c != a {
-                meeting.push([a, b, c]);
-            } else if let Some(count) = twice_euler.get_mut(twice as usize) {
-                *count -= 1;
-            }
+        for (faces, with_two) in parts {
+            twice_euler.iter_mut().zip(with_two).for_each(|(euler, n)| *euler -= n);
+            if meeting.is_empty() { meeting = faces } else { meeting.extend(faces) }
         }
         meeting
     };
@@ -105,6 +113,26 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     broken.resize(assignment.n_regions + surface.rings.n_apexes(), false);
     mark_bridges(&meeting.border, &mut broken);
     (meeting, broken)
+}
+
+/// Of these faces those between three labels, and for each region how many have two or three corners in it.
+fn share_of_meeting_faces(
+    faces: &[[u32; 3]],
+    label: impl Fn(u32) -> u32,
+    n_regions: usize,
+) -> (Vec<[u32; 3]>, Vec<i32>) {
+    let mut meeting = Vec::new();
+    let mut with_two = vec![0i32; if faces.is_empty() { 0 } else { n_regions }];
+    for face in faces {
+        let [a, b, c] = face.map(&label);
+        let twice = if a == b || a == c { a } else { b };
+        if a != b && b != c && c != a {
+            meeting.push([a, b, c]);
+        } else if let Some(count) = with_two.get_mut(twice as usize) {
+            *count += 1;
+        }
+    }
+    (meeting, with_two)
 }
 
 /// Marks the regions that touch two borders: contracted to a point, they would make one border of them.
@@ -179,7 +207,7 @@ fn dissolve(assignment: &mut Assignment, vertices: &[u32]) {
 }
 
 /// Takes the vertices of region `r` that were given other labels over to the sums of those.
-pub(super) fn move_sums(surface: &Surface, assignment: &Assignment, sums: &mut Vec<Sum>, (r, whole): (u32, &[u32])) {
+fn move_sums(surface: &Surface, assignment: &Assignment, sums: &mut Vec<Sum>, (r, whole): (u32, &[u32])) {
     sums[r as usize] = Sum::default();
     sums.resize(assignment.n_regions, Sum::default());
     whole.iter().for_each(|&v| sums[assignment.region[v as usize] as usize] += Sum::of(surface, v as usize));
@@ -198,21 +226,25 @@ pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32,
 }
 
 /// Gives the half of a region that is nearer to its far end a label of its own, and so each part that is cut off.
-pub(super) fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) {
+fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) {
     let fresh = assignment.n_regions as u32;
     assignment.n_regions += 1;
+    far_half(surface, vertices).into_iter().for_each(|v| assignment.region[v as usize] = fresh);
+}
+
+/// Of a region's vertices (ascending) those nearer to its far end, or those that are cut off from the first one.
+pub(super) fn far_half(surface: &Surface, vertices: &[u32]) -> Vec<u32> {
     let whole = Region::of(vertices);
     let reached = whole.spread(surface, &[vertices[0]]);
+    let with_side = |side: &[u32], wanted: u32| -> Vec<u32> {
+        vertices.iter().zip(side).filter(|(_, side)| **side == wanted).map(|(&v, _)| v).collect()
+    };
     let order = &reached.order;
     if order.len() < vertices.len() {
-        let cut_off = (0..vertices.len()).filter(|&i| reached.side[i] == UNREACHED);
-        cut_off.for_each(|i| assignment.region[vertices[i] as usize] = fresh);
-        return;
+        return with_side(&reached.side, UNREACHED);
     }
     let far = order[order.len() - 1];
-    let both = whole.spread(surface, &[vertices[0], far]);
-    let second = (0..vertices.len()).filter(|&i| both.side[i] == 1);
-    second.for_each(|i| assignment.region[vertices[i] as usize] = fresh);
+    with_side(&whole.spread(surface, &[vertices[0], far]).side, 1)
 }
 
 /// Not met by a search.
@@ -275,7 +307,7 @@ mod tests {
         let mut sums = sums(surface, &assignment);
         let quotient = quotient(surface, &Features::default(), &mut assignment, &mut sums);
         let places = (0..assignment.n_regions).map(|r| [r as f32, 0.0, 0.0]).collect();
-        let (before, after) = (topology(mesh), topology(&TriMesh::new(places, quotient.faces).unwrap()));
+        let (before, after) = (topology(mesh), topology(&TriMesh::new(places, quotient.faces.to_vec()).unwrap()));
         assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
         assert_eq!((after.euler, after.genus, after.components), (before.euler, before.genus, before.components));
         assert_eq!((after.boundary_loops, after.orientable), (before.boundary_loops, before.orientable));
@@ -335,7 +367,7 @@ mod tests {
             Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
         let mut sums = sums(&surface, &assignment);
         let quotient = quotient(&surface, &Features::default(), &mut assignment, &mut sums);
-        assert_eq!(quotient.faces, surface.faces);
+        assert_eq!(*quotient.faces, *surface.faces);
         assert_eq!(assignment.region, Assignment::identity(n_regions).region);
     }
 }

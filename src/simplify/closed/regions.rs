@@ -8,8 +8,10 @@
 use std::ops::{AddAssign, SubAssign};
 
 use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
 
 use crate::geometry::Quadric;
+use crate::mesh::shares::{cut, shares};
 
 use super::darts::Assignment;
 use super::surface::Surface;
@@ -89,9 +91,16 @@ impl SubAssign for Sum {
 /// The sums of all regions.
 pub(super) fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
     let mut sums = vec![Sum::default(); assignment.n_regions];
-    for (v, &region) in assignment.region.iter().enumerate() {
-        sums[region as usize] += Sum::of(surface, v);
-    }
+    let shares = shares(assignment.n_regions);
+    let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut sums, |region| region + 1)).collect();
+    // Every region adds its vertices up in their order, whichever thread it belongs to.
+    parts.into_par_iter().for_each(|(share, sums)| {
+        for (v, &region) in assignment.region.iter().enumerate() {
+            if let Some(sum) = sums.get_mut((region as usize).wrapping_sub(share.start)) {
+                *sum += Sum::of(surface, v);
+            }
+        }
+    });
     sums
 }
 

@@ -6,24 +6,34 @@
 //! turn comes, not when a neighbour changes.
 //!
 //! What is read most lies closest together: a vertex with its quadric fills one cache line, the complex is the ordered
-//! neighbours of its vertices alone, and faces are made of them at the end.
+//! neighbours of its vertices alone, and faces are made of them at the end. Large complexes are first collapsed in blocks
+//! (`blocks`), side by side and each within the cache.
+
+mod blocks;
+mod bucket_queue;
+mod links;
+mod pair;
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
 
-use super::bucket_queue::BucketQueue;
 use super::holds::Holds;
-use super::links::{Links, Span};
+use super::placement::Placement;
+use bucket_queue::BucketQueue;
+use links::{Links, Span};
+use pair::{LocalQuadric, Node, price, prices};
+pub(super) use pair::{Pair, Place};
 
-/// Least cosine between a face's normals before and after a collapse.
-const LEAST_COSINE: f32 = 0.2;
 /// An edge that may not go now is tried again at so many times its price.
 const PATIENCE: f32 = 1.5;
-/// A merged vertex lies at most this many edge lengths from the middle of its edge.
-const REACH: f64 = 2.0;
+/// Edges in the queue per merge that is to be done: as many as come up in the course of it, and more.
+const EDGES_PER_MERGE: usize = 8;
+/// Fewer merges than this are counted as so many.
+const LEAST_MERGES: usize = 4096;
+/// Least cosine between a face's normals before and after a collapse.
+const LEAST_COSINE: f32 = 0.2;
 const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.
@@ -40,6 +50,10 @@ pub(super) struct Collapse {
     n_vertices: usize,
     n_faces: usize,
     queue: BucketQueue<Edge>,
+    /// Whether each vertex belongs to no edge that may go; empty where all may.
+    frozen: Vec<bool>,
+    /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
+    begun: Vec<u32>,
     /// No edge that was not tried since the last merge stands higher in the queue than this.
     untried_below: f32,
     /// The highest price so far.
@@ -62,56 +76,11 @@ pub(super) struct Merge {
     pub place: Place,
 }
 
-/// Where a merged vertex goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Place {
-    /// To the minimum of the summed quadrics.
-    Minimum,
-    /// Where the vertex that stays was.
-    Kept,
-    /// Where the other one was.
-    Gone,
-    /// Between them.
-    Middle,
-}
-
-/// A vertex: where it is, what it stands for, and where its neighbours are listed.
-#[derive(Clone, Copy)]
-#[repr(align(64))]
-struct Node {
-    position: Vec3,
-    quadric: LocalQuadric,
-    ring: Span,
-    /// Grows with every merge; tells an edge that its price is old.
-    version: u32,
-}
-
-/// A quadric about its vertex: `d -> d'Ad - 2 b'd + c` for the offset `d` from there. Small numbers, so that single
-/// precision holds them as well as double precision held them about the origin.
-#[derive(Clone, Copy)]
-struct LocalQuadric {
-    a: [f32; 6],
-    b: [f32; 3],
-    c: f32,
-}
-
-impl LocalQuadric {
-    fn new(quadric: &Quadric, position: Vec3) -> Self {
-        let Quadric { a, b, c } = quadric.about(position.as_dvec3());
-        Self { a: a.map(|x| x as f32), b: b.as_vec3().to_array(), c: c.max(0.0) as f32 }
-    }
-
-    fn wide(&self) -> Quadric {
-        Quadric { a: self.a.map(f64::from), b: DVec3::from(self.b.map(f64::from)), c: f64::from(self.c) }
-    }
-}
-
-/// An edge in the queue: its ends as they were when it was priced, the sum of their versions, and its price.
-#[derive(Clone, Copy)]
+/// An edge in the queue: its ends as they were when it was priced, and the sum of their versions.
+#[derive(Clone, Copy, Default)]
 struct Edge {
     ends: [u32; 2],
     stamp: u32,
-    cost: f32,
 }
 
 /// How a run ended.
@@ -143,6 +112,39 @@ pub(super) struct Remains {
     pub origins: Vec<u32>,
 }
 
+/// The merges without which so many vertices and faces do not come to the limit: each takes away two faces at most.
+fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
+    n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
+}
+
+/// The apexes of the borders, each with as many neighbours as there are vertices on its border.
+fn apexes(rings: &OneRings) -> Vec<Node> {
+    let n_inner = rings.n_vertices();
+    let mut n_neighbors = vec![0; rings.n_apexes()];
+    if rings.n_apexes() > 0 {
+        let at_apexes = (0..n_inner as u32).filter_map(|v| rings.apex(v));
+        at_apexes.for_each(|apex| n_neighbors[apex as usize - n_inner] += 1);
+    }
+    n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() }).collect()
+}
+
+/// The faces of a surface with these rings, those at the apexes left out.
+fn n_faces(rings: &OneRings) -> usize {
+    let at_apexes: usize = apexes(rings).iter().map(|apex| apex.ring.len()).sum();
+    (rings.n_entries() - 2 * at_apexes) / 3
+}
+
+/// How many vertices both rings hold.
+fn n_shared(of_u: &[u32], of_v: &[u32]) -> usize {
+    const SHORT: usize = 8;
+    if of_u.len() > SHORT {
+        return of_v.iter().filter(|w| of_u.contains(w)).count();
+    }
+    let mut padded = [NONE; SHORT];
+    padded[..of_u.len()].copy_from_slice(of_u);
+    of_v.iter().map(|w| usize::from(padded.iter().fold(false, |any, x| any | (x == w)))).sum()
+}
+
 /// When to stop.
 #[derive(Clone, Copy)]
 pub(in crate::simplify) struct Limit {
@@ -164,98 +166,38 @@ fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     area_normal.length_squared() > 1e-12 * scale * scale
 }
 
-/// An edge about to be merged, seen from its first end: the summed quadric about there, and where the other end is.
-pub(super) struct Pair {
-    sum: Quadric,
-    other: DVec3,
-}
-
-impl Pair {
-    #[inline(always)]
-    fn new(u: &Node, v: &Node) -> Self {
-        let other = (v.position - u.position).as_dvec3();
-        Self { sum: u.quadric.wide() + v.quadric.wide().about(-other), other }
-    }
-
-    /// The minimum, if it lies near enough to the edge, and its value.
-    #[inline(always)]
-    fn minimum_within_reach(&self) -> Option<(DVec3, f64)> {
-        let middle = self.other * 0.5;
-        self.sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * self.other.length_squared())
-    }
-
-    /// The best of what else comes into question: the two ends and the middle.
-    #[inline(always)]
-    fn best_other(&self) -> (Place, DVec3, f64) {
-        let [kept, gone, middle] = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
-        let best = if gone.2 < kept.2 { gone } else { kept };
-        if middle.2 < best.2 { middle } else { best }
-    }
-
-    /// One of the two ends or, for any other place, the middle, from the first end, and what that costs.
-    #[inline(always)]
-    pub fn at(&self, place: Place) -> (Place, DVec3, f64) {
-        let t = match place {
-            Place::Kept => 0.0,
-            Place::Gone => 1.0,
-            Place::Middle | Place::Minimum => 0.5,
-        };
-        let Pair { sum, other } = self;
-        (place, *other * t, t * t * sum.curvature(*other) - 2.0 * t * sum.b.dot(*other) + sum.c)
-    }
-
-    /// What the placement costs, without the place.
-    #[inline(always)]
-    fn cost(&self) -> f64 {
-        let Pair { sum, other } = self;
-        let Some((scaled, determinant)) = sum.scaled_minimum() else { return self.best_other().2 };
-        let reach = REACH * determinant;
-        if scaled.distance_squared(*other * (0.5 * determinant)) <= reach * reach * other.length_squared() {
-            (sum.c - sum.b.dot(scaled) / determinant).max(0.0)
-        } else {
-            self.best_other().2
-        }
-    }
-
-    /// Where the merged vertex goes, from the first end, and what that costs.
-    #[inline(always)]
-    pub fn placement(&self) -> (Place, DVec3, f64) {
-        match self.minimum_within_reach() {
-            Some((x, cost)) => (Place::Minimum, x, cost),
-            None => self.best_other(),
-        }
-    }
-}
-
 impl Collapse {
-    /// Starts from positions and quadrics of the vertices and the rings of the faces over them.
-    pub fn new(positions: &[DVec3], quadrics: &[Quadric], rings: &OneRings) -> Self {
-        let (links, spans) = Links::new(rings);
-        let n_inner = positions.len();
-        let positions: Vec<Vec3> = positions.iter().map(|p| p.as_vec3()).collect();
-        let node = |v: usize| Node {
-            position: positions[v],
-            quadric: LocalQuadric::new(&quadrics[v], positions[v]),
-            ring: spans[v],
-            version: 0,
-        };
-        let apex = |span: &Span| Node {
-            position: Vec3::ZERO,
-            quadric: LocalQuadric::new(&Quadric::default(), Vec3::ZERO),
-            ring: *span,
-            version: 0,
-        };
-        let nodes: Vec<Node> = (0..n_inner).map(node).chain(spans[n_inner..].iter().map(apex)).collect();
-        let n_borders: usize = spans[n_inner..].iter().map(|span| span.len()).sum();
+    /// Starts from the placed vertices and the rings of the faces over them.
+    pub fn new(placed: &Placement, rings: &OneRings) -> Self {
+        let n_inner = placed.positions.len();
+        let mut links = Links::with_capacity(rings.n_entries(), n_inner);
+        let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
+        let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
+        nodes.extend(apexes(rings));
+        Self::of(nodes, links, n_inner, n_faces(rings))
+    }
+
+    /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
+    pub fn toward(limit: Limit, placed: &Placement, rings: &OneRings) -> Self {
+        if blocks::are_worth_it(rings.n_vertices()) {
+            return blocks::collapse_in_blocks(placed, rings, limit);
+        }
+        Self::new(placed, rings)
+    }
+
+    /// Starts from nodes, the apexes last, and their neighbours.
+    fn of(nodes: Vec<Node>, links: Links, n_inner: usize, n_faces: usize) -> Self {
         Self {
+            positions: nodes[..n_inner].iter().map(|node| node.position).collect(),
             merged: (0..n_inner as u32).collect(),
-            n_faces: (rings.n_entries() - 2 * n_borders) / 3,
             nodes,
-            positions,
             links,
             n_inner,
             n_vertices: n_inner,
-            queue: BucketQueue::new([].into_iter()),
+            n_faces,
+            queue: BucketQueue::default(),
+            frozen: Vec::new(),
+            begun: Vec::new(),
             untried_below: 0.0,
             highest: 0.0,
             turn_forbidden: false,
@@ -266,18 +208,21 @@ impl Collapse {
 
     /// Collapses the cheapest edges until the limit or until none may go.
     pub fn run(&mut self, limit: Limit) -> End {
+        let mut n_edges =
+            EDGES_PER_MERGE.saturating_mul(merges_to(limit, self.n_vertices, self.n_faces).max(LEAST_MERGES));
         while !self.reached(limit) {
             let before = self.n_vertices;
             self.turn_forbidden = false;
-            self.fill_queue();
-            self.empty_queue(limit);
-            if self.n_vertices == before {
+            let most = self.fill_queue(n_edges);
+            self.empty_queue(limit, most);
+            if self.n_vertices == before && most == f32::INFINITY {
                 return match (self.holds.is_some(), self.turn_forbidden) {
                     (true, _) => End::Held,
                     (_, true) => End::WouldTurn,
                     _ => End::Smallest,
                 };
             }
+            n_edges = usize::MAX;
         }
         End::Reached
     }
@@ -302,17 +247,23 @@ impl Collapse {
             }
         }
         let normals = faces.iter().map(|f| unit_normal(f.map(|v| positions[v as usize]))).collect();
-        let last = |mut v: u32| {
-            while self.merged[v as usize] != v {
-                v = self.merged[v as usize];
-            }
-            number[v as usize]
+        let last = |v: u32| number[self.last(v) as usize];
+        let vertex_of = match self.begun.as_slice() {
+            [] => (0..self.n_inner as u32).map(last).collect(),
+            begun => begun.iter().map(|&v| last(v)).collect(),
         };
-        let vertex_of = (0..self.n_inner as u32).map(last).collect();
         let of_living =
             self.holds.iter().flat_map(|holds| self.living().map(move |v| (holds.is_fixed(v), holds.origin(v))));
         let (fixed, origins) = of_living.unzip();
         Remains { positions, faces, normals, vertex_of, fixed, origins }
+    }
+
+    /// The vertex that stands for `v` now.
+    fn last(&self, mut v: u32) -> u32 {
+        while self.merged[v as usize] != v {
+            v = self.merged[v as usize];
+        }
+        v
     }
 
     fn living(&self) -> impl Iterator<Item = u32> {
@@ -327,47 +278,71 @@ impl Collapse {
         v as usize >= self.n_inner
     }
 
+    fn is_frozen(&self, v: u32) -> bool {
+        self.frozen.get(v as usize).is_some_and(|frozen| *frozen)
+    }
+
     fn reached(&self, limit: Limit) -> bool {
         self.n_vertices <= limit.vertices && self.n_faces <= limit.faces
     }
 
-    fn fill_queue(&mut self) {
-        let mut edges = Vec::with_capacity(self.n_faces * 3 / 2 + 3);
-        for u in self.living() {
-            let later = self.ring(u).iter().filter(|&&v| v > u && !self.is_apex(v));
-            edges.extend(later.map(|&v| self.price(u, v)).filter(|edge| edge.cost < f32::INFINITY));
-        }
-        self.highest = edges.iter().map(|edge| edge.cost).fold(0.0, f32::max);
+    /// Begins a queue with about as many of the cheapest edges as are wanted; returns up to which price it has all.
+    fn fill_queue(&mut self, wanted: usize) -> f32 {
+        let edges = self.edges();
+        let costs = match &self.holds {
+            None => prices(&self.nodes, &edges),
+            Some(_) => edges.iter().map(|&[u, v]| self.price(u, v)).collect(),
+        };
+        self.highest = costs.iter().copied().filter(|cost| *cost < f32::INFINITY).fold(0.0, f32::max);
         self.untried_below = self.highest;
-        self.queue = BucketQueue::new(edges.iter().map(|edge| (edge.cost, *edge)));
+        let edge = |(&cost, &ends): (&f32, &[u32; 2])| (cost, Edge { ends, stamp: self.stamp(ends) });
+        let most;
+        (self.queue, most) = BucketQueue::new(costs.iter().zip(&edges).map(edge), wanted);
+        most
     }
 
-    /// Collapses edges in the order of their prices, until the limit or until all were tried in vain as they are.
-    fn empty_queue(&mut self, limit: Limit) {
+    /// The edges that may go, their ends ascending.
+    fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges = Vec::with_capacity(self.n_faces * 3 / 2 + 3);
+        for u in self.living().filter(|&u| !self.is_frozen(u)) {
+            let later = self.ring(u).iter().filter(|&&v| v > u && !self.is_apex(v) && !self.is_frozen(v));
+            edges.extend(later.map(|&v| [u, v]));
+        }
+        edges
+    }
+
+    /// Collapses edges in the order of their prices up to `most`, until the limit or until all were tried in vain as
+    /// they are.
+    fn empty_queue(&mut self, limit: Limit, most: f32) {
         while !self.reached(limit) {
-            let Some(edge) = self.queue.pop() else { return };
+            let Some((cost, edge)) = self.queue.pop(most) else { return };
             let [u, v] = edge.ends.map(|end| self.current(end));
             if u == v {
                 continue;
             }
-            if edge.stamp != self.nodes[u as usize].version + self.nodes[v as usize].version {
-                let edge = self.price(u, v);
-                if edge.cost == f32::INFINITY {
-                    continue;
+            let stamp = self.stamp([u, v]);
+            if edge.stamp != stamp {
+                let cost = self.price(u, v);
+                if cost < f32::INFINITY {
+                    self.highest = self.highest.max(cost);
+                    self.untried_below = self.untried_below.max(cost);
+                    self.queue.push(cost, Edge { ends: [u, v], stamp });
                 }
-                self.highest = self.highest.max(edge.cost);
-                self.untried_below = self.untried_below.max(edge.cost);
-                self.queue.push(edge.cost, edge);
             } else if self.try_collapse(u, v) {
                 self.untried_below = self.highest;
-            } else if edge.cost > self.untried_below * (1.0 + 2.0 * BucketQueue::<Edge>::WIDTH) + f32::MIN_POSITIVE {
+            } else if cost > self.untried_below * (1.0 + 2.0 * BucketQueue::<Edge>::WIDTH) + f32::MIN_POSITIVE {
                 return;
-            } else if edge.cost < f32::MAX / PATIENCE {
-                let cost = edge.cost.max(f32::MIN_POSITIVE) * PATIENCE;
+            } else if cost < f32::MAX / PATIENCE {
+                let cost = cost.max(f32::MIN_POSITIVE) * PATIENCE;
                 self.highest = self.highest.max(cost);
-                self.queue.push(cost, Edge { cost, ..edge });
+                self.queue.push(cost, edge);
             }
         }
+    }
+
+    /// Changes with every merge of one of the two.
+    fn stamp(&self, [u, v]: [u32; 2]) -> u32 {
+        self.nodes[u as usize].version + self.nodes[v as usize].version
     }
 
     /// The vertex that stands for `v` now.
@@ -383,15 +358,16 @@ impl Collapse {
         Pair::new(&self.nodes[u as usize], &self.nodes[v as usize])
     }
 
+    /// What merging `u` and `v` costs; infinite where they have to stay two.
     #[inline(always)]
-    fn price(&self, u: u32, v: u32) -> Edge {
-        let stamp = self.nodes[u as usize].version + self.nodes[v as usize].version;
-        let pair = self.pair(u, v);
-        let cost = match &self.holds {
-            None => pair.cost() as f32,
-            Some(holds) => holds.placement(u, v, &pair).map_or(f32::INFINITY, |(_, _, cost)| cost as f32),
-        };
-        Edge { ends: [u, v], stamp, cost }
+    fn price(&self, u: u32, v: u32) -> f32 {
+        match &self.holds {
+            None => price(&self.nodes[u as usize], &self.nodes[v as usize]),
+            Some(holds) => {
+                let placement = holds.placement(u, v, &self.pair(u, v));
+                placement.map_or(f32::INFINITY, |(_, _, cost)| cost as f32)
+            }
+        }
     }
 
     /// Where the merged vertex goes, from `u`, and what that costs; `None` where they have to stay two.
@@ -433,7 +409,7 @@ impl Collapse {
         let at = of_u.iter().position(|&w| w == v)?;
         let next = if at + 1 == of_u.len() { 0 } else { at + 1 };
         let opposite = [of_u[next], of_u[if at == 0 { of_u.len() - 1 } else { at - 1 }]];
-        let n_shared = of_v.iter().map(|w| usize::from(of_u.contains(w))).sum::<usize>();
+        let n_shared = n_shared(of_u, of_v);
         let on_border = opposite.iter().any(|&w| self.is_apex(w));
         let bridges = || [of_u, of_v].iter().all(|ring| ring.iter().any(|&w| self.is_apex(w))) && !on_border;
         let ok = n_shared == 2
@@ -453,8 +429,9 @@ impl Collapse {
             let here = self.positions.get(w as usize).copied();
             if let (Some(q), Some(r)) = (before, here) {
                 let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
-                let stays = old.dot(new) > LEAST_COSINE * old.length() * new.length();
-                if !stays && has_area(old, [p, q, r]) {
+                let along = old.dot(new);
+                let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();
+                if !(along > 0.0 && along * along > least) && has_area(old, [p, q, r]) {
                     return true;
                 }
             }
@@ -500,7 +477,7 @@ mod tests {
     fn begin(mesh: &TriMesh) -> (Surface, Collapse) {
         let surface = Surface::new(mesh);
         let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);
-        let collapse = Collapse::new(&placed.positions, &placed.quadrics, &surface.rings);
+        let collapse = Collapse::new(&placed, &surface.rings);
         (surface, collapse)
     }
 
@@ -561,10 +538,10 @@ mod tests {
     /// Always the cheapest edge that may go, all edges priced anew each time.
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
         while collapse.n_vertices > vertices {
-            collapse.fill_queue();
-            let mut edges: Vec<Edge> = std::iter::from_fn(|| collapse.queue.pop()).collect();
-            edges.sort_by(|x, y| x.cost.total_cmp(&y.cost));
-            let gone = edges.iter().any(|edge| collapse.try_collapse(edge.ends[0], edge.ends[1]));
+            collapse.fill_queue(usize::MAX);
+            let mut edges: Vec<(f32, Edge)> = std::iter::from_fn(|| collapse.queue.pop(f32::INFINITY)).collect();
+            edges.sort_by(|x, y| x.0.total_cmp(&y.0));
+            let gone = edges.iter().any(|(_, edge)| collapse.try_collapse(edge.ends[0], edge.ends[1]));
             assert!(gone);
         }
     }

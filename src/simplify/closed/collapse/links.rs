@@ -1,7 +1,5 @@
 //! The ordered neighbours of every vertex, as a collapse changes them: lists in one array, longer ones moved to its end.
 
-use crate::mesh::OneRings;
-
 /// Free places behind a list that begins.
 const ROOM: usize = 2;
 
@@ -16,6 +14,16 @@ impl Span {
     /// Number of neighbours.
     pub fn len(self) -> usize {
         self.len as usize
+    }
+
+    /// That of an apex with so many neighbours, which are not listed.
+    pub fn unlisted(len: u32) -> Self {
+        Self { first: 0, len }
+    }
+
+    /// The same list after others with so many places.
+    pub fn after(self, n_places: u32) -> Self {
+        Self { first: self.first + n_places, ..self }
     }
 
     /// With a neighbour less.
@@ -35,22 +43,27 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// The lists of the vertices, then the spans of the apexes, of which only the length counts.
-    pub fn new(rings: &OneRings) -> (Self, Vec<Span>) {
-        let n_inner = rings.n_vertices();
-        let mut spans = vec![Span::default(); n_inner + rings.n_apexes()];
-        let mut places = Vec::with_capacity(rings.n_entries() + n_inner * (1 + ROOM));
-        for v in 0..n_inner {
-            let ring = rings.ring(v as u32);
-            places.push((ring.len() + ROOM) as u32);
-            spans[v] = Span { first: places.len() as u32, len: ring.len() as u32 };
-            places.extend_from_slice(ring);
-            places.extend([0; ROOM]);
-            if let Some(apex) = rings.apex(v as u32) {
-                spans[apex as usize].len += 1;
-            }
-        }
-        (Self { places, joined: Vec::new() }, spans)
+    /// No lists yet, with room for so many neighbours of so many vertices.
+    pub fn with_capacity(n_neighbors: usize, n_vertices: usize) -> Self {
+        Self { places: Vec::with_capacity(n_neighbors + n_vertices * (1 + ROOM)), joined: Vec::new() }
+    }
+
+    /// Lists the neighbours of one more vertex.
+    pub fn push(&mut self, ring: impl Iterator<Item = u32>) -> Span {
+        let before = self.places.len();
+        self.places.push(0);
+        self.places.extend(ring);
+        let len = (self.places.len() - before - 1) as u32;
+        self.places.extend([0; ROOM]);
+        self.places[before] = len + ROOM as u32;
+        Span { first: before as u32 + 1, len }
+    }
+
+    /// Takes other lists over behind its own; returns after how many places they stand.
+    pub fn append(&mut self, other: Self) -> u32 {
+        let n_places = self.places.len() as u32;
+        self.places.extend(other.places);
+        n_places
     }
 
     /// The neighbours in order.
@@ -121,13 +134,20 @@ fn extend_after(joined: &mut Vec<u32>, ring: &[u32], start: u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::OneRings;
+
+    fn links(rings: &OneRings) -> (Links, Vec<Span>) {
+        let mut links = Links::with_capacity(rings.n_entries(), rings.n_vertices());
+        let spans = (0..rings.n_vertices() as u32).map(|v| links.push(rings.ring(v).iter().copied())).collect();
+        (links, spans)
+    }
 
     #[test]
     fn the_neighbours_of_both_ends_become_one_ring() {
         // Vertices 0 and 1 of a closed fan: 2 and 5 are opposite to their edge.
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 1], [1, 5, 6], [1, 6, 7], [1, 7, 2]];
         let rings = OneRings::new(8, &faces).unwrap();
-        let (mut links, spans) = Links::new(&rings);
+        let (mut links, spans) = links(&rings);
         let ring = |v: usize| rings.ring(v as u32).to_vec();
         assert!((0..8).all(|v| links.of(spans[v]) == ring(v)));
         let joined = links.join([0, 1], [spans[0], spans[1]]);
@@ -142,7 +162,7 @@ mod tests {
         let wheel = |n: u32| (0..n).map(move |i| [0, 1 + i, 1 + (i + 1) % n]);
         let faces: Vec<[u32; 3]> = wheel(5).collect();
         let rings = OneRings::new(6, &faces).unwrap();
-        let (mut links, spans) = Links::new(&rings);
+        let (mut links, spans) = links(&rings);
         let n_places = links.places.len();
         let same = links.write(&[9; 6], [spans[0], spans[1]]);
         assert_eq!((same.first, links.of(same).len(), links.places.len()), (spans[0].first, 6, n_places));

@@ -1,0 +1,264 @@
+//! The first part of a large collapse, in blocks: runs of vertices along a space-filling curve, each a complex of its own
+//! that stays within the cache, all of them side by side.
+//!
+//! A vertex with a neighbour in another block is frozen, so that no block changes what another one sees. All blocks
+//! collapse their edges up to one price, which rises in a few steps; how far is told by how many edges stand below it, and
+//! what each block may take away at most, so that no step goes beyond the limit. What is left, a few percent of the
+//! merges and the edges between blocks, is for the collapse of the whole. Blocks depend on the mesh alone: as many
+//! threads as there are find the same.
+
+use rayon::prelude::*;
+
+use crate::mesh::OneRings;
+use crate::simplify::closed::placement::Placement;
+use crate::spatial::curve_order;
+
+use super::bucket_queue::{N_BINS, cost_of};
+use super::links::Links;
+use super::pair::Node;
+use super::{Collapse, Limit, apexes, merges_to, n_faces};
+
+/// Vertices of a block.
+const BLOCK: usize = 32_768;
+/// Blocks from which on there is more within them than between them.
+const LEAST_BLOCKS: usize = 2;
+/// Share of the merges that are left to do which a step aims at.
+const STEP: f64 = 0.8;
+/// Share of the merges that are left to the whole.
+const LEFT: f64 = 0.02;
+/// Most steps.
+const MOST_STEPS: usize = 8;
+/// Merges per edge below a price, before any were seen.
+const FIRST_YIELD: f64 = 0.5;
+
+/// Whether so many vertices are worth blocks.
+pub(super) fn are_worth_it(n_vertices: usize) -> bool {
+    n_vertices >= LEAST_BLOCKS * BLOCK
+}
+
+/// A complex over these positions, quadrics and rings, most of the way down to the limit.
+pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
+    let n_vertices = rings.n_vertices();
+    let order = curve_order(n_vertices, |v| placed.positions[v as usize].as_vec3().to_array());
+    let split = Split::new(order, n_vertices.div_ceil(BLOCK));
+    let block = |i| split.block(i, placed, rings);
+    let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();
+    blocks.par_iter_mut().for_each(|block| _ = block.fill_queue(usize::MAX));
+    let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
+    let share = n_free as f64 / n_vertices as f64;
+    descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces(rings)) as f64) as usize);
+    split.joined(blocks, rings)
+}
+
+/// Takes away about as many vertices as are `to_do`, never more.
+fn descend(blocks: &mut [Collapse], to_do: usize) {
+    let mut left = to_do;
+    let mut merges_per_edge = FIRST_YIELD;
+    for _ in 0..MOST_STEPS {
+        if left as f64 <= LEFT * to_do as f64 {
+            return;
+        }
+        let counts: Vec<Vec<u32>> = blocks.par_iter().map(|block| block.queue.counts()).collect();
+        let last = last_bin(&counts, STEP * left as f64 / merges_per_edge);
+        let n_edges: Vec<u64> = counts.iter().map(|counts| n_up_to(last, counts)).collect();
+        let all_edges: u64 = n_edges.iter().sum();
+        let steps = blocks.par_iter_mut().zip(&n_edges).map(|(block, &n)| {
+            let n_vertices = block.n_vertices;
+            // A merge takes an edge at least.
+            let most = (left as u128 * u128::from(n)).checked_div(u128::from(all_edges)).unwrap_or(0) as usize;
+            let limit = Limit { vertices: n_vertices.saturating_sub(most), faces: usize::MAX };
+            block.empty_queue(limit, cost_of(last));
+            n_vertices - block.n_vertices
+        });
+        let merged = steps.sum::<usize>();
+        if merged == 0 {
+            return;
+        }
+        left -= merged;
+        merges_per_edge = merged as f64 / all_edges as f64;
+    }
+}
+
+/// The first bin up to which there are as many edges as wanted, or the last one with any.
+fn last_bin(counts: &[Vec<u32>], wanted: f64) -> usize {
+    let (mut n_edges, mut last) = (0, 0);
+    for bin in 0..N_BINS {
+        let n: u64 = counts.iter().map(|counts| u64::from(counts[bin])).sum();
+        n_edges += n;
+        if n > 0 {
+            last = bin;
+        }
+        if n_edges as f64 >= wanted {
+            break;
+        }
+    }
+    last
+}
+
+fn n_up_to(bin: usize, counts: &[u32]) -> u64 {
+    counts[..=bin].iter().map(|&n| u64::from(n)).sum()
+}
+
+/// Vertices in blocks.
+struct Split {
+    /// The vertices, block after block.
+    order: Vec<u32>,
+    /// The place of each vertex in the order.
+    rank: Vec<u32>,
+    /// Where the blocks begin, and the number of vertices.
+    starts: Vec<usize>,
+}
+
+impl Split {
+    /// So many blocks of about equal size of vertices in this order.
+    fn new(order: Vec<u32>, n_blocks: usize) -> Self {
+        let mut rank = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(i, &v)| rank[v as usize] = i as u32);
+        let starts = (0..=n_blocks).map(|i| order.len() * i / n_blocks).collect();
+        Self { order, rank, starts }
+    }
+
+    fn n_blocks(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    fn vertices(&self, block: usize) -> &[u32] {
+        &self.order[self.starts[block]..self.starts[block + 1]]
+    }
+
+    /// The complex of a block. Neighbours elsewhere stand behind its own vertices, by their numbers in the mesh.
+    fn block(&self, i: usize, placed: &Placement, rings: &OneRings) -> Collapse {
+        let own = self.vertices(i);
+        let n_inner = own.len();
+        let mut frozen = vec![false; n_inner];
+        let mut links = Links::with_capacity(7 * n_inner, n_inner);
+        let mut nodes = Vec::with_capacity(n_inner);
+        for (&v, frozen) in own.iter().zip(&mut frozen) {
+            let neighbor = |&w: &u32| {
+                let rank = self.rank.get(w as usize).map_or(usize::MAX, |&rank| rank as usize);
+                let place = rank.wrapping_sub(self.starts[i]);
+                let is_own = place < n_inner;
+                *frozen |= !is_own;
+                if is_own { place as u32 } else { n_inner as u32 + w }
+            };
+            let ring = links.push(rings.ring(v).iter().map(neighbor));
+            nodes.push(Node::new(placed, v, ring));
+        }
+        Collapse { frozen, ..Collapse::of(nodes, links, n_inner, 2 * n_inner) }
+    }
+
+    /// One complex again, of what lives in the blocks; `rings` are those it was split from.
+    fn joined(&self, blocks: Vec<Collapse>, rings: &OneRings) -> Collapse {
+        let mut n_before = 0;
+        let numbered = blocks.into_iter().map(|block| {
+            let first = n_before;
+            n_before += block.n_vertices as u32;
+            (first, block)
+        });
+        let numbered: Vec<(u32, Collapse)> = numbered.collect();
+        let n_inner = n_before as usize;
+        let numbers = |(first, block): &(u32, Collapse)| block.numbers(*first);
+        let numbers: Vec<Vec<u32>> = numbered.par_iter().map(numbers).collect();
+        let mut begun = vec![0; self.order.len()];
+        self.order.iter().zip(numbers.iter().flatten()).for_each(|(&v, &number)| begun[v as usize] = number);
+
+        let elsewhere = |w: u32| match (w as usize).checked_sub(begun.len()) {
+            None => begun[w as usize],
+            Some(apex) => (n_inner + apex) as u32,
+        };
+        let nodes_of = |((_, block), numbers): (&(u32, Collapse), &Vec<u32>)| -> (Vec<Node>, Links) {
+            let n_own = block.n_inner as u32;
+            let mut links = Links::with_capacity(6 * block.n_vertices, block.n_vertices);
+            let node = |v: u32| {
+                let neighbors = block.ring(v).iter();
+                let ring = links.push(neighbors.map(|&w| match w.checked_sub(n_own) {
+                    None => numbers[w as usize],
+                    Some(w) => elsewhere(w),
+                }));
+                Node { ring, version: 0, ..block.nodes[v as usize] }
+            };
+            (block.living().map(node).collect(), links)
+        };
+        let parts: Vec<(Vec<Node>, Links)> = numbered.par_iter().zip(&numbers).map(nodes_of).collect();
+        drop(numbered);
+        let mut nodes = Vec::with_capacity(n_inner + rings.n_apexes());
+        let mut links = Links::with_capacity(0, 0);
+        for (nodes_of_part, links_of_part) in parts {
+            let n_places = links.append(links_of_part);
+            nodes.extend(nodes_of_part.into_iter().map(|node| Node { ring: node.ring.after(n_places), ..node }));
+        }
+        nodes.extend(apexes(rings));
+        let n_merged = rings.n_vertices() - n_inner;
+        Collapse { begun, ..Collapse::of(nodes, links, n_inner, n_faces(rings) - 2 * n_merged) }
+    }
+}
+
+impl Collapse {
+    /// The number of each vertex, merged ones that of what they became, when those that live are counted from `first`.
+    fn numbers(&self, first: u32) -> Vec<u32> {
+        let mut numbers = vec![0; self.n_inner];
+        self.living().zip(first..).for_each(|(v, number)| numbers[v as usize] = number);
+        (0..self.n_inner as u32).for_each(|v| numbers[v as usize] = numbers[self.last(v) as usize]);
+        numbers
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes, topology};
+    use crate::simplify::closed::collapse::{End, Remains};
+    use crate::simplify::closed::darts::Assignment;
+    use crate::simplify::closed::placement::place;
+    use crate::simplify::closed::surface::Surface;
+
+    fn error(collapse: &Collapse) -> f64 {
+        collapse.living().map(|v| f64::from(collapse.nodes[v as usize].quadric.c)).sum()
+    }
+
+    /// The collapse of a mesh to its fifth in blocks and as a whole.
+    fn in_blocks_and_whole(mesh: &TriMesh) -> [Collapse; 2] {
+        let surface = Surface::new(mesh);
+        let n_vertices = surface.n_vertices();
+        assert!(are_worth_it(n_vertices));
+        let placed = place(&surface, &Assignment::identity(n_vertices), &[], &surface.faces);
+        let limit = Limit { vertices: n_vertices / 5, faces: usize::MAX };
+        let mut whole = Collapse::new(&placed, &surface.rings);
+        let mut in_blocks = collapse_in_blocks(&placed, &surface.rings, limit);
+        let left = in_blocks.n_vertices - limit.vertices;
+        assert!((0.002..0.2).contains(&(left as f64 / n_vertices as f64)), "{left}");
+        assert_eq!([whole.run(limit), in_blocks.run(limit)], [End::Reached; 2]);
+        [in_blocks, whole]
+    }
+
+    #[test]
+    fn blocks_end_where_the_whole_does() {
+        for mesh in [shapes::torus(380, 200, 1.0, 0.4), shapes::open_cylinder(300, 240), shapes::klein_bottle(360, 200)]
+        {
+            let [in_blocks, whole] = in_blocks_and_whole(&mesh);
+            assert_eq!(in_blocks.n_vertices, whole.n_vertices);
+            assert!(error(&in_blocks) < 1.08 * error(&whole) + 1e-12, "{} {}", error(&in_blocks), error(&whole));
+            let Remains { positions, faces, vertex_of, .. } = in_blocks.remains();
+            assert_eq!((faces.len(), vertex_of.len()), (in_blocks.n_faces, mesh.positions().len()));
+            let mut is_used = vec![false; positions.len()];
+            vertex_of.iter().for_each(|&v| is_used[v as usize] = true);
+            assert!(is_used.iter().all(|used| *used));
+            let lighter = TriMesh::new(positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();
+            let (before, after) = (topology(&mesh), topology(&lighter));
+            assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
+            assert_eq!((after.euler, after.components), (before.euler, before.components));
+            assert_eq!((after.boundary_loops, after.orientable), (before.boundary_loops, before.orientable));
+        }
+    }
+
+    #[test]
+    fn blocks_are_near_what_they_stand_for() {
+        let mesh = shapes::torus(380, 200, 1.0, 0.4);
+        let surface = Surface::new(&mesh);
+        let [in_blocks, _] = in_blocks_and_whole(&mesh);
+        let Remains { positions, vertex_of, .. } = in_blocks.remains();
+        let far = surface.positions.iter().zip(&vertex_of).map(|(p, &v)| p.distance(positions[v as usize]));
+        let farthest = far.fold(0.0, f32::max);
+        assert!(farthest < 0.1, "{farthest}");
+    }
+}
