@@ -46,6 +46,16 @@ pub(super) struct Placement<'a> {
 }
 
 impl Placement<'_> {
+    /// Of a region that is a vertex where it was, A of its quadric, which is zero there; none of any other region.
+    pub fn own_planes(&self, region: u32) -> Option<[f32; 6]> {
+        self.sums.is_empty().then(|| {
+            let mut planes = self.surface.quadrics[region as usize];
+            let pull = PULL * self.surface.weight(region as usize) as f32;
+            [0, 3, 5].into_iter().for_each(|diagonal| planes[diagonal] += pull);
+            planes
+        })
+    }
+
     /// The plane quadric of a region.
     pub fn quadric(&self, region: u32) -> Quadric {
         let pull = f64::from(PULL);

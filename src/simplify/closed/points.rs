@@ -12,8 +12,8 @@ use super::surface::Surface;
 const POINTS_PER_VERTEX: usize = 14;
 /// Points that one thread places in a row.
 const CHUNK: usize = 512;
-/// Points that are placed before they are handed on: few enough to stay in the cache.
-const BATCH: usize = 8 * CHUNK;
+/// Points that are placed before they are handed on: few enough for the cache, and enough for several threads.
+const BATCH: usize = 64 * CHUNK;
 /// Vertices of whose faces one is kept in mind.
 const REMEMBERED: usize = 128;
 /// The face of a point that belongs to none.

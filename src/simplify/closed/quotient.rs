@@ -60,19 +60,26 @@ pub(super) fn quotient<'a>(
         closed.extend(meeting.border);
         let n_nodes = assignment.n_regions + surface.rings.n_apexes();
         mark_flat_pillows(&closed, assignment.n_regions, &mut broken);
-        let rings = OneRings::new(n_nodes, &closed);
-        if let Err(error) = &rings {
+        let is_many = |broken: &[bool]| {
+            let n_broken = broken.iter().filter(|broken| **broken).count();
+            n_broken as f64 > FEW * assignment.n_regions as f64
+        };
+        // While many are broken, the rings would be made for nothing.
+        let rings = if is_many(&broken) { None } else { Some(OneRings::new(n_nodes, &closed)) };
+        if let Some(Err(error)) = &rings {
             error.vertices.iter().for_each(|&r| broken[r as usize] = true);
         }
-        let n_broken = broken.iter().filter(|broken| **broken).count();
-        let gently = rounds < HALVINGS && n_broken as f64 > FEW * assignment.n_regions as f64;
+        let parts = if rounds < HALVINGS && is_many(&broken) { Parts::Halves } else { Parts::Vertices };
         rounds += 1;
-        if !refine(surface, assignment, sums, &broken, if gently { Parts::Halves } else { Parts::Vertices }, &closed) {
+        if !refine(surface, assignment, sums, &broken, parts, &closed) {
             let is_closed = n_inner == closed.len();
             closed.truncate(n_inner);
-            let rings = if is_closed { rings } else { OneRings::new(assignment.n_regions, &closed) };
+            let rings = match rings {
+                Some(Ok(rings)) if is_closed => Some(rings),
+                _ => OneRings::new(assignment.n_regions, &closed).ok(),
+            };
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
-            if let (Ok(rings), 0) = (rings, n_broken) {
+            if let (Some(rings), false) = (rings, broken.contains(&true)) {
                 let (faces, rings) = (Cow::Owned(closed), Cow::Owned(rings));
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
             }

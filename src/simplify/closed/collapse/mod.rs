@@ -15,6 +15,7 @@ mod links;
 mod pair;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
@@ -34,6 +35,8 @@ const EDGES_PER_MERGE: usize = 8;
 const LEAST_MERGES: usize = 4096;
 /// Least cosine between a face's normals before and after a collapse.
 const LEAST_COSINE: f32 = 0.2;
+/// Faces or vertices that a thread takes at once.
+const PARALLEL: usize = 4096;
 const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.
@@ -246,11 +249,12 @@ impl Collapse {
                 last = w;
             }
         }
-        let normals = faces.iter().map(|f| unit_normal(f.map(|v| positions[v as usize]))).collect();
+        let normal = |face: &[u32; 3]| unit_normal(face.map(|v| positions[v as usize]));
+        let normals = faces.par_iter().with_min_len(PARALLEL).map(normal).collect();
         let last = |v: u32| number[self.last(v) as usize];
         let vertex_of = match self.begun.as_slice() {
-            [] => (0..self.n_inner as u32).map(last).collect(),
-            begun => begun.iter().map(|&v| last(v)).collect(),
+            [] => (0..self.n_inner as u32).into_par_iter().with_min_len(PARALLEL).map(last).collect(),
+            begun => begun.par_iter().with_min_len(PARALLEL).map(|&v| last(v)).collect(),
         };
         let of_living =
             self.holds.iter().flat_map(|holds| self.living().map(move |v| (holds.is_fixed(v), holds.origin(v))));

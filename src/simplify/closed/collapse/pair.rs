@@ -36,7 +36,11 @@ impl Node {
     /// A vertex that was not merged yet.
     pub fn new(placed: &Placement, v: u32, ring: Span) -> Self {
         let position = placed.positions[v as usize].as_vec3();
-        Self { position, quadric: LocalQuadric::new(&placed.quadric(v), position), ring, version: 0 }
+        let quadric = match placed.own_planes(v) {
+            Some(a) => LocalQuadric { a, ..LocalQuadric::default() },
+            None => LocalQuadric::new(&placed.quadric(v), position),
+        };
+        Self { position, quadric, ring, version: 0 }
     }
 }
 
