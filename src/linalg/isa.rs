@@ -32,6 +32,15 @@ pub(crate) trait RowKernel: Sync {
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
 }
 
+/// Any work. Must be `#[inline(always)]`, and so must what it calls that is to be compiled for the instructions at hand.
+pub(crate) trait Work {
+    /// What it gives.
+    type Output;
+
+    /// Does it.
+    fn run(self) -> Self::Output;
+}
+
 /// Columns that the kernels take at once where there are so many: loops of this fixed length over local arrays are
 /// what the compiler turns into registers, with any vector length.
 pub(crate) const WIDE: usize = 64;
@@ -106,6 +115,19 @@ impl Isa {
         if best == Self(Level::Portable) { vec![best] } else { vec![Self(Level::Portable), best] }
     }
 
+    /// Does work compiled for these instructions.
+    pub(crate) fn run<W: Work>(self, work: W) -> W::Output {
+        match self.0 {
+            Level::Portable => work.run(),
+            // SAFETY: `self` exists, so the processor has the features (see the head of this file).
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => unsafe { run_avx2(work) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { run_avx512(work) },
+        }
+    }
+
     fn compute<K: RowKernel>(self, kernel: &K, rows: Range<usize>, out: &mut [f32]) {
         match self.0 {
             Level::Portable => kernel.compute::<{ cfg!(target_feature = "neon") }>(rows, out),
@@ -160,6 +182,18 @@ fn compute_avx2<K: RowKernel>(kernel: &K, rows: Range<usize>, out: &mut [f32]) {
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,fma")]
 fn compute_avx512<K: RowKernel>(kernel: &K, rows: Range<usize>, out: &mut [f32]) {
     kernel.compute::<true>(rows, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn run_avx2<W: Work>(work: W) -> W::Output {
+    work.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,fma")]
+fn run_avx512<W: Work>(work: W) -> W::Output {
+    work.run()
 }
 
 /// `a * b + c`, fused where that is one instruction.

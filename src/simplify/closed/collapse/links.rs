@@ -71,6 +71,16 @@ impl Links {
         &self.places[span.range()]
     }
 
+    /// So many neighbours from the one numbered `first`; behind the last one, others.
+    #[inline(always)]
+    pub fn some_of<const N: usize>(&self, span: Span, first: usize) -> [u32; N] {
+        let list = &self.of(span)[first..];
+        match list.first_chunk() {
+            Some(whole) => *whole,
+            None => std::array::from_fn(|i| list.get(i).or(list.first()).copied().unwrap_or_default()),
+        }
+    }
+
     /// Writes one neighbour for another.
     pub fn replace(&mut self, span: Span, old: u32, new: u32) {
         if let Some(place) = self.places[span.range()].iter_mut().find(|w| **w == old) {

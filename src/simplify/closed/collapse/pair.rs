@@ -16,7 +16,7 @@ use crate::simplify::closed::placement::Placement;
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
 const REACH: f64 = 2.0;
 /// Edges that are priced side by side.
-const SIDE_BY_SIDE: usize = 8;
+pub(super) const SIDE_BY_SIDE: usize = 8;
 
 /// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.
 #[derive(Clone, Copy, Default)]
@@ -219,7 +219,7 @@ fn dot<const N: usize>(x: [Lanes<N>; 3], y: [Lanes<N>; 3]) -> Lanes<N> {
 
 /// The cost of [`Pair::placement`] for each of these pairs, every case of it computed for all.
 #[inline(always)]
-fn prices_of<const N: usize>(pairs: [(&Node, &Node); N]) -> [f32; N] {
+pub(super) fn prices_of<const N: usize>(pairs: [(&Node, &Node); N]) -> [f32; N] {
     let all = Lanes::<N>::all;
     let difference = |k: usize| Lanes::of(|i| pairs[i].1.position[k] - pairs[i].0.position[k]);
     let other: [Lanes<N>; 3] = std::array::from_fn(difference);
