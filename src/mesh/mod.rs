@@ -35,6 +35,7 @@ pub use one_rings::{NotManifold, OneRings};
 pub use point_cloud::{PointCloud, point_cloud};
 pub use polygon::Fans;
 pub use raw_mesh::{Frame, RawMesh};
+pub(crate) use seams::same_values;
 pub use seams::{creases, seams};
 pub use snap::snap;
 pub use topology::{Topology, topology};
