@@ -151,6 +151,30 @@ fn down_to_the_smallest_it_stays_a_closed_mirrored_surface() {
 }
 
 #[test]
+fn solids_that_touch_the_plane_with_an_edge_come_apart() {
+    // A box that stands on an edge in the plane x = 0, and its image, which shares the vertices of that edge.
+    let solid = moved(&shapes::cuboid([1.0; 3], 6), |p| Vec3::new(p.x + p.y, p.y - p.x, p.z));
+    let mut positions = solid.positions().to_vec();
+    let image = |v: u32, positions: &mut Vec<[f32; 3]>| match solid.positions()[v as usize] {
+        [0.0, ..] => v,
+        [x, y, z] => {
+            positions.push([-x, y, z]);
+            positions.len() as u32 - 1
+        }
+    };
+    let images: Vec<u32> = (0..solid.positions().len() as u32).map(|v| image(v, &mut positions)).collect();
+    let turned = solid.faces().iter().map(|&[a, b, c]| [a, c, b].map(|v| images[v as usize]));
+    let both = TriMesh::new(positions, solid.faces().iter().copied().chain(turned).collect()).unwrap();
+    assert!(topology(&both).non_manifold_edges > 0);
+    for n in [200, 60, 16] {
+        let result = simplified(&both, &options(Target::Vertices(n), Symmetry::Found));
+        assert_closed_manifold(&result.mesh);
+        assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
+        assert_eq!((topology(&result.mesh).components, result.mesh.positions().len()), (2, n));
+    }
+}
+
+#[test]
 fn open_surfaces_keep_their_borders() {
     let tube = moved(&shapes::open_cylinder(48, 24), |p| p);
     for axis in [Axis::X, Axis::Z] {
