@@ -29,7 +29,7 @@ pub use attributes::{Attributes, Channel, Role};
 pub use compact::compact;
 pub use edges::{Edge, edges};
 pub use irregular_edges::{IrregularEdges, irregular_edges};
-pub use looks::{BaseTexture, Look, Looks, Wrap, linear_light};
+pub use looks::{BaseTexture, Look, Looks, Wrap, linear_light, srgb};
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
 pub use point_cloud::{PointCloud, point_cloud};
