@@ -100,6 +100,10 @@ pub struct SimplifyArgs {
     /// Keep edges where faces meet at more than so many degrees
     #[arg(long, value_name = "DEGREES", conflicts_with = "keep_features")]
     pub crease_angle: Option<f32>,
+    /// Make the result its own mirror image, as the mesh has to be: positions and faces, exactly. About the plane that fits
+    /// best, or about x, y, z (through 0 or the middle), or one like x=0.5
+    #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true)]
+    pub symmetric: Option<Option<String>>,
     /// Attribute of one number, such as a property of a PLY, that says how much each vertex counts: twice the number, twice
     /// as much
     #[arg(long, value_name = "NAME")]

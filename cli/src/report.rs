@@ -37,6 +37,9 @@ pub struct Report {
     /// Bounds of the largest distance, where `--error` asked for a proof.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
+    /// The plane that the result is mirrored about, as `x = 0`, where `--symmetric` asked for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mirror: Option<String>,
     /// The levels of detail, where these were asked for; `output` is the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<Level>,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::Format;
-use neural_mesh::simplify::{Assembly, Options, ScoreSource, Target};
+use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Options, ScoreSource, Symmetry, Target};
 
 use crate::args::{AssemblyArg, ScoresArg, SimplifyArgs};
 use crate::failure::Failure;
@@ -203,8 +203,37 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     if let Some(degrees) = options.crease_angle.filter(|degrees| !(0.0..=180.0).contains(degrees)) {
         return Err(Failure::Usage(format!("--crease-angle {degrees}: give degrees from 0 to 180")));
     }
+    options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
     check_closed(args)?;
+    check_symmetric(args)?;
     Ok(options)
+}
+
+/// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
+fn symmetry(text: Option<&str>) -> Result<Symmetry, Failure> {
+    let Some(text) = text else { return Ok(Symmetry::Found) };
+    let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
+    let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
+    let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));
+    match (axis, at) {
+        (Some(axis), None) => Ok(Symmetry::Across(axis)),
+        (Some(axis), Some(Some(at))) => Ok(Symmetry::Plane(MirrorPlane { axis, at })),
+        _ => Err(Failure::Usage(format!("--symmetric={text}: give x, y or z, or a plane like x=0.5"))),
+    }
+}
+
+/// What is not there for mirrored results.
+fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
+    let named = [
+        ("--lock-borders", args.lock_borders),
+        ("--subset", args.subset),
+        ("--prune", args.prune.is_some()),
+        ("--map", args.map.is_some()),
+    ];
+    match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
+        Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric do not go together: leave one out"))),
+        None => Ok(()),
+    }
 }
 
 /// What the paper's assembly has no means for.
@@ -216,6 +245,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--crease-angle", args.crease_angle.is_some()),
         ("--importance", args.importance.is_some()),
         ("--map", args.map.is_some()),
+        ("--symmetric", args.symmetric.is_some()),
         ("--error", args.error.is_some()),
         ("--size", args.size.is_some()),
         ("--lods", args.lods.len() > 1),

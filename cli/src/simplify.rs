@@ -167,7 +167,8 @@ fn lighter(
     let importance = importance(subject, request)?;
     let input = subject.input(&importance);
     let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
-    let options = Options { frame: subject.frame, prune_below, ..request.options.clone() };
+    let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
+    let options = Options { frame: subject.frame, prune_below, symmetric, ..request.options.clone() };
     let tell: &mut dyn FnMut(Event) -> ControlFlow<()> = &mut |event| {
         progress.event(event);
         ControlFlow::Continue(())
@@ -215,9 +216,10 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
 fn refused(error: &SimplifyError, input: &Path) -> Failure {
     match error {
         SimplifyError::Interrupted => Failure::Interrupted,
-        SimplifyError::BadTarget(_) | SimplifyError::BadOversample(_) | SimplifyError::BadError(_) => {
-            Failure::Usage(error.to_string())
-        }
+        SimplifyError::BadTarget(_)
+        | SimplifyError::BadOversample(_)
+        | SimplifyError::BadError(_)
+        | SimplifyError::NotWithSymmetry(_) => Failure::Usage(error.to_string()),
         _ => Failure::of(input, error),
     }
 }
@@ -345,6 +347,7 @@ fn told(
         cleaned: (&subject.counts).into(),
         distance: first.distance,
         certified: certified.map(|distance| Certified::of(&distance)),
+        mirror: result.report.mirror.map(|plane| subject.plane_of_file(plane).to_string()),
         levels: if several { levels } else { Vec::new() },
         notes,
     })

@@ -6,7 +6,7 @@ use neural_mesh::io::{self, Asset, Extra, Format, LighterPart, Model, OutputFile
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Frame, Look, Looks, Piece, RawMesh, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
-use neural_mesh::simplify::{Input, Simplified};
+use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
 use crate::failure::Failure;
 use crate::request::{Bound, Request, Source};
@@ -131,6 +131,29 @@ impl Subject {
     /// What the simplifier is given.
     pub fn input<'a>(&'a self, importance: &'a [f32]) -> Input<'a> {
         Input { mesh: self.mesh(), attributes: self.attributes(), importance }
+    }
+
+    /// The plane of a symmetry, as it lies in the mesh: that of a scene's only mesh is in the coordinates of that mesh.
+    pub fn symmetry(&self, symmetry: Symmetry) -> Result<Symmetry, Failure> {
+        let Kind::Scene { united, pieces, .. } = &self.kind else { return Ok(symmetry) };
+        if pieces.iter().flatten().count() > 1 {
+            let what = "--symmetric: a scene of several meshes has no one plane: give a file for each";
+            return Err(Failure::Usage(what.into()));
+        }
+        Ok(match symmetry {
+            Symmetry::Plane(MirrorPlane { axis, at }) => {
+                Symmetry::Plane(MirrorPlane { axis, at: at * united.scale(0) })
+            }
+            other => other,
+        })
+    }
+
+    /// The plane of a result, as it lies in the file.
+    pub fn plane_of_file(&self, plane: MirrorPlane) -> MirrorPlane {
+        match &self.kind {
+            Kind::Mesh { .. } => plane,
+            Kind::Scene { united, .. } => MirrorPlane { at: plane.at / united.scale(0), ..plane },
+        }
     }
 
     /// The vertex of the file that each vertex was read from; for a scene, whose vertices are those of its primitives, none.

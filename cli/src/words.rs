@@ -49,9 +49,10 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     if report.outcome != "reached" {
         notes.push(format!("stopped   {}", report.outcome));
-    } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) {
+    } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
         notes.push("reached   the mesh is no larger than asked: written as it is".into());
     }
+    notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
 }
 

@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Run, folder, run, shipped};
+use common::{Run, folder, json, run, shipped};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
@@ -190,4 +190,32 @@ fn importance_is_taken_from_an_attribute() {
     assert!(mesh.positions.iter().filter(|p| p[0] < 10.0).count() > 60);
     let unknown = run(folder.path(), &["simplify", "a.ply", "-o", "c.ply", "--ratio", "0.5", "--importance", "tear"]);
     assert!(unknown.code == Some(2) && unknown.words.contains("it has: wear"), "{}", unknown.words);
+}
+
+#[test]
+fn a_mirrored_result_is_one_in_its_file_too() {
+    let folder = folder();
+    textured(folder.path());
+    let run =
+        simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--symmetric=y", "--report", "out.json"]);
+    assert!(said(&run).contains("mirrored  about y = 10, exactly"), "{}", said(&run));
+    assert_eq!(json(&folder.path().join("out.json"))["mirror"], "y = 10");
+    let glb = common::run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
+    assert_eq!(glb.code, Some(0), "{}", glb.words);
+    let scene =
+        common::run(folder.path(), &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"]);
+    assert_eq!(scene.code, Some(0), "{}", scene.words);
+    for name in ["out.obj", "out.glb"] {
+        let mesh = io::read_path(&folder.path().join(name), None).unwrap();
+        // Texts have the shortest digits of single precision.
+        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.map(|x| x as f32)).collect();
+        let bits = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
+        let all: std::collections::BTreeSet<_> = positions.iter().map(|&p| bits(p)).collect();
+        assert_eq!(all.len(), 60, "{name}");
+        assert!(positions.iter().all(|&[x, y, z]| all.contains(&bits([x, 20.0 - y, z]))), "{name}");
+    }
+    let lopsided =
+        common::run(folder.path(), &["simplify", "plate.obj", "-o", "x.obj", "--ratio", "0.5", "--symmetric=x"]);
+    assert_eq!(lopsided.code, Some(1));
+    assert!(common::the_line(&lopsided).contains("not symmetric about x = 10"), "{}", lopsided.words);
 }

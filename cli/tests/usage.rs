@@ -55,6 +55,10 @@ fn other_settings_are_checked_too() {
         &["--crease-angle", "200"],
         &["--map", "a.ply"],
         &["--importance", "x", "--assembly", "paper"],
+        &["--symmetric=w"],
+        &["--symmetric=x=far"],
+        &["--symmetric", "--map", "b.json"],
+        &["--symmetric", "--assembly", "paper"],
         &["--nonsense"],
     ] {
         let run = refused(&[&["-o", "a.ply", "--ratio", "0.5"], bad].concat());

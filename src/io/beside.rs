@@ -76,21 +76,20 @@ impl<'a> Finder<'a> {
     }
 
     fn look_up(&self, base: &Path, name: &str) -> Result<Found, String> {
-        let folder = in_folder(self.folder.ok_or("is not copied: the mesh was read without its folder")?);
+        let folder = self.folder.ok_or("is not copied: the mesh was read without its folder")?;
         let inner = if base.is_absolute() { None } else { inner_path(base, name) };
-        let wanted = match &inner {
-            Some(inner) => folder.join(inner),
-            None => folder.join(base).join(name.replace('\\', "/")),
+        let wanted = inner.clone().unwrap_or_else(|| base.join(name.replace('\\', "/")));
+        let found = match (read_beside(folder, &wanted, self.allow_outside), inner_path(Path::new(""), name)) {
+            // Many programs look for textures beside the mesh, wherever the library that names them lies.
+            (Err(Trouble::Missing), Some(from_mesh)) if !base.is_absolute() && from_mesh != wanted => {
+                let found = read_beside(folder, &from_mesh, self.allow_outside);
+                found.map(|found| (found, Some(from_mesh)))
+            }
+            (Err(_), _) if inner.is_none() && !self.allow_outside => Err(Trouble::Outside),
+            (found, _) => found.map(|found| (found, inner)),
         };
-        let is_inside = is_within(&wanted, folder);
-        if !is_inside && !self.allow_outside && (inner.is_none() || wanted.exists()) {
-            return Err("lies outside the folder of the asset: the name stays, the file is not copied".into());
-        }
-        let source = wanted.canonicalize().map_err(|_| "is missing: the name stays")?;
-        if !source.is_file() {
-            return Err("is no file: the name stays".into());
-        }
-        let bytes = std::fs::read(&source).map_err(|error| format!("cannot be read ({error}): the name stays"))?;
+        let ((source, bytes), inner) = found.map_err(|trouble| format!("{trouble}: the name stays"))?;
+        let folder = in_folder(folder);
         let within =
             folder.canonicalize().ok().and_then(|folder| Some(source.strip_prefix(folder).ok()?.to_path_buf()));
         let moved = inner.is_none();
@@ -107,10 +106,44 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// Whether a path, links followed, lies in a folder or is it.
-fn is_within(path: &Path, folder: &Path) -> bool {
-    let ends = path.canonicalize().ok().zip(folder.canonicalize().ok());
-    ends.is_some_and(|(path, folder)| path.starts_with(folder))
+/// Why there is no file beside a mesh.
+#[derive(Debug)]
+pub(super) enum Trouble {
+    /// It lies outside of the folder.
+    Outside,
+    /// It is not there, or its name leads nowhere.
+    Missing,
+    /// It is a folder or a device.
+    NoFile,
+    /// It is there and cannot be read.
+    Unreadable(std::io::Error),
+}
+
+impl std::fmt::Display for Trouble {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Outside => write!(f, "lies outside the folder of the asset and is not read"),
+            Self::Missing => write!(f, "is missing"),
+            Self::NoFile => write!(f, "is no file"),
+            Self::Unreadable(error) => write!(f, "cannot be read ({error})"),
+        }
+    }
+}
+
+/// The file at `path` from `folder` on, where it was found and its bytes: one in the folder or below it, links followed, or any
+/// one where that is allowed.
+pub(super) fn read_beside(folder: &Path, path: &Path, allow_outside: bool) -> Result<(PathBuf, Vec<u8>), Trouble> {
+    let folder = in_folder(folder);
+    let inside = folder.canonicalize().map_err(|_| Trouble::Missing)?;
+    let source = folder.join(path).canonicalize().map_err(|_| Trouble::Missing)?;
+    if !source.starts_with(inside) && !allow_outside {
+        return Err(Trouble::Outside);
+    }
+    if !source.is_file() {
+        return Err(Trouble::NoFile);
+    }
+    let bytes = std::fs::read(&source).map_err(Trouble::Unreadable)?;
+    Ok((source, bytes))
 }
 
 /// A folder as it can be joined and asked for.

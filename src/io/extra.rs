@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use super::Scalar;
-use crate::mesh::RawMesh;
+use crate::mesh::{Look, RawMesh};
 
 /// A mesh as read, with all that its file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,6 +28,8 @@ pub struct Extra {
     pub layouts: Vec<Layout>,
     /// Material libraries as the file names them, a line each.
     pub material_libraries: Vec<String>,
+    /// What materials look like, by their names, where the file says that itself (glTF).
+    pub looks: Vec<(String, Look)>,
     /// Comments of a PLY header, with the word that opens them.
     pub comments: Vec<String>,
     /// The folder of the file, in which lies what it names.

@@ -18,6 +18,7 @@ mod files;
 mod levels;
 mod lighter;
 mod looks;
+mod materials;
 mod part;
 mod placements;
 mod primitive;
@@ -27,6 +28,7 @@ mod rewrite;
 mod schema;
 mod semantics;
 mod triangles;
+mod united;
 mod values;
 
 use std::collections::BTreeMap;
@@ -36,6 +38,7 @@ pub use bare::write_gltf;
 pub(super) use bare::{write, write_attributed};
 pub use lighter::LighterPart;
 pub use part::Part;
+pub(super) use united::read_attributed;
 
 use accessor::Data;
 use container::Container;

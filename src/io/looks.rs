@@ -8,7 +8,8 @@ use super::extra::{Extra, decoded};
 use super::material::{file_name, first_word};
 use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
-/// What the groups of a mesh look like, by the libraries of materials that its file names; of a mesh without such, white. The
+/// What the groups of a mesh look like, by what its file says or the libraries of materials that it names; of a mesh without
+/// such, white. The
 /// files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
 /// only where `allow_outside` says so. Beside it what could not be had, in one line each.
 ///
@@ -19,7 +20,7 @@ use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 /// ```
 pub fn looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
     let mut finder = Finder::new(extra, allow_outside);
-    let mut materials: Vec<(String, Look)> = Vec::new();
+    let mut materials: Vec<(String, Look)> = extra.looks.clone();
     for line in &extra.material_libraries {
         // A line names several libraries, or one with blanks in its name.
         let names: Vec<&str> = if finder.has(line) { vec![line] } else { line.split_whitespace().collect() };

@@ -24,6 +24,7 @@ mod number;
 mod obj;
 mod off;
 mod output_file;
+mod own_materials;
 mod path;
 mod ply;
 mod points;
@@ -64,7 +65,8 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
 }
 
 /// Reads a mesh with all that its file holds, from the bytes of a file, in `format` or in the one that the content shows:
-/// texture coordinates, normals and colours, groups and materials, properties of any name; of a glTF the geometry alone.
+/// texture coordinates, normals and colours, groups and materials, properties of any name; of a glTF the
+/// meshes that the default scene places, as one.
 ///
 /// What cannot be kept is said in [`ReadMesh::notes`].
 ///
@@ -97,7 +99,7 @@ fn read_attributed_with(
         Format::Ply | Format::PlyAscii => ply::read_attributed(bytes),
         Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
         Format::Off => off::read_with_notes(bytes).map(bare),
-        Format::Gltf | Format::Glb => read_with(bytes, Some(format), fetch).map(|mesh| bare((mesh, Vec::new()))),
+        Format::Gltf | Format::Glb => gltf::read_attributed(bytes, fetch),
     };
     read.map_err(|error| ReadError { format: Some(format), ..error })
 }

@@ -2,13 +2,16 @@
 
 use super::beside::{Finder, reference};
 use super::extra::{Column, Extra, Group};
+use super::looks::looks;
 use super::material::Libraries;
+use super::own_materials::OwnMaterials;
 use super::write::Content;
 use super::{Format, OutputFile, Scalar, WriteError, gltf, obj, ply, write_content};
 use crate::mesh::{Attributes, Frame, TriMesh};
 
 /// What becomes of libraries of materials in a glTF.
-const NAMES_ONLY: &str = "gltf takes the names of materials from a library, not what they look like";
+const BASE_ONLY: &str =
+    "gltf takes names, base colours (Kd) and their textures (map_Kd) from a library: the rest is left out";
 
 /// A mesh and all that is to be written of it.
 #[derive(Clone, Debug)]
@@ -85,15 +88,17 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             obj::write_attributed(&content, attributes, &extra, &mut notes)
         }
         Format::Ply | Format::PlyAscii => {
-            let extra = for_ply(model.extra, &mut finder, &mut notes);
+            let extra = for_ply(model.extra, &options.name, &mut finder, &mut notes);
             let as_text = options.format == Format::PlyAscii;
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
         Format::Gltf | Format::Glb => {
             let names: Vec<String> = model.extra.groups.iter().map(Group::title).collect();
-            notes.extend((!model.extra.material_libraries.is_empty()).then(|| NAMES_ONLY.into()));
-            let (bytes, dropped) = gltf::write_attributed(&content, attributes, &names, options.format)?;
-            notes.extend(dropped);
+            notes.extend((!model.extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
+            let (looks, missing) = looks(model.extra, options.allow_outside);
+            let (bytes, dropped) =
+                gltf::write_attributed(&content, attributes, &names, &looks.of_groups, options.format)?;
+            notes.extend(missing.into_iter().chain(dropped));
             bytes
         }
         Format::Stl | Format::StlAscii | Format::Off => {
@@ -113,6 +118,12 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
         let parts = extra.face_columns.iter().zip(&group.values);
         let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
         group.name = Some(parts.join("_"));
+    }
+    let own = OwnMaterials::list(&extra, name, finder);
+    if !own.text.is_empty() {
+        let library = format!("{name}.mtl");
+        finder.list(library.as_ref(), own.text);
+        extra.material_libraries.push(library);
     }
     let textures = textures_of_comments(&extra, finder);
     if !textures.is_empty() && extra.material_libraries.is_empty() {
@@ -154,7 +165,7 @@ fn texture_of(comment: &str) -> Option<&str> {
 }
 
 /// What PLY says of a mesh: materials as a number of each face, their textures as comments.
-fn for_ply(extra: &Extra, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
+fn for_ply(extra: &Extra, name: &str, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
     let mut textures = textures_of_comments(extra, finder).into_iter();
     let mut extra = extra.clone();
     for comment in &mut extra.comments {
@@ -169,7 +180,8 @@ fn for_ply(extra: &Extra, finder: &mut Finder, notes: &mut Vec<String>) -> Extra
     if extra.materials().is_empty() {
         return extra;
     }
-    let libraries = Libraries::find(&extra, finder);
+    let mut libraries = Libraries::find(&extra, finder);
+    libraries.textures.extend(OwnMaterials::list(&extra, name, finder).textures);
     // Libraries mean nothing to a PLY; the textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
@@ -200,7 +212,7 @@ fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Opti
     if !extra.groups.is_empty() {
         dropped.push("groups");
     }
-    if !extra.material_libraries.is_empty() {
+    if !extra.material_libraries.is_empty() || !extra.looks.is_empty() {
         dropped.push("materials");
     }
     (!dropped.is_empty()).then(|| format!("{} holds geometry alone: {} dropped", format.name(), dropped.join(", ")))

@@ -1,12 +1,20 @@
 //! What stands for glTF in a build without the feature `gltf`: refusals.
 
 use super::write::Content;
-use super::{Format, ReadError, WriteError};
-use crate::mesh::{Attributes, RawMesh};
+use super::{Format, ReadError, ReadMesh, WriteError};
+use crate::mesh::{Attributes, Look, RawMesh};
 
 /// Refuses every asset.
 pub(super) fn read(_: &[u8], _: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
     Err(ReadError::file("this build reads no glTF", "build with the feature gltf or convert the file"))
+}
+
+/// Refuses every asset.
+pub(super) fn read_attributed(
+    bytes: &[u8],
+    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+) -> Result<ReadMesh, ReadError> {
+    read(bytes, fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
 }
 
 /// Refuses every mesh.
@@ -19,6 +27,7 @@ pub(super) fn write_attributed(
     content: &Content,
     _: &Attributes,
     _: &[String],
+    _: &[Look],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     write(content, format).map(|bytes| (bytes, Vec::new()))

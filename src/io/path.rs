@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Component, Path};
 
+use super::beside::{Trouble, read_beside};
 use super::{Format, ReadError, ReadMesh, WriteError, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
 
@@ -44,7 +45,8 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
     Ok(read)
 }
 
-fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
+/// The bytes of a file, unpacked.
+pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
     let bytes =
         std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
     match gzip::unpacked(&bytes)? {
@@ -138,19 +140,12 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
 
 /// The bytes of the file `uri` in `folder` or below it, nowhere else.
 pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
-    let refusal = |what: &str| {
-        ReadError::file(format!("the buffer {uri:?} {what}"), "put the file beside the asset or export it as GLB")
+    let found = name_inside(uri).ok_or(Trouble::Outside);
+    let found = found.and_then(|name| read_beside(folder, name.as_ref(), false));
+    let refusal = |trouble| {
+        ReadError::file(format!("the buffer {uri:?} {trouble}"), "put the file beside the asset or export it as GLB")
     };
-    let name = name_inside(uri).ok_or_else(|| refusal("does not lie in the folder of the asset"))?;
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let missing = |error: std::io::Error| refusal(&format!("cannot be read ({error})"));
-    // Links are followed first, so that they cannot lead out either.
-    let inside = folder.canonicalize().map_err(missing)?;
-    let file = folder.join(name).canonicalize().map_err(missing)?;
-    if !file.starts_with(inside) || !file.is_file() {
-        return Err(refusal("does not lie in the folder of the asset"));
-    }
-    std::fs::read(file).map_err(missing)
+    found.map(|(_, bytes)| bytes).map_err(refusal)
 }
 
 /// The relative path that a URI means, if it is one of a file in the folder of the asset or below it.

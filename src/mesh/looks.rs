@@ -60,6 +60,16 @@ impl Looks {
     }
 }
 
+/// A channel of a colour in linear light as sRGB, both 0 to 1; the inverse of [`linear_light`].
+///
+/// ```
+/// use neural_mesh::mesh::{linear_light, srgb};
+/// assert!((srgb(linear_light(0.3)) - 0.3).abs() < 1e-6);
+/// ```
+pub fn srgb(light: f32) -> f32 {
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
 /// A channel of a colour in sRGB as linear light, both 0 to 1.
 ///
 /// ```

@@ -82,11 +82,12 @@ fn joins(mesh: &TriMesh, attributes: &Attributes, first: u32, second: u32) -> bo
 
 /// Whether two wedges carry the same values.
 fn same(attributes: &Attributes, x: u32, y: u32) -> bool {
-    let same_in = |channel: &Channel| same_value(channel.role, channel.of(x), channel.of(y));
+    let same_in = |channel: &Channel| same_values(channel.role, channel.of(x), channel.of(y));
     x == y || attributes.channels.iter().all(same_in)
 }
 
-fn same_value(role: Role, x: &[f32], y: &[f32]) -> bool {
+/// Whether two values of this role are the same, as far as they make no seam.
+pub(crate) fn same_values(role: Role, x: &[f32], y: &[f32]) -> bool {
     let within = |most: &dyn Fn(f32, f32) -> f32| {
         x.iter().zip(y).all(|(&x, &y)| (x.is_nan() && y.is_nan()) || x == y || (x - y).abs() <= most(x, y))
     };

@@ -14,6 +14,7 @@ pub mod paper;
 mod record;
 mod sample_vertices;
 mod scattered_samples;
+mod symmetric;
 mod weighed;
 
 use std::borrow::Cow;
@@ -21,7 +22,7 @@ use std::ops::ControlFlow;
 
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
-use closed::{Closed, Derivative, End, Keep, Limit, Request, is_sound, simplify_levels};
+use closed::{Closed, Derivative, End, Half, Keep, Limit, Request, is_sound, simplify_levels};
 use components::{Prune, count_components, pruned};
 
 pub use crate::mesh::vertex_normals;
@@ -33,7 +34,8 @@ pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use one_pass::one_pass;
 pub use options::{
-    Assembly, Event, Map, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified, SimplifyError, Target,
+    Assembly, Axis, Event, Map, MirrorPlane, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified,
+    SimplifyError, Symmetry, Target,
 };
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
@@ -108,7 +110,8 @@ pub fn simplify_input(
     options: &Options,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
-    run(input, weights, &Task { options, differentiable: false }, progress).map(|(simplified, _)| simplified)
+    run(input, weights, &Task { options, differentiable: false, half: None }, progress)
+        .map(|(simplified, _)| simplified)
 }
 
 /// Whether a mesh is as small as asked already.
@@ -144,7 +147,7 @@ pub fn simplify_recorded(
     options: &Options,
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let task = Task { options, differentiable: true };
+    let task = Task { options, differentiable: true, half: None };
     let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {
@@ -159,6 +162,17 @@ struct Task<'a> {
     options: &'a Options,
     /// Whether the closed result is to be known as a function of the positions.
     differentiable: bool,
+    /// Where the mesh is one half of a mirrored one.
+    half: Option<Half<'a>>,
+}
+
+/// A result of the closed assembly.
+struct Made {
+    simplified: Simplified,
+    /// How it depends on the positions, if that is to be known.
+    derivative: Option<Derivative>,
+    /// Whether each vertex lies on the plane, where the mesh is one half of a mirrored one.
+    on_plane: Vec<bool>,
 }
 
 fn run(
@@ -169,6 +183,10 @@ fn run(
 ) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
     let options = task.options;
     input.check()?;
+    if let Some(symmetry) = options.symmetric {
+        let levels = symmetric::levels(input, weights, task, (symmetry, &[options.target]), progress)?;
+        return Ok((levels.into_iter().next().ok_or(SimplifyError::Empty)?, None));
+    }
     let n_vertices = input.mesh.positions().len();
     let (mesh, sources) = without_unused(input.mesh)?;
     let importance = input.importance_of(sources.as_deref());
@@ -185,7 +203,7 @@ fn run(
         }
         Assembly::Closed => {
             let results = closed_results(&input, weights, task, (&[limit], oversample), progress)?;
-            let (simplified, derivative) = results.into_iter().next().ok_or(SimplifyError::Empty)?;
+            let Made { simplified, derivative, .. } = results.into_iter().next().ok_or(SimplifyError::Empty)?;
             let derivative = derivative.map(|derivative| within(derivative, sources.clone()));
             Ok((from_caller(simplified, sources, n_vertices), derivative))
         }
@@ -217,8 +235,8 @@ fn closed_results(
     task: &Task,
     (limits, oversample): (&[Limit], f64),
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
-) -> Result<Vec<(Simplified, Option<Derivative>)>, SimplifyError> {
-    let Task { options, differentiable } = *task;
+) -> Result<Vec<Made>, SimplifyError> {
+    let Task { options, differentiable, half } = *task;
     let &[limit, ref further @ ..] = limits else { return Ok(Vec::new()) };
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
     let prune = Prune { for_target: options.prune.then_some(n_target), below: options.prune_below };
@@ -234,7 +252,7 @@ fn closed_results(
     let edges = input::kept_edges(mesh, attributes, options);
     let locked = input::locked_vertices(mesh, options);
     let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
-    let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map };
+    let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map, half };
     let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
     let request = Request { limit, oversample, importance, parts, seed, frame, differentiable, keep };
     let levels = simplify_levels(mesh, &request, further, progress)?;
@@ -252,8 +270,8 @@ fn closed_results(
         let map =
             corner_map.map(|corners| map::of_pruned(map::of(mesh, &closed, corners), input.mesh, pruned.as_ref()));
         let source_vertices = closed.source_vertices.map(|kept| through(sources.cloned(), kept));
-        let Closed { mesh, attributes, .. } = closed;
-        (Simplified { mesh, attributes, source_vertices, map, report }, derivative)
+        let Closed { mesh, attributes, on_plane, .. } = closed;
+        Made { simplified: Simplified { mesh, attributes, source_vertices, map, report }, derivative, on_plane }
     };
     Ok(levels.into_iter().map(told).collect())
 }
@@ -346,6 +364,7 @@ fn plain_report(mesh: &TriMesh, options: &Options) -> Report {
         refined_regions: 0,
         flipped_edges: 0,
         separated_vertices: 0,
+        mirror: None,
     }
 }
 

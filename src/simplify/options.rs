@@ -49,6 +49,8 @@ pub struct Options {
     pub crease_angle: Option<f32>,
     /// Whether the result says where it comes from, vertex by vertex and corner by corner (closed assembly only).
     pub map: bool,
+    /// Whether the result is its own mirror image, as the mesh has to be (closed assembly only).
+    pub symmetric: Option<Symmetry>,
     /// How the coordinates will be rounded when written: no two vertices of the result share a rounded position.
     pub frame: Frame,
 }
@@ -68,9 +70,63 @@ impl Options {
             subset: false,
             crease_angle: None,
             map: false,
+            symmetric: None,
             frame: Frame::default(),
         }
     }
+}
+
+/// An axis of the coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+impl Axis {
+    /// All of them, in order.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Its place among the coordinates: 0, 1 or 2.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+impl std::fmt::Display for Axis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(["x", "y", "z"][self.index()])
+    }
+}
+
+/// The plane about which a mesh is its own mirror image: the points of one coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorPlane {
+    /// The axis across which it lies.
+    pub axis: Axis,
+    /// The coordinate of its points, in the file: the local one is that less the frame's origin.
+    pub at: f64,
+}
+
+impl std::fmt::Display for MirrorPlane {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} = {}", self.axis, self.at)
+    }
+}
+
+/// Which plane a mesh is mirrored about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Symmetry {
+    /// The one that fits best of those across the three axes, through 0 and through the middle of the bounding box.
+    Found,
+    /// The better one of those across this axis.
+    Across(Axis),
+    /// This one.
+    Plane(MirrorPlane),
 }
 
 /// Where the samples of a pass come from.
@@ -154,6 +210,8 @@ pub struct Report {
     pub flipped_edges: usize,
     /// Output vertices moved apart because their written positions would have been the same.
     pub separated_vertices: usize,
+    /// The plane that the result is mirrored about, if it was to be. What was done is then counted on one of the halves.
+    pub mirror: Option<MirrorPlane>,
 }
 
 /// The result: a mesh and what was done.
@@ -209,6 +267,19 @@ pub enum SimplifyError {
     BadOversample(f64),
     /// The attributes have not one row for each face, or there is not one importance for each vertex.
     BadInput,
+    /// The mesh is not its own mirror image.
+    NotSymmetric {
+        /// The plane about which it was looked for.
+        plane: MirrorPlane,
+        /// Vertices without a vertex where their image lies.
+        vertices: usize,
+        /// Faces without such faces, counted where all vertices have images.
+        faces: usize,
+    },
+    /// So many faces lie in the plane of the symmetry: they have no side.
+    InMirrorPlane(usize),
+    /// What symmetry is not there for.
+    NotWithSymmetry(&'static str),
     /// Not one positive factor for every vertex, or there are vertices that no face uses.
     BadImportance,
     /// The network's probabilities leave no face.
@@ -233,6 +304,18 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "attributes or importance are not those of the mesh: give a row for each face, a positive number for each vertex"
             ),
+            Self::NotSymmetric { plane, vertices: 0, faces } => write!(
+                f,
+                "not symmetric about {plane}: {faces} faces have no mirror image: give another plane, or do without symmetry"
+            ),
+            Self::NotSymmetric { plane, vertices, .. } => write!(
+                f,
+                "not symmetric about {plane}: {vertices} vertices have no mirror image: give another plane, or do without symmetry"
+            ),
+            Self::InMirrorPlane(n) => {
+                write!(f, "{n} faces lie in the plane of the symmetry itself: take them out, or do without symmetry")
+            }
+            Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry do not go together: leave one of them out"),
             Self::BadImportance => {
                 write!(
                     f,

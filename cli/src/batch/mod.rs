@@ -95,6 +95,9 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.subset.then(|| " --subset".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
+        args.symmetric
+            .as_ref()
+            .map(|plane| plane.as_ref().map_or(" --symmetric".into(), |plane| format!(" --symmetric={plane}"))),
         args.importance.as_ref().map(|name| format!(" --importance {name}")),
         args.allow_outside.then(|| " --allow-outside".into()),
     ];

@@ -11,7 +11,7 @@ use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
 use super::{DRACO, REMEDY, refuse};
-use crate::io::path::{fetch, name_inside};
+use crate::io::path::{bytes_of, fetch, name_inside};
 use crate::io::{Format, OutputFile, ReadError};
 
 /// A glTF or GLB file, opened with all that it refers to.
@@ -31,7 +31,7 @@ pub struct Asset {
 }
 
 impl Asset {
-    /// Opens the glTF or GLB file at `path`. What it names is read from its own folder and below, from nowhere else.
+    /// Opens the glTF or GLB file at `path`, compressed by gzip or not. What it names is read from its own folder and below, from nowhere else.
     ///
     /// # Errors
     /// [`ReadError`], without the path: the caller knows it.
@@ -42,8 +42,7 @@ impl Asset {
     /// assert_eq!(asset.parts()[0].mesh.faces.len(), 4);
     /// ```
     pub fn read_path(path: &Path) -> Result<Self, ReadError> {
-        let bytes = std::fs::read(path)
-            .map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
+        let bytes = bytes_of(path)?;
         Self::from_bytes(&bytes, &|uri| fetch(path.parent().unwrap_or(Path::new("")), uri))
     }
 

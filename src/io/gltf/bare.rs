@@ -5,12 +5,13 @@ use serde_json::{Value, json};
 use super::draft::{Draft, Stored, vector};
 use super::files::one_file;
 use super::lighter::LighterPart;
+use super::materials::Materials;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::repack::pack;
 use super::rewrite::faces_by_group;
 use crate::io::write::Content;
 use crate::io::{Format, WriteError};
-use crate::mesh::{Attributes, Channel, Role};
+use crate::mesh::{Attributes, Channel, Look, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
 ///
@@ -31,9 +32,19 @@ use crate::mesh::{Attributes, Channel, Role};
 /// assert!(notes.is_empty());
 /// ```
 pub fn write_gltf(
-    mut part: LighterPart,
+    part: LighterPart,
     origin: [f64; 3],
     group_names: &[String],
+    format: Format,
+) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+    write_with_looks(part, origin, (group_names, &[]), format)
+}
+
+/// As [`write_gltf`], with what each group looks like, as far as that is known.
+fn write_with_looks(
+    mut part: LighterPart,
+    origin: [f64; 3],
+    (group_names, looks): (&[String], &[Look]),
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
@@ -42,9 +53,10 @@ pub fn write_gltf(
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
     }
-    let notes = rename_channels(&mut part);
+    let mut notes = rename_channels(&mut part);
     let slots = slots(&part);
     let mut draft = Draft { document: skeleton(origin), views: Vec::new() };
+    let mut materials = Materials::default();
     let mut primitives = Vec::new();
     for (group, faces) in faces_by_group(&part) {
         let vertices = Vertices::of(&part, &faces);
@@ -52,20 +64,23 @@ pub fn write_gltf(
         let mut primitive = json!({"attributes": writer.attributes(&slots), "indices": writer.indices()});
         if !part.attributes.groups.is_empty() {
             let name = group_names.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
-            primitive["material"] = draft.push("materials", json!({"name": name}));
+            primitive["material"] = materials.push(&mut draft, &name, looks.get(group as usize));
         }
         primitives.push(primitive);
     }
     draft.push("meshes", json!({"primitives": primitives}));
+    notes.append(&mut materials.notes);
     let buffer = pack(&mut draft, usize::MAX)?;
     Ok((one_file(draft.document, &buffer, format)?, notes))
 }
 
-/// A mesh of another format, whose texture coordinates run upwards, with its groups called by name.
+/// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with its groups called
+/// by name and with their looks.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
     group_names: &[String],
+    looks: &[Look],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let (origin, positions) = content.around_origin();
@@ -73,8 +88,12 @@ pub(in crate::io) fn write_attributed(
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {
         channel.values.iter_mut().skip(1).step_by(2).for_each(|v| *v = 1.0 - *v);
     }
+    for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Colour) {
+        let colours = channel.values.chunks_exact_mut(channel.width.max(1));
+        colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
+    }
     let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_gltf(part, origin, group_names, format)
+    write_with_looks(part, origin, (group_names, looks), format)
 }
 
 /// Positions and faces alone.

@@ -113,7 +113,8 @@ impl Draft<'_> {
         self.push("accessors", accessor)
     }
 
-    fn push_view(&mut self, view: Value, bytes: Vec<u8>) -> Value {
+    /// Appends a view of these bytes and gives its index.
+    pub fn push_view(&mut self, view: Value, bytes: Vec<u8>) -> Value {
         self.views.push(Some(Cow::Owned(bytes)));
         self.push("bufferViews", view)
     }

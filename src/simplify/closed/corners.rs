@@ -245,7 +245,7 @@ fn carried(channel: &Channel, wedges: &[[u32; 3]], places: &[Place]) -> Channel 
 }
 
 /// The mean of three values under these weights, as their role has it.
-fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
+pub(in crate::simplify) fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     match role {
         Role::Skin => blend_joints(corners, weights, out),
         Role::Label => out.copy_from_slice(corners[heaviest(weights)]),

@@ -7,6 +7,7 @@
 use rustc_hash::FxHashSet;
 
 use super::darts::Assignment;
+use super::half::OnPlane;
 use super::surface::Surface;
 
 /// What a result has to keep, over the vertices of the surface.
@@ -18,6 +19,8 @@ pub(super) struct Features {
     pub locked: Vec<bool>,
     /// Whether the vertices of the result are vertices of the input.
     pub subset: bool,
+    /// What stays on the plane, where the surface is one half of a mirrored one.
+    pub on_plane: Option<OnPlane>,
     /// The vertices of the edges, ascending.
     vertices: Vec<u32>,
 }
@@ -32,12 +35,12 @@ impl Features {
         let mut vertices = edges.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
-        Self { edges, locked, subset, vertices }
+        Self { edges, locked, subset, on_plane: None, vertices }
     }
 
     /// Whether there is nothing to keep.
     pub fn is_empty(&self) -> bool {
-        self.edges.is_empty() && self.locked.is_empty() && !self.subset
+        self.edges.is_empty() && self.locked.is_empty() && !self.subset && self.on_plane.is_none()
     }
 
     /// Gives each locked vertex a region of its own; whether there was one.

@@ -13,6 +13,7 @@ use crate::geometry::triangle::area_normal;
 
 use super::faces_around::FacesAround;
 use super::facets::{Facets, Place};
+use super::half::OnPlane;
 use super::points::{Match, Points};
 
 /// Weight of staying in place against the points.
@@ -32,6 +33,8 @@ pub(super) struct Output<'a> {
     pub meant: &'a [Vec3],
     /// Whether each vertex stays where it is; empty where all may move.
     pub fixed: &'a [bool],
+    /// What stays on the plane, where this is one half of a mirrored mesh.
+    pub on_plane: Option<&'a OnPlane>,
 }
 
 /// A step as it was taken.
@@ -126,6 +129,7 @@ fn directions(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> 
             system[6..].iter_mut().zip(n.to_array()).for_each(|(entry, x)| *entry += sum.heights[i] * x);
         }
     }
+    output.on_plane.iter().for_each(|on_plane| on_plane.confine(&mut systems));
     systems.iter().map(solve_block).collect()
 }
 
@@ -205,7 +209,8 @@ mod tests {
         let meant: Vec<Vec3> = coarse.faces().iter().map(normal).collect();
         let vertex_of = nearest_of(&surface, &before);
         let mut points = Points::new(&surface, &vertex_of, before.len());
-        let mut output = Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, fixed: &[] };
+        let mut output =
+            Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, fixed: &[], on_plane: None };
         for _ in 0..n_steps {
             fit(&mut points, &mut output, None);
         }

@@ -32,7 +32,9 @@ struct Diamond {
 
 /// Flips edges of the faces, best gains first, each face once; returns how many were flipped.
 pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Option<&mut Corners>) -> usize {
-    let Remains { positions, faces, normals, .. } = remains;
+    let Remains { positions, faces, normals, on_plane, .. } = remains;
+    let on_plane = on_plane.as_ref();
+    let bridges = |c: u32, d: u32| on_plane.is_some_and(|on_plane| on_plane.has(c) && on_plane.has(d));
     let around = FacesAround::new(positions.len(), faces);
     let facets = Facets::new(positions, faces, &around);
     let weighed = PointsOfFaces::new(points, &facets, faces.len());
@@ -52,7 +54,8 @@ pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Opti
     for Diamond { faces: [f, g], corners: [a, b, c, d], .. } in worthwhile {
         let is_seam = corners.as_ref().is_some_and(|corners| corners.is_seam(faces, [f, g], [a, b]));
         let (f, g) = (f as usize, g as usize);
-        if !is_seam && !touched[f] && !touched[g] && !around.joins(c, d) && made.insert([c.min(d), c.max(d)]) {
+        let is_held = is_seam || bridges(c, d);
+        if !is_held && !touched[f] && !touched[g] && !around.joins(c, d) && made.insert([c.min(d), c.max(d)]) {
             corners.iter_mut().for_each(|corners| corners.flip(faces, [f as u32, g as u32], [a, b, c, d]));
             (faces[f], faces[g]) = ([c, d, b], [d, c, a]);
             normals[f] = (normals[f] + normals[g]).normalize_or_zero();
@@ -170,7 +173,8 @@ mod tests {
         let faces = vec![[0, 1, 2], [1, 0, 3]];
         let normals = faces.iter().map(|f: &[u32; 3]| area_normal(f.map(|v| positions[v as usize])).normalize());
         let normals = normals.collect();
-        (vertex_of.clone(), Remains { positions, faces, normals, vertex_of, fixed: Vec::new(), origins: Vec::new() })
+        let (fixed, origins, on_plane) = (Vec::new(), Vec::new(), None);
+        (vertex_of.clone(), Remains { positions, faces, normals, vertex_of, fixed, origins, on_plane })
     }
 
     #[test]

@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::collapse::{Pair, Place};
 use super::features::Features;
+use super::half::OnPlane;
 
 /// The constraints of a collapse, over its vertices.
 pub(super) struct Holds {
@@ -20,6 +21,8 @@ pub(super) struct Holds {
     ends_only: bool,
     /// The vertex of the surface that each vertex lies on, while it lies on one.
     origin: Vec<u32>,
+    /// What stays on the plane of a half.
+    on_plane: Option<OnPlane>,
 }
 
 impl Holds {
@@ -34,7 +37,8 @@ impl Holds {
             along.entry(a).or_default().push(b);
             along.entry(b).or_default().push(a);
         }
-        Self { along, fixed, ends_only: features.subset, origin }
+        let on_plane = features.on_plane.as_ref().map(|on_plane| on_plane.of_regions(region, origin.len()));
+        Self { along, fixed, ends_only: features.subset, origin, on_plane }
     }
 
     /// Where the merged vertex of `u` and `v` goes, seen from `u`, and what that costs; `None` where they stay two.
@@ -44,16 +48,31 @@ impl Holds {
             return None;
         }
         let pinned = |w: u32, along: &[u32]| self.fixed[w as usize] || !matches!(along.len(), 0 | 2);
+        let height = self.on_plane.as_ref().and_then(|on_plane| on_plane.height(u, v, pair.other()));
         match (pinned(u, of_u), pinned(v, of_v)) {
             (true, true) => None,
+            (true, false) if height.is_some_and(|_| !self.is_on_plane(u)) => None,
+            (false, true) if height.is_some_and(|_| !self.is_on_plane(v)) => None,
             (true, false) => Some(pair.at(Place::Kept)),
             (false, true) => Some(pair.at(Place::Gone)),
             (false, false) if self.ends_only => {
                 let ends = [Place::Kept, Place::Gone].map(|place| pair.at(place));
                 ends.into_iter().min_by(|x, y| x.2.total_cmp(&y.2))
             }
-            (false, false) => Some(pair.placement()),
+            (false, false) => match (height, &self.on_plane) {
+                (Some(height), Some(on_plane)) => Some(pair.placement_at(on_plane.axis(), height)),
+                _ => Some(pair.placement()),
+            },
         }
+    }
+
+    /// What stays on the plane of a half.
+    pub fn on_plane(&self) -> Option<&OnPlane> {
+        self.on_plane.as_ref()
+    }
+
+    fn is_on_plane(&self, v: u32) -> bool {
+        self.on_plane.as_ref().is_some_and(|on_plane| on_plane.has(v))
     }
 
     /// Whether the curves outlive the faces at `opposite` that a merge of `u` and `v` takes away.
@@ -65,6 +84,7 @@ impl Holds {
     /// Takes note that `v` was merged into `u`.
     pub fn merge(&mut self, u: u32, v: u32, place: Place) {
         self.fixed[u as usize] |= self.fixed[v as usize];
+        self.on_plane.iter_mut().for_each(|on_plane| on_plane.merge(u, v));
         if place == Place::Gone {
             self.origin[u as usize] = self.origin[v as usize];
         }

@@ -11,6 +11,7 @@ mod facets;
 mod features;
 mod fit;
 mod flips;
+mod half;
 mod holds;
 mod importance;
 mod nearest;
@@ -34,6 +35,7 @@ use darts::Assignment;
 use derivative::Choices;
 use edge_lengths::EdgeLengths;
 use features::Features;
+use half::OnPlane;
 use holds::Holds;
 use placement::Case;
 use points::Points;
@@ -41,9 +43,11 @@ use regions::Sum;
 use surface::Surface;
 
 pub(super) use collapse::{End, Limit};
-pub(super) use corners::CornerMap;
+pub(super) use corners::{CornerMap, blend};
 pub(super) use derivative::Derivative;
+pub(super) use half::Half;
 pub use importance::importance_of_scores;
+pub(super) use separate::separate_twins;
 
 /// Sweeps over the borders of the regions; more move hardly any vertex.
 const SWEEPS: usize = 2;
@@ -90,6 +94,8 @@ pub(super) struct Keep<'a> {
     pub attributes: Option<&'a Attributes>,
     /// Whether it is to be known where on the mesh the result's corners stand.
     pub map: bool,
+    /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
+    pub half: Option<Half<'a>>,
 }
 
 /// How much more than its area each vertex counts.
@@ -129,6 +135,8 @@ pub(super) struct Closed {
     pub corner_map: Option<CornerMap>,
     /// The vertex of the mesh that each output vertex is, where they were to be such.
     pub source_vertices: Option<Vec<u32>>,
+    /// Whether each output vertex lies on the plane, where the mesh is one half of a mirrored one; else empty.
+    pub on_plane: Vec<bool>,
 }
 
 /// Simplifies `mesh` to the limit of the request.
@@ -195,9 +203,12 @@ fn begin<'a>(
 ) -> Result<(Begun<'a>, Collapse), SimplifyError> {
     enter("surface")?;
     let mut surface = Surface::new(mesh);
-    let Keep { edges, locked, subset, .. } = request.keep;
-    let features = Features::on(&surface, edges, locked, subset);
+    let Keep { edges, locked, subset, half, .. } = request.keep;
+    let on_plane = half.map(|half| OnPlane::of(&surface, &half));
+    let mut features = Features::on(&surface, edges, locked, subset);
+    features.on_plane = on_plane;
     surface.support_edges(&features.edges, EDGE_WEIGHT);
+    features.on_plane.iter().for_each(|on_plane| on_plane.complete(&mut surface));
     enter("samples")?;
     let n_samples = n_samples(&surface, request);
     let mut assignment = samples(&surface, request, n_samples);
@@ -247,8 +258,14 @@ fn finished(
     let flips = coarse && request.parts.flips;
     let flipped_edges = if flips { flips::flip(&mut points, &mut remains, corners.as_mut()) } else { 0 };
     enter("fit")?;
-    let Remains { mut positions, mut faces, normals, vertex_of: output_of, fixed, origins } = remains;
-    let mut output = fit::Output { positions: &mut positions, faces: &faces, meant: &normals, fixed: &fixed };
+    let Remains { mut positions, mut faces, normals, vertex_of: output_of, fixed, origins, on_plane } = remains;
+    let mut output = fit::Output {
+        positions: &mut positions,
+        faces: &faces,
+        meant: &normals,
+        fixed: &fixed,
+        on_plane: on_plane.as_ref(),
+    };
     let mut steps = merges.as_ref().map(|_| Vec::new());
     if request.parts.fit && !subset {
         fit::fit(&mut points, &mut output, steps.as_mut());
@@ -256,8 +273,13 @@ fn finished(
     let fitted = merges.as_ref().map(|_| faces.clone());
     enter("finish")?;
     let (positions_now, corners_now) = (&mut positions, corners.as_mut());
-    let mut folded =
-        unfold::Folded { positions: positions_now, faces: &mut faces, corners: corners_now, fixed: &fixed };
+    let mut folded = unfold::Folded {
+        positions: positions_now,
+        faces: &mut faces,
+        corners: corners_now,
+        fixed: &fixed,
+        on_plane: on_plane.as_ref(),
+    };
     let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
     let carried = corners.zip(attributes);
     let carried =
@@ -268,7 +290,9 @@ fn finished(
     let source_vertices: Vec<u32> = origins.iter().map(|&v| surface.source(v)).collect();
     let in_place = (0..source_vertices.len()).filter(|&x| subset || fixed[x]);
     in_place.for_each(|x| positions[x] = mesh.positions()[source_vertices[x] as usize]);
-    let separated_vertices = if subset { 0 } else { separate::separate(&mut positions, &fixed, &request.frame) };
+    // The halves of a mirrored mesh come apart together.
+    let stay = subset || on_plane.is_some();
+    let separated_vertices = if stay { 0 } else { separate::separate(&mut positions, &fixed, &request.frame) };
     let derivative = match (&begun.cases, merges, fitted, steps) {
         (Some(cases), Some(merges), Some(faces), Some(steps)) => {
             let (region, cases) = (assignment.region.clone(), cases.clone());
@@ -290,6 +314,7 @@ fn finished(
         attributes,
         corner_map: corner_map.filter(|_| map),
         source_vertices: subset.then_some(source_vertices),
+        on_plane: on_plane.map(OnPlane::into_flags).unwrap_or_default(),
     })
 }
 
@@ -327,7 +352,8 @@ fn n_samples(surface: &Surface, request: &Request) -> usize {
     let wanted = vertices.min(faces / 2 + 2) as f64 * request.oversample;
     let wanted = wanted.max(least_samples(surface, request.limit) as f64);
     let nearly_all = wanted >= NEARLY_ALL * surface.n_vertices() as f64;
-    if nearly_all { surface.n_vertices() } else { wanted as usize }
+    // Regions could meet across the plane of a half.
+    if nearly_all || request.keep.half.is_some() { surface.n_vertices() } else { wanted as usize }
 }
 
 /// The samples below which the one pass could end under the limit: a vertex less is two faces less at most.

@@ -34,6 +34,43 @@ pub(super) fn separate(positions: &mut [[f32; 3]], fixed: &[bool], frame: &Frame
     n_moved
 }
 
+/// As [`separate`] for one half of a mirrored mesh: no vertex and no image of one is written where another is. `image` gives the
+/// image of a position, that of a vertex on the plane being itself; `placed` moves a position of a vertex to the nearest one
+/// that the vertex may have.
+pub(in crate::simplify) fn separate_twins(
+    positions: &mut [[f32; 3]],
+    image: &dyn Fn([f32; 3]) -> [f32; 3],
+    placed: &dyn Fn(usize, [f32; 3]) -> [f32; 3],
+    frame: &Frame,
+) -> usize {
+    let images = positions.iter().map(|&p| (p, image(p))).filter(|(p, image)| p != image).map(|(_, image)| image);
+    let all: Vec<[f32; 3]> = positions.iter().copied().chain(images).collect();
+    if are_apart(&all, frame) {
+        return 0;
+    }
+    let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
+    let mut n_moved = 0;
+    for (v, slot) in positions.iter_mut().enumerate() {
+        let position = *slot;
+        let step = least_step(position, frame);
+        let mut number = 0;
+        loop {
+            let offset = grid_place(number);
+            let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis] * step));
+            let keys = [place, image(place)].map(|p| key(frame, p));
+            let is_alone = keys[0] != keys[1] || place == image(place);
+            if is_alone && place.iter().all(|x| x.is_finite()) && !keys.iter().any(|key| taken.contains(key)) {
+                taken.extend(keys);
+                *slot = place;
+                n_moved += usize::from(number > 0);
+                break;
+            }
+            number += 1;
+        }
+    }
+    n_moved
+}
+
 /// Whether no two vertices would be written at the same position.
 pub(super) fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);

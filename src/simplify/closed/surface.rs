@@ -91,6 +91,11 @@ impl Surface {
         }
     }
 
+    /// The plane that stands on an edge of a border: its unit normal, and what it weighs.
+    pub fn plane_on_border(&self, edge: [u32; 2]) -> (Vec3, f32) {
+        plane_on(edge, BORDER_WEIGHT * 0.5, &self.positions, &self.normals)
+    }
+
     /// Lets every vertex count by as much more, n_vertices positive factors.
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
@@ -190,10 +195,16 @@ fn add_border_planes(positions: &[Vec3], rings: &OneRings, normals: &[Vec3], qua
 
 /// Adds the plane that stands on an edge, `weight` times its squared length, to both ends.
 fn stand_plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[Vec3], quadrics: &mut [[f32; 6]]) {
+    let (across, weight) = plane_on([a, b], weight, positions, normals);
+    let plane = outer(across, weight);
+    [a, b].into_iter().for_each(|v| add(&mut quadrics[v as usize], &plane));
+}
+
+/// The normal of the plane that stands on an edge, and `weight` times the edge's squared length.
+fn plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[Vec3]) -> (Vec3, f32) {
     let edge = positions[b as usize] - positions[a as usize];
     let across = edge.cross(normals[a as usize] + normals[b as usize]).normalize_or_zero();
-    let plane = outer(across, weight * edge.length_squared());
-    [a, b].into_iter().for_each(|v| add(&mut quadrics[v as usize], &plane));
+    (across, weight * edge.length_squared())
 }
 
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.

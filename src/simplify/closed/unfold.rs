@@ -12,6 +12,7 @@ use crate::geometry::triangle::area_normal;
 
 use super::corners::Corners;
 use super::faces_around::FacesAround;
+use super::half::OnPlane;
 use super::nearest::{anchors, distance_squared, nearest_vertex};
 use super::surface::Surface;
 
@@ -29,11 +30,14 @@ pub(super) struct Folded<'a> {
     pub corners: Option<&'a mut Corners>,
     /// Whether each vertex stays where it is; empty where all may move.
     pub fixed: &'a [bool],
+    /// What stays on the plane, where this is one half of a mirrored mesh.
+    pub on_plane: Option<&'a OnPlane>,
 }
 
 /// Mends folded faces by flips, and by moving a corner where no flip helps; returns how many edges it flipped.
 pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) -> usize {
-    let Folded { positions, faces, corners, fixed } = result;
+    let Folded { positions, faces, corners, fixed, on_plane } = result;
+    let on_plane = *on_plane;
     let mut folded = folded_faces(positions, faces);
     if folded.is_empty() {
         return 0;
@@ -43,7 +47,7 @@ pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) 
     let mut n_flipped = 0;
     let mut touched: FxHashSet<u32> = FxHashSet::default();
     for (round, (sight, most_loss)) in ROUNDS.into_iter().enumerate() {
-        let original = Original { surface, positions, starts: &starts, sight, most_loss };
+        let original = Original { surface, positions, starts: &starts, sight, most_loss, on_plane };
         // The second round is the first again: only near what it changed can anything be different.
         let near = if round == 1 { folded_near(faces, &around, &folded, &touched) } else { folded.clone() };
         touched.clear();
@@ -59,7 +63,9 @@ pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) 
         }
         folded = still_folded(positions, faces, &around, folded, &touched);
     }
-    move_corners(surface, positions, faces, &around, (&folded, fixed), &starts);
+    let stays =
+        |v: u32| fixed.get(v as usize).is_some_and(|&fixed| fixed) || on_plane.is_some_and(|plane| plane.has(v));
+    move_corners(surface, positions, faces, &around, (&folded, &stays), &starts);
     n_flipped
 }
 
@@ -70,18 +76,18 @@ fn move_corners(
     positions: &mut [Vec3],
     faces: &[[u32; 3]],
     around: &FacesAround,
-    (folded, fixed): (&[u32], &[bool]),
+    (folded, stays): (&[u32], &dyn Fn(u32) -> bool),
     starts: &[u32],
 ) {
     let n_away = |positions: &[Vec3], of: &[u32]| {
-        let original = Original { surface, positions, starts, sight: Sight::Nearest, most_loss: 0.0 };
+        let original = Original { surface, positions, starts, sight: Sight::Nearest, most_loss: 0.0, on_plane: None };
         of.iter().filter(|&&f| original.looks_away(faces[f as usize])).count()
     };
     for &f in folded {
         if !opposes_all(positions, faces, around, f) || n_away(positions, &[f]) == 0 {
             continue;
         }
-        for v in faces[f as usize].into_iter().filter(|&v| !fixed.get(v as usize).copied().unwrap_or(false)) {
+        for v in faces[f as usize].into_iter().filter(|&v| !stays(v)) {
             let before = (n_away(positions, &around.faces(v).collect::<Vec<_>>()), positions[v as usize]);
             let mut best = before;
             for place in other_places(surface, positions, faces, around, v, starts[v as usize]) {
@@ -180,6 +186,7 @@ struct Original<'a> {
     starts: &'a [u32],
     sight: Sight,
     most_loss: f32,
+    on_plane: Option<&'a OnPlane>,
 }
 
 impl Original<'_> {
@@ -218,7 +225,9 @@ impl Original<'_> {
             let g = around.along(b, a)?;
             let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
             let diamond = Diamond { faces: [f, g], corners: [a, b, c, d] };
-            let is_free = !around.joins(c, d) && c != d && !diamond.corners.iter().any(|v| touched.contains(v));
+            let bridges = self.on_plane.is_some_and(|on_plane| on_plane.has(c) && on_plane.has(d));
+            let is_free =
+                !bridges && !around.joins(c, d) && c != d && !diamond.corners.iter().any(|v| touched.contains(v));
             let is_seam = || corners.is_some_and(|corners| corners.is_seam(faces, diamond.faces, [a, b]));
             let helps = || {
                 self.distance(c, d) <= self.most_loss * self.distance(a, b)
@@ -265,7 +274,8 @@ mod tests {
             .collect();
         let mut faces = vec![[0, 1, 2], [1, 0, 3]];
         let mut mend = || {
-            let mut folded = Folded { positions: &mut positions, faces: &mut faces, corners: None, fixed: &[] };
+            let mut folded =
+                Folded { positions: &mut positions, faces: &mut faces, corners: None, fixed: &[], on_plane: None };
             unfold(&surface, &vertex_of, &mut folded)
         };
         assert_eq!([mend(), mend()], [1, 0]);

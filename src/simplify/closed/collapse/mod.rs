@@ -9,8 +9,10 @@
 //! neighbours of its vertices alone, and faces are made of them at the end. Large complexes are first collapsed in blocks
 //! (`blocks`), side by side and each within the cache.
 
+mod at_height;
 mod blocks;
 mod bucket_queue;
+mod half;
 mod links;
 mod pair;
 
@@ -21,6 +23,7 @@ use crate::geometry::triangle::area_normal;
 use crate::linalg::{Isa, Work};
 use crate::mesh::OneRings;
 
+use super::half::OnPlane;
 use super::holds::Holds;
 use super::placement::Placement;
 use bucket_queue::BucketQueue;
@@ -117,6 +120,8 @@ pub(super) struct Remains {
     pub fixed: Vec<bool>,
     /// The vertices of the surface that the vertices lie on, as far as they were to stay on one; empty where none was.
     pub origins: Vec<u32>,
+    /// What stays on the plane, where the surface is one half of a mirrored one.
+    pub on_plane: Option<OnPlane>,
 }
 
 /// The merges without which so many vertices and faces do not come to the limit: each takes away two faces at most.
@@ -231,8 +236,12 @@ impl Collapse {
 
     /// Collapses the cheapest edges until the limit or until none may go.
     pub fn run(&mut self, limit: Limit) -> End {
-        let mut n_edges =
-            EDGES_PER_MERGE.saturating_mul(merges_to(limit, self.n_vertices, self.n_faces).max(LEAST_MERGES));
+        if self.on_plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
+    }
+
+    fn run_to(&mut self, limit: Limit) -> End {
+        let (n_vertices, n_faces) = self.size();
+        let mut n_edges = EDGES_PER_MERGE.saturating_mul(merges_to(limit, n_vertices, n_faces).max(LEAST_MERGES));
         while !self.reached(limit) {
             let before = self.n_vertices;
             self.turn_forbidden = false;
@@ -279,7 +288,8 @@ impl Collapse {
         let of_living =
             self.holds.iter().flat_map(|holds| self.living().map(move |v| (holds.is_fixed(v), holds.origin(v))));
         let (fixed, origins) = of_living.unzip();
-        Remains { positions, faces, normals, vertex_of, fixed, origins }
+        let on_plane = self.on_plane().map(|on_plane| on_plane.of_living(self.living()));
+        Remains { positions, faces, normals, vertex_of, fixed, origins, on_plane }
     }
 
     /// The vertex that stands for `v` now.
@@ -307,7 +317,16 @@ impl Collapse {
     }
 
     fn reached(&self, limit: Limit) -> bool {
-        self.n_vertices <= limit.vertices && self.n_faces <= limit.faces
+        let (n_vertices, n_faces) = self.size();
+        n_vertices <= limit.vertices && n_faces <= limit.faces
+    }
+
+    /// Vertices and faces; where this is one half of a mirrored mesh, those of the whole.
+    fn size(&self) -> (usize, usize) {
+        match self.on_plane() {
+            None => (self.n_vertices, self.n_faces),
+            Some(on_plane) => (2 * self.n_vertices - on_plane.len(), 2 * self.n_faces),
+        }
     }
 
     /// Begins a queue with about as many of the cheapest edges as are wanted; returns up to which price it has all.
@@ -417,7 +436,7 @@ impl Collapse {
         let Some(opposite) = self.link_allows(u, v) else { return false };
         let pair = self.pair(u, v);
         let Some((place, offset, _)) = self.placement(u, v, &pair) else { return false };
-        if self.holds.as_ref().is_some_and(|holds| !holds.outlive(u, v, opposite)) {
+        if self.holds.as_ref().is_some_and(|holds| !holds.outlive(u, v, opposite)) || self.would_bridge(u, v) {
             return false;
         }
         let x = (self.nodes[u as usize].position.as_dvec3() + offset).as_vec3();

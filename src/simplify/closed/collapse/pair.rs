@@ -14,7 +14,7 @@ use super::links::Span;
 use crate::simplify::closed::placement::Placement;
 
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
-const REACH: f64 = 2.0;
+pub(super) const REACH: f64 = 2.0;
 /// Edges that are priced side by side.
 pub(super) const SIDE_BY_SIDE: usize = 8;
 
@@ -92,6 +92,17 @@ impl Pair {
     pub(super) fn new(u: &Node, v: &Node) -> Self {
         let other = (v.position - u.position).as_dvec3();
         Self { sum: u.quadric.wide() + v.quadric.wide().about(-other), other }
+    }
+
+    /// An edge to `other` by the summed quadric about its first end.
+    #[cfg(test)]
+    pub(super) fn about(sum: Quadric, other: DVec3) -> Self {
+        Self { sum, other }
+    }
+
+    /// Where the other end is, from the first.
+    pub fn other(&self) -> DVec3 {
+        self.other
     }
 
     /// The minimum, if it lies near enough to the edge, and its value.

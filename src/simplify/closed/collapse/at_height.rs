@@ -1,0 +1,69 @@
+//! Where the merged vertex of an edge goes that ends on the plane of a half: the best place at a height along an axis.
+
+use glam::{DMat2, DVec2, DVec3};
+
+use super::pair::{Pair, Place, REACH};
+
+impl Pair {
+    /// As [`Pair::placement`], with the merged vertex at this height along an axis, where one of the ends lies at least.
+    pub fn placement_at(&self, axis: usize, height: f64) -> (Place, DVec3, f64) {
+        match self.minimum_at(axis, height).filter(|(x, _)| self.is_within_reach(*x)) {
+            Some((x, cost)) => (Place::Minimum, x, cost),
+            None => self.best_at(axis, height),
+        }
+    }
+
+    fn is_within_reach(&self, x: DVec3) -> bool {
+        x.distance_squared(self.other() * 0.5) <= REACH * REACH * self.other().length_squared()
+    }
+
+    /// The minimum at this height, and its value; `None` where there is no single one.
+    fn minimum_at(&self, axis: usize, height: f64) -> Option<(DVec3, f64)> {
+        let [xx, xy, xz, yy, yz, zz] = self.sum.a;
+        let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
+        let a = DMat2::from_cols_array_2d(&[[rows[i][i], rows[i][j]], [rows[i][j], rows[j][j]]]);
+        let scale = rows[i][i] + rows[j][j];
+        if a.determinant() <= 1e-8 * scale * scale {
+            return None;
+        }
+        let slope = DVec2::new(rows[i][axis], rows[j][axis]) * height;
+        let place = a.inverse() * (DVec2::new(self.sum.b[i], self.sum.b[j]) - slope);
+        let mut x = DVec3::ZERO;
+        (x[axis], x[i], x[j]) = (height, place.x, place.y);
+        Some((x, self.sum.value(x)))
+    }
+
+    /// The best of the ends that lie at this height and, where both do, their middle.
+    fn best_at(&self, axis: usize, height: f64) -> (Place, DVec3, f64) {
+        let places = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
+        let fit = places.into_iter().filter(|(_, x, _)| x[axis] == height);
+        fit.min_by(|x, y| x.2.total_cmp(&y.2)).unwrap_or(places[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Quadric;
+
+    #[test]
+    fn the_minimum_at_a_height_is_the_lowest_value_there() {
+        let planes = [([1.0, 0.2, 0.3], 1.0), ([0.1, 1.0, -0.4], 2.0), ([0.3, -0.2, 1.0], 0.5)];
+        let of = |(n, w): ([f64; 3], f64)| Quadric::of_plane(DVec3::from(n).normalize(), DVec3::new(0.2, 0.1, 0.3), w);
+        let sum = planes.into_iter().map(of).fold(Quadric::default(), |x, y| x + y);
+        let pair = Pair::about(sum, DVec3::new(0.0, 1.0, 0.0));
+        let (place, x, cost) = pair.placement_at(0, 0.0);
+        assert_eq!((place, x.x), (Place::Minimum, 0.0));
+        for step in [[0.0, 1e-3, 0.0], [0.0, -1e-3, 0.0], [0.0, 0.0, 1e-3], [0.0, 0.0, -1e-3]] {
+            assert!(sum.value(x + DVec3::from(step)) > cost);
+        }
+    }
+
+    #[test]
+    fn where_there_is_no_minimum_it_is_an_end_on_the_plane() {
+        let pair = Pair::about(Quadric::default(), DVec3::new(0.5, 1.0, 0.0));
+        assert_eq!(pair.placement_at(0, 0.0).0, Place::Kept);
+        assert_eq!(pair.placement_at(0, 0.5).0, Place::Gone);
+    }
+}

@@ -1,0 +1,42 @@
+//! The collapse of one half of a mirrored mesh: sizes are those of the whole, and what is on the plane stays there.
+//!
+//! A merge within the cut takes one vertex of the whole, any other two. So the whole comes to its size but for one vertex
+//! first; where one is too many then, the cheapest merge within the cut takes it.
+
+use super::super::half::OnPlane;
+use super::{Collapse, End, Limit};
+
+impl Collapse {
+    /// What stays on the plane, where this is the collapse of a half.
+    pub(super) fn on_plane(&self) -> Option<&OnPlane> {
+        self.holds.as_ref().and_then(|holds| holds.on_plane())
+    }
+
+    /// Whether a merge would join two vertices of the plane that have no edge of the cut between them.
+    pub(super) fn would_bridge(&self, u: u32, v: u32) -> bool {
+        let rings = || [self.ring(u), self.ring(v)];
+        self.on_plane().is_some_and(|on_plane| on_plane.would_bridge([u, v], rings()))
+    }
+
+    /// Collapses until the whole is at the limit, exactly where that can be.
+    pub(super) fn run_half(&mut self, limit: Limit) -> End {
+        let nearly = Limit { vertices: limit.vertices.saturating_add(1), faces: limit.faces.saturating_add(2) };
+        let end = self.run_to(nearly);
+        if end == End::Reached && !self.reached(limit) {
+            self.merge_within_cut();
+        }
+        if end == End::Reached { self.run_to(limit) } else { end }
+    }
+
+    /// Does the cheapest merge of two neighbours on the cut that may be done, if there is one.
+    fn merge_within_cut(&mut self) {
+        let Some(on_plane) = self.on_plane() else { return };
+        let mut edges = Vec::new();
+        for u in self.living().filter(|&u| on_plane.has(u)) {
+            let along = self.ring(u).iter().filter(|&&v| v > u && on_plane.has(v));
+            edges.extend(along.map(|&v| (self.price(u, v), [u, v])).filter(|(cost, _)| *cost < f32::INFINITY));
+        }
+        edges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        _ = edges.into_iter().any(|(_, [u, v])| self.try_collapse(u, v));
+    }
+}

@@ -1,0 +1,179 @@
+//! Cuts a mesh along the plane and keeps the half above it.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::mesh::{Attributes, Channel, TriMesh, compact, edges};
+use crate::simplify::SimplifyError;
+use crate::simplify::closed::blend;
+
+use super::pairs::Pairs;
+use super::plane::Plane;
+
+/// The half of a mesh above the plane.
+pub(super) struct HalfMesh {
+    /// The mesh, open along the plane.
+    pub mesh: TriMesh,
+    /// What its corners and faces carry.
+    pub attributes: Attributes,
+    /// How much each vertex counts, or nothing.
+    pub importance: Vec<f32>,
+    /// Whether each vertex lies on the plane, at an edge of the cut.
+    pub on_plane: Vec<bool>,
+}
+
+/// On which side of the plane a vertex lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Side {
+    Above,
+    On,
+    Below,
+}
+
+/// Cuts a mesh with its attributes and its importance (n_vertices, or empty).
+///
+/// # Errors
+/// [`SimplifyError::InMirrorPlane`] where faces lie in the plane; [`SimplifyError::Empty`] where nothing lies above it.
+pub(super) fn cut(
+    (mesh, attributes, importance): (&TriMesh, Attributes, &[f32]),
+    plane: &Plane,
+    pairs: &Pairs,
+) -> Result<HalfMesh, SimplifyError> {
+    let sides = sides(mesh, plane, pairs);
+    let lies_in_plane = |face: &&[u32; 3]| face.iter().all(|&v| sides[v as usize] == Side::On);
+    match mesh.faces().iter().filter(lies_in_plane).count() {
+        0 => {}
+        n => return Err(SimplifyError::InMirrorPlane(n)),
+    }
+    let crossing = |a: u32, b: u32| {
+        let [x, y] = [a, b].map(|v| plane.height(mesh.positions()[v as usize]).abs());
+        let crosses =
+            [Side::Above, Side::Below].into_iter().all(|side| [a, b].iter().any(|&v| sides[v as usize] == side));
+        crosses.then(|| if x + y > 0.0 { (x / (x + y)) as f32 } else { 0.5 })
+    };
+    let faces = mesh.faces().to_vec();
+    let mut sheet = Sheet { positions: mesh.positions().to_vec(), faces, attributes, importance: importance.to_vec() };
+    sheet.refine(&crossing, &|v| sides[v as usize] != Side::Below);
+    let mut on_plane: Vec<bool> = sides.iter().map(|side| *side == Side::On).collect();
+    on_plane.resize(sheet.positions.len(), true);
+    sheet.split_bridges(&on_plane)?;
+    on_plane.resize(sheet.positions.len(), false);
+    sheet.into_half(plane, &on_plane)
+}
+
+fn sides(mesh: &TriMesh, plane: &Plane, pairs: &Pairs) -> Vec<Side> {
+    let side = |(v, &p): (u32, &[f32; 3])| match plane.height(p) {
+        _ if pairs.vertices[v as usize] == v || plane.touches(p) => Side::On,
+        height if height > 0.0 => Side::Above,
+        _ => Side::Below,
+    };
+    (0..).zip(mesh.positions()).map(side).collect()
+}
+
+/// A mesh that is being cut, with what it carries.
+struct Sheet {
+    positions: Vec<[f32; 3]>,
+    faces: Vec<[u32; 3]>,
+    attributes: Attributes,
+    importance: Vec<f32>,
+}
+
+impl Sheet {
+    /// Cuts each face at the points that `split` says of its edges (shares of the way from the vertex of the smaller number),
+    /// and off the corners that are not kept.
+    fn refine(&mut self, split: &dyn Fn(u32, u32) -> Option<f32>, is_kept: &dyn Fn(u32) -> bool) {
+        let before = std::mem::take(&mut self.faces);
+        let rows = std::mem::take(&mut self.attributes.wedges);
+        let groups = std::mem::take(&mut self.attributes.groups);
+        let (mut vertices, mut wedges) = (FxHashMap::default(), FxHashMap::default());
+        for (f, face) in before.iter().enumerate() {
+            let row = rows.get(f).copied().unwrap_or_default();
+            let mut corners: Vec<(u32, u32)> = Vec::with_capacity(6);
+            let mut first = 0;
+            for k in 0..3 {
+                let [here, next] = [k, (k + 1) % 3].map(|k| (face[k], row[k]));
+                corners.extend(is_kept(here.0).then_some(here));
+                let ends = if here.0 < next.0 { [here, next] } else { [next, here] };
+                if let Some(t) = split(ends[0].0, ends[1].0) {
+                    first = corners.len();
+                    corners.push(self.point_between(ends, t, &mut vertices, &mut wedges));
+                }
+            }
+            // A fan from a new corner has no corners in a row.
+            let rest: Vec<(u32, u32)> =
+                corners[first.min(corners.len())..].iter().chain(&corners[..first]).copied().collect();
+            for pair in rest.get(1..).unwrap_or_default().windows(2) {
+                let triangle = [rest[0], pair[0], pair[1]];
+                self.faces.push(triangle.map(|(v, _)| v));
+                self.attributes.wedges.extend((!rows.is_empty()).then(|| triangle.map(|(_, wedge)| wedge)));
+                self.attributes.groups.extend(groups.get(f));
+            }
+        }
+    }
+
+    /// The vertex and the wedge at a share of the way between two corners, new ones where there are none yet.
+    fn point_between(
+        &mut self,
+        [a, b]: [(u32, u32); 2],
+        t: f32,
+        vertices: &mut FxHashMap<[u32; 2], u32>,
+        wedges: &mut FxHashMap<[u32; 2], u32>,
+    ) -> (u32, u32) {
+        let vertex = *vertices.entry([a.0, b.0]).or_insert_with(|| {
+            let [p, q] = [a.0, b.0].map(|v| self.positions[v as usize]);
+            self.positions.push(std::array::from_fn(|k| p[k] + t * (q[k] - p[k])));
+            let between = |factors: &[f32]| factors[a.0 as usize] + t * (factors[b.0 as usize] - factors[a.0 as usize]);
+            if !self.importance.is_empty() {
+                self.importance.push(between(&self.importance));
+            }
+            self.positions.len() as u32 - 1
+        });
+        if self.attributes.channels.is_empty() {
+            return (vertex, 0);
+        }
+        let wedge = *wedges.entry([a.1, b.1]).or_insert_with(|| {
+            self.attributes.channels.iter_mut().for_each(|channel| add_between(channel, [a.1, b.1], t));
+            self.attributes.n_wedges() as u32 - 1
+        });
+        (vertex, wedge)
+    }
+
+    /// Splits the edges between two faces whose ends both lie on the plane: such an edge would coincide with its image.
+    fn split_bridges(&mut self, on_plane: &[bool]) -> Result<(), SimplifyError> {
+        let mesh = TriMesh::new(self.positions.clone(), self.faces.clone()).map_err(|_| SimplifyError::Overflow)?;
+        let bridges = edges(&mesh).into_iter().filter(|edge| edge.n_faces() > 1);
+        let bridges = bridges.filter(|edge| edge.ends.iter().all(|&v| on_plane[v as usize]));
+        let bridges: FxHashSet<[u32; 2]> = bridges.map(|edge| edge.ends).collect();
+        if !bridges.is_empty() {
+            self.refine(&|a, b| bridges.contains(&[a, b]).then_some(0.5), &|_| true);
+        }
+        Ok(())
+    }
+
+    /// The half without the vertices below the plane, every vertex in its exact place.
+    fn into_half(self, plane: &Plane, on_plane: &[bool]) -> Result<HalfMesh, SimplifyError> {
+        if self.faces.is_empty() {
+            return Err(SimplifyError::Empty);
+        }
+        let (mesh, sources) = compact(&self.positions, self.faces).map_err(|_| SimplifyError::Overflow)?;
+        let flags: Vec<bool> = sources.iter().map(|&v| on_plane[v as usize]).collect();
+        let along_cut = edges(&mesh).into_iter().filter(|edge| edge.n_faces() == 1);
+        let mut on_plane = vec![false; flags.len()];
+        let along_cut = along_cut.filter(|edge| edge.ends.iter().all(|&v| flags[v as usize]));
+        along_cut.flat_map(|edge| edge.ends).for_each(|v| on_plane[v as usize] = true);
+        let (positions, faces) = mesh.into_parts();
+        let positions = positions.into_iter().zip(&on_plane).map(|(p, &on_plane)| plane.placed(p, on_plane)).collect();
+        let importance = match &self.importance[..] {
+            [] => Vec::new(),
+            importance => sources.iter().map(|&v| importance[v as usize]).collect(),
+        };
+        let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
+        Ok(HalfMesh { mesh, attributes: self.attributes, importance, on_plane })
+    }
+}
+
+/// Adds the value at a share of the way between two wedges.
+fn add_between(channel: &mut Channel, [a, b]: [u32; 2], t: f32) {
+    let mut value = vec![0.0; channel.width];
+    blend(channel.role, [channel.of(a), channel.of(b), channel.of(b)], [1.0 - t, t, 0.0], &mut value);
+    channel.values.extend(value);
+}

@@ -1,0 +1,86 @@
+//! Results that are their own mirror image, of meshes that are: one half is simplified, open along the plane, and put together
+//! with its image.
+//!
+//! The half's cut never leaves the plane and no edge but those of the cut joins two of its vertices, so that the two halves
+//! make a manifold where the half is one, closed where the mesh is closed. Positions and faces of the halves are exact images;
+//! what their corners carry is what each half's corners carried.
+
+mod cut;
+mod pairs;
+mod plane;
+mod twofold;
+mod whole;
+
+use std::ops::ControlFlow;
+
+use crate::model::Weights;
+
+use super::closed::Half;
+use super::levels::resolve_levels;
+use super::{
+    Assembly, Event, Input, Made, Options, Report, Simplified, SimplifyError, Symmetry, Target, Task, closed_results,
+    count_components, without_unused,
+};
+use pairs::Pairs;
+use plane::Plane;
+use twofold::GroupPairs;
+use whole::Lighter;
+
+/// Results of these sizes, each no larger than the one before; those of the second size on begin where the collapse stood.
+pub(super) fn levels(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    (symmetry, targets): (Symmetry, &[Target]),
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Vec<Simplified>, SimplifyError> {
+    check(task)?;
+    if progress(Event { stage: "symmetry", done: 0.0 }).is_break() {
+        return Err(SimplifyError::Interrupted);
+    }
+    let (mesh, sources) = without_unused(input.mesh)?;
+    let importance = input.importance_of(sources.as_deref());
+    let limits = resolve_levels(&mesh, targets, task.options)?;
+    let frame = &task.options.frame;
+    let plane = plane::find(&mesh, symmetry, frame)?;
+    let pairs = Pairs::new(&mesh, &plane, frame)?;
+    let (attributes, groups) = twofold::twofold(input.attributes, &pairs);
+    let mut half = cut::cut((&mesh, attributes, &importance), &plane, &pairs)?;
+    twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
+    let input = Input { mesh: &half.mesh, attributes: &half.attributes, importance: &half.importance };
+    let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
+    let made = closed_results(&input, weights, &task, (&limits, 1.0), progress)?;
+    made.into_iter().map(|made| mirrored(made, &plane, &groups, task.options)).collect()
+}
+
+/// Refuses what is not there for mirrored results.
+fn check(task: &Task) -> Result<(), SimplifyError> {
+    let options = task.options;
+    let refused = [
+        ("the paper's assembly", options.assembly == Assembly::Paper),
+        ("locked borders", options.lock_borders),
+        ("a subset of the vertices", options.subset),
+        ("pruning", options.prune || options.prune_below > 0.0),
+        ("a map", options.map),
+        ("a record", task.differentiable),
+    ];
+    match refused.into_iter().find(|(_, is_asked)| *is_asked) {
+        Some((what, _)) => Err(SimplifyError::NotWithSymmetry(what)),
+        None => Ok(()),
+    }
+}
+
+/// The whole result of a half.
+fn mirrored(made: Made, plane: &Plane, groups: &GroupPairs, options: &Options) -> Result<Simplified, SimplifyError> {
+    let Made { simplified, on_plane, .. } = made;
+    let Simplified { mesh, attributes, report, .. } = simplified;
+    let half = Lighter { mesh: &mesh, attributes, on_plane: &on_plane };
+    let (mesh, attributes, separated_vertices) = whole::whole(half, plane, groups, &options.frame)?;
+    let report = Report {
+        separated_vertices,
+        components_at_minimum: count_components(&mesh).1,
+        mirror: Some(plane.in_file(&options.frame)),
+        ..report
+    };
+    Ok(Simplified { mesh, attributes, source_vertices: None, map: None, report })
+}

@@ -1,0 +1,125 @@
+//! Which vertex and which corner of a mesh is the image of which, and whether all have one.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use crate::mesh::{Frame, TriMesh};
+use crate::simplify::SimplifyError;
+use crate::spatial::{FaceTree, nearest_to};
+
+use super::plane::{Plane, is_within, tolerance};
+
+/// What is the image of what.
+pub(super) struct Pairs {
+    /// For each vertex the one where its image lies, n_vertices.
+    pub vertices: Vec<u32>,
+    /// For each corner (`3 * face + corner`) the one that stands where its image does.
+    pub corners: Vec<u32>,
+}
+
+impl Pairs {
+    /// Pairs a mesh that is its own mirror image.
+    ///
+    /// Faces need not be the images of others one by one: quads may be cut along either diagonal, polygons in any way.
+    ///
+    /// # Errors
+    /// [`SimplifyError::NotSymmetric`] with the number of vertices or faces that have no image.
+    pub fn new(mesh: &TriMesh, plane: &Plane, frame: &Frame) -> Result<Self, SimplifyError> {
+        let images: Vec<[f32; 3]> = mesh.positions().iter().map(|&p| plane.image(p)).collect();
+        let vertices = nearest_to(mesh.positions(), &images, 1);
+        let tolerance = tolerance(mesh);
+        let is_alone = |(image, v): &(&[f32; 3], &u32)| !is_within(**image, mesh.positions()[**v as usize], tolerance);
+        let n_alone = images.iter().zip(&vertices).filter(is_alone).count();
+        let refused = |vertices, faces| SimplifyError::NotSymmetric { plane: plane.in_file(frame), vertices, faces };
+        if n_alone > 0 {
+            return Err(refused(n_alone, 0));
+        }
+        let images = Images::new(mesh, &vertices);
+        let others: Vec<u32> = (0..mesh.faces().len() as u32).filter(|&f| !images.has_edges(f)).collect();
+        let n_alone = others.len() - n_on_surface(mesh, plane, &others, tolerance);
+        if n_alone > 0 {
+            return Err(refused(0, n_alone));
+        }
+        let corners = (0..mesh.faces().len() as u32).flat_map(|f| images.corners(f)).collect();
+        Ok(Self { corners, vertices })
+    }
+}
+
+/// How many of these faces have the image of their middle on the surface.
+fn n_on_surface(mesh: &TriMesh, plane: &Plane, faces: &[u32], tolerance: f64) -> usize {
+    if faces.is_empty() {
+        return 0;
+    }
+    let tree = FaceTree::new(mesh.positions(), mesh.faces());
+    let on_surface = |f: &&u32| {
+        let corners = mesh.faces()[**f as usize].map(|v| plane.image(mesh.positions()[v as usize]));
+        let middle = corners.iter().map(|&p| DVec3::from(p.map(f64::from))).sum::<DVec3>() / 3.0;
+        tree.nearest(middle).is_some_and(|(_, distance2)| distance2 <= tolerance * tolerance)
+    };
+    faces.iter().filter(on_surface).count()
+}
+
+/// Where the images of faces are looked for.
+struct Images<'a> {
+    mesh: &'a TriMesh,
+    vertices: &'a [u32],
+    /// Faces by their vertices, ascending.
+    faces: FxHashMap<[u32; 3], u32>,
+    /// The half-edge (`3 * face + corner`) from a vertex to another, of several the first.
+    half_edges: FxHashMap<[u32; 2], u32>,
+    /// A corner at each vertex.
+    corner_at: Vec<u32>,
+}
+
+impl<'a> Images<'a> {
+    fn new(mesh: &'a TriMesh, vertices: &'a [u32]) -> Self {
+        let (mut faces, mut half_edges) = (FxHashMap::default(), FxHashMap::default());
+        let mut corner_at = vec![0; mesh.positions().len()];
+        for (f, face) in (0..mesh.faces().len() as u32).zip(mesh.faces()).rev() {
+            faces.insert(ascending(*face), f);
+            for k in 0..3 {
+                half_edges.insert([face[k], face[(k + 1) % 3]], 3 * f + k as u32);
+                corner_at[face[k] as usize] = 3 * f + k as u32;
+            }
+        }
+        Self { mesh, vertices, faces, half_edges, corner_at }
+    }
+
+    /// The images of the corners of a face.
+    fn of(&self, f: u32) -> [u32; 3] {
+        self.mesh.faces()[f as usize].map(|v| self.vertices[v as usize])
+    }
+
+    /// Whether two edges of a face at least have images that are edges.
+    fn has_edges(&self, f: u32) -> bool {
+        let image = self.of(f);
+        let is_edge = |k: &usize| {
+            let [a, b] = [image[*k], image[(k + 1) % 3]];
+            self.half_edges.contains_key(&[b, a]) || self.half_edges.contains_key(&[a, b])
+        };
+        (0..3).filter(is_edge).count() >= 2
+    }
+
+    /// The corners that stand where the images of the corners of a face do: those of the face's image where there is such a
+    /// face, else of faces beyond the images of its edges, else any.
+    fn corners(&self, f: u32) -> [u32; 3] {
+        let image = self.of(f);
+        let whole = self.faces.get(&ascending(image)).copied();
+        std::array::from_fn(|k| {
+            let beside = [[image[(k + 1) % 3], image[k]], [image[k], image[(k + 2) % 3]]];
+            let over_edge = || beside.iter().find_map(|edge| self.half_edges.get(edge)).map(|&half_edge| half_edge / 3);
+            let face = whole.or_else(over_edge);
+            let corner = face.and_then(|face| self.corner_of(face, image[k]));
+            corner.unwrap_or(self.corner_at[image[k] as usize])
+        })
+    }
+
+    fn corner_of(&self, face: u32, v: u32) -> Option<u32> {
+        self.mesh.faces()[face as usize].iter().position(|&w| w == v).map(|k| 3 * face + k as u32)
+    }
+}
+
+fn ascending(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}

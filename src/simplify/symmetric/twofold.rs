@@ -1,0 +1,74 @@
+//! What the corners of both halves carry, on those of one: the values of a corner and, behind them, those of its image.
+//!
+//! So each half keeps what was its own, whether the texture of one is that of the other or not, and a seam of either half is
+//! one of both.
+
+use rustc_hash::FxHashMap;
+
+use crate::mesh::{Attributes, Channel, Role, same_values};
+
+use super::pairs::Pairs;
+
+/// The groups of the faces of one half, and of their images.
+pub(super) type GroupPairs = Vec<[u32; 2]>;
+
+/// What each corner and its image carry: all channels once for the corner and once more for its image. Groups count the
+/// pairs of groups, which are returned beside.
+pub(super) fn twofold(attributes: &Attributes, pairs: &Pairs) -> (Attributes, GroupPairs) {
+    let image_face = |f: usize| pairs.corners[3 * f] / 3;
+    let mut group_pairs = Numbers::default();
+    let groups = (0u32..).zip(&attributes.groups);
+    let groups = groups.map(|(f, &own)| group_pairs.of([own, attributes.group(image_face(f as usize))])).collect();
+    let mut wedge_pairs = Numbers::default();
+    let corner = |wedges: &[[u32; 3]], c: u32| wedges[c as usize / 3][c as usize % 3];
+    let images = pairs.corners.chunks_exact(3);
+    let wedges =
+        attributes.wedges.iter().zip(images).map(|(own, images)| {
+            std::array::from_fn(|k| wedge_pairs.of([own[k], corner(&attributes.wedges, images[k])]))
+        });
+    let wedges = wedges.collect();
+    let channels = [0, 1].into_iter().flat_map(|side| {
+        attributes.channels.iter().map({
+            let wedge_pairs = &wedge_pairs.rows;
+            move |channel| Channel {
+                values: wedge_pairs.iter().flat_map(|pair| channel.of(pair[side])).copied().collect(),
+                name: channel.name.clone(),
+                ..*channel
+            }
+        })
+    });
+    (Attributes { wedges, channels: channels.collect(), groups }, group_pairs.rows)
+}
+
+/// Adds a channel that says of each wedge whether it and its image are one where they meet: 1, or 0 at a seam along the plane.
+/// It is asked of corners on the plane alone.
+pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_plane: &[bool]) {
+    if attributes.channels.is_empty() {
+        return;
+    }
+    let (own, images) = attributes.channels.split_at(attributes.channels.len() / 2);
+    let is_one = |wedge: u32| own.iter().zip(images).all(|(x, y)| same_values(x.role, x.of(wedge), y.of(wedge)));
+    let mut values = vec![1.0; attributes.n_wedges()];
+    for (face, wedges) in faces.iter().zip(&attributes.wedges) {
+        for (_, &wedge) in face.iter().zip(wedges).filter(|(v, _)| on_plane[**v as usize]) {
+            values[wedge as usize] = f32::from(u8::from(is_one(wedge)));
+        }
+    }
+    attributes.channels.push(Channel { name: "joints".into(), role: Role::Other, width: 1, values });
+}
+
+/// Pairs, numbered in the order in which they are met.
+#[derive(Default)]
+struct Numbers {
+    rows: Vec<[u32; 2]>,
+    numbers: FxHashMap<[u32; 2], u32>,
+}
+
+impl Numbers {
+    fn of(&mut self, pair: [u32; 2]) -> u32 {
+        *self.numbers.entry(pair).or_insert_with(|| {
+            self.rows.push(pair);
+            self.rows.len() as u32 - 1
+        })
+    }
+}

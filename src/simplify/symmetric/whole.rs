@@ -1,0 +1,92 @@
+//! A half and its image as one mesh: the vertices of the plane are those of both.
+
+use crate::mesh::{Attributes, Channel, Frame, TriMesh};
+use crate::simplify::SimplifyError;
+use crate::simplify::closed::{blend, separate_twins};
+
+use super::plane::Plane;
+use super::twofold::GroupPairs;
+
+/// A half that was simplified.
+pub(super) struct Lighter<'a> {
+    /// The half.
+    pub mesh: &'a TriMesh,
+    /// What its corners carry, twofold, and whether that is one on the plane.
+    pub attributes: Attributes,
+    /// Whether each vertex lies on the plane.
+    pub on_plane: &'a [bool],
+}
+
+/// Puts a half and its image together; returns how many vertices were moved apart, too.
+pub(super) fn whole(
+    half: Lighter,
+    plane: &Plane,
+    groups: &GroupPairs,
+    frame: &Frame,
+) -> Result<(TriMesh, Attributes, usize), SimplifyError> {
+    let Lighter { mesh, attributes, on_plane } = half;
+    let placed = |v: usize, p: [f32; 3]| plane.placed(p, on_plane[v]);
+    let mut positions: Vec<[f32; 3]> = mesh.positions().iter().enumerate().map(|(v, &p)| placed(v, p)).collect();
+    let n_moved = separate_twins(&mut positions, &|p| plane.image(p), &placed, frame);
+    let mut next = positions.len() as u32;
+    let images: Vec<u32> = (0..next).map(|v| if on_plane[v as usize] { v } else { number(&mut next) }).collect();
+    let twins: Vec<[f32; 3]> =
+        positions.iter().zip(on_plane).filter(|(_, on)| !**on).map(|(&p, _)| plane.image(p)).collect();
+    positions.extend(twins);
+    let mut faces = mesh.faces().to_vec();
+    faces.extend(mesh.faces().iter().map(|face| turned(face.map(|v| images[v as usize]))));
+    let attributes = unfolded(attributes, mesh, on_plane, groups);
+    let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
+    Ok((mesh, attributes, n_moved))
+}
+
+fn number(next: &mut u32) -> u32 {
+    *next += 1;
+    *next - 1
+}
+
+/// A face wound the other way.
+fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+    [a, c, b]
+}
+
+/// What the corners of both halves carry: the first of the twofold values on one, the second on the other, and where they meet
+/// as one, the mean of both.
+fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &GroupPairs) -> Attributes {
+    let of_side = |side: usize| attributes.groups.iter().map(move |&pair| pairs[pair as usize][side]);
+    let groups = of_side(0).chain(of_side(1)).collect();
+    let Some((joints, twofold)) = attributes.channels.split_last() else {
+        return Attributes { groups, ..Attributes::default() };
+    };
+    let (own, images) = twofold.split_at(twofold.len() / 2);
+    let n_wedges = attributes.n_wedges() as u32;
+    let mut is_one = vec![false; n_wedges as usize];
+    for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {
+        for (_, &wedge) in face.iter().zip(wedges).filter(|(v, _)| on_plane[**v as usize]) {
+            is_one[wedge as usize] = joints.of(wedge)[0] > 0.5;
+        }
+    }
+    let mut next = n_wedges;
+    let image_of: Vec<u32> =
+        (0..n_wedges).map(|wedge| if is_one[wedge as usize] { wedge } else { number(&mut next) }).collect();
+    let image_rows = attributes.wedges.iter().map(|wedges| turned(wedges.map(|wedge| image_of[wedge as usize])));
+    let wedges = attributes.wedges.iter().copied().chain(image_rows).collect();
+    let channels = own.iter().zip(images).map(|(own, image)| joined(own, image, &is_one)).collect();
+    Attributes { wedges, channels, groups }
+}
+
+/// The values of the wedges of one side, and behind them those of the wedges of the other that are not one with them.
+fn joined(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
+    let mut values = Vec::with_capacity(2 * own.values.len());
+    for (wedge, &is_one) in (0u32..).zip(is_one) {
+        let [x, y] = [own.of(wedge), image.of(wedge)];
+        let start = values.len();
+        values.extend_from_slice(x);
+        if is_one {
+            blend(own.role, [x, y, y], [0.5, 0.5, 0.0], &mut values[start..]);
+        }
+    }
+    let apart = (0u32..).zip(is_one).filter(|(_, is_one)| !**is_one);
+    values.extend(apart.flat_map(|(wedge, _)| image.of(wedge)));
+    Channel { values, name: own.name.clone(), ..*own }
+}

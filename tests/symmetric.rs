@@ -1,0 +1,283 @@
+//! Whole meshes that are their own mirror images: so are the results, bit for bit, and what they carry goes along.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+
+use glam::Vec3;
+use neural_mesh::mesh::{Attributes, Channel, Frame, Role, TriMesh, seams, shapes, topology};
+use neural_mesh::metrics::{Surface, surface_distance};
+use neural_mesh::search::simplify_to_error;
+use neural_mesh::simplify::{
+    Axis, Input, MirrorPlane, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify_input,
+    simplify_levels_of_detail,
+};
+
+mod common;
+use common::{assert_closed_manifold, assert_manifold, assert_same_topology};
+
+fn go_on(_: neural_mesh::simplify::Event) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn options(target: Target, symmetry: Symmetry) -> Options {
+    Options { symmetric: Some(symmetry), ..Options::new(target) }
+}
+
+fn simplified(mesh: &TriMesh, options: &Options) -> Simplified {
+    simplify_input(&Input::bare(mesh), None, options, &mut go_on).unwrap()
+}
+
+/// A mesh with other positions.
+fn moved(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
+    let positions = mesh.positions().iter().map(|&p| to(p.into()).to_array()).collect();
+    TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
+}
+
+/// A bumpy ball, the same on both sides of x = 0: the positive side of one, and its image.
+fn bumpy(level: u32) -> TriMesh {
+    moved(&shapes::icosphere(level), |p| {
+        let x = p.x.abs();
+        p * (1.0 + 0.15 * (6.0 * x).sin() * (4.0 * p.y + 1.0).cos() + 0.1 * (5.0 * p.z + 3.0 * x).sin())
+    })
+}
+
+/// Every vertex and every face has its image in the plane, bit for bit.
+#[track_caller]
+fn assert_mirrored(mesh: &TriMesh, plane: &MirrorPlane) {
+    let (axis, at) = (plane.axis.index(), plane.at);
+    let bits = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
+    let number: BTreeMap<[u32; 3], u32> = (0..).zip(mesh.positions()).map(|(v, &p)| (bits(p), v)).collect();
+    let image = |p: [f32; 3]| {
+        let mut q = p;
+        let x = 2.0 * at - f64::from(p[axis]);
+        q[axis] = x as f32;
+        assert_eq!(f64::from(q[axis]), x, "an image that is no single number");
+        q
+    };
+    let images: Vec<u32> = mesh.positions().iter().map(|&p| *number.get(&bits(image(p))).expect("an image")).collect();
+    let rotated = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap();
+    let faces: BTreeSet<[u32; 3]> = mesh.faces().iter().map(|&face| rotated(face)).collect();
+    for &face in mesh.faces() {
+        let [a, b, c] = face.map(|v| images[v as usize]);
+        assert!(faces.contains(&rotated([a, c, b])), "a face without its image");
+    }
+}
+
+fn distance(original: &TriMesh, result: &TriMesh) -> f64 {
+    let [x, y] = [original, result].map(|mesh| Surface::new(mesh, 20_000, 0));
+    surface_distance(&x, &y).unwrap().both.mean
+}
+
+#[test]
+fn closed_stays_closed_and_mirrored_at_the_size_asked_for() {
+    let tori = shapes::torus(64, 32, 1.0, 0.4);
+    let meshes =
+        [bumpy(4), moved(&shapes::icosphere(4), |p| p + Vec3::new(0.7, 3.0, -2.0)), tori, shapes::plate(6, 0.02)];
+    for mesh in &meshes {
+        for target in
+            [Target::Ratio(0.5), Target::Vertices(301), Target::Vertices(300), Target::Faces(200), Target::Vertices(61)]
+        {
+            for symmetry in [Symmetry::Found, Symmetry::Across(Axis::X)] {
+                let result = simplified(mesh, &options(target, symmetry));
+                assert_closed_manifold(&result.mesh);
+                assert_same_topology(mesh, &result.mesh);
+                assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+                let (n_vertices, n_faces) = (result.mesh.positions().len(), result.mesh.faces().len());
+                match target {
+                    Target::Vertices(n) => assert_eq!(n_vertices, n),
+                    Target::Faces(n) => assert_eq!(n_faces, n),
+                    Target::Ratio(ratio) => assert_eq!(n_vertices, (ratio * mesh.positions().len() as f64) as usize),
+                }
+                assert_eq!(result.report.outcome, Outcome::Reached);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mirrored_result_lies_as_close_as_any() {
+    for mesh in [bumpy(5), shapes::torus(96, 48, 1.0, 0.4)] {
+        let n = mesh.positions().len() / 10;
+        let plain = simplified(&mesh, &Options::new(Target::Vertices(n)));
+        let mirrored = simplified(&mesh, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
+        let quotient = distance(&mesh, &mirrored.mesh) / distance(&mesh, &plain.mesh);
+        assert!(quotient < 1.1, "{quotient}");
+    }
+}
+
+#[test]
+fn planes_where_no_edge_runs_and_where_no_zero_is() {
+    let cube = shapes::cuboid([1.0, 1.0, 1.0], 9);
+    for (symmetry, plane) in [
+        (Symmetry::Across(Axis::Y), MirrorPlane { axis: Axis::Y, at: 0.5 }),
+        (Symmetry::Plane(MirrorPlane { axis: Axis::Z, at: 0.5 }), MirrorPlane { axis: Axis::Z, at: 0.5 }),
+    ] {
+        let result = simplified(&cube, &options(Target::Vertices(101), symmetry));
+        assert_eq!((result.report.mirror, result.mesh.positions().len()), (Some(plane), 101));
+        assert_closed_manifold(&result.mesh);
+        assert_mirrored(&result.mesh, &plane);
+        assert!(distance(&cube, &result.mesh) < 2e-3);
+    }
+    // Coordinates that are no short fractions, and coordinates far out whose origin the frame has.
+    let odd = moved(&bumpy(4), |p| p * 0.37 + Vec3::new(12.345, 0.1, -7.0));
+    let result = simplified(&odd, &options(Target::Ratio(0.1), Symmetry::Found));
+    assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+    let frame = Frame { origin: [5e6, 0.0, 0.0], double: true };
+    let far = Options { frame, ..options(Target::Ratio(0.1), Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })) };
+    let result = simplified(&bumpy(4), &far);
+    assert_eq!(result.report.mirror.unwrap().at, 5e6);
+    assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
+}
+
+#[test]
+fn down_to_the_smallest_it_stays_a_closed_mirrored_surface() {
+    for mesh in [bumpy(3), shapes::torus(24, 12, 1.0, 0.4), shapes::cuboid([1.0; 3], 5), shapes::many_boxes(3)] {
+        for n in [40, 20, 12, 9, 5, 4, 1] {
+            let found = simplify_input(
+                &Input::bare(&mesh),
+                None,
+                &options(Target::Vertices(n), Symmetry::Across(Axis::Y)),
+                &mut go_on,
+            );
+            let Ok(result) = found else {
+                assert!(matches!(found, Err(SimplifyError::NotSymmetric { .. })));
+                continue;
+            };
+            assert_closed_manifold(&result.mesh);
+            assert_same_topology(&mesh, &result.mesh);
+            assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+        }
+    }
+}
+
+#[test]
+fn solids_that_touch_the_plane_with_an_edge_come_apart() {
+    // A box that stands on an edge in the plane x = 0, and its image, which shares the vertices of that edge.
+    let solid = moved(&shapes::cuboid([1.0; 3], 6), |p| Vec3::new(p.x + p.y, p.y - p.x, p.z));
+    let mut positions = solid.positions().to_vec();
+    let image = |v: u32, positions: &mut Vec<[f32; 3]>| match solid.positions()[v as usize] {
+        [0.0, ..] => v,
+        [x, y, z] => {
+            positions.push([-x, y, z]);
+            positions.len() as u32 - 1
+        }
+    };
+    let images: Vec<u32> = (0..solid.positions().len() as u32).map(|v| image(v, &mut positions)).collect();
+    let turned = solid.faces().iter().map(|&[a, b, c]| [a, c, b].map(|v| images[v as usize]));
+    let both = TriMesh::new(positions, solid.faces().iter().copied().chain(turned).collect()).unwrap();
+    assert!(topology(&both).non_manifold_edges > 0);
+    for n in [200, 60, 16] {
+        let result = simplified(&both, &options(Target::Vertices(n), Symmetry::Found));
+        assert_closed_manifold(&result.mesh);
+        assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
+        assert_eq!((topology(&result.mesh).components, result.mesh.positions().len()), (2, n));
+    }
+}
+
+#[test]
+fn open_surfaces_keep_their_borders() {
+    let tube = moved(&shapes::open_cylinder(48, 24), |p| p);
+    for axis in [Axis::X, Axis::Z] {
+        let result = simplified(&tube, &options(Target::Vertices(150), Symmetry::Across(axis)));
+        assert_manifold(&result.mesh);
+        assert_same_topology(&tube, &result.mesh);
+        assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+        assert!(distance(&tube, &result.mesh) < 0.01);
+    }
+}
+
+#[test]
+fn each_side_keeps_its_own_texture_and_groups() {
+    // A ring of vertices lies on the plane.
+    let mesh = shapes::torus(64, 32, 1.0, 0.4);
+    let outward = |p: Vec3| (p - Vec3::new(p.x, p.y, 0.0).normalize()).normalize();
+    // The right half in the chart about u = 0, the left one about u = 10, or one chart over both.
+    for (apart, normals) in [(10.0, false), (0.0, true)] {
+        let side = |face: &[u32; 3]| {
+            let sum: f32 = face.iter().map(|&v| mesh.positions()[v as usize][0]).sum();
+            if sum > 0.0 { 0.0 } else { apart }
+        };
+        let value = |v: u32, face: &[u32; 3]| {
+            let p = Vec3::from(mesh.positions()[v as usize]);
+            [p.z + side(face) + 0.3 * p.x, p.y]
+        };
+        let values = mesh.faces().iter().flat_map(|face| face.map(|v| value(v, face))).flatten().collect();
+        let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let mut channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+        if normals {
+            let normal = |&v: &u32| outward(mesh.positions()[v as usize].into()).to_array();
+            let values = mesh.faces().as_flattened().iter().flat_map(normal).collect();
+            channels.push(Channel { name: "normal".into(), role: Role::Normal, width: 3, values });
+        }
+        let groups = mesh.faces().iter().map(|face| u32::from(side(face) > 0.0)).collect();
+        let attributes = Attributes { wedges, channels, groups };
+        let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+        let asked = options(Target::Vertices(250), Symmetry::Across(Axis::X));
+        let result = simplify_input(&input, None, &asked, &mut go_on).unwrap();
+        assert_closed_manifold(&result.mesh);
+        assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
+        let carried = &result.attributes;
+        assert!(carried.fit(result.mesh.faces().len()) && carried.channels.len() == 1 + usize::from(normals));
+        let mut worst = 0.0f32;
+        for (f, face) in result.mesh.faces().iter().enumerate() {
+            let middle: Vec3 =
+                face.iter().map(|&v| Vec3::from(result.mesh.positions()[v as usize])).sum::<Vec3>() / 3.0;
+            let meant = if middle.x > 0.0 { 0.0 } else { apart };
+            assert_eq!(carried.group(f as u32), u32::from(meant > 0.0));
+            for (&v, &wedge) in face.iter().zip(&carried.wedges[f]) {
+                let p = Vec3::from(result.mesh.positions()[v as usize]);
+                let uv = carried.channels[0].of(wedge);
+                worst = worst.max((uv[0] - (p.z + meant + 0.3 * p.x)).abs()).max((uv[1] - p.y).abs());
+                if normals {
+                    assert!(Vec3::from_slice(carried.channels[1].of(wedge)).dot(outward(p)) > 0.95);
+                }
+            }
+        }
+        assert!(worst < 0.1, "{worst}");
+        // Where the charts are apart, the plane is a seam, else there is none.
+        let n_seams = seams(&result.mesh, carried).len();
+        assert_eq!(n_seams > 0, apart > 0.0, "{n_seams}");
+    }
+}
+
+#[test]
+fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
+    let lopsided = moved(&bumpy(3), |p| if p.x > 0.5 { p + Vec3::new(0.1, 0.0, 0.0) } else { p });
+    let asked = options(Target::Ratio(0.5), Symmetry::Across(Axis::X));
+    let error = simplify_input(&Input::bare(&lopsided), None, &asked, &mut go_on).unwrap_err();
+    assert!(matches!(error, SimplifyError::NotSymmetric { vertices: 1.., .. }), "{error:?}");
+    assert!(error.to_string().contains("not symmetric about x = 0"), "{error}");
+    let both = Options { map: true, ..asked };
+    let error = simplify_input(&Input::bare(&bumpy(3)), None, &both, &mut go_on).unwrap_err();
+    assert_eq!(error, SimplifyError::NotWithSymmetry("a map"));
+    let flat = shapes::grid(4, 4);
+    let asked = options(Target::Ratio(0.5), Symmetry::Plane(MirrorPlane { axis: Axis::Z, at: 0.0 }));
+    let error = simplify_input(&Input::bare(&flat), None, &asked, &mut go_on).unwrap_err();
+    assert_eq!(error, SimplifyError::InMirrorPlane(32));
+}
+
+#[test]
+fn levels_and_proved_distances_are_mirrored_too() {
+    let mesh = bumpy(4);
+    let asked = options(Target::Ratio(0.5), Symmetry::Found);
+    let further = [Target::Vertices(500), Target::Vertices(99)];
+    let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &asked, &further, &mut go_on).unwrap();
+    for (level, n) in levels.iter().zip([1281, 500, 99]) {
+        assert_eq!(level.mesh.positions().len(), n);
+        assert_mirrored(&level.mesh, &level.report.mirror.unwrap());
+        assert!(topology(&level.mesh).is_closed_manifold());
+    }
+    let found = simplify_to_error(&Input::bare(&mesh), None, &asked, 0.05, &mut go_on).unwrap();
+    assert!(found.distance.upper <= 0.05 && found.simplified.mesh.positions().len() < 800);
+    assert_mirrored(&found.simplified.mesh, &found.simplified.report.mirror.unwrap());
+}
+
+#[test]
+fn the_result_does_not_depend_on_the_number_of_threads() {
+    let mesh = bumpy(4);
+    let result = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        pool.install(|| simplified(&mesh, &options(Target::Ratio(0.1), Symmetry::Found)))
+    };
+    assert_eq!(result(1), result(3));
+}
