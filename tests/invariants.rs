@@ -76,14 +76,27 @@ fn closed_shapes_stay_closed() {
 
 #[test]
 fn threads_and_repetition_change_no_bit() {
-    let mesh = shapes::wavy_sphere(5, 20.0);
-    let with = |n_threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-        pool.install(|| to(&mesh, Target::Ratio(0.1)))
-    };
-    let first = with(1);
-    for n_threads in [1, 2, 8] {
-        assert_eq!(with(n_threads), first);
+    // The second one is large enough for the darts' runs and the collapse's blocks.
+    for (mesh, ratio) in [(shapes::wavy_sphere(5, 20.0), 0.1), (shapes::torus(600, 300, 1.0, 0.4), 0.15)] {
+        let with = |n_threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+            pool.install(|| to(&mesh, Target::Ratio(ratio)))
+        };
+        let first = with(1);
+        for n_threads in [1, 2, 8] {
+            assert_eq!(with(n_threads), first);
+        }
+    }
+}
+
+#[test]
+fn what_is_collapsed_in_blocks_is_closed_and_of_the_size_asked_for() {
+    let mesh = shapes::torus(600, 300, 1.0, 0.4);
+    for ratio in [0.02, 0.15, 0.5, 0.9] {
+        let lighter = to(&mesh, Target::Ratio(ratio));
+        assert_eq!(lighter.mesh.positions().len(), (ratio * mesh.positions().len() as f64) as usize);
+        assert_closed_manifold(&lighter.mesh);
+        assert_same_topology(&mesh, &lighter.mesh);
     }
 }
 
