@@ -468,7 +468,8 @@ fn textures_go_from_obj_to_ply_and_back() {
     assert_eq!(places(&ply), ["y.png", "x.png"]);
     let header = text(&ply);
     assert!(header.contains("comment TextureFile x.png\ncomment TextureFile y.png\n"), "{header}");
-    assert!(header.contains("property int texnumber\n"));
+    assert!(header.contains("property list uchar float texcoord\nproperty int texnumber\n"));
+    assert!(header.contains("element vertex 4\n"), "a vertex was repeated: {header}");
 
     std::fs::write(folder.path().join("mesh.ply"), &ply.bytes).unwrap();
     let obj = written(&opened_path(&folder.path().join("mesh.ply")), Format::Obj);
