@@ -3,6 +3,7 @@
 mod attributes;
 pub mod cleanup;
 mod compact;
+mod crowded_edges;
 mod edges;
 mod first_equal;
 mod irregular_edges;
