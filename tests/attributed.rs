@@ -468,7 +468,8 @@ fn textures_go_from_obj_to_ply_and_back() {
     assert_eq!(places(&ply), ["y.png", "x.png"]);
     let header = text(&ply);
     assert!(header.contains("comment TextureFile x.png\ncomment TextureFile y.png\n"), "{header}");
-    assert!(header.contains("property int texnumber\n"));
+    assert!(header.contains("property list uchar float texcoord\nproperty int texnumber\n"));
+    assert!(header.contains("element vertex 4\n"), "a vertex was repeated: {header}");
 
     std::fs::write(folder.path().join("mesh.ply"), &ply.bytes).unwrap();
     let obj = written(&opened_path(&folder.path().join("mesh.ply")), Format::Obj);
@@ -542,4 +543,37 @@ fn faces_of_different_numbers_are_groups_and_too_many_are_none() {
     let many = with_ids(&|i| i);
     assert!(many.extra.groups.is_empty() && many.cleaned.attributes.groups.is_empty());
     assert!(many.notes[1].contains("differ too often"), "{:?}", many.notes);
+}
+
+#[test]
+fn groups_of_every_face_are_said_and_dropped_and_many_groups_are_kept() {
+    // Strips of 8 faces, each a group with a material; or each face a group.
+    let strips = |faces_a_group: usize, n_faces: usize| {
+        let mut text = String::from("mtllib a.mtl\n");
+        for f in 0..n_faces {
+            text += &format!("v {f} 0 0\nv {f} 1 0\nv {f} 0 1\n");
+            if f % faces_a_group == 0 {
+                text += &format!("g g{f}\nusemtl m{f}\n");
+            }
+            text += "f -3 -2 -1\n";
+        }
+        from_text(&text)
+    };
+    let began = std::time::Instant::now();
+    let each = strips(1, 100_000);
+    assert_eq!(
+        (each.extra.groups.len(), each.cleaned.attributes.groups.len(), each.notes.len()),
+        (0, 0, 2),
+        "{:?}",
+        each.notes
+    );
+    let many = strips(8, 800_000);
+    assert_eq!((many.extra.groups.len(), many.extra.materials().len(), many.notes.len()), (100_000, 100_000, 0));
+    let obj = written(&many, Format::Obj);
+    assert_eq!(text(&obj).matches("usemtl").count(), 100_000);
+    let ply = written(&many, Format::Ply);
+    assert!(String::from_utf8_lossy(&ply.bytes[..600]).contains("property int material_index"));
+    assert_eq!(io::looks(&many.extra, false).0.of_groups.len(), 100_000);
+    // Seconds where time grows with the groups, minutes where it grows with their square.
+    assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
 }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use neural_mesh::io::{self, Format, OutputFile, ReadError};
+use neural_mesh::mesh::RawMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{RawMesh, TriMesh};
 use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
@@ -21,7 +21,7 @@ use crate::interrupt;
 use crate::progress::Progress;
 use crate::report::{self, Certified, Distance, Level, MapFile, Output, Report, Seconds, Size};
 use crate::request::{Goal, Request, Source, is_stream};
-use crate::subject::Subject;
+use crate::subject::{Seen, Subject};
 use crate::words::{self, Voice};
 
 /// Samples on each surface for the distance: enough for its mean within a hundredth.
@@ -97,11 +97,10 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let mut notes = [subject.notes.clone(), written.notes].concat();
-    let coats = coats(request, &subject, first, &mut notes);
+    let shown = shown(request, &subject, first, &mut notes)?;
     let report = told(request, (&subject, first), levels, Told { notes, certified: lighter.certified, seconds })?;
     progress.show("picture", 0.0);
-    let meshes = [(subject.mesh(), coats[0].as_ref()), (&first.mesh, coats[1].as_ref())];
-    let drawn = drawn(request, meshes, &report)?;
+    let drawn = drawn(request, shown.as_ref(), &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
     let pending = pending.chain(mapped(request, &subject, first)?).collect();
     let cleaned = subject.counts.to_string();
@@ -353,25 +352,33 @@ fn told(
     })
 }
 
-/// The colours of the mesh before and after, where a picture is asked for; notes take what cannot be drawn of them.
-fn coats(request: &Request, subject: &Subject, result: &Simplified, notes: &mut Vec<String>) -> [Option<Coat>; 2] {
+/// The mesh before and after with its colours, where a picture is asked for; notes take what cannot be drawn of them.
+fn shown<'a>(
+    request: &Request,
+    subject: &'a Subject,
+    result: &Simplified,
+    notes: &mut Vec<String>,
+) -> Result<Option<[(Seen<'a>, Option<Coat>); 2]>, Failure> {
     if request.picture.is_none() {
-        return [None, None];
+        return Ok(None);
     }
     let (looks, missing) = subject.looks(request.allow_outside);
-    let (before, not_drawn) = Coat::new(subject.attributes(), &looks);
+    let [before, after] = subject.seen(result).map_err(|error| Failure::of(&request.source.path, error))?;
+    let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
     let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(fresh);
-    [before, Coat::new(&result.attributes, &looks).0]
+    let coat_after = Coat::new(&after.attributes, &looks).0;
+    Ok(Some([(before, coat), (after, coat_after)]))
 }
 
 /// The picture on its way to its file, where one is asked for.
 fn drawn(
     request: &Request,
-    meshes: [(&TriMesh, Option<&Coat>); 2],
+    shown: Option<&[(Seen, Option<Coat>); 2]>,
     report: &Report,
 ) -> Result<Option<Pending>, Failure> {
-    let Some(path) = &request.picture else { return Ok(None) };
+    let (Some(path), Some(shown)) = (&request.picture, shown) else { return Ok(None) };
+    let meshes = shown.each_ref().map(|(seen, coat)| (&*seen.mesh, coat.as_ref()));
     let captions = vec![
         format!("{}\n{}", words::shortened(&name(&request.source.path)), words::counts(&report.input)),
         format!("simplified\n{}", words::counts(&report.output.size)),

@@ -1,10 +1,13 @@
 //! What is simplified and written again: a mesh with all that its file says, or the meshes of a glTF scene, as one.
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use neural_mesh::io::{self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadMesh, WriteError, WriteOptions};
+use neural_mesh::io::{
+    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
+};
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Attributes, Frame, Look, Looks, Piece, RawMesh, TriMesh, United, snap};
+use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
@@ -36,6 +39,14 @@ enum Kind {
         /// For each part of the asset its piece of the united mesh; none where the part has no face that can be drawn.
         pieces: Vec<Option<usize>>,
     },
+}
+
+/// A mesh as people see it.
+pub struct Seen<'a> {
+    /// Its surface.
+    pub mesh: Cow<'a, TriMesh>,
+    /// What its corners and faces carry.
+    pub attributes: Cow<'a, Attributes>,
 }
 
 /// A result as files.
@@ -115,17 +126,39 @@ impl Subject {
     pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
         match &self.kind {
             Kind::Mesh { extra, .. } => io::looks(extra, allow_outside),
-            Kind::Scene { asset, united, pieces } => {
-                let (of_parts, notes) = asset.looks();
-                let mut looks = Looks { linear_colours: true, ..Looks::default() };
-                for (of_part, piece) in of_parts.into_iter().zip(pieces) {
-                    let Some(piece) = piece else { continue };
-                    looks.of_groups.resize(united.first_group(*piece) as usize, Look::default());
-                    looks.of_groups.extend(of_part);
-                }
-                (looks, notes)
-            }
+            Kind::Scene { asset, .. } => asset.scene_looks(),
         }
+    }
+
+    /// The original and a result as people see them: the meshes of a scene where its nodes place them, around an origin that
+    /// both share.
+    pub fn seen(&self, result: &Simplified) -> Result<[Seen<'_>; 2], ReadError> {
+        let Kind::Scene { asset, united, pieces } = &self.kind else {
+            let result =
+                Seen { mesh: Cow::Owned(result.mesh.clone()), attributes: Cow::Owned(result.attributes.clone()) };
+            return Ok([
+                Seen { mesh: Cow::Borrowed(self.mesh()), attributes: Cow::Borrowed(self.attributes()) },
+                result,
+            ]);
+        };
+        let before = (&united.mesh, &united.attributes);
+        let mut origin = None;
+        let mut seen = |(mesh, attributes): (&TriMesh, &Attributes)| {
+            let parts = lighter_parts(asset, united, pieces, mesh, attributes);
+            let meshes: Vec<RawMesh> = parts.into_iter().map(as_raw).collect();
+            let mut scene = asset.placed(&meshes)?;
+            if scene.faces.is_empty() {
+                // No node places a mesh: they are seen as they are.
+                return Ok(Seen { mesh: Cow::Owned(mesh.clone()), attributes: Cow::Owned(Attributes::default()) });
+            }
+            let origin = *origin.get_or_insert(scene.positions.first().copied().unwrap_or_default());
+            scene.positions.iter_mut().flatten().zip(origin.into_iter().cycle()).for_each(|(x, from)| *x -= from);
+            scene.double = false;
+            let cleaned = clean(scene, &CleanOptions::default());
+            let (mesh, attributes) = cleaned.map_or_else(|_| Default::default(), |it| (it.mesh, it.attributes));
+            Ok(Seen { mesh: Cow::Owned(mesh), attributes: Cow::Owned(attributes) })
+        };
+        Ok([seen(before)?, seen((&result.mesh, &result.attributes))?])
     }
 
     /// What the simplifier is given.
@@ -185,8 +218,10 @@ impl Subject {
                 Ok(Files { bytes: written.bytes, beside: written.beside, notes: written.notes })
             }
             Kind::Scene { asset, united, pieces } => {
-                let levels: Vec<Vec<LighterPart>> =
-                    results.iter().map(|result| lighter_parts(asset, united, pieces, result)).collect();
+                let levels: Vec<Vec<LighterPart>> = results
+                    .iter()
+                    .map(|result| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes))
+                    .collect();
                 let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
                 let mut files = asset.write_levels(&levels, coverage, request.output_format, file_name)?;
                 let beside = files.split_off(1.min(files.len()));
@@ -209,9 +244,15 @@ impl Subject {
     }
 }
 
-/// What became of each part of an asset.
-fn lighter_parts(asset: &Asset, united: &United, pieces: &[Option<usize>], result: &Simplified) -> Vec<LighterPart> {
-    let split = united.split(&result.mesh, &result.attributes);
+/// What became of each part of an asset when all of them became one mesh with these attributes.
+fn lighter_parts(
+    asset: &Asset,
+    united: &United,
+    pieces: &[Option<usize>],
+    mesh: &TriMesh,
+    attributes: &Attributes,
+) -> Vec<LighterPart> {
+    let split = united.split(mesh, attributes);
     let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
         Some((mesh, attributes)) => LighterPart {
             positions: mesh.positions().to_vec(),
@@ -221,6 +262,13 @@ fn lighter_parts(asset: &Asset, united: &United, pieces: &[Option<usize>], resul
         None => LighterPart::of(part),
     };
     asset.parts().iter().zip(pieces).map(lighter).collect()
+}
+
+/// A part as a mesh in its own coordinates.
+fn as_raw(part: LighterPart) -> RawMesh {
+    let LighterPart { positions, faces, attributes } = part;
+    let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();
+    RawMesh { positions, faces, attributes, ..RawMesh::default() }
 }
 
 /// Moves vertices onto others where the source says that they become one; `scale` is how large the mesh is drawn.

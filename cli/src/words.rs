@@ -63,7 +63,7 @@ pub fn explained(report: &Report) -> Vec<String> {
         (output.kept_edges, "edges of the input stay edges: seams, borders between materials, creases"),
         (output.locked_vertices, "vertices of the input stay where they are: borders"),
         (output.components_at_minimum, "components stand in their smallest form"),
-        (output.split_vertices, "vertices were split where sheets only touch"),
+        (output.split_vertices, "vertices were split where parts only touch or more than two sheets meet"),
         (output.refined_regions, "regions were cut to keep the surface, its seams and creases whole"),
         (output.components_pruned, "components were dropped"),
     ];

@@ -118,6 +118,30 @@ fn a_scene_stays_a_scene() {
 }
 
 #[test]
+fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), &["-o", "plate.gltf", "--ratio", "1"]);
+    let path = folder.path().join("plate.gltf");
+    let text = std::fs::read_to_string(&path).unwrap();
+    // A second plate to the right of the first one, a gap between them.
+    let two = text.replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#);
+    let two = two.replace(r#"{"mesh":0}"#, r#"{"mesh":0},{"mesh":0,"translation":[40,0,0]}"#);
+    assert_ne!(two.len(), text.len());
+    std::fs::write(&path, two).unwrap();
+    let run =
+        run(folder.path(), &["simplify", "plate.gltf", "-o", "out.gltf", "--faces", "200", "--picture", "out.png"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let picture = decode_image(&std::fs::read(folder.path().join("out.png")).unwrap()).unwrap();
+    // Before and after, each two plates: four runs of colour along the middle row, with paper between them.
+    let row = picture.height / 2 * picture.width;
+    let paper = &picture.rgba[4 * row..][..3];
+    let is_plate = |x: usize| picture.rgba[4 * (row + x)..][..3].iter().zip(paper).any(|(a, b)| a.abs_diff(*b) > 40);
+    let n_plates = (1..picture.width).filter(|&x| is_plate(x) && !(x.saturating_sub(8)..x).any(is_plate)).count();
+    assert_eq!(n_plates, 4);
+}
+
+#[test]
 fn the_levels_of_a_scene_are_one_file() {
     let folder = folder();
     textured(folder.path());

@@ -3,6 +3,8 @@
 
 use std::path::PathBuf;
 
+use rustc_hash::FxHashSet;
+
 use super::Scalar;
 use crate::mesh::{Look, RawMesh};
 
@@ -93,14 +95,15 @@ impl Extra {
 
     /// The materials of the groups, each once, in the order of the groups.
     pub fn materials(&self) -> Vec<&str> {
-        let mut materials: Vec<&str> = Vec::new();
-        for material in self.groups.iter().filter_map(|group| group.material.as_deref()) {
-            if !materials.contains(&material) {
-                materials.push(material);
-            }
-        }
-        materials
+        let mut known = FxHashSet::default();
+        let materials = self.groups.iter().filter_map(|group| group.material.as_deref());
+        materials.filter(|&material| known.insert(material)).collect()
     }
+}
+
+/// Whether so many groups are none: nearly every face would be its own.
+pub(super) fn sets_faces_apart(n_groups: usize, n_faces: usize) -> bool {
+    n_groups > 256 && n_groups > n_faces / 4
 }
 
 /// Bytes as text: UTF-8, or else Latin-1, in which all bytes mean something.

@@ -20,6 +20,7 @@ mod lighter;
 mod looks;
 mod materials;
 mod part;
+mod placed;
 mod placements;
 mod primitive;
 mod references;

@@ -1,16 +1,19 @@
-//! Base colours and textures (`Kd`, `map_Kd`) of the materials that an OBJ names, from its libraries.
+//! Base colours and textures (`Kd`, `map_Kd`) of the materials that an OBJ names, from its libraries, and textures that comments of
+//! a PLY name.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use super::beside::Finder;
-use super::extra::{Extra, decoded};
+use super::extra::{Extra, Group, decoded};
 use super::material::{file_name, first_word};
+use super::texture_comments::{texture_number, textures};
 use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
-/// What the groups of a mesh look like, by what its file says or the libraries of materials that it names; of a mesh without
-/// such, white. The
-/// files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
+/// What the groups of a mesh look like, by what its file says, or by the libraries of materials or the textures that it names; of a
+/// mesh without such, white. The files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
 /// only where `allow_outside` says so. Beside it what could not be had, in one line each.
 ///
 /// ```
@@ -20,20 +23,41 @@ use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 /// ```
 pub fn looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
     let mut finder = Finder::new(extra, allow_outside);
+    let of_groups =
+        if textures(extra).next().is_some() { by_number(extra, &mut finder) } else { by_material(extra, &mut finder) };
+    (Looks { of_groups, v_is_up: true, linear_colours: false }, finder.notes)
+}
+
+/// The looks of the groups by the textures that comments name.
+fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
+    let channel = extra.layouts.iter().find(|layout| layout.per_corner).map(|layout| layout.channel.clone());
+    let channel = channel.unwrap_or_default();
+    let wrap = [Wrap::Repeat; 2];
+    let look = |name: &str| {
+        let image = finder.find(Path::new(""), name).map(|found| Arc::from(found.bytes));
+        Look { texture: image.map(|image| BaseTexture { image, channel: channel.clone(), wrap }), ..Look::default() }
+    };
+    let looks: Vec<Look> = textures(extra).map(look).collect();
+    let of_group = |group: &Group| looks.get(texture_number(extra, group)?).cloned();
+    // Faces without numbers are all of the first texture.
+    let groups = if extra.groups.is_empty() { &[Group::default()][..] } else { &extra.groups };
+    groups.iter().map(|group| of_group(group).unwrap_or_default()).collect()
+}
+
+/// The looks of the groups by the materials of libraries.
+fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     let mut materials: Vec<(String, Look)> = extra.looks.clone();
     for line in &extra.material_libraries {
         // A line names several libraries, or one with blanks in its name.
         let names: Vec<&str> = if finder.has(line) { vec![line] } else { line.split_whitespace().collect() };
         for name in names {
-            add_library(name, &mut materials, &mut finder);
+            add_library(name, &mut materials, finder);
         }
     }
-    let look = |name: &Option<String>| {
-        let (_, look) = materials.iter().find(|(known, _)| Some(known) == name.as_ref())?;
-        Some(look.clone())
-    };
-    let of_groups = extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect();
-    (Looks { of_groups, v_is_up: true, linear_colours: false }, finder.notes)
+    // Of materials of one name the first.
+    let by_name: FxHashMap<&str, &Look> = materials.iter().rev().map(|(name, look)| (name.as_str(), look)).collect();
+    let look = |name: &Option<String>| by_name.get(name.as_deref()?).map(|&look| look.clone());
+    extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect()
 }
 
 /// Adds the materials of a library.
@@ -80,7 +104,7 @@ fn wrap(options: &[u8]) -> [Wrap; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::Group;
+    use crate::io::{Column, Scalar};
 
     /// The looks of three groups by a library with this text, beside which a texture lies.
     fn of_library(text: &str) -> (Vec<Look>, Vec<String>) {
@@ -117,6 +141,30 @@ mod tests {
             let (looks, notes) = of_library(&format!("newmtl skin\nKd x y\nmap_Kd {name}\n"));
             assert!(looks[0] == Look::default() && notes.len() == 1, "{name}: {notes:?}");
         }
+    }
+
+    #[test]
+    fn numbers_of_faces_choose_among_the_textures_that_comments_name() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "b c.png"] {
+            std::fs::write(folder.path().join(name), name).unwrap();
+        }
+        let group = |number: f64| Group { values: vec![number], ..Group::default() };
+        let comments = ["comment made by hand", "comment TextureFile a.png", "comment TextureFile b c.png"];
+        let extra = Extra {
+            groups: [1.0, 0.0, -1.0, 2.0].map(group).to_vec(),
+            face_columns: vec![Column { name: "texnumber".into(), scalar: Scalar::I32 }],
+            comments: comments.map(String::from).to_vec(),
+            folder: Some(folder.path().to_path_buf()),
+            ..Extra::default()
+        };
+        let image = |look: &Look| look.texture.as_ref().map(|texture| texture.image.to_vec());
+        let (found, notes) = looks(&extra, false);
+        let images: Vec<_> = found.of_groups.iter().map(image).collect();
+        assert_eq!(images, [Some(b"b c.png".to_vec()), Some(b"a.png".to_vec()), None, None]);
+        assert!(found.v_is_up && notes.is_empty());
+        let bare = Extra { groups: Vec::new(), face_columns: Vec::new(), ..extra };
+        assert_eq!(image(&looks(&bare, false).0.of_groups[0]), Some(b"a.png".to_vec()));
     }
 
     #[test]

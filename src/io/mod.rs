@@ -31,6 +31,7 @@ mod points;
 mod scalar;
 mod stl;
 mod text;
+mod texture_comments;
 mod write;
 
 pub use error::{Place, ReadError, WriteError};

@@ -1,13 +1,16 @@
 //! Writes a mesh with all that it carries, and what has to lie beside it; says what a format cannot hold.
 
+use rustc_hash::FxHashMap;
+
 use super::beside::{Finder, reference};
-use super::extra::{Column, Extra, Group};
+use super::extra::{Column, Extra, Group, Layout};
 use super::looks::looks;
 use super::material::Libraries;
 use super::own_materials::OwnMaterials;
+use super::texture_comments::{texture_number, texture_of, textures};
 use super::write::Content;
 use super::{Format, OutputFile, Scalar, WriteError, gltf, obj, ply, write_content};
-use crate::mesh::{Attributes, Frame, TriMesh};
+use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
 /// What becomes of libraries of materials in a glTF.
 const BASE_ONLY: &str =
@@ -88,7 +91,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             obj::write_attributed(&content, attributes, &extra, &mut notes)
         }
         Format::Ply | Format::PlyAscii => {
-            let extra = for_ply(model.extra, &options.name, &mut finder, &mut notes);
+            let extra = for_ply(model.extra, attributes, &options.name, &mut finder, &mut notes);
             let as_text = options.format == Format::PlyAscii;
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
@@ -133,13 +136,13 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
             texts.map(|(i, texture)| format!("newmtl texture_{i}\nKd 1 1 1\nmap_Kd {texture}\n")).collect();
         finder.list(library.as_ref(), text.into_bytes());
         extra.material_libraries = vec![library];
-        let column = extra.face_columns.iter().position(|column| column.name == "texnumber");
         if extra.groups.is_empty() && attributes.groups.is_empty() {
             extra.groups = vec![Group::default()];
         }
-        for group in &mut extra.groups {
-            let number = column.and_then(|column| group.values.get(column)).map_or(0.0, |value| value.max(0.0));
-            group.material = (number < textures.len() as f64).then(|| format!("texture_{number}"));
+        let number = |group: &Group| texture_number(&extra, group).filter(|&number| number < textures.len());
+        let numbers: Vec<Option<usize>> = extra.groups.iter().map(number).collect();
+        for (group, number) in extra.groups.iter_mut().zip(numbers) {
+            group.material = number.map(|number| format!("texture_{number}"));
         }
     }
     extra
@@ -147,7 +150,6 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
 
 /// The textures that comments of a PLY name, in their order, as they will lie beside the output.
 fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
-    let names = extra.comments.iter().filter_map(|comment| texture_of(comment));
     let place = |name: &str| match finder.find("".as_ref(), name) {
         Some(found) => {
             let place = reference(&found.place);
@@ -156,16 +158,11 @@ fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
         }
         None => name.to_string(),
     };
-    names.map(place).collect()
-}
-
-/// The texture that a comment of MeshLab names.
-fn texture_of(comment: &str) -> Option<&str> {
-    comment.strip_prefix("comment TextureFile ").map(str::trim)
+    textures(extra).map(place).collect()
 }
 
 /// What PLY says of a mesh: materials as a number of each face, their textures as comments.
-fn for_ply(extra: &Extra, name: &str, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
+fn for_ply(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
     let mut textures = textures_of_comments(extra, finder).into_iter();
     let mut extra = extra.clone();
     for comment in &mut extra.comments {
@@ -185,22 +182,36 @@ fn for_ply(extra: &Extra, name: &str, finder: &mut Finder, notes: &mut Vec<Strin
     // Libraries mean nothing to a PLY; the textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
-    with_material_numbers(extra, &libraries)
+    let extra = with_material_numbers(extra, &libraries);
+    if self::textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
+}
+
+/// The first texture coordinates as lists of the faces: where there are several textures, MeshLab knows no others.
+fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) -> Extra {
+    let is_uv = |channel: &&Channel| channel.role == Role::Uv && channel.width == 2;
+    if let Some(channel) = attributes.channels.iter().find(is_uv) {
+        let columns = vec![Column { name: "texcoord".into(), scalar: Scalar::F32 }; 2];
+        extra.layouts.retain(|layout| layout.channel != channel.name);
+        extra.layouts.push(Layout { channel: channel.name.clone(), columns, per_corner: true });
+    }
+    extra
 }
 
 /// The materials as numbers in a column of the faces, called `texnumber` where each has a texture.
 fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     let materials: Vec<String> = extra.materials().into_iter().map(String::from).collect();
-    let texture = |material: &String| libraries.textures.iter().find(|(name, _)| name == material);
-    let textures: Option<Vec<_>> = materials.iter().map(|material| Some(&texture(material)?.1)).collect();
+    let of_materials: FxHashMap<&String, &String> =
+        libraries.textures.iter().rev().map(|(name, at)| (name, at)).collect();
+    let textures: Option<Vec<_>> = materials.iter().map(|material| of_materials.get(material)).collect();
     let name = if textures.is_some() { "texnumber" } else { "material_index" };
     let names = textures.into_iter().flatten().map(|place| format!("comment TextureFile {place}"));
     extra.comments.extend(names);
     if materials.len() > 1 {
         extra.face_columns.push(Column { name: name.into(), scalar: Scalar::I32 });
+        let numbers: FxHashMap<&String, usize> = materials.iter().zip(0..).collect();
         for group in &mut extra.groups {
-            let number = materials.iter().position(|material| Some(material) == group.material.as_ref());
-            group.values.push(number.map_or(-1.0, |number| number as f64));
+            let number = group.material.as_ref().and_then(|material| numbers.get(material));
+            group.values.push(number.map_or(-1.0, |&number| number as f64));
         }
     }
     extra

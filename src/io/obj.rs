@@ -183,6 +183,7 @@ impl<'a> Reader<'a> {
         if !self.colours.is_empty() {
             self.colours.resize(3 * self.mesh.positions.len(), 1.0);
         }
+        notes.extend(self.groups.judge());
         let latin1 =
             self.groups.names().chain(self.libraries.iter().copied()).any(|name| std::str::from_utf8(name).is_err());
         let text = |name: &&[u8]| if latin1 { extra::latin1(name) } else { extra::decoded(name) };

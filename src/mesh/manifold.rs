@@ -1,11 +1,13 @@
 //! Any set of triangles as an oriented manifold: sheets that touch are taken apart, windings made to agree.
 //!
-//! Each vertex becomes as many vertices as it has fans of faces joined over edges with two faces; edges with
-//! more than two faces become borders. Nothing moves and no face is lost.
+//! Each vertex becomes as many vertices as it has fans of faces joined over edges. At an edge with more than two faces
+//! those that go on into each other best stay joined, two by two; what is left over gets a border. Nothing moves and no face is
+//! lost.
 
 use std::borrow::Cow;
 
 use super::OneRings;
+use super::crowded_edges::{Partners, partners};
 use super::union_find::UnionFind;
 
 /// A manifold with the same faces as the input, its rings, and where its vertices come from.
@@ -21,35 +23,42 @@ pub struct Manifold<'a> {
     pub turned_faces: usize,
 }
 
-/// Takes `faces` (n_faces x 3, distinct corners, indices below `n_vertices`) apart into a manifold.
+/// Takes `faces` (n_faces x 3, distinct corners, indices of `positions`) apart into a manifold.
 ///
 /// A surface that has no two sides (a Klein bottle) stays joined; `rings.is_oriented()` then says so.
 ///
 /// ```
 /// // Two triangles that touch in vertex 0 alone.
-/// let manifold = neural_mesh::mesh::manifold(5, &[[0, 1, 2], [0, 3, 4]]);
+/// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+/// let manifold = neural_mesh::mesh::manifold(&positions, &[[0, 1, 2], [0, 3, 4]]);
 /// assert_eq!(manifold.copies, [0]);
 /// ```
-pub fn manifold(n_vertices: usize, faces: &[[u32; 3]]) -> Manifold<'_> {
+pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'a> {
+    let n_vertices = positions.len();
     let mut faces = Cow::Borrowed(faces);
     let mut copies = Vec::new();
     let mut turned_faces = None;
+    // Faces that are joined over a crowded edge may still meet at both its ends: a second time such edges part all.
+    let mut joined = None;
     loop {
         match OneRings::new(n_vertices + copies.len(), &faces) {
             Ok(rings) if rings.is_oriented() || turned_faces.is_some() => {
                 return Manifold { faces, rings, copies, turned_faces: turned_faces.unwrap_or(0) };
             }
             Ok(rings) => turned_faces = Some(orient(rings.n_vertices(), faces.to_mut())),
-            Err(error) => split_fans(n_vertices, faces.to_mut(), &error.vertices, &mut copies),
+            Err(error) => {
+                let partners = if joined.is_none() { partners(positions, &faces) } else { Partners::default() };
+                split_fans(n_vertices, faces.to_mut(), &error.vertices, joined.insert(partners), &mut copies);
+            }
         }
     }
 }
 
 /// Gives each fan of faces around `vertices` (ascending) a vertex of its own and notes what the new ones are copies of.
-fn split_fans(n_vertices: usize, faces: &mut [[u32; 3]], vertices: &[u32], copies: &mut Vec<u32>) {
+fn split_fans(n_vertices: usize, faces: &mut [[u32; 3]], vertices: &[u32], partners: &Partners, copies: &mut Vec<u32>) {
     let mut moved = Vec::new();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
-        let mut fans = fans(faces, corners);
+        let mut fans = fans(faces, corners, partners);
         let mut vertex_of = vec![0; corners.len()];
         for (i, &(vertex, corner)) in corners.iter().enumerate() {
             let first = fans.find(i as u32) as usize;
@@ -77,9 +86,15 @@ fn corners_at(faces: &[[u32; 3]], vertices: &[u32]) -> Vec<(u32, u32)> {
     corners
 }
 
-/// The corners at one vertex as sets, joined over the edges with exactly two faces; each alone if all would be one,
-/// which is two faces back to back.
-fn fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
+/// The corners at one vertex as sets: joined over edges as [`joined_fans`] says; without partners where all would be one, which
+/// passes an edge twice; each alone where they still would, which is two faces back to back.
+fn fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) -> UnionFind {
+    let attempts = [partners, &Partners::default()].map(|partners| joined_fans(faces, corners, partners));
+    attempts.into_iter().find(|fans| fans.sets() > 1).unwrap_or_else(|| UnionFind::new(corners.len()))
+}
+
+/// The corners at one vertex as sets, joined over the edges with exactly two faces, and over others between partners.
+fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) -> UnionFind {
     let others = |&(vertex, corner): &(u32, u32)| faces[corner as usize / 3].into_iter().filter(move |&w| w != vertex);
     let mut spokes: Vec<(u32, u32)> =
         corners.iter().zip(0..).flat_map(|(corner, i)| others(corner).map(move |w| (w, i))).collect();
@@ -88,9 +103,24 @@ fn fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     for spoke in spokes.chunk_by(|a, b| a.0 == b.0) {
         if let &[(_, i), (_, j)] = spoke {
             fans.union(i, j);
+            continue;
+        }
+        // The half-edges of these faces over the edge from the vertex to its neighbour.
+        let half = |i: u32| half_edge(faces, corners[i as usize], spoke[0].0);
+        for (&(_, i), place) in spoke.iter().zip(1..) {
+            let partner = partners.get(&half(i));
+            if let Some(&(_, j)) = spoke[place..].iter().find(|&&(_, j)| partner == Some(&half(j))) {
+                fans.union(i, j);
+            }
         }
     }
-    if fans.sets() == 1 { UnionFind::new(corners.len()) } else { fans }
+    fans
+}
+
+/// The half-edge (3 x face + place) between a corner (vertex, 3 x face + place) and another vertex of its face.
+fn half_edge(faces: &[[u32; 3]], (_, corner): (u32, u32), other: u32) -> u32 {
+    let (face, place) = (corner / 3, corner % 3);
+    if faces[face as usize][(place as usize + 1) % 3] == other { corner } else { 3 * face + (place + 2) % 3 }
 }
 
 /// Turns faces of a manifold so that neighbours agree wherever they can, most faces staying; returns how many turned.
@@ -182,7 +212,7 @@ mod tests {
         let a = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let b = a.map(|f| f.map(|v| if v < 2 { v } else { v + 2 }));
         let faces = [a, b].concat();
-        let manifold = manifold(6, &faces);
+        let manifold = manifold(&[[0.0; 3]; 6], &faces);
         assert_eq!(manifold.copies.len(), 2);
         assert_eq!(manifold.rings.n_apexes(), 0);
         assert!(manifold.rings.is_oriented());
@@ -191,24 +221,54 @@ mod tests {
     #[test]
     fn a_single_turned_face_is_turned_back() {
         let faces = vec![[0, 2, 1], [0, 3, 1], [1, 2, 3], [2, 0, 3]];
-        let manifold = manifold(4, &faces);
+        let manifold = manifold(&[[0.0; 3]; 4], &faces);
         assert_eq!(manifold.turned_faces, 1);
         assert!(manifold.rings.is_oriented());
         assert_eq!(manifold.faces[0], [0, 2, 1]);
     }
 
     #[test]
-    fn three_sheets_on_an_edge_become_borders() {
+    fn of_three_sheets_on_an_edge_the_two_that_go_on_stay_joined() {
+        let positions = [[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
         let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
-        let manifold = manifold(5, &faces);
-        assert_eq!(manifold.copies.len(), 4);
-        assert_eq!(manifold.rings.n_apexes(), 3);
+        let manifold = manifold(&positions, &faces);
+        assert_eq!((manifold.copies.as_slice(), manifold.rings.n_apexes()), (&[0, 1][..], 2));
+        assert_eq!(manifold.faces[1], [6, 5, 3]);
+    }
+
+    #[test]
+    fn boxes_that_share_an_edge_come_apart_closed() {
+        let mesh = shapes::cuboid([1.0; 3], 1);
+        let (positions, faces) = (mesh.positions(), mesh.faces());
+        // The second one lies beyond the edge where x and y are largest.
+        let at = |p: &[f32; 3]| [p[0] + 1.0, p[1] + 1.0, p[2]];
+        let low = |p: &[f32; 3]| p.map(|x| (4.0 * x).round() as i32);
+        let mut all = positions.to_vec();
+        let number: Vec<u32> = positions
+            .iter()
+            .map(|p| {
+                let place = at(p);
+                let known = positions.iter().position(|q| low(q) == low(&place));
+                known.map_or_else(
+                    || {
+                        all.push(place);
+                        all.len() as u32 - 1
+                    },
+                    |v| v as u32,
+                )
+            })
+            .collect();
+        let second = faces.iter().map(|face| face.map(|v| number[v as usize]));
+        let faces: Vec<[u32; 3]> = faces.iter().copied().chain(second).collect();
+        assert_eq!(all.len(), 14);
+        let manifold = manifold(&all, &faces);
+        assert_eq!((manifold.copies.len(), manifold.rings.n_apexes(), manifold.turned_faces), (2, 0, 0));
     }
 
     #[test]
     fn a_moebius_strip_stays_joined_and_is_said_to_have_one_side() {
         let faces: Vec<[u32; 3]> = (0..5).map(|i| [i, (i + 1) % 5, (i + 2) % 5]).collect();
-        let manifold = manifold(5, &faces);
+        let manifold = manifold(&[[0.0; 3]; 5], &faces);
         assert!(manifold.copies.is_empty());
         assert!(!manifold.rings.is_oriented());
     }
@@ -216,7 +276,7 @@ mod tests {
     #[test]
     fn what_is_a_manifold_is_borrowed() {
         let mesh = shapes::torus(9, 7, 3.0, 1.0);
-        assert!(matches!(manifold(63, mesh.faces()).faces, Cow::Borrowed(_)));
+        assert!(matches!(manifold(mesh.positions(), mesh.faces()).faces, Cow::Borrowed(_)));
     }
 
     #[test]
@@ -227,7 +287,7 @@ mod tests {
         (0..per_box / 3).for_each(|f| faces[f].swap(1, 2));
         (per_box..2 * per_box).for_each(|f| faces[f].swap(1, 2));
         (2 * per_box..3 * per_box - 2).for_each(|f| faces[f].swap(1, 2));
-        let manifold = manifold(mesh.positions().len(), &faces);
+        let manifold = manifold(mesh.positions(), &faces);
         assert_eq!(manifold.turned_faces, per_box / 3 + 2);
         assert_eq!(manifold.faces[..per_box], mesh.faces()[..per_box]);
         assert!(manifold.rings.is_oriented() && manifold.copies.is_empty());
@@ -235,19 +295,20 @@ mod tests {
 
     #[test]
     fn two_faces_back_to_back_come_apart() {
-        let manifold = manifold(3, &[[0, 1, 2], [0, 2, 1]]);
+        let manifold = manifold(&[[0.0; 3]; 3], &[[0, 1, 2], [0, 2, 1]]);
         assert_eq!((manifold.copies.len(), manifold.rings.n_apexes()), (3, 2));
     }
 
     #[test]
     fn any_soup_comes_apart_with_every_face_and_no_idle_vertex() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let positions: Vec<[f32; 3]> = (0..10).map(|i| [i % 2, i / 2 % 3, i / 6].map(|x| x as f32)).collect();
         for round in 0..200 {
             let n = 4 + round % 6;
             let mut vertex = || rng.next_u32() % n;
             let soup = (0..4 + round % 30).map(|_| [vertex(), vertex(), vertex()]);
             let soup: Vec<[u32; 3]> = soup.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
-            let apart = manifold(n as usize, &soup);
+            let apart = manifold(&positions[..n as usize], &soup);
             let source = |v: u32| if v < n { v } else { apart.copies[(v - n) as usize] };
             for (face, original) in apart.faces.iter().zip(&soup) {
                 let [mut sources, mut original] = [face.map(source), *original];

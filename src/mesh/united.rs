@@ -42,7 +42,8 @@ impl United {
     /// ```
     pub fn new(pieces: &[Piece]) -> Option<Self> {
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
-        let mut attributes = Attributes { channels: all_channels(pieces), ..Attributes::default() };
+        let mut attributes =
+            Attributes { channels: all_channels(pieces.iter().map(|piece| piece.attributes)), ..Attributes::default() };
         let (mut first_groups, mut scales) = (vec![0], Vec::new());
         for Piece { mesh, attributes: own, scale } in pieces {
             let scale = Some(scale.log2().round().exp2() as f32).filter(|scale| scale.is_normal())?;
@@ -80,11 +81,6 @@ impl United {
     /// The scale of a mesh among the others.
     pub fn scale(&self, piece: usize) -> f64 {
         f64::from(self.scales[piece])
-    }
-
-    /// The first group of a mesh among those of all; its own groups follow in their order.
-    pub fn first_group(&self, piece: usize) -> u32 {
-        self.first_groups[piece]
     }
 
     /// What became of each mesh when all of them became `mesh` with these attributes, whose groups say where its faces
@@ -141,9 +137,9 @@ fn with_own_wedges(
 }
 
 /// The channels of all meshes, each once, without values; those of one name have the width of the widest.
-fn all_channels(pieces: &[Piece]) -> Vec<Channel> {
+pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> Vec<Channel> {
     let mut channels: Vec<Channel> = Vec::new();
-    for channel in pieces.iter().flat_map(|piece| &piece.attributes.channels) {
+    for channel in pieces.flat_map(|piece| &piece.channels) {
         match channels.iter_mut().find(|other| other.name == channel.name) {
             Some(other) => other.width = other.width.max(channel.width),
             None => channels.push(Channel { values: Vec::new(), name: channel.name.clone(), ..*channel }),
@@ -153,7 +149,7 @@ fn all_channels(pieces: &[Piece]) -> Vec<Channel> {
 }
 
 /// Appends a mesh's values to a channel, zeros where it has none.
-fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize) {
+pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize) {
     let own = attributes.channels.iter().find(|other| other.name == channel.name);
     for wedge in 0..n_wedges as u32 {
         let values = own.map_or(&[][..], |own| own.of(wedge));

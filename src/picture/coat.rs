@@ -5,14 +5,15 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::texture::{Texture, decode_image};
-use crate::mesh::{Attributes, BaseTexture, Channel, Look, Looks, Role, Wrap, linear_light};
+use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
-/// What covers a surface, ready to be drawn.
-#[derive(Clone, Debug)]
-pub struct Coat {
+/// What covers a surface: which image and which colours each corner of it has. Its images are not decoded yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cover {
+    /// The bytes of the images, each once.
+    pub images: Vec<Arc<[u8]>>,
     /// The paint of each group; the last one, white, is that of all others.
     paints: Vec<Paint>,
-    textures: Vec<Texture>,
     /// The group of each face; empty where all faces are of one.
     groups: Vec<u32>,
     /// Coordinates on the texture of the group, v downwards, n_faces x 3; empty where no group has a texture.
@@ -22,12 +23,90 @@ pub struct Coat {
 }
 
 /// What a group is painted with.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Paint {
     colour: Vec3,
-    /// The number of the texture and what it does beyond its edges.
+    /// The number of the image and what it does beyond its edges.
     texture: Option<(usize, [Wrap; 2])>,
     with_corners: bool,
+}
+
+/// What a corner of a face is covered with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Corner {
+    /// Coordinates on the image, v downwards; 0 where there is none.
+    pub uv: [f32; 2],
+    /// What the image is multiplied by, in linear light, each 0 to 1; the colour where there is no image.
+    pub colour: [f32; 3],
+}
+
+impl Cover {
+    /// The cover of a mesh whose faces carry `attributes` and whose groups look like `looks`; `None` where all of it is
+    /// white.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
+    /// use neural_mesh::picture::Cover;
+    /// let values = vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    /// let colour = Channel { name: "colour".into(), role: Role::Colour, width: 3, values };
+    /// let attributes = Attributes { wedges: vec![[0, 1, 2]], channels: vec![colour], groups: Vec::new() };
+    /// let cover = Cover::new(&attributes, &Looks::default()).unwrap();
+    /// assert_eq!((cover.corners(0)[1].colour, cover.texture(0)), ([0.0, 1.0, 0.0], None));
+    /// ```
+    pub fn new(attributes: &Attributes, looks: &Looks) -> Option<Self> {
+        let mut images = Vec::new();
+        let paint = |look: &Look| Paint {
+            colour: Vec3::from(look.colour),
+            texture: look.texture.as_ref().map(|texture| (listed(&mut images, &texture.image), texture.wrap)),
+            with_corners: look.with_corners,
+        };
+        let mut paints: Vec<Paint> = looks.of_groups.iter().map(paint).collect();
+        paints.push(Paint { colour: Vec3::ONE, texture: None, with_corners: true });
+        let uvs = if images.is_empty() { Vec::new() } else { uvs(attributes, looks) };
+        let colours = corner_colours(attributes, looks.linear_colours);
+        let is_white = paints.iter().all(|paint| paint.colour == Vec3::ONE) && uvs.is_empty() && colours.is_empty();
+        let cover = Self { images, paints, groups: attributes.groups.clone(), uvs, colours };
+        (!is_white).then_some(cover)
+    }
+
+    /// The image of a face and what it does beyond its edges, along u and along v.
+    pub fn texture(&self, face: u32) -> Option<(usize, [Wrap; 2])> {
+        self.paint(face).texture.filter(|_| !self.uvs.is_empty())
+    }
+
+    /// What the corners of a face are covered with.
+    pub fn corners(&self, face: u32) -> [Corner; 3] {
+        let paint = self.paint(face);
+        let colours = self.colours_of(face).unwrap_or([Vec3::ONE; 3]);
+        let uvs = self.uvs.get(face as usize).copied().unwrap_or_default();
+        std::array::from_fn(|i| Corner { uv: uvs[i].into(), colour: (paint.colour * colours[i]).into() })
+    }
+
+    /// Colours at the corners of a face, where it has such and its paint wants them.
+    fn colours_of(&self, face: u32) -> Option<[Vec3; 3]> {
+        self.colours.get(face as usize).filter(|_| self.paint(face).with_corners).copied()
+    }
+
+    fn paint(&self, face: u32) -> &Paint {
+        let group = self.groups.get(face as usize).map_or(0, |&group| group as usize);
+        &self.paints[group.min(self.paints.len() - 1)]
+    }
+}
+
+/// The number of an image in a list, which takes it where it is new.
+fn listed(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
+    images.iter().position(|known| Arc::ptr_eq(known, image)).unwrap_or_else(|| {
+        images.push(image.clone());
+        images.len() - 1
+    })
+}
+
+/// A cover, ready to be drawn.
+#[derive(Clone, Debug)]
+pub struct Coat {
+    cover: Cover,
+    /// For each image of the cover, where it could be decoded.
+    textures: Vec<Option<Texture>>,
 }
 
 impl Coat {
@@ -44,59 +123,19 @@ impl Coat {
     /// assert!(Coat::new(&Attributes::default(), &Looks::default()).0.is_none());
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        let mut shelf = Shelf::default();
-        let paint = |look: &Look| Paint {
-            colour: Vec3::from(look.colour),
-            texture: look.texture.as_ref().and_then(|texture| Some((shelf.find(texture)?, texture.wrap))),
-            with_corners: look.with_corners,
-        };
-        let mut paints: Vec<Paint> = looks.of_groups.iter().map(paint).collect();
-        paints.push(Paint { colour: Vec3::ONE, texture: None, with_corners: true });
-        let is_textured = paints.iter().any(|paint| paint.texture.is_some());
-        let uvs = if is_textured { uvs(attributes, looks) } else { Vec::new() };
-        let colours = corner_colours(attributes, looks.linear_colours);
-        let is_white = paints.iter().all(|paint| paint.colour == Vec3::ONE) && uvs.is_empty() && colours.is_empty();
-        let groups = attributes.groups.clone();
-        let coat = Self { paints, textures: shelf.textures, groups, uvs, colours };
-        ((!is_white).then_some(coat), shelf.notes)
+        let Some(cover) = Cover::new(attributes, looks) else { return (None, Vec::new()) };
+        let decoded = |image: &Arc<[u8]>| Some(Texture::new(&decode_image(image)?));
+        let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
+        let is_missing = textures.iter().any(Option::is_none);
+        let notes = is_missing.then(|| "a texture is no PNG or JPEG that can be read: drawn without it".into());
+        (Some(Self { cover, textures }), notes.into_iter().collect())
     }
 
     /// The coat on a mesh of the picture; `None` where it is not that mesh's own.
     pub(super) fn on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<Worn<'a>> {
-        let fits = [self.groups.len(), self.uvs.len(), self.colours.len()].iter().all(|&n| n == 0 || n == faces.len());
+        let Cover { groups, uvs, colours, .. } = &self.cover;
+        let fits = [groups.len(), uvs.len(), colours.len()].iter().all(|&n| n == 0 || n == faces.len());
         fits.then_some(Worn { coat: self, points, faces })
-    }
-
-    fn paint(&self, face: u32) -> &Paint {
-        let group = self.groups.get(face as usize).map_or(0, |&group| group as usize);
-        &self.paints[group.min(self.paints.len() - 1)]
-    }
-}
-
-/// The textures that were decoded, each once.
-#[derive(Default)]
-struct Shelf {
-    known: Vec<(Arc<[u8]>, Option<usize>)>,
-    textures: Vec<Texture>,
-    notes: Vec<String>,
-}
-
-impl Shelf {
-    /// The number of a texture; `None` where its bytes are no image that is read.
-    fn find(&mut self, texture: &BaseTexture) -> Option<usize> {
-        let is_same = |(image, _): &&(Arc<[u8]>, _)| Arc::ptr_eq(image, &texture.image);
-        if let Some((_, number)) = self.known.iter().find(is_same) {
-            return *number;
-        }
-        let number = decode_image(&texture.image).map(|image| {
-            self.textures.push(Texture::new(&image));
-            self.textures.len() - 1
-        });
-        if number.is_none() {
-            self.notes.push("a texture is no PNG or JPEG that can be read: drawn without it".into());
-        }
-        self.known.push((texture.image.clone(), number));
-        number
     }
 }
 
@@ -146,17 +185,16 @@ pub(super) struct Worn<'a> {
 impl Worn<'_> {
     /// The colour, in linear light, of a face at a place in samples.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
-        let (coat, paint) = (self.coat, self.coat.paint(face));
+        let Coat { cover, textures } = self.coat;
         let here = self.weights(face, at);
-        let mut colour = paint.colour;
-        if let Some(colours) = coat.colours.get(face as usize).filter(|_| paint.with_corners) {
-            colour *= colours[0] * here.x + colours[1] * here.y + colours[2] * here.z;
-        }
-        let Some(((texture, wrap), uvs)) = paint.texture.zip(coat.uvs.get(face as usize)) else { return colour };
+        let blend = |[a, b, c]: [Vec3; 3]| a * here.x + b * here.y + c * here.z;
+        let colour = cover.paint(face).colour * cover.colours_of(face).map_or(Vec3::ONE, blend);
+        let texture = cover.texture(face).and_then(|(image, wrap)| Some((textures[image].as_ref()?, wrap)));
+        let Some(((texture, wrap), uvs)) = texture.zip(cover.uvs.get(face as usize)) else { return colour };
         let uv = |weights: Vec3| uvs[0] * weights.x + uvs[1] * weights.y + uvs[2] * weights.z;
         let uv_here = uv(here);
         let step = |along: Vec2| uv(self.weights(face, at + along)) - uv_here;
-        colour * coat.textures[texture].colour(uv_here, [step(Vec2::X), step(Vec2::Y)], wrap)
+        colour * texture.colour(uv_here, [step(Vec2::X), step(Vec2::Y)], wrap)
     }
 
     /// The weights of a face's corners at a place: linear on the face in space, so weights on the picture count by the inverse
@@ -173,6 +211,7 @@ impl Worn<'_> {
 mod tests {
     use super::super::{Image, encode_png};
     use super::*;
+    use crate::mesh::BaseTexture;
 
     /// Two faces of two groups over a texture whose upper half is red and whose lower half is green.
     fn looks(v_is_up: bool) -> (Attributes, Looks) {

@@ -22,10 +22,10 @@ use rayon::prelude::*;
 use crate::mesh::TriMesh;
 use shade::Colours;
 
-pub use coat::Coat;
+pub use coat::{Coat, Corner, Cover};
 pub use paint::Scale;
 pub use png_file::encode_png;
-pub use texture::decode_image;
+pub use texture::{decode_image, shrunk};
 pub use views::{View, view, view_coated};
 
 /// Samples per pixel along each axis; odd, so that one lies in the middle.

@@ -158,7 +158,7 @@ pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
 }
 
 /// Linear light to sRGB, opaque.
-fn to_srgb(linear: Vec3) -> [u8; 4] {
+pub fn to_srgb(linear: Vec3) -> [u8; 4] {
     let encode = |x: f32| {
         let x = x.clamp(0.0, 1.0);
         let curve = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };

@@ -10,7 +10,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::Image;
-use super::shade::from_srgb;
+use super::shade::{from_srgb, to_srgb};
 use crate::mesh::Wrap;
 
 /// Pixels of a texture at most: more would only fill the memory.
@@ -64,6 +64,22 @@ fn checked_size(width: usize, height: usize) -> Option<usize> {
     width.checked_mul(height).filter(|n| (1..=MOST_PIXELS).contains(n))
 }
 
+/// An image halved until no side is longer than `most` pixels, each pixel the mean light of four; without opacity.
+///
+/// ```
+/// use neural_mesh::picture::{Image, shrunk};
+/// let image = Image { width: 4, height: 2, rgba: vec![255; 32] };
+/// assert_eq!(shrunk(&image, 2), Image { width: 2, height: 1, rgba: vec![255; 8] });
+/// ```
+pub fn shrunk(image: &Image, most: usize) -> Image {
+    let mut level = Level::whole(image);
+    while level.width.max(level.height) > most.max(1) {
+        level = level.halved();
+    }
+    let Level { width, height, pixels } = level;
+    Image { width, height, rgba: pixels.into_iter().flat_map(to_srgb).collect() }
+}
+
 /// A texture ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Texture {
@@ -83,12 +99,8 @@ struct Level {
 impl Texture {
     /// The pyramid of an image that has pixels.
     pub fn new(image: &Image) -> Self {
-        let light: Vec<f32> = (0..=255).map(|byte| from_srgb([byte; 3]).x).collect();
-        let pixels = image.rgba.as_chunks::<4>().0;
-        let pixels = pixels.iter().map(|&[r, g, b, _]| Vec3::from([r, g, b].map(|byte| light[usize::from(byte)])));
-        let whole = Level { width: image.width, height: image.height, pixels: pixels.collect() };
         let coarser = |level: &Level| (level.width * level.height > 1).then(|| level.halved());
-        Self { levels: std::iter::successors(Some(whole), coarser).collect() }
+        Self { levels: std::iter::successors(Some(Level::whole(image)), coarser).collect() }
     }
 
     /// The colour at `uv` (v downwards), in linear light, where a sample of the picture is as large as the steps `across`
@@ -106,6 +118,13 @@ impl Texture {
 }
 
 impl Level {
+    fn whole(image: &Image) -> Self {
+        let light: Vec<f32> = (0..=255).map(|byte| from_srgb([byte; 3]).x).collect();
+        let pixels = image.rgba.as_chunks::<4>().0;
+        let pixels = pixels.iter().map(|&[r, g, b, _]| Vec3::from([r, g, b].map(|byte| light[usize::from(byte)])));
+        Self { width: image.width, height: image.height, pixels: pixels.collect() }
+    }
+
     /// Half as wide and high, each pixel the mean of four.
     fn halved(&self) -> Self {
         let [width, height] = [self.width, self.height].map(|side| (side / 2).max(1));

@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::mesh::cleanup::Cleaned;
-use neural_mesh::mesh::{Frame, TriMesh};
+use neural_mesh::mesh::{Frame, Looks, RawMesh, TriMesh};
 
+use super::worn::{Worn, only_texture, worn};
 use crate::args::CompareArgs;
 use crate::failure::{Failure, name};
 use crate::request::Source;
-use crate::simplify::{cleaned, read};
+use crate::simplify::{cleaned, parsed, read};
 
 /// A mesh and what people call it.
 pub struct Named {
@@ -16,25 +18,58 @@ pub struct Named {
     pub name: String,
     /// The mesh as cleaned, around an origin that all meshes of a comparison share.
     pub mesh: TriMesh,
+    /// What covers it, where a page is asked for.
+    pub cover: Option<Worn>,
+    /// What could not be had of its looks, in one line each.
+    pub notes: Vec<String>,
 }
 
-/// Reads the original and the simplified meshes.
+/// Reads the original and the simplified meshes; for a page with what covers them.
 pub fn read_all(args: &CompareArgs) -> Result<(Named, Vec<Named>), Failure> {
     let paths: Vec<&Path> = args.inputs().collect();
-    let meshes = paths.iter().map(|path| read_one(path, !args.no_weld)).collect::<Result<Vec<_>, _>>()?;
-    let origin = shared_origin(meshes.iter().map(|mesh| mesh.frame));
+    let read = |path: &&Path| read_one(path, !args.no_weld, args.html.is_some());
+    let meshes = paths.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let origin = shared_origin(meshes.iter().map(|mesh| mesh.cleaned.frame));
+    let texture = meshes.first().and_then(|original| only_texture(&original.looks));
     let mut named = Vec::new();
     for ((path, mesh), name) in paths.iter().zip(meshes).zip(short_names(&paths)) {
-        named.push(Named { name, mesh: around(origin, mesh).map_err(|error| Failure::of(path, error))? });
+        let Dressed { mut cleaned, looks, notes } = mesh;
+        let cover = worn(std::mem::take(&mut cleaned.attributes), looks, texture.as_ref());
+        let mesh = around(origin, cleaned).map_err(|error| Failure::of(path, error))?;
+        named.push(Named { name, mesh, cover, notes });
     }
     let simplified = named.split_off(1);
     let original = named.pop().ok_or_else(|| Failure::Usage("there is no original: name its file".into()))?;
     Ok((original, simplified))
 }
 
-fn read_one(path: &Path, weld: bool) -> Result<Cleaned, Failure> {
+/// A mesh with what its groups look like.
+struct Dressed {
+    cleaned: Cleaned,
+    looks: Looks,
+    notes: Vec<String>,
+}
+
+fn read_one(path: &Path, weld: bool, with_looks: bool) -> Result<Dressed, Failure> {
     let source = Source::new(PathBuf::from(path), None, weld);
-    cleaned(read(&source)?, &source)
+    let (raw, looks, notes) =
+        if with_looks { dressed(&source)? } else { (read(&source)?, Looks::default(), Vec::new()) };
+    Ok(Dressed { cleaned: cleaned(raw, &source)?, looks, notes })
+}
+
+/// A mesh and what its groups look like; of a glTF the scene.
+fn dressed(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
+    // What is no asset by itself, a compressed one, is read below.
+    let asset = source.is_scene(Format::Glb).then(|| Asset::read_path(&source.path).ok()).flatten();
+    if let Some(asset) = asset {
+        let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
+        let scene = asset.placed(&meshes).map_err(|error| Failure::of(&source.path, error))?;
+        let (looks, missing) = asset.scene_looks();
+        return Ok((scene, looks, missing));
+    }
+    let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
+    let (looks, missing) = io::looks(&read.extra, false);
+    Ok((read.mesh, looks, missing))
 }
 
 /// The first origin that is not zero: meshes far out are then compared with the precision of the one that kept it.
@@ -69,7 +104,6 @@ fn short_names(paths: &[&Path]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use neural_mesh::mesh::RawMesh;
     use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
     fn far_triangle(x: f64, double: bool) -> Cleaned {

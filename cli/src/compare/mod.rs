@@ -1,11 +1,14 @@
 //! `neural-mesh compare`: reads an original and simplified meshes, judges each, and says it as table, JSON and page.
 
+mod cover_data;
+mod images;
 mod json;
 mod meshes;
 mod packed;
 mod page;
 mod surface_data;
 mod table;
+mod worn;
 
 use std::path::Path;
 
@@ -59,11 +62,12 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let judging = judging(args, std::iter::once(&original).chain(&simplified));
     let comparison = judged(args, original, simplified, judging);
     progress.show("picture", 0.0);
-    let pending = written(args, &comparison)?;
+    let (pending, notes) = written(args, &comparison)?;
     drop(progress);
     files::place(pending)?;
     let voice = if args.quiet { Voice::Quiet } else { Voice::Out };
     table::lines(&comparison).iter().for_each(|line| voice.say(line));
+    notes.iter().for_each(|note| voice.say(&format!("note      {note}")));
     Ok(())
 }
 
@@ -99,16 +103,18 @@ fn size_for_all(simplified: &[Named]) -> usize {
     sizes.min().unwrap_or_default()
 }
 
-/// What goes to files, on its way there.
-fn written(args: &CompareArgs, comparison: &Comparison) -> Result<Vec<Pending>, Failure> {
-    let mut pending = Vec::new();
+/// What goes to files, on its way there; beside it what the page cannot show, in one line each.
+fn written(args: &CompareArgs, comparison: &Comparison) -> Result<(Vec<Pending>, Vec<String>), Failure> {
+    let (mut pending, mut notes) = (Vec::new(), Vec::new());
     if let Some(path) = &args.json {
         pending.push(files::prepare(path, &json::bytes(comparison), args.force)?);
     }
     if let Some(path) = &args.html {
-        pending.push(files::prepare(path, page::html(comparison).as_bytes(), args.force)?);
+        let page = page::page(comparison);
+        pending.push(files::prepare(path, page.html.as_bytes(), args.force)?);
+        notes = page.notes;
     }
-    Ok(pending)
+    Ok((pending, notes))
 }
 
 /// Files that are written.
@@ -141,7 +147,7 @@ mod tests {
     use neural_mesh::mesh::{TriMesh, shapes};
 
     fn named(mesh: TriMesh) -> Named {
-        Named { name: "a.ply".into(), mesh }
+        Named { name: "a.ply".into(), mesh, cover: None, notes: Vec::new() }
     }
 
     #[test]

@@ -1,10 +1,15 @@
 //! A comparison as one HTML file that asks for nothing else: the viewer with the meshes and figures inside.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use neural_mesh::mesh::{TriMesh, irregular_edges};
 use neural_mesh::metrics::{Painted, PaintedScale, nearest_on, painted_scale};
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
 
+use super::cover_data::{CoverData, CoverLayout};
+use super::images::{FittedImage, Gallery};
+use super::meshes::Named;
 use super::packed::Packed;
 use super::surface_data::SurfaceData;
 use super::{Comparison, json};
@@ -19,19 +24,28 @@ const DATA: &str = "<!-- data -->";
 /// Letters of a part of packed numbers; a multiple of four, so that each part is base64 of its own.
 const LETTERS: usize = 1 << 18;
 
-/// The page.
-pub fn html(comparison: &Comparison) -> String {
+/// A page and what it cannot show, in one line each.
+pub struct Page {
+    /// The file.
+    pub html: String,
+    /// What is missing in it or smaller than in the files.
+    pub notes: Vec<String>,
+}
+
+/// The page of a comparison.
+pub fn page(comparison: &Comparison) -> Page {
     let (before, rest) = VIEWER.split_once(TITLE).unwrap_or((VIEWER, ""));
     let (between, after) = rest.split_once(DATA).unwrap_or((rest, ""));
     let title = escaped(&comparison.original.name);
-    [before, &title, between, &data(comparison), after].concat()
+    let (data, notes) = data(comparison);
+    Page { html: [before, &title, between, &data, after].concat(), notes }
 }
 
-/// The scripts that hold the data: words as JSON, numbers packed.
-fn data(comparison: &Comparison) -> String {
+/// The scripts that hold the data: words as JSON, numbers packed. Beside them what could not be had.
+fn data(comparison: &Comparison) -> (String, Vec<String>) {
     let Comparison { original, results, .. } = comparison;
-    let meshes = std::iter::once(original).chain(results.iter().map(|result| &result.mesh));
-    let surfaces: Vec<SurfaceData> = meshes.map(|named| packed(&named.mesh)).collect();
+    let meshes: Vec<&Named> = std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).collect();
+    let surfaces: Vec<SurfaceData> = meshes.iter().map(|named| packed(&named.mesh)).collect();
     let pairs = distances(comparison);
     let scale = scale(comparison, &pairs);
     let mut scripts = vec![island("surface-0", &surfaces[0].text)];
@@ -42,15 +56,48 @@ fn data(comparison: &Comparison) -> String {
         scripts.push(island(&format!("surface-{}", at + 1), &surfaces[at + 1].text));
         scripts.push(island(&format!("distances-{}", at + 1), &values.text()));
     }
+    let Covered { covers, images, scripts: of_covers, notes } = covered(&meshes, &surfaces);
+    scripts.extend(of_covers);
     let layouts: Vec<_> = surfaces.iter().map(|surface| &surface.layout).collect();
     let words = json!({
         "comparison": json::value(comparison),
         "surfaces": layouts,
+        "covers": covers,
+        "images": images,
         "scale": { "p95": scale.p95, "p99": scale.p99, "max": scale.max },
         "eye": toward_eye(&original.mesh),
     });
     scripts.insert(0, json_island(&words));
-    scripts.concat()
+    (scripts.concat(), notes)
+}
+
+/// What covers the meshes, ready for the page.
+struct Covered {
+    /// For each mesh what the page needs to know of its cover; nothing where it has none.
+    covers: Vec<Option<CoverLayout>>,
+    /// The type of each image and its pixels; nothing where it could not be read.
+    images: Vec<Option<Value>>,
+    scripts: Vec<String>,
+    notes: Vec<String>,
+}
+
+fn covered(meshes: &[&Named], surfaces: &[SurfaceData]) -> Covered {
+    let (mut covers, mut scripts, mut gallery) = (Vec::new(), Vec::new(), Gallery::default());
+    for (at, (named, surface)) in meshes.iter().zip(surfaces).enumerate() {
+        let data = named.cover.as_ref().map(|worn| CoverData::new(&named.mesh, worn, surface, &mut gallery));
+        scripts.extend(data.as_ref().map(|data| island(&format!("cover-{at}"), &data.text)));
+        covers.push(data.map(|data| data.layout));
+    }
+    let note = |named: &&Named| named.notes.iter().map(|note| format!("{}: {note}", named.name)).collect::<Vec<_>>();
+    let mut notes: Vec<String> = meshes.iter().flat_map(note).collect();
+    let (fitted, of_images) = gallery.fitted();
+    notes.extend(of_images);
+    for (at, image) in fitted.iter().enumerate() {
+        scripts.extend(image.as_ref().map(|image| island(&format!("image-{at}"), &STANDARD.encode(&image.bytes))));
+    }
+    let described = |image: &FittedImage| json!({ "type": image.kind, "width": image.width, "height": image.height });
+    let images = fitted.iter().map(|image| image.as_ref().map(described)).collect();
+    Covered { covers, images, scripts, notes }
 }
 
 fn packed(mesh: &TriMesh) -> SurfaceData {
@@ -109,24 +156,25 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{Judged, Named};
+    use crate::compare::Judged;
     use neural_mesh::mesh::shapes;
     use neural_mesh::metrics::Judging;
 
-    fn page(name: &str) -> String {
-        let named = |mesh: TriMesh| Named { name: name.into(), mesh };
+    fn html(name: &str) -> String {
+        let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, notes: Vec::new() };
         let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
-        html(&Comparison {
+        page(&Comparison {
             original: named(shapes::icosphere(2)),
             results: vec![result],
             judging: Judging::default(),
             n_eigenpairs: 0,
         })
+        .html
     }
 
     #[test]
     fn names_cannot_leave_their_place() {
-        let page = page("</script><!-- data --><img src=x onerror=alert(1)>&amp;");
+        let page = html("</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
         assert_eq!(page.matches("</script>").count(), VIEWER.matches("</script>").count() + 4);
         assert!(page.contains("<title>&lt;/script&gt;"));
@@ -135,7 +183,7 @@ mod tests {
 
     #[test]
     fn the_data_is_valid_json() {
-        let page = page("a <b> & \"c\".ply");
+        let page = html("a <b> & \"c\".ply");
         let start = page.find("id=\"comparison\">").unwrap() + "id=\"comparison\">".len();
         let length = page[start..].find("</script>").unwrap();
         let words: Value = serde_json::from_str(&page[start..start + length]).unwrap();
@@ -145,7 +193,7 @@ mod tests {
 
     #[test]
     fn nothing_in_the_page_points_elsewhere() {
-        let page = page("a.ply");
+        let page = html("a.ply");
         for (at, scheme) in page.match_indices("http:").chain(page.match_indices("https:")) {
             let address = &page[at..page.len().min(at + 60)];
             // Names of XML languages, which nobody opens.

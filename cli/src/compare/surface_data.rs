@@ -54,6 +54,15 @@ impl SurfaceData {
         Self { layout, text: packed.text(), order }
     }
 
+    /// The page's vertex that each vertex of the mesh is; the largest number where no face uses it.
+    pub fn numbers(&self, n_vertices: usize) -> Vec<u32> {
+        let mut numbers = vec![u32::MAX; n_vertices];
+        for (number, &vertex) in self.order.iter().enumerate() {
+            numbers[vertex as usize] = number as u32;
+        }
+        numbers
+    }
+
     /// Packs a value per vertex of the mesh, or per point of its faces, 0 to `max`.
     pub fn pack_values(&self, packed: &mut Packed, values: &[f32], max: f32) {
         match self.layout.steps {

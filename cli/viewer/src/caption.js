@@ -1,13 +1,13 @@
-// The words over a pane: whose mesh it is, how large, and how many of its edges are marked.
+// The words over a pane: whose mesh it is, how large, and how many of its edges are marked; where textures are shown, whether it has one.
 
 import { count } from './words.js';
 
 const KINDS = ['open', 'non-manifold', 'turned'];
 
 /** Fills the caption of a pane. */
-export function fillCaption(pane, role, { name, faces }, marked) {
+export function fillCaption(pane, role, { name, faces }, marked, ofCover) {
   const title = make('strong', role);
-  const lines = [make('div', name, 'name'), make('div', `${count(faces)} faces`), marks(marked)];
+  const lines = [make('div', name, 'name'), make('div', `${count(faces)} faces`), marks(marked), make('div', ofCover, 'of-cover')];
   pane.querySelector('.caption').replaceChildren(title, ...lines);
 }
 

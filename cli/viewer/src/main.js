@@ -12,19 +12,21 @@ import { count } from './words.js';
 const at = (id) => document.getElementById(id);
 
 function start() {
-  const { comparison, surfaces, scale, eye } = JSON.parse(at('comparison').textContent);
+  const data = JSON.parse(at('comparison').textContent);
+  const { comparison, surfaces, covers, scale, eye } = data;
   writeWords(comparison);
   const panes = [at('pane-0'), at('pane-1')];
   const place = placeOf(surfaces, eye);
   const view = makeView(at('canvas'), panes, place);
-  const scene = makeScene(view, surfaces, place);
+  const scene = makeScene(view, data, place);
   view.drawn = () => { if (scene.models.length > 0) markFirstDraw(); };
   makeTheme((colours) => setSceneTheme(scene, colours));
   makeBar(scale, Math.hypot(...surfaces[0].sides), (share) => setColourEnd(scene, share));
   listen(view, at('canvas'));
   at('reset').addEventListener('click', () => lookFromStart(view));
+  wireTexture(covers);
   wireSwitches(scene);
-  wireSlider(scene, comparison, surfaces, panes);
+  wireSlider(scene, comparison, data, panes);
 }
 
 function writeWords({ original, results, settings, program, figures }) {
@@ -35,27 +37,43 @@ function writeWords({ original, results, settings, program, figures }) {
   at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`;
 }
 
+/** Shows the switch of textures where a mesh has one; a surface has one kind of colours at a time. */
+function wireTexture(covers) {
+  const [texture, colours] = [at('texture'), at('colours')];
+  texture.disabled = covers.every((cover) => !cover);
+  texture.parentElement.hidden = texture.disabled;
+  texture.addEventListener('change', () => { if (texture.checked) colours.checked = false; });
+  colours.addEventListener('change', () => { if (colours.checked) texture.checked = false; });
+}
+
+/** What a caption says of the cover of a mesh, where textures are shown. */
+function wordsOfCover(cover) {
+  if (!cover) return 'no texture, no colours: plain';
+  return cover.borrowed ? 'texture of the original' : '';
+}
+
 function wireSwitches(scene) {
   const boxes = [...document.querySelectorAll('[data-switch]')];
   const update = () => {
     at('scale').hidden = !at('colours').checked;
+    document.documentElement.toggleAttribute('data-texture', at('texture').checked);
     return attempt(setSwitches(scene, Object.fromEntries(boxes.map((box) => [box.dataset.switch, box.checked]))));
   };
   boxes.forEach((box) => box.addEventListener('change', update));
   update();
 }
 
-function wireSlider(scene, { original, results }, surfaces, panes) {
+function wireSlider(scene, { original, results }, { surfaces, covers }, panes) {
   const slider = at('result');
   slider.max = results.length;
   at('results').hidden = results.length === 1;
-  fillCaption(panes[0], 'Original', original, surfaces[0].marked);
+  fillCaption(panes[0], 'Original', original, surfaces[0].marked, wordsOfCover(covers[0]));
   const show = async () => {
     const index = slider.valueAsNumber;
     const { name } = results[index - 1];
     slider.setAttribute('aria-valuetext', name);
     at('which').textContent = `${name} (${index} of ${results.length})`;
-    fillCaption(panes[1], 'Simplified', results[index - 1], surfaces[index].marked);
+    fillCaption(panes[1], 'Simplified', results[index - 1], surfaces[index].marked, wordsOfCover(covers[index]));
     showColumn(at('figures'), index - 1);
     wait('Unpacking the meshes');
     if (await showResult(scene, index)) {

@@ -55,8 +55,9 @@ export function makeModel(surface, fine, radius, materials) {
   surface.marked.forEach((edges, kind) => {
     if (edges.length > 0) marks.add(segments(surface.positions, edges, materials.marks[kind]));
   });
-  group.add(new Mesh(geometry, materials.solid), marks);
-  return { group, geometry, marks, surface, wire: null, wiring: null };
+  const plain = new Mesh(geometry, materials.solid);
+  group.add(plain, marks);
+  return { group, geometry, plain, marks, surface, wire: null, wiring: null, covered: null, covering: null };
 }
 
 function segments(positions, edges, material) {

@@ -4,12 +4,12 @@ import { breathe, inSlices } from './slices.js';
 
 /** The numbers of that name, to be read from the front. */
 export async function numbersOf(name) {
-  const stream = new Blob(await deflated(name)).stream().pipeThrough(new DecompressionStream('deflate-raw'));
+  const stream = new Blob(await bytesOf(name)).stream().pipeThrough(new DecompressionStream('deflate-raw'));
   return { bytes: new Uint8Array(await new Response(stream).arrayBuffer()), at: 0 };
 }
 
-/** The bytes behind the script elements that hold the parts. */
-async function deflated(name) {
+/** The bytes behind the script elements of that name, part by part. */
+export async function bytesOf(name) {
   const parts = [];
   for (const { textContent } of document.querySelectorAll(`[data-of="${name}"]`)) {
     parts.push(Uint8Array.from(atob(textContent), (letter) => letter.charCodeAt(0)));

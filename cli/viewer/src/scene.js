@@ -2,6 +2,7 @@
 
 import { Group } from 'three';
 import { colourTexture } from './colours.js';
+import { addCover, makeWardrobe, setCovers } from './cover.js';
 import { addWire, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme } from './model.js';
 import { numbersOf } from './numbers.js';
 import { refined } from './refine.js';
@@ -20,7 +21,7 @@ export function placeOf(surfaces, eye) {
 }
 
 /** Makes an empty scene in a view. */
-export function makeScene(view, surfaces, place) {
+export function makeScene(view, { surfaces, covers, images }, place) {
   const roots = view.scenes.map(({ scene }) => {
     const root = new Group();
     scene.add(root);
@@ -28,7 +29,8 @@ export function makeScene(view, surfaces, place) {
   });
   const materials = makeMaterials();
   const loaded = new Map();
-  return { view, surfaces, place, roots, materials, loaded, texture: colourTexture(), switches: {}, models: [] };
+  const [texture, wardrobe] = [colourTexture(), makeWardrobe(images)];
+  return { view, surfaces, covers, place, roots, materials, wardrobe, loaded, texture, switches: {}, models: [], shown: [] };
 }
 
 /** Unpacks a result, and the original with the first one; the second time from memory, where the first one did not fail. */
@@ -64,12 +66,13 @@ export async function showResult(scene, index) {
   if (scene.wanted !== index) return false;
   setShares(original, sharesOfOriginal);
   scene.models = [original, model];
+  scene.shown = [0, index];
   scene.roots.forEach((root, i) => root.clear().add(scene.models[i].group));
   await applySwitches(scene);
   return scene.wanted === index;
 }
 
-/** Draws as the switches say: {wire, flat, colours, marks, zUp}. */
+/** Draws as the switches say: {wire, flat, colours, texture, marks, zUp}. */
 export async function setSwitches(scene, switches) {
   const isTurned = Boolean(switches.zUp) !== Boolean(scene.switches.zUp);
   scene.switches = switches;
@@ -86,19 +89,31 @@ function turn({ view, roots, place, switches }) {
 }
 
 async function applySwitches(scene) {
-  const { view, materials, switches, models } = scene;
+  const { view, materials, switches, models, shown } = scene;
   materials.solid.flatShading = switches.flat;
   paint(materials, switches.colours ? scene.texture : null);
-  setLight(view, switches.colours);
+  setLight(view, switches.colours || switches.texture);
   makeRoomForWire(materials, switches.wire);
   if (switches.wire) for (const model of models) await addWire(model, materials);
+  if (switches.texture) await showCovers(scene, models, shown);
   // Where something else has been asked for meanwhile, that is what will be shown.
   if (scene.switches !== switches || scene.models !== models) return;
   for (const model of models) {
     if (model.wire) model.wire.visible = switches.wire;
     model.marks.visible = switches.marks;
+    model.plain.visible = !(switches.texture && model.covered);
+    if (model.covered) model.covered.visible = switches.texture;
   }
   askToDraw(view);
+}
+
+/** Makes the covers that models have, and draws them as the switches say. */
+async function showCovers({ covers, wardrobe, switches }, models, shown) {
+  for (const [pane, model] of models.entries()) {
+    const cover = covers[shown[pane]];
+    if (cover) await addCover(model, cover, shown[pane], wardrobe);
+  }
+  await setCovers(wardrobe, switches.flat, switches.wire);
 }
 
 /** Where the colours end, as a share of the largest distance. */

@@ -47,6 +47,47 @@ export async function unpackShares(n, numbers) {
   return shares;
 }
 
+/**
+ * What covers a surface: wedges, which are its vertices with texture coordinates and colours, and its faces over them, those of a
+ * paint behind each other; `runs` says where those of each paint begin in `faces` and how long they are.
+ */
+export async function unpackCover({ wedges, low, step, coloured, paints }, numbers, { positions, normals, faces }) {
+  const cover = {
+    positions: new Float32Array(3 * wedges), normals: new Float32Array(3 * wedges), uvs: new Float32Array(2 * wedges),
+    colours: coloured ? new Float32Array(3 * wedges) : null,
+  };
+  await readDifferences(numbers, wedges, (vertex, i) => {
+    for (let axis = 0; axis < 3; axis++) {
+      cover.positions[3 * i + axis] = positions[3 * vertex + axis];
+      cover.normals[3 * i + axis] = normals[3 * vertex + axis];
+    }
+  });
+  for (let axis = 0; axis < 2; axis++) {
+    await readDifferences(numbers, wedges, (steps, i) => { cover.uvs[2 * i + axis] = low[axis] + steps * step[axis]; });
+  }
+  for (let channel = 0; coloured && channel < 3; channel++) {
+    await readDifferences(numbers, wedges, (value, i) => { cover.colours[3 * i + channel] = value / 4095; });
+  }
+  const paintOf = new Uint32Array(faces.length / 3);
+  await readDifferences(numbers, paintOf.length, (paint, face) => { paintOf[face] = paint; });
+  const corners = await readFaces({ faces: paintOf.length }, numbers);
+  return { ...cover, ...byPaint(corners, paintOf, paints.length) };
+}
+
+/** Faces in the order of their paints, and from where to where each paint goes, in corners. */
+function byPaint(corners, paintOf, nPaints) {
+  const runs = Array.from({ length: nPaints }, () => [0, 0]);
+  for (const paint of paintOf) runs[paint][1] += 3;
+  runs.reduce((from, run) => { run[0] = from; return from + run[1]; }, 0);
+  const faces = new Uint32Array(corners.length);
+  const next = runs.map(([from]) => from);
+  paintOf.forEach((paint, face) => {
+    faces.set(corners.subarray(3 * face, 3 * face + 3), next[paint]);
+    next[paint] += 3;
+  });
+  return { faces, runs };
+}
+
 /** Normals of the vertices, each the mean of its faces' by area. */
 async function vertexNormals(positions, faces) {
   const normals = new Float32Array(positions.length);

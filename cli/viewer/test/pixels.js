@@ -1,4 +1,4 @@
-// What a screenshot shows, counted by a page of its own: how much is covered, how much two of them differ.
+// What a screenshot shows, counted by a page of its own: how much is covered, how much is of a colour, how much two of them differ.
 
 /** Makes the counter. */
 export async function makeEye(browser) {
@@ -10,6 +10,17 @@ export async function makeEye(browser) {
       const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
       context.drawImage(image, 0, 0);
       return context.getImageData(0, 0, image.width, image.height);
+    };
+    globalThis.mostly = ({ width, height, data }, channel) => {
+      const found = { left: 0, right: 0, upper: 0, lower: 0 };
+      for (let i = 0; i < data.length; i += 4) {
+        const others = [0, 1, 2].filter((other) => other !== channel).map((other) => data[i + other]);
+        if (data[i + channel] < Math.max(...others) + 60) continue;
+        const [x, y] = [(i / 4) % width, Math.floor(i / 4 / width)];
+        found[x < width / 2 ? 'left' : 'right'] += 2 / (width * height);
+        found[y < height / 2 ? 'upper' : 'lower'] += 2 / (width * height);
+      }
+      return found;
     };
     globalThis.differing = ({ data: a }, { data: b }, at) => {
       let n = 0;
@@ -26,6 +37,8 @@ export async function makeEye(browser) {
       const image = await pixels(shot);
       return differing(image, image, 4 * ((image.height - 10) * image.width + 10));
     }, shot),
+    /** Shares of the pixels of each half that are mostly of a channel. */
+    mostly: (shot, channel) => page.evaluate(async ([shot, channel]) => mostly(await pixels(shot), channel), [shot, channel]),
     /** Share of the pixels that two shots of the same size do not share. */
     differing: (a, b) => page.evaluate(async ([a, b]) => differing(await pixels(a), await pixels(b)), [a, b]),
   };

@@ -5,13 +5,15 @@ import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { inflateRawSync } from 'node:zlib';
 import { refined } from '../src/refine.js';
-import { allEdges, unpackShares, unpackSurface } from '../src/surface.js';
+import { allEdges, unpackCover, unpackShares, unpackSurface } from '../src/surface.js';
 
 const page = readFileSync(`${process.env.PAGES}/several.html`, 'utf8');
-const words = JSON.parse(page.match(/id="comparison">(.*?)<\/script>/)[1]);
+const textured = readFileSync(`${process.env.PAGES}/textured.html`, 'utf8');
+const wordsOf = (page) => JSON.parse(page.match(/id="comparison">(.*?)<\/script>/)[1]);
+const words = wordsOf(page);
 
-function numbersOf(name) {
-  const parts = [...page.matchAll(new RegExp(`data-of="${name}">([^<]*)<`, 'g'))];
+function numbersOf(name, from = page) {
+  const parts = [...from.matchAll(new RegExp(`data-of="${name}">([^<]*)<`, 'g'))];
   const bytes = inflateRawSync(Buffer.concat(parts.map(([, text]) => Buffer.from(text, 'base64'))));
   return { bytes, at: 0 };
 }
@@ -46,6 +48,22 @@ test('every point has its distance, the largest of all is 1', async () => {
     assert.equal(numbers.at, numbers.bytes.length);
   }
   assert.equal(largest, 1);
+});
+
+test('a cover comes back with its surface', async () => {
+  const { surfaces, covers } = wordsOf(textured);
+  const surface = await unpackSurface(surfaces[0], numbersOf('surface-0', textured), place);
+  const numbers = numbersOf('cover-0', textured);
+  const cover = await unpackCover(covers[0], numbers, surface);
+  assert.equal(numbers.at, numbers.bytes.length);
+  assert.deepEqual(covers[0].paints.map(({ image }) => image), [null, 0]);
+  assert.deepEqual(cover.runs, [[0, 3 * 2 * 4 * 24], [3 * 2 * 4 * 24, 3 * 2 * 20 * 24]]);
+  // The texture lies flat on the plate, its upper edge, v = 0, where y is largest.
+  for (const wedge of cover.faces.subarray(cover.runs[1][0])) {
+    const [x, y] = cover.positions.subarray(3 * wedge, 3 * wedge + 2);
+    const [u, v] = cover.uvs.subarray(2 * wedge, 2 * wedge + 2);
+    assert.ok(Math.abs(u - x / 24) < 1e-4 && Math.abs(1 - v - y / 24) < 1e-4, `${x} ${y} ${u} ${v}`);
+  }
 });
 
 test('smaller faces cover the same surface', async () => {

@@ -1,6 +1,6 @@
 // The page in a browser: it draws, every control does what it says, and nothing is asked from elsewhere.
 //
-// `scripts/viewer_test` makes the two pages of PAGES: several.html (closed meshes) and open.html (one with marked edges).
+// `scripts/viewer_test` makes the pages of PAGES: several.html (closed meshes), open.html (one with marked edges) and textured.html.
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -9,6 +9,7 @@ import { makeEye, shoot } from './pixels.js';
 
 const SEVERAL = `${process.env.PAGES}/several.html`;
 const OPEN = `${process.env.PAGES}/open.html`;
+const TEXTURED = `${process.env.PAGES}/textured.html`;
 
 let browser;
 let eye;
@@ -145,6 +146,64 @@ test('the colours end where the reader says', () => withPage(SEVERAL, {}, async 
   assert.ok(Math.abs(Number(await last.textContent()) - before / 4) < 0.02 * before);
   await page.selectOption('#unit', 'own');
   assert.ok(Number(await page.inputValue('#own')) > 0);
+}));
+
+/** Holds that a pane shows the plate of textured.js: green on the left, blue on the right, red below where its materials are known. */
+async function showsTexture(page, pane, hasMaterials = true) {
+  const shot = await shoot(page, pane);
+  const [red, green, blue] = await Promise.all([0, 1, 2].map((channel) => eye.mostly(shot, channel)));
+  const story = JSON.stringify({ pane, red, green, blue });
+  assert.ok(green.left > 0.1 && green.right < 0.02 && blue.right > 0.1 && blue.left < 0.02, story);
+  assert.ok((red.lower > 0.02) === hasMaterials && red.upper < 0.01, story);
+}
+
+async function showsNoTexture(page, pane) {
+  const shot = await shoot(page, pane);
+  for (const channel of [1, 2]) {
+    const { left, right } = await eye.mostly(shot, channel);
+    assert.ok(left + right < 0.02, `${pane}: ${left} and ${right} of channel ${channel}`);
+  }
+}
+
+test('textures are shown where the meshes have them', () => withPage(TEXTURED, {}, async (page) => {
+  await page.uncheck('[data-switch="marks"]');
+  await page.keyboard.press('t');
+  assert.equal(await page.isChecked('#colours'), false);
+  for (const pane of ['#pane-0', '#pane-1']) await showsTexture(page, pane);
+  assert.equal(await page.textContent('#pane-1 .of-cover'), '');
+  await page.click('#next');
+  await page.waitForSelector('html[data-result="2"]');
+  await showsTexture(page, '#pane-1', false);
+  assert.equal(await page.textContent('#pane-1 .of-cover'), 'texture of the original');
+  await page.click('#next');
+  await page.waitForSelector('html[data-result="3"]');
+  await showsTexture(page, '#pane-0');
+  await showsNoTexture(page, '#pane-1');
+  assert.ok(await page.isVisible('#pane-1 .of-cover:text("plain")'));
+}));
+
+test('the texture gives way to other colours, facets and edges, and comes back', () => withPage(TEXTURED, {}, async (page) => {
+  await page.keyboard.press('t');
+  const first = await shoot(page, '.stage');
+  // The light is even, so facets show little.
+  for (const [key, least] of [['w', 0.005], ['f', 0.0005]]) {
+    await changes(page, '.stage', () => page.keyboard.press(key), least);
+    await page.keyboard.press(key);
+    await isAgain(page, '.stage', first);
+  }
+  await changes(page, '.stage', () => page.keyboard.press('c'), 0.05);
+  assert.equal(await page.isChecked('#texture'), false);
+  await page.keyboard.press('t');
+  await isAgain(page, '.stage', first);
+  await page.keyboard.press('t');
+  await showsNoTexture(page, '#pane-0');
+}));
+
+test('without a texture there is no switch for it', () => withPage(SEVERAL, {}, async (page) => {
+  assert.equal(await page.isVisible('label:has(#texture)'), false);
+  const first = await shoot(page, '.stage');
+  await page.keyboard.press('t');
+  await isAgain(page, '.stage', first);
 }));
 
 test('light and dark, as the system says and as the reader says', () => withPage(SEVERAL, { colorScheme: 'dark' }, async (page) => {

@@ -1,25 +1,28 @@
 //! Where the nodes of the default scene place meshes.
 
-use glam::{DMat4, DQuat};
+use std::collections::BTreeMap;
 
+use glam::{DMat4, DQuat, DVec3};
+
+use super::accessor::Data;
 use super::schema::{Node, Root};
 use super::{REMEDY, missing};
 use crate::io::ReadError;
 
 /// A mesh at one place.
-pub(super) struct Placed {
+pub(super) struct Placed<'a> {
     /// Index of the mesh, unchecked.
     pub mesh: usize,
     /// From the mesh's coordinates to the scene's.
     pub transform: DMat4,
     /// Whether a skin moves it, so that the transform does not count.
     pub skinned: bool,
-    /// The accessor of further scales at which the node repeats it, if there is one.
-    pub instance_scales: Option<usize>,
+    /// The accessors of further places at which the node repeats it, by name, if it does so.
+    pub instances: Option<&'a BTreeMap<String, usize>>,
 }
 
 /// All meshes that nodes below the roots place, parents before children.
-pub(super) fn placements(root: &Root) -> Result<Vec<Placed>, ReadError> {
+pub(super) fn placements(root: &Root) -> Result<Vec<Placed<'_>>, ReadError> {
     let mut placed = Vec::new();
     let mut visited = vec![false; root.nodes.len()];
     let mut open: Vec<(usize, DMat4)> = roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
@@ -29,8 +32,8 @@ pub(super) fn placements(root: &Root) -> Result<Vec<Placed>, ReadError> {
             return Err(ReadError::file(format!("node {index} has two parents"), REMEDY));
         }
         let transform = outer * local_transform(node);
-        let (skinned, instance_scales) = (node.skin.is_some(), node.instance_scales());
-        placed.extend(node.mesh.map(|mesh| Placed { mesh, transform, skinned, instance_scales }));
+        let (skinned, instances) = (node.skin.is_some(), node.instances());
+        placed.extend(node.mesh.map(|mesh| Placed { mesh, transform, skinned, instances }));
         open.extend(node.children.iter().rev().map(|&child| (child, transform)));
     }
     Ok(placed)
@@ -56,8 +59,32 @@ fn local_transform(node: &Node) -> DMat4 {
     if let Some(columns) = node.matrix {
         return DMat4::from_cols_array(&columns);
     }
-    let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    transform_of(node.scale, node.rotation, node.translation)
+}
+
+fn transform_of(scale: Option<[f64; 3]>, rotation: Option<[f64; 4]>, translation: Option<[f64; 3]>) -> DMat4 {
+    let rotation = DQuat::from_array(rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
-    let scale = node.scale.unwrap_or([1.0; 3]);
-    DMat4::from_scale_rotation_translation(scale.into(), rotation, node.translation.unwrap_or([0.0; 3]).into())
+    let scale = scale.map_or(DVec3::ONE, DVec3::from);
+    DMat4::from_scale_rotation_translation(scale, rotation, translation.unwrap_or_default().into())
+}
+
+impl Placed<'_> {
+    /// From the mesh's coordinates to the scene's at each place where the node puts it, `limit` of them at most.
+    pub fn transforms(&self, data: &Data, limit: usize) -> Result<Vec<DMat4>, ReadError> {
+        let Some(names) = self.instances else { return Ok(vec![self.transform]) };
+        let rows = |name: &str| names.get(name).map(|&accessor| data.floats(accessor, limit)).transpose();
+        let [scales, rotations, translations] = [rows("SCALE")?, rows("ROTATION")?, rows("TRANSLATION")?];
+        let lengths = [&scales, &rotations, &translations].map(|rows| Some(rows.as_ref()?.1.len() / rows.as_ref()?.0));
+        let n = lengths.into_iter().flatten().min().unwrap_or(0);
+        let instance = |i| transform_of(row(&scales, i), row(&rotations, i), row(&translations, i));
+        Ok((0..n).map(|i| self.transform * instance(i)).collect())
+    }
+}
+
+/// A row of so many numbers, of as many rows as wide.
+fn row<const N: usize>(rows: &Option<(usize, Vec<f32>)>, i: usize) -> Option<[f64; N]> {
+    let (width, values) = rows.as_ref()?;
+    let row = values.get(i * width..)?.first_chunk::<N>().filter(|_| *width == N)?;
+    Some(row.map(f64::from))
 }

@@ -200,9 +200,9 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// The accessor of the scales at which the node repeats its mesh, if it does so at scales.
-    pub fn instance_scales(&self) -> Option<usize> {
-        self.extensions.instancing.as_ref()?.attributes.get("SCALE").copied()
+    /// The accessors of the places at which the node repeats its mesh, by name, if it does so.
+    pub fn instances(&self) -> Option<&BTreeMap<String, usize>> {
+        self.extensions.instancing.as_ref().map(|instancing| &instancing.attributes)
     }
 }
 

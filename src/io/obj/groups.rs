@@ -1,11 +1,14 @@
 //! The groups of an OBJ: faces under the same object, group, material and smoothing are of one.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::io::extra::{Group, decoded, latin1};
+use crate::io::extra::{Group, decoded, latin1, sets_faces_apart};
 
 /// The words that name what following faces belong to, in the order of [`State`].
 const WORDS: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"s"];
+
+/// What the words stand for, in the same order.
+const KINDS: [&str; 4] = ["objects", "groups", "materials", "smoothing groups"];
 
 /// What faces belong to: object, group, material, smoothing, where they were named.
 type State<'a> = [Option<&'a [u8]>; 4];
@@ -45,6 +48,39 @@ impl<'a> Groups<'a> {
         }
     }
 
+    /// Forgets names that set nearly every face apart, those of most different ones first: they would leave no face that could
+    /// go. Gives what was forgotten, in one line each.
+    pub fn judge(&mut self) -> Vec<String> {
+        let mut notes = Vec::new();
+        while sets_faces_apart(self.states.len(), self.of_faces.len()) {
+            let n_names = |kind: &usize| self.states.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
+            let Some(kind) = (0..KINDS.len()).max_by_key(n_names) else { break };
+            self.forget(kind);
+            notes.push(format!("the names of {} differ on nearly every face: dropped", KINDS[kind]));
+        }
+        notes
+    }
+
+    /// Makes groups that differ in the names of a kind alone one.
+    fn forget(&mut self, kind: usize) {
+        let mut numbers: FxHashMap<State, u32> = FxHashMap::default();
+        let mut states = Vec::new();
+        let mut number = |mut state: State<'a>| {
+            state[kind] = None;
+            *numbers.entry(state).or_insert_with(|| {
+                states.push(state);
+                states.len() as u32 - 1
+            })
+        };
+        let becomes: Vec<u32> = self.states.iter().map(|&state| number(state)).collect();
+        self.states = states;
+        if self.states.len() > 1 {
+            self.of_faces.iter_mut().for_each(|group| *group = becomes[*group as usize]);
+        } else {
+            self.of_faces.clear();
+        }
+    }
+
     /// All names, as bytes.
     pub fn names(&self) -> impl Iterator<Item = &'a [u8]> {
         self.states.iter().flatten().copied().flatten()
@@ -64,5 +100,44 @@ impl<'a> Groups<'a> {
             values: Vec::new(),
         };
         self.states.iter().map(named).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Faces whose group, and every hundred faces whose material, has a name of its own.
+    fn met(names: &[String]) -> Groups<'_> {
+        let mut groups = Groups::default();
+        for (face, name) in names.iter().enumerate() {
+            groups.take(b"g", name.as_bytes());
+            groups.take(b"usemtl", names[face - face % 100].as_bytes());
+            groups.cover(face, face + 1);
+        }
+        groups
+    }
+
+    #[test]
+    fn names_of_every_face_are_forgotten_and_others_stay() {
+        let names: Vec<String> = (0..1000).map(|i| format!("n{i}")).collect();
+        let mut groups = met(&names);
+        assert_eq!(groups.judge(), ["the names of groups differ on nearly every face: dropped"]);
+        let named = groups.named(false);
+        assert_eq!((named.len(), named[3].name.as_deref(), named[3].material.as_deref()), (10, None, Some("n300")));
+        assert_eq!((groups.of_faces.len(), groups.of_faces[399], groups.of_faces[400]), (1000, 3, 4));
+        assert!(met(&names[..256]).judge().is_empty());
+    }
+
+    #[test]
+    fn where_all_names_are_forgotten_there_are_no_groups() {
+        let names: Vec<String> = (0..400).map(|i| format!("n{i}")).collect();
+        let mut groups = Groups::default();
+        for (face, name) in names.iter().enumerate() {
+            groups.take(b"o", name.as_bytes());
+            groups.cover(face, face + 1);
+        }
+        assert_eq!(groups.judge().len(), 1);
+        assert!(groups.named(false).is_empty() && groups.of_faces.is_empty());
     }
 }

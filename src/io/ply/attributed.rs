@@ -8,7 +8,7 @@ use super::columns::{Plan, unit};
 use super::header::{Element, Header};
 use super::source::Source;
 use super::{BLOCK, index, open, read_faces, read_strips, read_vertices, records};
-use crate::io::extra::{Column, Extra, Group, Layout, ReadMesh, without_nan};
+use crate::io::extra::{Column, Extra, Group, Layout, ReadMesh, sets_faces_apart, without_nan};
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
@@ -281,7 +281,7 @@ impl Groups {
     /// Drops groups that are none: nearly every face would be its own.
     fn judge(&mut self, notes: &mut Vec<String>) {
         let n_groups = self.groups.len();
-        if self.too_many || n_groups > 256 && n_groups > self.of_faces.len() / 4 {
+        if self.too_many || sets_faces_apart(n_groups, self.of_faces.len()) {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             notes.push(format!("the numbers {} of the faces differ too often to be groups: dropped", names.join(", ")));
             *self = Self::default();

@@ -72,7 +72,7 @@ impl Normalisation {
 impl Surface {
     /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
     pub fn new(mesh: &TriMesh) -> Self {
-        let Manifold { faces, rings, copies, .. } = manifold(mesh.positions().len(), mesh.faces());
+        let Manifold { faces, rings, copies, .. } = manifold(mesh.positions(), mesh.faces());
         let scale = Normalisation::of(mesh.positions());
         let mut positions: Vec<Vec3> =
             mesh.positions().par_iter().with_min_len(PARALLEL).map(|&p| scale.normalise(p)).collect();

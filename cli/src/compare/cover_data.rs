@@ -1,0 +1,192 @@
+//! What covers a mesh as small whole numbers, the way the page's `cover.js` takes them.
+//!
+//! Corners of the same vertex with the same coordinates and colour are one wedge. Wedges are numbered in the order in which
+//! faces first use them, as vertices are.
+
+use std::collections::HashMap;
+
+use neural_mesh::mesh::{TriMesh, Wrap};
+use neural_mesh::picture::Corner;
+use serde::Serialize;
+
+use super::images::Gallery;
+use super::packed::Packed;
+use super::surface_data::SurfaceData;
+use super::worn::Worn;
+
+/// Steps of a colour's channel in linear light: near black as fine as the eye.
+const COLOUR_STEPS: f32 = 4095.0;
+/// Steps of texture coordinates across an image at most.
+const UV_STEPS: f64 = 32_768.0;
+/// Steps of texture coordinates in all at most.
+const MOST_UV_STEPS: f64 = (1 << 30) as f64;
+
+/// What the page needs to know of a cover before it unpacks its numbers.
+#[derive(Debug, Serialize)]
+pub struct CoverLayout {
+    wedges: usize,
+    /// Lowest texture coordinates, and the length of a step, along u and along v.
+    low: [f64; 2],
+    step: [f64; 2],
+    /// Whether the wedges have colours.
+    coloured: bool,
+    /// What faces can be painted with.
+    paints: Vec<Paint>,
+    /// Whether the texture is the original's.
+    borrowed: bool,
+}
+
+/// An image of the page, or none, and what it does beyond its edges.
+#[derive(Debug, PartialEq, Serialize)]
+struct Paint {
+    image: Option<usize>,
+    wrap: [&'static str; 2],
+}
+
+/// A cover ready for the page.
+pub struct CoverData {
+    /// Sizes and paints.
+    pub layout: CoverLayout,
+    /// Vertices of the wedges, their u, v and colours, paints of the faces, wedges of the corners.
+    pub text: String,
+}
+
+/// A wedge: vertex, coordinates, colour, in whole numbers.
+type Wedge = [u32; 6];
+
+impl CoverData {
+    /// Quantises and packs a cover of a mesh; its images go to the gallery.
+    pub fn new(mesh: &TriMesh, worn: &Worn, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
+        let cover = &worn.cover;
+        let n_faces = mesh.faces().len() as u32;
+        let corners: Vec<[Corner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
+        let ([low_u, step_u], [low_v, step_v]) = (steps(&corners, 0), steps(&corners, 1));
+        let (low, step) = ([low_u, low_v], [step_u, step_v]);
+        let coloured = corners.iter().flatten().any(|corner| corner.colour != [1.0; 3]);
+        let images: Vec<usize> = cover.images.iter().map(|image| gallery.number(image)).collect();
+        let (paints, of_faces) = paints((0..n_faces).map(|face| paint(cover.texture(face), &images)));
+        let numbers = surface.numbers(mesh.positions().len());
+        let wedge = |vertex: u32, corner: &Corner| {
+            let uv = [0, 1].map(|axis| quantised(corner.uv[axis], low[axis], step[axis]));
+            let colour = corner.colour.map(|x| (x.clamp(0.0, 1.0) * COLOUR_STEPS).round() as u32);
+            [numbers[vertex as usize], uv[0], uv[1], colour[0], colour[1], colour[2]]
+        };
+        let all = mesh.faces().iter().flatten().zip(corners.as_flattened());
+        let (wedges, of_corners) = numbered(all.map(|(&vertex, corner)| wedge(vertex, corner)));
+        let text = packed(&wedges, coloured, &of_faces, &of_corners);
+        let layout = CoverLayout { wedges: wedges.len(), low, step, coloured, paints, borrowed: worn.borrowed };
+        Self { layout, text }
+    }
+}
+
+/// The lowest coordinate along an axis and the length of a step.
+fn steps(corners: &[[Corner; 3]], axis: usize) -> [f64; 2] {
+    let all = || corners.iter().flatten().map(|corner| f64::from(corner.uv[axis])).filter(|x| x.is_finite());
+    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    if low > high { [0.0, 1.0] } else { [low, ((high - low) / MOST_UV_STEPS).max(1.0 / UV_STEPS)] }
+}
+
+/// Numbers that are none become the lowest one.
+fn quantised(x: f32, low: f64, step: f64) -> u32 {
+    ((f64::from(x) - low) / step).round() as u32
+}
+
+fn paint(texture: Option<(usize, [Wrap; 2])>, images: &[usize]) -> Paint {
+    let name = |wrap: Wrap| match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Clamp => "clamp",
+        Wrap::Mirror => "mirror",
+    };
+    let (image, wrap) = texture.unzip();
+    Paint { image: image.map(|image| images[image]), wrap: wrap.unwrap_or_default().map(name) }
+}
+
+/// The paints, each once, and the number of that of each face.
+fn paints(of_faces: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
+    let mut paints = Vec::new();
+    let mut number = |paint: Paint| {
+        paints.iter().position(|known| *known == paint).unwrap_or_else(|| {
+            paints.push(paint);
+            paints.len() - 1
+        }) as u32
+    };
+    let of_faces = of_faces.map(&mut number).collect();
+    (paints, of_faces)
+}
+
+/// The wedges, each once, in the order of first use, and the number of that of each corner.
+fn numbered(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u32>) {
+    let (mut known, mut wedges) = (HashMap::new(), Vec::new());
+    let mut number = |wedge: Wedge| {
+        *known.entry(wedge).or_insert_with(|| {
+            wedges.push(wedge);
+            wedges.len() as u32 - 1
+        })
+    };
+    let of_corners = of_corners.map(&mut number).collect();
+    (wedges, of_corners)
+}
+
+/// Column by column, which deflates better; corners as their distance below the next unused number.
+fn packed(wedges: &[Wedge], coloured: bool, of_faces: &[u32], of_corners: &[u32]) -> String {
+    let mut packed = Packed::default();
+    for column in 0..if coloured { 6 } else { 3 } {
+        push_differences(&mut packed, wedges.iter().map(|wedge| wedge[column]));
+    }
+    push_differences(&mut packed, of_faces.iter().copied());
+    let mut next = 0;
+    for &wedge in of_corners {
+        packed.push(next - wedge);
+        next = next.max(wedge + 1);
+    }
+    packed.text()
+}
+
+fn push_differences(packed: &mut Packed, numbers: impl Iterator<Item = u32>) {
+    let mut before = 0;
+    for number in numbers {
+        packed.push_difference(number, before);
+        before = number;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::packed::tests::unpacked;
+    use super::super::worn::{tests, worn};
+    use super::*;
+    use neural_mesh::mesh::{Attributes, Channel, Looks, Role, irregular_edges, shapes};
+
+    fn data(mesh: &TriMesh, attributes: Attributes, looks: Looks) -> CoverData {
+        let surface = SurfaceData::new(mesh, &irregular_edges(mesh), 1);
+        CoverData::new(mesh, &worn(attributes, looks, None).unwrap(), &surface, &mut Gallery::default())
+    }
+
+    #[test]
+    fn a_textured_face_comes_back() {
+        let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let found = data(&mesh, tests::triangle(), tests::textured(b"image"));
+        let CoverLayout { wedges, low, step, coloured, paints, borrowed } = &found.layout;
+        assert_eq!((*wedges, *coloured, *borrowed, *low, *step), (3, false, false, [0.0; 2], [1.0 / UV_STEPS; 2]));
+        assert_eq!(paints[..], [Paint { image: Some(0), wrap: ["clamp", "repeat"] }]);
+        let one = UV_STEPS as u32;
+        // Vertices 0 1 2; u 0 1 0; v 0 0 1; paint 0; three corners not seen before. Differences are doubled, odd downwards.
+        assert_eq!(unpacked(&found.text), [0, 2, 2, 0, 2 * one, 2 * one - 1, 0, 0, 2 * one, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn corners_that_look_alike_are_one_and_strange_coordinates_do_no_harm() {
+        let mesh = shapes::icosphere(1);
+        let n = mesh.positions().len();
+        let values = (0..n).flat_map(|v| [0.25 * (v % 5) as f32, 0.5, 1.0]).collect();
+        let colour = Channel { name: "colour".into(), role: Role::Colour, width: 3, values };
+        let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![colour], groups: Vec::new() };
+        let found = data(&mesh, attributes, Looks::default());
+        assert_eq!((found.layout.wedges, found.layout.coloured), (n, true));
+        assert_eq!(unpacked(&found.text).len(), 6 * n + 4 * mesh.faces().len());
+        let mut strange = tests::triangle();
+        strange.channels[0].values = vec![f32::NAN, 1e30, -1e30, f32::INFINITY, 0.0, 7.0];
+        let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        assert_eq!(data(&mesh, strange, tests::textured(b"image")).layout.wedges, 3);
+    }
+}

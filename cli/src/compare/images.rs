@@ -1,0 +1,157 @@
+//! The textures of a page: each once, no longer than 2048 pixels a side, 16 MiB in all.
+
+use std::sync::Arc;
+
+use jpeg_encoder::{ColorType, Encoder};
+use neural_mesh::picture::{Image, decode_image, shrunk};
+use rayon::prelude::*;
+
+/// Pixels of a side at most; where all would be too many bytes, the next one.
+const SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
+/// Bytes of all images at most, before they are text.
+const MOST_BYTES: usize = 16 << 20;
+/// Of 100, for images that are made smaller.
+const QUALITY: u8 = 90;
+
+/// The images that meshes of the page are covered with.
+#[derive(Default)]
+pub struct Gallery {
+    images: Vec<Arc<[u8]>>,
+}
+
+/// An image as it goes into the page.
+#[derive(Debug, PartialEq)]
+pub struct FittedImage {
+    /// A PNG or JPEG file.
+    pub bytes: Vec<u8>,
+    /// Its media type.
+    pub kind: &'static str,
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Gallery {
+    /// The number of an image; images of the same bytes are one.
+    pub fn number(&mut self, image: &Arc<[u8]>) -> usize {
+        let is_same = |known: &Arc<[u8]>| Arc::ptr_eq(known, image) || known == image;
+        self.images.iter().position(is_same).unwrap_or_else(|| {
+            self.images.push(image.clone());
+            self.images.len() - 1
+        })
+    }
+
+    /// The images as large as they may be, nothing for those that cannot be read; beside them what is not as in the files.
+    pub fn fitted(&self) -> (Vec<Option<FittedImage>>, Vec<String>) {
+        fitted(&self.images, MOST_BYTES)
+    }
+}
+
+fn fitted(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>, Vec<String>) {
+    let each = most_bytes / images.len().max(1);
+    // First as they are, then each with its share.
+    let attempts = std::iter::once((SIDES[0], usize::MAX)).chain(SIDES.map(|side| (side, each)));
+    let (mut fitted, mut smallest) = (Vec::new(), SIDES[0]);
+    for (side, most) in attempts {
+        fitted = images.par_iter().map(|image| fit(image, side, most)).collect::<Vec<_>>();
+        smallest = side;
+        if n_bytes(&fitted) <= most_bytes {
+            break;
+        }
+    }
+    let mut notes = Vec::new();
+    if fitted.iter().any(Option::is_none) {
+        notes.push("a texture is no PNG or JPEG that can be read: the page shows the mesh without it".into());
+    }
+    let is_changed = |(image, fitted): (&Arc<[u8]>, &Option<FittedImage>)| {
+        fitted.as_ref().is_some_and(|fitted| fitted.bytes[..] != image[..])
+    };
+    if images.iter().zip(&fitted).any(is_changed) {
+        notes.push(format!("textures are made smaller for the page: {smallest} pixels a side at most"));
+    }
+    if n_bytes(&fitted) > most_bytes {
+        fitted = vec![(); images.len()].into_iter().map(|()| None).collect();
+        notes.push(format!("{} textures are too many for a page: it shows none", images.len()));
+    }
+    (fitted, notes)
+}
+
+fn n_bytes(images: &[Option<FittedImage>]) -> usize {
+    images.iter().flatten().map(|image| image.bytes.len()).sum()
+}
+
+/// The image itself where it is not longer than `side` and has at most `most` bytes, else a smaller JPEG.
+fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
+    let image = decode_image(bytes)?;
+    if image.width.max(image.height) > side || bytes.len() > most {
+        return jpeg(&shrunk(&image, side));
+    }
+    let kind = if bytes.starts_with(b"\x89PNG") { "image/png" } else { "image/jpeg" };
+    Some(FittedImage { bytes: bytes.to_vec(), kind, width: image.width, height: image.height })
+}
+
+fn jpeg(Image { width, height, rgba }: &Image) -> Option<FittedImage> {
+    let mut bytes = Vec::new();
+    let sides = [*width, *height].map(|side| u16::try_from(side).ok());
+    Encoder::new(&mut bytes, QUALITY).encode(rgba, sides[0]?, sides[1]?, ColorType::Rgba).ok()?;
+    Some(FittedImage { bytes, kind: "image/jpeg", width: *width, height: *height })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::picture::encode_png;
+
+    /// A picture whose pixels no encoder foresees.
+    fn noise(width: usize, height: usize) -> Arc<[u8]> {
+        let mut state = 1u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let rgba = (0..width * height).flat_map(|_| [next(), next(), next(), 255]).collect();
+        Arc::from(encode_png(&Image { width, height, rgba }))
+    }
+
+    #[test]
+    fn an_image_that_fits_goes_as_it_is_and_once() {
+        let mut gallery = Gallery::default();
+        let image = noise(8, 4);
+        assert_eq!(
+            [gallery.number(&image), gallery.number(&Arc::from(&image[..])), gallery.number(&noise(4, 4))],
+            [0, 0, 1]
+        );
+        let (fitted, notes) = gallery.fitted();
+        let first = fitted[0].as_ref().unwrap();
+        assert_eq!((&first.bytes[..], first.kind, first.width, first.height), (&image[..], "image/png", 8, 4));
+        assert!(notes.is_empty());
+    }
+
+    #[test]
+    fn a_long_image_is_halved() {
+        let (fitted, notes) = fitted(&[noise(4100, 10)], MOST_BYTES);
+        let image = fitted[0].as_ref().unwrap();
+        assert_eq!((image.width, image.height, image.kind), (1025, 2, "image/jpeg"));
+        let decoded = decode_image(&image.bytes).unwrap();
+        assert_eq!((decoded.width, decoded.height), (1025, 2));
+        assert_eq!(notes, ["textures are made smaller for the page: 2048 pixels a side at most"]);
+    }
+
+    #[test]
+    fn all_images_together_stay_within_their_bound() {
+        let images = [noise(600, 600), noise(500, 500), noise(16, 16)];
+        let (within, notes) = fitted(&images, 100_000);
+        assert!(n_bytes(&within) <= 100_000 && within.iter().all(Option::is_some), "{}", n_bytes(&within));
+        assert_eq!(within[2].as_ref().unwrap().bytes[..], images[2][..]);
+        assert!(notes[0].contains("pixels a side at most"), "{notes:?}");
+        let (none, notes) = fitted(&images, 100);
+        assert!(none.iter().all(Option::is_none) && notes.last().unwrap().contains("too many"));
+    }
+
+    #[test]
+    fn what_is_no_image_is_said() {
+        let (fitted, notes) = fitted(&[Arc::from(&b"no image"[..])], MOST_BYTES);
+        assert_eq!((fitted[0].is_none(), notes.len()), (true, 1));
+    }
+}

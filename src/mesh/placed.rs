@@ -1,0 +1,113 @@
+//! Meshes at their places in a scene, side by side in one.
+
+use glam::{DMat3, DMat4, Vec3};
+
+use super::united::{all_channels, extend};
+use super::{Attributes, Channel, RawMesh, Role};
+
+/// A mesh at a place.
+pub(crate) struct PlacedMesh<'a> {
+    pub mesh: &'a RawMesh,
+    /// From its coordinates to those of all.
+    pub transform: DMat4,
+    /// The number that its first group has among those of all.
+    pub first_group: u32,
+}
+
+/// The meshes in the coordinates of all, with the channels of all: zeros where a mesh lacks one. Directions turn with their
+/// mesh; the faces of a mirrored one are turned round, so that their outer sides stay outside.
+pub(crate) fn side_by_side(meshes: &[PlacedMesh]) -> RawMesh {
+    let channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
+    let mut all = RawMesh { attributes: Attributes { channels, ..Attributes::default() }, ..RawMesh::default() };
+    meshes.iter().for_each(|placed| add(&mut all, placed));
+    all
+}
+
+fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMesh) {
+    let (first, first_wedge) = (all.positions.len(), all.attributes.n_wedges() as u32);
+    let own = &mesh.attributes;
+    let n_faces = mesh.faces.len() as u32;
+    let is_mirrored = transform.determinant() < 0.0;
+    let turn = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
+    all.positions.extend(mesh.positions.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
+    // Corners out of range stay so.
+    let at = |v: u32| if v as usize >= mesh.positions.len() { u32::MAX } else { first as u32 + v };
+    all.faces.extend(mesh.faces.iter().map(|face| turn(face.map(at))));
+    all.dropped_faces += mesh.dropped_faces;
+    let attributes = &mut all.attributes;
+    attributes.groups.extend((0..n_faces).map(|face| first_group + own.group(face)));
+    if attributes.channels.is_empty() {
+        return;
+    }
+    // A mesh without channels has one wedge, of zeros.
+    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(|w| first_wedge + w));
+    attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
+    let n_wedges = own.n_wedges().max(1);
+    for channel in &mut attributes.channels {
+        let from = channel.values.len();
+        extend(channel, own, n_wedges);
+        turn_directions(channel, from, *transform);
+    }
+}
+
+/// Turns the vectors of a channel from a row on.
+fn turn_directions(channel: &mut Channel, from: usize, transform: DMat4) {
+    let linear = DMat3::from_mat4(transform);
+    let turned = match channel.role {
+        Role::Normal => linear.inverse().transpose(),
+        Role::Tangent | Role::MorphPosition | Role::MorphDirection => linear,
+        _ => return,
+    };
+    let is_unit = matches!(channel.role, Role::Normal | Role::Tangent);
+    for row in channel.values[from..].chunks_exact_mut(channel.width) {
+        let Some(vector) = row.first_chunk_mut::<3>() else { return };
+        let found = (turned * Vec3::from(*vector).as_dvec3()).as_vec3();
+        let found = if is_unit { found.normalize_or_zero() } else { found };
+        *vector = if found.is_finite() { found.into() } else { [0.0; 3] };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DQuat, DVec3};
+
+    fn triangle(with_normals: bool) -> RawMesh {
+        let normal = Channel { name: "NORMAL".into(), role: Role::Normal, width: 3, values: vec![1.0, 0.0, 0.0] };
+        let channels = if with_normals { vec![normal] } else { Vec::new() };
+        let wedges = if with_normals { vec![[0; 3]] } else { Vec::new() };
+        RawMesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            faces: vec![[0, 1, 2]],
+            attributes: Attributes { wedges, channels, groups: vec![1] },
+            ..RawMesh::default()
+        }
+    }
+
+    #[test]
+    fn meshes_stand_and_turn_as_they_are_placed() {
+        let (bare, shaded) = (triangle(false), triangle(true));
+        let turned = DMat4::from_rotation_translation(DQuat::from_rotation_z(0.5_f64.acos() * 1.5), DVec3::X);
+        let mirrored = DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0));
+        let all = side_by_side(&[
+            PlacedMesh { mesh: &bare, transform: DMat4::IDENTITY, first_group: 0 },
+            PlacedMesh { mesh: &shaded, transform: turned, first_group: 2 },
+            PlacedMesh { mesh: &shaded, transform: mirrored, first_group: 4 },
+        ]);
+        assert_eq!(all.faces, [[0, 1, 2], [3, 4, 5], [6, 8, 7]]);
+        assert_eq!((all.attributes.groups.as_slice(), all.positions[7]), (&[1, 3, 5][..], [-2.0, 0.0, 0.0]));
+        assert!((DVec3::from(all.positions[4]) - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12);
+        let normals = &all.attributes.channels[0].values;
+        for (found, expected) in normals.iter().zip([0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0]) {
+            assert!((found - expected).abs() < 1e-6, "{normals:?}");
+        }
+        assert!(all.attributes.fit(3));
+    }
+
+    #[test]
+    fn corners_that_do_not_exist_reach_no_other_mesh() {
+        let broken = RawMesh { faces: vec![[0, 1, 3]], ..triangle(false) };
+        let placed = || PlacedMesh { mesh: &broken, transform: DMat4::IDENTITY, first_group: 0 };
+        assert_eq!(side_by_side(&[placed(), placed()]).faces[0], [0, 1, u32::MAX]);
+    }
+}
