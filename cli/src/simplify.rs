@@ -352,13 +352,16 @@ fn told(
     })
 }
 
+/// What a picture shows: a mesh before and after, and its colours.
+type Shown<'a> = [(Seen<'a>, Option<Coat>); 2];
+
 /// The mesh before and after with its colours, where a picture is asked for; notes take what cannot be drawn of them.
 fn shown<'a>(
     request: &Request,
     subject: &'a Subject,
     result: &Simplified,
     notes: &mut Vec<String>,
-) -> Result<Option<[(Seen<'a>, Option<Coat>); 2]>, Failure> {
+) -> Result<Option<Shown<'a>>, Failure> {
     if request.picture.is_none() {
         return Ok(None);
     }
@@ -372,11 +375,7 @@ fn shown<'a>(
 }
 
 /// The picture on its way to its file, where one is asked for.
-fn drawn(
-    request: &Request,
-    shown: Option<&[(Seen, Option<Coat>); 2]>,
-    report: &Report,
-) -> Result<Option<Pending>, Failure> {
+fn drawn(request: &Request, shown: Option<&Shown>, report: &Report) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(shown)) = (&request.picture, shown) else { return Ok(None) };
     let meshes = shown.each_ref().map(|(seen, coat)| (&*seen.mesh, coat.as_ref()));
     let captions = vec![
