@@ -83,6 +83,11 @@ impl United {
         f64::from(self.scales[piece])
     }
 
+    /// The first group of a mesh among those of all; its own groups follow in their order.
+    pub fn first_group(&self, piece: usize) -> u32 {
+        self.first_groups[piece]
+    }
+
     /// What became of each mesh when all of them became `mesh` with these attributes, whose groups say where its faces
     /// come from.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
