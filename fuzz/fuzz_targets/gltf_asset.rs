@@ -4,6 +4,7 @@
 #![no_main]
 
 use neural_mesh::io::{Asset, Format, LighterPart, Place, ReadError};
+use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::picture::Cover;
 
 fn nothing(_: &str) -> Result<Vec<u8>, ReadError> {
@@ -33,10 +34,12 @@ fn check_scene(asset: &Asset) {
     let meshes: Vec<_> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
     let Ok(scene) = asset.placed(&meshes) else { return };
     let (looks, _) = asset.scene_looks();
-    let groups = &scene.attributes.groups;
-    assert!(groups.iter().all(|&group| (group as usize) < looks.of_groups.len()));
-    assert!(scene.attributes.fit(scene.faces.len()));
-    if let Some(cover) = Cover::new(&scene.attributes, &looks) {
-        (0..scene.faces.len() as u32).for_each(|face| drop((cover.texture(face), cover.corners(face))));
+    let Ok(Cleaned { mesh, attributes, .. }) = clean(scene, &CleanOptions::default()) else { return };
+    assert!(attributes.groups.iter().all(|&group| (group as usize) < looks.of_groups.len()));
+    assert!(attributes.fit(mesh.faces().len()));
+    if let Some(cover) = Cover::new(&attributes, &looks) {
+        for face in 0..mesh.faces().len() as u32 {
+            let _ = (cover.texture(face), cover.corners(face));
+        }
     }
 }

@@ -40,9 +40,10 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
         return;
     }
     // A mesh without channels has one wedge, of zeros.
-    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(|w| first_wedge + w));
-    attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
     let n_wedges = own.n_wedges().max(1);
+    let at = |w: u32| if w as usize >= n_wedges { u32::MAX } else { first_wedge + w };
+    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(at));
+    attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
     for channel in &mut attributes.channels {
         let from = channel.values.len();
         extend(channel, own, n_wedges);
@@ -109,5 +110,9 @@ mod tests {
         let broken = RawMesh { faces: vec![[0, 1, 3]], ..triangle(false) };
         let placed = || PlacedMesh { mesh: &broken, transform: DMat4::IDENTITY, first_group: 0 };
         assert_eq!(side_by_side(&[placed(), placed()]).faces[0], [0, 1, u32::MAX]);
+        let mut beyond = triangle(true);
+        beyond.attributes.wedges[0][2] = u32::MAX;
+        let placed = || PlacedMesh { mesh: &beyond, transform: DMat4::IDENTITY, first_group: 0 };
+        assert_eq!(side_by_side(&[placed(), placed()]).attributes.wedges, [[0, 0, u32::MAX], [1, 1, u32::MAX]]);
     }
 }
