@@ -13,7 +13,7 @@ use crate::mesh::OneRings;
 use crate::simplify::closed::placement::Placement;
 use crate::spatial::curve_order;
 
-use super::bucket_queue::{N_BINS, cost_of};
+use super::bucket_queue::{BucketQueue, N_BINS, cost_of};
 use super::links::Links;
 use super::pair::Node;
 use super::{Collapse, Limit, apexes, merges_to, n_faces};
@@ -47,6 +47,8 @@ pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Li
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
     let share = n_free as f64 / n_vertices as f64;
     descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces(rings)) as f64) as usize);
+    // The joined complex needs the memory.
+    blocks.iter_mut().for_each(|block| block.queue = BucketQueue::default());
     split.joined(blocks, rings)
 }
 
