@@ -95,7 +95,17 @@ fn tree(mesh: &TriMesh) -> FaceTree<'_> {
 fn one_sided(mesh: &TriMesh, [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> (f64, f64) {
     let samples: Vec<DVec3> = surface_samples(mesh, n_samples, seed).iter().map(|sample| sample.point(mesh)).collect();
     let distance = |p: DVec3| other.nearest(p).map_or(0.0, |(_, distance2)| distance2.sqrt());
-    let distances: Vec<f64> = samples.par_iter().with_min_len(CHUNK).map(|&p| distance(p)).collect();
+    // Samples lie along the faces in their order: what is nearest to one is near the next one.
+    let distances_in_a_row = |samples: &[DVec3]| -> Vec<f64> {
+        let mut last = None;
+        let next = |&p: &DVec3| {
+            let found = other.nearest_from(p, last);
+            last = found.map(|(face, _)| face);
+            found.map_or(0.0, |(_, distance2)| distance2.sqrt())
+        };
+        samples.iter().map(next).collect()
+    };
+    let distances: Vec<f64> = samples.par_chunks(CHUNK).flat_map_iter(distances_in_a_row).collect();
     let mut farthest: Vec<usize> = (0..samples.len()).collect();
     farthest.sort_unstable_by(|&i, &j| distances[j].total_cmp(&distances[i]).then(i.cmp(&j)));
     farthest.truncate(FARTHEST);
