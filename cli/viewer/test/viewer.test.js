@@ -183,6 +183,7 @@ test('textures are shown where the meshes have them', () => withPage(TEXTURED, {
 }));
 
 test('the texture gives way to other colours, facets and edges, and comes back', () => withPage(TEXTURED, {}, async (page) => {
+  await page.uncheck('[data-switch="marks"]');
   await page.keyboard.press('t');
   const first = await shoot(page, '.stage');
   // The light is even, so facets show little.
