@@ -14,7 +14,7 @@ use crate::spatial::curve_order;
 use super::links::Links;
 use super::pair::Node;
 use super::rounds::price_of_round;
-use super::{Collapse, Limit, apexes, merges_to, n_faces};
+use super::{Collapse, Limit, apexes, merges_to};
 
 /// Vertices of a block.
 const BLOCK: usize = 32_768;
@@ -31,6 +31,7 @@ pub(super) fn are_worth_it(n_vertices: usize) -> bool {
 /// A complex over these positions, quadrics and rings, most of the way down to the limit.
 pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
     let n_vertices = rings.n_vertices();
+    let (apexes, n_faces) = apexes(rings);
     let order = curve_order(n_vertices, |v| placed.positions[v as usize].as_vec3().to_array());
     let split = Split::new(order, n_vertices.div_ceil(BLOCK));
     let block = |i| split.block(i, placed, rings);
@@ -38,8 +39,8 @@ pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Li
     blocks.par_iter_mut().for_each(Collapse::price);
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
     let share = n_free as f64 / n_vertices as f64;
-    descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces(rings)) as f64) as usize);
-    split.joined(blocks, rings)
+    descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces) as f64) as usize);
+    split.joined(blocks, apexes, n_faces)
 }
 
 /// Takes away about as many vertices as are `to_do`, never more, in rounds of all blocks together.
@@ -111,8 +112,8 @@ impl Split {
         Collapse { frozen, ..Collapse::of(nodes, links, n_inner, 2 * n_inner) }
     }
 
-    /// One complex again, of what lives in the blocks; `rings` are those it was split from.
-    fn joined(&self, blocks: Vec<Collapse>, rings: &OneRings) -> Collapse {
+    /// One complex again, of what lives in the blocks, with the apexes and out of as many faces as it had before.
+    fn joined(&self, blocks: Vec<Collapse>, apexes: Vec<Node>, n_faces: usize) -> Collapse {
         let mut n_before = 0;
         let numbered = blocks.into_iter().map(|block| {
             let first = n_before;
@@ -145,15 +146,15 @@ impl Split {
         };
         let parts: Vec<(Vec<Node>, Links)> = numbered.par_iter().zip(&numbers).map(nodes_of).collect();
         drop(numbered);
-        let mut nodes = Vec::with_capacity(n_inner + rings.n_apexes());
+        let mut nodes = Vec::with_capacity(n_inner + apexes.len());
         let mut links = Links::default();
         for (nodes_of_part, links_of_part) in parts {
             let n_blocks = links.append(links_of_part);
             nodes.extend(nodes_of_part.into_iter().map(|node| Node { ring: node.ring.after(n_blocks), ..node }));
         }
-        nodes.extend(apexes(rings));
-        let n_merged = rings.n_vertices() - n_inner;
-        Collapse { begun, ..Collapse::of(nodes, links, n_inner, n_faces(rings) - 2 * n_merged) }
+        nodes.extend(apexes);
+        let n_merged = self.order.len() - n_inner;
+        Collapse { begun, ..Collapse::of(nodes, links, n_inner, n_faces - 2 * n_merged) }
     }
 }
 

@@ -111,21 +111,18 @@ fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The apexes of the borders, each with as many neighbours as there are vertices on its border.
-fn apexes(rings: &OneRings) -> Vec<Node> {
+/// The apexes of the borders, each with as many neighbours as there are vertices on its border, and the faces of a surface with
+/// these rings, those at the apexes left out.
+fn apexes(rings: &OneRings) -> (Vec<Node>, usize) {
     let n_inner = rings.n_vertices();
     let mut n_neighbors = vec![0; rings.n_apexes()];
     if rings.n_apexes() > 0 {
         let at_apexes = (0..n_inner as u32).filter_map(|v| rings.apex(v));
         at_apexes.for_each(|apex| n_neighbors[apex as usize - n_inner] += 1);
     }
-    n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() }).collect()
-}
-
-/// The faces of a surface with these rings, those at the apexes left out.
-fn n_faces(rings: &OneRings) -> usize {
-    let at_apexes: usize = apexes(rings).iter().map(|apex| apex.ring.len()).sum();
-    (rings.n_entries() - 2 * at_apexes) / 3
+    let at_apexes: usize = n_neighbors.iter().map(|n| *n as usize).sum();
+    let apexes = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
+    (apexes.collect(), (rings.n_entries() - 2 * at_apexes) / 3)
 }
 
 /// When to stop.
@@ -156,8 +153,9 @@ impl Collapse {
         let mut links = Links::with_capacity(n_inner);
         let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
         let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
-        nodes.extend(apexes(rings));
-        Self::of(nodes, links, n_inner, n_faces(rings))
+        let (apexes, n_faces) = apexes(rings);
+        nodes.extend(apexes);
+        Self::of(nodes, links, n_inner, n_faces)
     }
 
     /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
@@ -326,7 +324,7 @@ impl Collapse {
         ok.then_some(opposite)
     }
 
-    /// Whether a face around `u` (without `v`) would turn when `u` moves to `x`.
+    /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.
     #[inline(always)]
     fn turns_over(&self, u: u32, v: u32, x: Vec3) -> bool {
         let ring = self.ring(u);
@@ -339,7 +337,8 @@ impl Collapse {
                 let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
                 let along = old.dot(new);
                 let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();
-                if !(along > 0.0 && along * along > least) && has_area(old, [p, q, r]) {
+                let stays = along > 0.0 && along * along > least && has_area(new, [x, q, r]);
+                if !stays && has_area(old, [p, q, r]) {
                     return true;
                 }
             }

@@ -13,7 +13,7 @@ use super::links::{Span, WIDTH};
 use crate::simplify::closed::placement::Placement;
 
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
-pub(super) const REACH: f64 = 2.0;
+const REACH: f64 = 2.0;
 
 /// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.
 #[derive(Clone, Copy, Default)]
@@ -105,8 +105,13 @@ impl Pair {
     /// The minimum, if it lies near enough to the edge, and its value.
     #[inline(always)]
     fn minimum_within_reach(&self) -> Option<(DVec3, f64)> {
-        let middle = self.other * 0.5;
-        self.sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * self.other.length_squared())
+        self.sum.minimum().filter(|(x, _)| self.is_within_reach(*x))
+    }
+
+    /// Whether a merged vertex may lie at `x`, from the first end.
+    #[inline(always)]
+    pub(super) fn is_within_reach(&self, x: DVec3) -> bool {
+        x.distance_squared(self.other * 0.5) <= REACH * REACH * self.other.length_squared()
     }
 
     /// The best of what else comes into question: the two ends and the middle.
