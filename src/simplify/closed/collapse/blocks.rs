@@ -45,9 +45,9 @@ pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Li
 
 /// Takes away about as many vertices as are `to_do`, never more, in rounds of all blocks together.
 fn descend(blocks: &mut [Collapse], to_do: usize) {
-    let mut left = to_do;
+    let (mut left, mut most) = (to_do, 0.0);
     while left as f64 > LEFT * to_do as f64 {
-        let most = price_of_round(left, &*blocks);
+        most = price_of_round(left, most, &*blocks);
         let counts: Vec<usize> = blocks.par_iter().map(|block| block.n_up_to(most)).collect();
         let n_all: usize = counts.iter().sum();
         let rounds = blocks.par_iter_mut().zip(counts).map(|(block, n)| {

@@ -18,7 +18,7 @@ const MERGES_PER_VISIT: usize = 2;
 /// Vertices whose prices are looked at together.
 const CHUNK: usize = 16;
 /// Vertices whose prices stand for all.
-const SAMPLES: usize = 2048;
+const SAMPLES: usize = 1024;
 /// Samples below the price of a round, at least; where there would be fewer, the prices of all vertices are looked at.
 const LEAST_SAMPLES: usize = 16;
 
@@ -59,11 +59,11 @@ impl Collapse {
             self.price();
         }
         self.turn_forbidden = false;
-        let mut last_merge = 0.0f32;
+        let (mut most, mut last_merge) = (0.0f32, 0.0f32);
         while !self.reached(limit) {
             let before = self.n_vertices;
             let to_do = self.merges_to(limit);
-            let most = price_of_round(to_do, [&*self]);
+            most = price_of_round(to_do, most, [&*self]);
             if most == f32::INFINITY || self.all_were_tried(most, last_merge) {
                 return match (self.holds.is_some(), self.turn_forbidden) {
                     (true, _) => End::Held,
@@ -251,19 +251,31 @@ impl Collapse {
     }
 }
 
-/// The price up to which a round takes vertices where so many merges are left to do: about half as many vertices have it at
-/// most, towards the end as many.
-pub(super) fn price_of_round<'a>(to_do: usize, parts: impl IntoIterator<Item = &'a Collapse> + Clone) -> f32 {
+/// The price up to which a round takes vertices where so many merges are left to do and the last round went up to `last`: about
+/// half as many vertices have it at most, towards the end as many.
+pub(super) fn price_of_round<'a>(
+    to_do: usize,
+    last: f32,
+    parts: impl IntoIterator<Item = &'a Collapse> + Clone,
+) -> f32 {
     let n_all: usize = parts.clone().into_iter().map(|part| part.least.len()).sum();
     let step = (n_all / SAMPLES).max(1);
-    let of_samples = to_do / MERGES_PER_VISIT / step;
-    let (step, nth) = if of_samples < LEAST_SAMPLES { (1, to_do) } else { (step, of_samples) };
-    let mut prices: Vec<f32> = Vec::with_capacity(n_all / step + 1);
-    for part in parts {
-        prices.extend(part.least.iter().step_by(step).filter(|price| **price < f32::INFINITY));
-    }
-    match prices.len() {
+    let up_to = |most: f32, step: usize| {
+        let mut prices: Vec<f32> = Vec::new();
+        for part in parts.clone() {
+            prices.extend(part.least.iter().step_by(step).filter(|price| **price <= most));
+        }
+        prices
+    };
+    let nth = |n: usize, mut prices: Vec<f32>| match prices.len() {
         0 => f32::INFINITY,
-        n => *prices.select_nth_unstable_by(nth.clamp(1, n) - 1, f32::total_cmp).1,
+        n_prices => *prices.select_nth_unstable_by(n.clamp(1, n_prices) - 1, f32::total_cmp).1,
+    };
+    let of_samples = to_do / MERGES_PER_VISIT / step;
+    if of_samples >= LEAST_SAMPLES {
+        return nth(of_samples, up_to(f32::MAX, step));
     }
+    // Towards the end the next price is little more than the last one.
+    let near = up_to(last * PATIENCE, 1);
+    nth(to_do, if near.len() < to_do { up_to(f32::MAX, 1) } else { near })
 }
