@@ -27,6 +27,28 @@ fn through_stl(mesh: &TriMesh) -> TriMesh {
     clean(io::read(&bytes, None).unwrap(), &CleanOptions::default()).unwrap().mesh
 }
 
+#[test]
+fn corners_and_creases_of_large_parts_stay() {
+    // More vertices than are collapsed whole on a scan.
+    let size = [3.0, 2.0, 1.0];
+    let mesh = shapes::cuboid(size, 60);
+    assert!(mesh.positions().len() > 20_000);
+    let lighter = with_oversample(&mesh, Target::Ratio(0.01), None);
+    assert_eq!(lighter.report.vertices_after_pass, mesh.positions().len());
+    let bounds: [f32; 3] = size.map(|x| x as f32);
+    for corner in 0..8 {
+        let place: [f32; 3] = std::array::from_fn(|k| if corner >> k & 1 == 1 { bounds[k] } else { 0.0 });
+        let distance = |p: &[f32; 3]| (0..3).map(|k| (p[k] - place[k]).abs()).fold(0.0, f32::max);
+        let nearest = lighter.mesh.positions().iter().map(distance).fold(f32::INFINITY, f32::min);
+        assert!(nearest < 1e-4, "{place:?} {nearest}");
+    }
+    // A point of a crease is as far from the result as it lies inside or outside: the sides of the box hold it.
+    for p in lighter.mesh.positions() {
+        let inside = (0..3).map(|k| p[k].min(bounds[k] - p[k])).fold(f32::INFINITY, f32::min);
+        assert!(inside.abs() < 1e-4, "{p:?}");
+    }
+}
+
 /// Closed, of the asked size, and the same after its positions are welded.
 fn check(original: &TriMesh, ratio: f64) {
     check_with(original, ratio, None);

@@ -254,7 +254,8 @@ fn closed_results(
     let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
     let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map, half };
     let (parts, seed, frame) = (Parts::default(), options.seed, options.frame);
-    let request = Request { limit, oversample, importance, parts, seed, frame, differentiable, keep };
+    let all_if_uneven = options.oversample.is_none();
+    let request = Request { limit, oversample, all_if_uneven, importance, parts, seed, frame, differentiable, keep };
     let levels = simplify_levels(mesh, &request, further, progress)?;
     let sources = pruned.as_ref().map(|pruned| &pruned.sources);
     let told = |mut closed: Closed| {
@@ -263,7 +264,7 @@ fn closed_results(
             components_pruned: pruned.as_ref().map_or(0, |pruned| pruned.n_dropped),
             kept_edges: edges.len(),
             locked_vertices: locked.iter().filter(|&&locked| locked).count(),
-            ..closed_report(&closed, options, oversample)
+            ..closed_report(&closed, options)
         };
         let derivative = closed.derivative.take().map(|derivative| within(derivative, sources.cloned()));
         let corner_map = closed.corner_map.take();
@@ -334,9 +335,9 @@ fn outcome(end: End) -> Outcome {
     }
 }
 
-fn closed_report(closed: &Closed, options: &Options, oversample: f64) -> Report {
+fn closed_report(closed: &Closed, options: &Options) -> Report {
     Report {
-        oversample,
+        oversample: closed.oversample,
         vertices_after_pass: closed.vertices_after_pass,
         split_vertices: closed.split_vertices,
         refined_regions: closed.refined_regions,
@@ -384,7 +385,7 @@ fn default_oversample(mesh: &TriMesh, limit: Limit) -> f64 {
 
 /// The share of the vertices that a limit leaves.
 fn ratio(mesh: &TriMesh, limit: Limit) -> f64 {
-    limit.vertices.min(limit.faces / 2 + 2) as f64 / mesh.positions().len() as f64
+    limit.size() as f64 / mesh.positions().len() as f64
 }
 
 /// Samples per vertex asked for where the one pass does most of the work.

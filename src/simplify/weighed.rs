@@ -52,6 +52,7 @@ pub fn simplify_weighed(
     let request = Request {
         limit,
         oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
+        all_if_uneven: false,
         importance,
         parts: *parts,
         seed,

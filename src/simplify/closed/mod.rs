@@ -1,5 +1,6 @@
 //! The closed assembly, ours: samples, regions, quotient, collapse, flips and fit. Closed in, closed out.
 
+mod beneath;
 mod collapse;
 mod corners;
 mod costly;
@@ -21,6 +22,7 @@ mod quotient;
 mod regions;
 mod separate;
 mod surface;
+mod uneven;
 mod unfold;
 
 use std::ops::ControlFlow;
@@ -67,6 +69,8 @@ pub(super) struct Request<'a> {
     pub limit: Limit,
     /// Samples per vertex asked for.
     pub oversample: f64,
+    /// Whether all vertices are samples where the surface is uneven.
+    pub all_if_uneven: bool,
     /// How much more than its area each vertex of the mesh counts.
     pub importance: Importance<'a>,
     /// What is done beside the darts, quotient and collapse.
@@ -115,6 +119,8 @@ pub(super) struct Closed {
     pub mesh: TriMesh,
     /// How the collapse ended.
     pub end: End,
+    /// Samples per vertex asked for.
+    pub oversample: f64,
     /// Vertices after the one pass.
     pub vertices_after_pass: usize,
     /// Vertices split where sheets met.
@@ -182,6 +188,7 @@ struct Begun<'a> {
     mesh: &'a TriMesh,
     surface: Surface,
     features: Features,
+    oversample: f64,
     assignment: Assignment,
     n_refined: usize,
     /// How the regions' vertices were placed, where that has to be known.
@@ -210,7 +217,8 @@ fn begin<'a>(
     surface.support_edges(&features.edges, EDGE_WEIGHT);
     features.on_plane.iter().for_each(|on_plane| on_plane.complete(&mut surface));
     enter("samples")?;
-    let n_samples = n_samples(&surface, request);
+    let oversample = oversample(&surface, request);
+    let n_samples = n_samples(&surface, request, oversample);
     let mut assignment = samples(&surface, request, n_samples);
     enter("scores")?;
     importance::weigh(&mut surface, &assignment, request.importance);
@@ -235,7 +243,7 @@ fn begin<'a>(
         Collapse::toward(request.limit, &placed, &quotient.rings)
     };
     let n_refined = quotient.n_refined;
-    Ok((Begun { mesh, surface, features, assignment, n_refined, cases }, collapse))
+    Ok((Begun { mesh, surface, features, oversample, assignment, n_refined, cases }, collapse))
 }
 
 /// What follows the collapse: flips, fit, folds, and what the corners carry.
@@ -304,6 +312,7 @@ fn finished(
     Ok(Closed {
         mesh: TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?,
         end,
+        oversample: begun.oversample,
         vertices_after_pass: assignment.n_regions,
         split_vertices: surface.n_split(),
         refined_regions: begun.n_refined,
@@ -346,10 +355,19 @@ pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
         && separate::are_apart(mesh.positions(), frame)
 }
 
-/// How many samples the request comes to; all vertices where nearly all are wanted.
-fn n_samples(surface: &Surface, request: &Request) -> usize {
-    let Limit { vertices, faces } = request.limit;
-    let wanted = vertices.min(faces / 2 + 2) as f64 * request.oversample;
+/// Samples per vertex asked for; as many as there are vertices where the surface asks for that.
+fn oversample(surface: &Surface, request: &Request) -> f64 {
+    let all = surface.n_vertices() as f64 / request.limit.size() as f64;
+    if request.all_if_uneven && all > request.oversample && uneven::is_uneven(surface) {
+        all
+    } else {
+        request.oversample
+    }
+}
+
+/// How many samples that comes to; all vertices where nearly all are wanted.
+fn n_samples(surface: &Surface, request: &Request, oversample: f64) -> usize {
+    let wanted = request.limit.size() as f64 * oversample;
     let wanted = wanted.max(least_samples(surface, request.limit) as f64);
     let nearly_all = wanted >= NEARLY_ALL * surface.n_vertices() as f64;
     // Regions could meet across the plane of a half.

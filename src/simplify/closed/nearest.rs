@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use crate::geometry::triangle::nearest_point;
+use crate::geometry::triangle::{area_normal, nearest_point};
 
 use super::surface::Surface;
 
@@ -37,17 +37,34 @@ pub(super) fn nearest_vertex(surface: &Surface, point: Vec3, start: u32) -> (u32
     }
 }
 
-/// Squared distance from `point` to the original, near where a walk from vertex `start` ends.
-pub(super) fn distance_squared(surface: &Surface, point: Vec3, start: u32) -> f32 {
-    let (v, mut least) = nearest_vertex(surface, point, start);
-    let here = surface.positions[v as usize];
+/// The other two corners of each face at a vertex of the original.
+pub(super) fn sides(surface: &Surface, v: u32) -> impl Iterator<Item = [u32; 2]> {
     let ring = surface.neighbors(v);
-    let closing = if surface.rings.apex(v).is_none() { ring.len() } else { ring.len() - 1 };
-    for i in 0..closing {
-        let (p, q) = (surface.positions[ring[i] as usize], surface.positions[ring[(i + 1) % ring.len()] as usize]);
-        least = least.min(nearest_point(point, [here, p, q]).distance_squared(point));
+    let n_faces = if surface.rings.apex(v).is_none() { ring.len() } else { ring.len() - 1 };
+    (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
+}
+
+/// Normal of a face of the original at vertex `v`, not of unit length; where not all are wound the same way around, as the
+/// vertex looks.
+pub(super) fn normal_at(surface: &Surface, v: u32, corners: [Vec3; 3]) -> Vec3 {
+    let normal = area_normal(corners);
+    let is_opposed = !surface.rings.is_oriented() && normal.dot(surface.normals[v as usize]) < 0.0;
+    if is_opposed { -normal } else { normal }
+}
+
+/// The normal of the original's face nearest to `point` among those where a walk from vertex `start` ends, not of unit
+/// length.
+pub(super) fn normal_near(surface: &Surface, point: Vec3, start: u32) -> Vec3 {
+    let (v, _) = nearest_vertex(surface, point, start);
+    let mut nearest = (f32::INFINITY, [Vec3::ZERO; 3]);
+    for [p, q] in sides(surface, v) {
+        let corners = [v, p, q].map(|w| surface.positions[w as usize]);
+        let distance = nearest_point(point, corners).distance_squared(point);
+        if distance < nearest.0 {
+            nearest = (distance, corners);
+        }
     }
-    least
+    normal_at(surface, v, nearest.1)
 }
 
 #[cfg(test)]
@@ -56,14 +73,15 @@ mod tests {
     use crate::mesh::shapes;
 
     #[test]
-    fn distances_are_those_of_the_naive_search() {
+    fn normals_are_those_of_the_naive_search() {
         let surface = Surface::new(&shapes::wavy_sphere(3, 4.0));
         for v in (0..surface.n_vertices() as u32).step_by(37) {
-            let point = surface.positions[v as usize] + 0.002 * surface.normals[v as usize];
-            let corners = surface.faces.iter().map(|f| f.map(|v| surface.positions[v as usize]));
-            let naive = corners.map(|c| nearest_point(point, c).distance_squared(point)).fold(f32::INFINITY, f32::min);
-            let start = surface.neighbors(v)[0];
-            assert!((distance_squared(&surface, point, start) - naive).abs() <= 1e-3 * naive);
+            let corners = |f: &[u32; 3]| f.map(|v| surface.positions[v as usize]);
+            let face = surface.faces.iter().find(|face| face.contains(&v)).unwrap();
+            let centroid = corners(face).iter().sum::<Vec3>() / 3.0;
+            let start = surface.neighbors(surface.neighbors(v)[0])[0];
+            let (found, naive) = (normal_near(&surface, centroid, start), area_normal(corners(face)));
+            assert!(found.distance(naive) <= 1e-3 * naive.length(), "{found} {naive}");
         }
     }
 }

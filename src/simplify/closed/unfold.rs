@@ -8,17 +8,23 @@
 use glam::Vec3;
 use rustc_hash::FxHashSet;
 
-use crate::geometry::triangle::area_normal;
+use crate::geometry::triangle::{area_normal, nearest_point};
 
+use super::beneath::Beneath;
 use super::corners::Corners;
 use super::faces_around::FacesAround;
 use super::half::OnPlane;
-use super::nearest::{anchors, distance_squared, nearest_vertex};
+use super::nearest::{anchors, normal_near};
 use super::surface::Surface;
 
-/// What counts as looking away, and how much farther from the original (squared) the other diagonal may then lie,
-/// round after round: where all of the original nearby looks the other way, any diagonal is better.
-const ROUNDS: [(Sight, f32); 3] = [(Sight::Nearest, 16.0), (Sight::Nearest, 16.0), (Sight::AllNear, f32::INFINITY)];
+/// How often what is still folded is looked through.
+const ROUNDS: usize = 3;
+/// How many times farther from the original than what was there what a mend leaves may lie.
+const MOST_LOSS: f32 = 1.5;
+/// Faces at a vertex up to which it is looked after: a hub of hundreds would take longer than all else.
+const MOST_FACES: usize = 24;
+/// Distances below which nothing is lost, in boxes of about unit size.
+const ROUNDING: f32 = 1e-6;
 
 /// The result as far as folds are mended.
 pub(super) struct Folded<'a> {
@@ -42,64 +48,170 @@ pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) 
     if folded.is_empty() {
         return 0;
     }
-    let mut around = FacesAround::new(positions.len(), faces);
     let starts = anchors(surface, positions, vertex_of);
+    folded.retain(|&f| seems_against(surface, faces[f as usize], positions, &starts));
+    if folded.is_empty() {
+        return 0;
+    }
+    let mut around = FacesAround::new(positions.len(), faces);
+    let beneath = Beneath::new(surface, vertex_of, &marked(positions.len(), &beside(&folded, faces, &around)));
     let mut n_flipped = 0;
-    let mut touched: FxHashSet<u32> = FxHashSet::default();
-    for (round, (sight, most_loss)) in ROUNDS.into_iter().enumerate() {
-        let original = Original { surface, positions, starts: &starts, sight, most_loss, on_plane };
-        // The second round is the first again: only near what it changed can anything be different.
-        let near = if round == 1 { folded_near(faces, &around, &folded, &touched) } else { folded.clone() };
-        touched.clear();
-        for &f in &near {
-            if original.looks_away(faces[f as usize])
-                && let Some(diamond) = original.find_flip(f, faces, &around, &touched, corners.as_deref())
-            {
+    let mut due = folded.clone();
+    for _ in 0..ROUNDS {
+        let mut touched: FxHashSet<u32> = FxHashSet::default();
+        for &f in &due {
+            let mend = Mend { beneath: &beneath, positions, faces, around: &around };
+            if let Some(diamond) = mend.find_flip(f, &touched, corners.as_deref(), on_plane) {
                 corners.iter_mut().for_each(|corners| corners.flip(faces, diamond.faces, diamond.corners));
                 diamond.flip(faces, &mut around);
                 touched.extend(diamond.corners);
                 n_flipped += 1;
             }
         }
+        if touched.is_empty() {
+            break;
+        }
         folded = still_folded(positions, faces, &around, folded, &touched);
+        // Only near what changed can anything be different.
+        let is_near = |f: &&u32| beside(&[**f], faces, &around).iter().any(|v| touched.contains(v));
+        due = folded.iter().filter(is_near).copied().collect();
     }
-    let stays =
-        |v: u32| fixed.get(v as usize).is_some_and(|&fixed| fixed) || on_plane.is_some_and(|plane| plane.has(v));
-    move_corners(surface, positions, faces, &around, (&folded, &stays), &starts);
+    let is_stuck = |&f: &u32| {
+        Mend { beneath: &beneath, positions, faces, around: &around }.is_turned(f)
+            && opposes_all(positions, faces, &around, f)
+    };
+    folded.retain(is_stuck);
+    if !folded.is_empty() {
+        let stays =
+            |v: u32| fixed.get(v as usize).is_some_and(|&fixed| fixed) || on_plane.is_some_and(|plane| plane.has(v));
+        let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(faces, &around, &faces[f as usize])).collect();
+        let beneath = Beneath::new(surface, vertex_of, &marked(positions.len(), &rings));
+        folded.iter().for_each(|&f| move_corner(&beneath, positions, faces, &around, f, &stays));
+    }
     n_flipped
 }
 
-/// Moves corners of the faces that still look away, and against all of their neighbours, to where fewer of the faces
-/// around them do.
-fn move_corners(
-    surface: &Surface,
+/// Whether a face looks away from the original where a walk from one of its corners finds that.
+fn seems_against(surface: &Surface, face: [u32; 3], positions: &[Vec3], starts: &[u32]) -> bool {
+    let corners = face.map(|v| positions[v as usize]);
+    let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+    normal_near(surface, centroid, starts[face[0] as usize]).dot(area_normal(corners)) <= 0.0
+}
+
+/// Whether each of so many vertices is one of these.
+fn marked(n_vertices: usize, vertices: &[u32]) -> Vec<bool> {
+    let mut marked = vec![false; n_vertices];
+    vertices.iter().for_each(|&v| marked[v as usize] = true);
+    marked
+}
+
+/// The corners of some faces and of those beyond their edges.
+fn beside(of: &[u32], faces: &[[u32; 3]], around: &FacesAround) -> Vec<u32> {
+    let mut vertices = Vec::with_capacity(6 * of.len());
+    for &f in of {
+        let [a, b, c] = faces[f as usize];
+        let beyond = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| around.along(u, v));
+        let opposite = beyond.flat_map(|g| faces[g as usize]).filter(|v| ![a, b, c].contains(v));
+        vertices.extend([a, b, c].into_iter().chain(opposite));
+    }
+    vertices
+}
+
+/// The corners of the faces at these vertices, each once, ascending.
+fn ring(faces: &[[u32; 3]], around: &FacesAround, vertices: &[u32]) -> Vec<u32> {
+    let mut ring: Vec<u32> = vertices.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]).collect();
+    ring.sort_unstable();
+    ring.dedup();
+    ring
+}
+
+/// Moves a corner of a face that looks away to where fewer of the faces around it do, if that goes nowhere far.
+fn move_corner(
+    beneath: &Beneath,
     positions: &mut [Vec3],
     faces: &[[u32; 3]],
     around: &FacesAround,
-    (folded, stays): (&[u32], &dyn Fn(u32) -> bool),
-    starts: &[u32],
+    f: u32,
+    stays: &dyn Fn(u32) -> bool,
 ) {
-    let n_away = |positions: &[Vec3], of: &[u32]| {
-        let original = Original { surface, positions, starts, sight: Sight::Nearest, most_loss: 0.0, on_plane: None };
-        of.iter().filter(|&&f| original.looks_away(faces[f as usize])).count()
-    };
-    for &f in folded {
-        if !opposes_all(positions, faces, around, f) || n_away(positions, &[f]) == 0 {
+    let is_movable = |v: &u32| !stays(*v) && around.corners(*v).len() <= MOST_FACES / 2;
+    for v in faces[f as usize].into_iter().filter(is_movable) {
+        let before = positions[v as usize];
+        let star = Star::new(&Mend { beneath, positions, faces, around }, v);
+        let n_before = star.n_against(before);
+        let mut better: Vec<(usize, Vec3)> =
+            star.other_places(before).map(|place| (star.n_against(place), place)).into();
+        better.retain(|(n, _)| *n < n_before);
+        better.sort_by_key(|(n, _)| *n);
+        if better.is_empty() {
             continue;
         }
-        for v in faces[f as usize].into_iter().filter(|&v| !stays(v)) {
-            let before = (n_away(positions, &around.faces(v).collect::<Vec<_>>()), positions[v as usize]);
-            let mut best = before;
-            for place in other_places(surface, positions, faces, around, v, starts[v as usize]) {
-                positions[v as usize] = place;
-                let n = n_away(positions, &around.faces(v).collect::<Vec<_>>());
-                best = if n < best.0 { (n, place) } else { best };
-            }
-            positions[v as usize] = best.1;
-            if best.0 < before.0 {
-                break;
+        let points = star.points(&Mend { beneath, positions, faces, around }, v);
+        if let Some((_, place)) = better.into_iter().find(|(_, place)| star.keeps_near(before, *place, &points)) {
+            positions[v as usize] = place;
+            return;
+        }
+    }
+}
+
+/// The faces at a vertex that may move, and the original near them.
+struct Star<'a> {
+    beneath: &'a Beneath,
+    /// The vertices of the faces.
+    ring: Vec<u32>,
+    /// The other two corners of each face.
+    sides: Vec<[Vec3; 2]>,
+}
+
+impl<'a> Star<'a> {
+    fn new(mend: &Mend<'a>, v: u32) -> Self {
+        let side = |f: u32| {
+            let face = mend.faces[f as usize];
+            let at = face.iter().position(|&w| w == v).unwrap_or(0);
+            [face[(at + 1) % 3], face[(at + 2) % 3]].map(|w| mend.positions[w as usize])
+        };
+        let sides = mend.around.faces(v).map(side).collect();
+        Self { beneath: mend.beneath, ring: ring(mend.faces, mend.around, &[v]), sides }
+    }
+
+    /// Points of the original, and how far they lie from the other faces around.
+    fn points(&self, mend: &Mend, v: u32) -> Vec<(Vec3, f32)> {
+        let own: Vec<u32> = mend.around.faces(v).collect();
+        let others = mend.faces_at(&self.ring, &own);
+        self.beneath.points(&self.ring).map(|p| (p, mend.distance(p, &others))).collect()
+    }
+
+    /// Where else the vertex could be: on the original near there, amid its neighbours, or on the original there.
+    fn other_places(&self, here: Vec3) -> [Vec3; 3] {
+        let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
+        let on_original = |p: Vec3| self.beneath.foot(p, &self.ring).point;
+        [on_original(here), on_original(amid), amid]
+    }
+
+    /// How many of the faces look away from the original with their vertex there.
+    fn n_against(&self, vertex: Vec3) -> usize {
+        self.with(vertex).filter(|&corners| is_against(self.beneath, corners, &self.ring)).count()
+    }
+
+    /// Whether the faces lie not much farther from the original with their vertex at `then`, as far as that changes anything,
+    /// than with it at `now`; the points of the original know how far they lie from other faces.
+    fn keeps_near(&self, now: Vec3, then: Vec3, points: &[(Vec3, f32)]) -> bool {
+        let [mut before, mut after] = [now, then].map(|vertex| {
+            let inner = self.with(vertex).flat_map(|[v, p, q]| [(v + p + q) / 3.0, (v + p) * 0.5]);
+            inner.map(|p| self.beneath.foot(p, &self.ring).distance).fold(0.0, f32::max)
+        });
+        for &(point, beside) in points {
+            let to_faces = |corners| nearest_point(point, corners).distance(point);
+            let [was, is] = [now, then].map(|vertex| self.with(vertex).map(to_faces).fold(beside, f32::min));
+            if is > was {
+                (before, after) = (before.max(was), after.max(is));
             }
         }
+        after <= MOST_LOSS * before + ROUNDING
+    }
+
+    fn with(&self, vertex: Vec3) -> impl Iterator<Item = [Vec3; 3]> {
+        self.sides.iter().map(move |&[p, q]| [vertex, p, q])
     }
 }
 
@@ -112,31 +224,6 @@ fn opposes_all(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround, f: 
     neighbors.all(|g| normal(faces[g as usize]).dot(normal(face)) < 0.0)
 }
 
-/// Where else a vertex could be: amid its neighbours, on a vertex of the original near there, or near where it is.
-fn other_places(
-    surface: &Surface,
-    positions: &[Vec3],
-    faces: &[[u32; 3]],
-    around: &FacesAround,
-    v: u32,
-    start: u32,
-) -> [Vec3; 3] {
-    let corners = around.faces(v).flat_map(|f| faces[f as usize]).filter(|&w| w != v);
-    let (sum, n) = corners.fold((Vec3::ZERO, 0.0), |(sum, n), w| (sum + positions[w as usize], n + 1.0));
-    let amid = sum / n;
-    let on_original = |p: Vec3| surface.positions[nearest_vertex(surface, p, start).0 as usize];
-    [on_original(positions[v as usize]), on_original(amid), amid]
-}
-
-/// Which of the original's vertices decide whether a face looks away.
-#[derive(Clone, Copy, PartialEq)]
-enum Sight {
-    /// The one nearest to its centroid.
-    Nearest,
-    /// That one and all its neighbours.
-    AllNear,
-}
-
 /// The faces that look away from the mean normal at one of their corners.
 fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
     let normal = |face: &[u32; 3]| area_normal(face.map(|v| positions[v as usize]));
@@ -147,13 +234,6 @@ fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
     }
     let is_folded = |face: &[u32; 3]| face.iter().any(|&v| normal(face).dot(means[v as usize]) < 0.0);
     (0..faces.len() as u32).filter(|&f| is_folded(&faces[f as usize])).collect()
-}
-
-/// The `folded` faces beside which an edge was flipped.
-fn folded_near(faces: &[[u32; 3]], around: &FacesAround, folded: &[u32], touched: &FxHashSet<u32>) -> Vec<u32> {
-    let rings = touched.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]);
-    let near: FxHashSet<u32> = rings.collect();
-    folded.iter().copied().filter(|&f| faces[f as usize].iter().any(|v| near.contains(v))).collect()
 }
 
 /// Of the faces that were `folded` and those at `touched` vertices, the ones that are.
@@ -169,72 +249,108 @@ fn still_folded(
     }
     let normal = |f: u32| area_normal(faces[f as usize].map(|v| positions[v as usize]));
     let mean = |v: u32| around.faces(v).map(normal).sum::<Vec3>();
-    folded.extend(
-        touched.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]).flat_map(|v| around.faces(v)),
-    );
+    folded.extend(touched.iter().flat_map(|&v| around.faces(v)));
     folded.sort_unstable();
     folded.dedup();
     folded.retain(|&f| faces[f as usize].iter().any(|&v| normal(f).dot(mean(v)) < 0.0));
     folded
 }
 
-/// The original as the output's faces see it.
-struct Original<'a> {
-    surface: &'a Surface,
-    positions: &'a [Vec3],
-    /// For each output vertex an input vertex near it.
-    starts: &'a [u32],
-    sight: Sight,
-    most_loss: f32,
-    on_plane: Option<&'a OnPlane>,
+/// Whether a face looks away from the original beneath its centroid, as far as that lies in the regions of these vertices.
+fn is_against(beneath: &Beneath, corners: [Vec3; 3], near: &[u32]) -> bool {
+    let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+    area_normal(corners).dot(beneath.foot(centroid, near).normal) <= 0.0
 }
 
-impl Original<'_> {
-    /// Whether a face looks away from the original near its centroid, or nowhere.
-    fn looks_away(&self, face: [u32; 3]) -> bool {
-        let corners = face.map(|v| self.positions[v as usize]);
-        let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let (nearest, _) = nearest_vertex(self.surface, centroid, self.starts[face[0] as usize]);
-        let normal = area_normal(corners);
-        let against = |v: &u32| normal.dot(self.surface.normals[*v as usize]) <= 0.0;
-        against(&nearest) && (self.sight == Sight::Nearest || self.surface.neighbors(nearest).iter().all(against))
+/// The result over the original.
+struct Mend<'a> {
+    beneath: &'a Beneath,
+    positions: &'a [Vec3],
+    faces: &'a [[u32; 3]],
+    around: &'a FacesAround,
+}
+
+impl Mend<'_> {
+    fn corners(&self, face: [u32; 3]) -> [Vec3; 3] {
+        face.map(|v| self.positions[v as usize])
     }
 
-    /// How far the original is from two points of a diagonal (sum of squares).
-    fn distance(&self, u: u32, v: u32) -> f32 {
-        let (p, q) = (self.positions[u as usize], self.positions[v as usize]);
-        let start = self.starts[u as usize];
-        [1.0 / 3.0, 2.0 / 3.0].iter().map(|&t| distance_squared(self.surface, p.lerp(q, t), start)).sum()
+    /// Whether face `f` looks away from the original, all of which is known there.
+    fn is_turned(&self, f: u32) -> bool {
+        let near = beside(&[f], self.faces, self.around);
+        near.iter().all(|&v| self.beneath.has(v))
+            && is_against(self.beneath, self.corners(self.faces[f as usize]), &near)
     }
 
-    /// The longest edge of face `f` whose other diagonal is free, not much farther from the original, and makes two
-    /// faces that look right; no seam, and none at a vertex that was `touched`.
+    /// Of the edges of a face that looks away, the longest whose other diagonal is free and makes two faces that look
+    /// right and lie not much farther from the original; no seam, and none at a vertex that was `touched`.
     fn find_flip(
         &self,
         f: u32,
-        faces: &[[u32; 3]],
-        around: &FacesAround,
         touched: &FxHashSet<u32>,
-        corners: Option<&Corners>,
+        seams: Option<&Corners>,
+        on_plane: Option<&OnPlane>,
     ) -> Option<Diamond> {
-        let [a, b, c] = faces[f as usize];
+        if !self.is_turned(f) {
+            return None;
+        }
+        let near = beside(&[f], self.faces, self.around);
+        let [a, b, c] = self.faces[f as usize];
         let length = |u: u32, v: u32| self.positions[u as usize].distance_squared(self.positions[v as usize]);
-        let mut sides = [(a, b, c), (b, c, a), (c, a, b)];
-        sides.sort_by(|x, y| length(y.0, y.1).total_cmp(&length(x.0, x.1)));
-        sides.into_iter().find_map(|(a, b, c)| {
-            let g = around.along(b, a)?;
-            let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
+        let mut edges = [(a, b, c), (b, c, a), (c, a, b)];
+        edges.sort_by(|x, y| length(y.0, y.1).total_cmp(&length(x.0, x.1)));
+        edges.into_iter().find_map(|(a, b, c)| {
+            let g = self.around.along(b, a)?;
+            let d = *self.faces[g as usize].iter().find(|&&v| v != a && v != b)?;
             let diamond = Diamond { faces: [f, g], corners: [a, b, c, d] };
-            let bridges = self.on_plane.is_some_and(|on_plane| on_plane.has(c) && on_plane.has(d));
-            let is_free =
-                !bridges && !around.joins(c, d) && c != d && !diamond.corners.iter().any(|v| touched.contains(v));
-            let is_seam = || corners.is_some_and(|corners| corners.is_seam(faces, diamond.faces, [a, b]));
-            let helps = || {
-                self.distance(c, d) <= self.most_loss * self.distance(a, b)
-                    && !diamond.flipped().iter().any(|&n| self.looks_away(n))
-            };
-            (is_free && !is_seam() && helps()).then_some(diamond)
+            let n_faces: usize = diamond.corners.iter().map(|&v| self.around.corners(v).len()).sum();
+            let is_seam = || seams.is_some_and(|seams| seams.is_seam(self.faces, diamond.faces, [a, b]));
+            let bridges = || on_plane.is_some_and(|on_plane| on_plane.has(c) && on_plane.has(d));
+            let is_free = c != d
+                && n_faces <= 4 * MOST_FACES
+                && !diamond.corners.iter().any(|v| touched.contains(v))
+                && !self.around.joins(c, d)
+                && !bridges()
+                && !is_seam();
+            let look_right =
+                || diamond.flipped().iter().all(|&face| !is_against(self.beneath, self.corners(face), &near));
+            (is_free && look_right() && self.keeps_near(&diamond, &near)).then_some(diamond)
         })
+    }
+
+    /// Whether the other diagonal leaves the largest distance between the original and the result about it nearly what
+    /// it was.
+    fn keeps_near(&self, diamond: &Diamond, near: &[u32]) -> bool {
+        let [old, new] = [diamond.faces.map(|f| self.faces[f as usize]), diamond.flipped()];
+        let [a, b, c, d] = diamond.corners.map(|v| self.positions[v as usize]);
+        let [mut before, mut after] = [[a, b, c, d], [c, d, b, a]].map(|[u, v, p, q]| {
+            let inner = [(u + v + p) / 3.0, (u + v + q) / 3.0, (u + v) * 0.5];
+            inner.iter().map(|&p| self.beneath.foot(p, near).distance).fold(0.0, f32::max)
+        });
+        let others = self.faces_at(&diamond.corners, &diamond.faces);
+        for point in self.beneath.points(&diamond.corners) {
+            let [there, then] = [old, new].map(|pair| self.distance(point, &pair));
+            if then > there {
+                let beside = self.distance(point, &others);
+                before = before.max(there.min(beside));
+                after = after.max(then.min(beside));
+            }
+        }
+        after <= MOST_LOSS * before + ROUNDING
+    }
+
+    /// The faces at these vertices, each once, without some.
+    fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[u32; 3]> {
+        let mut faces: Vec<u32> = vertices.iter().flat_map(|&v| self.around.faces(v)).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.faces[f as usize]).collect()
+    }
+
+    /// Distance from a point to the nearest of these faces.
+    fn distance(&self, point: Vec3, faces: &[[u32; 3]]) -> f32 {
+        let to = |&face: &[u32; 3]| nearest_point(point, self.corners(face)).distance_squared(point);
+        faces.iter().map(to).fold(f32::INFINITY, f32::min).sqrt()
     }
 }
 
@@ -261,7 +377,31 @@ impl Diamond {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{TriMesh, shapes};
+
+    #[test]
+    fn a_ridge_keeps_its_edge() {
+        // A roof with its ridge along y over 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
+        let flat = shapes::grid(16, 16);
+        let places = flat.positions().iter().map(|&[x, y, _]| [x, y, -0.5 * (x - 0.5).abs()]).collect();
+        let surface = Surface::new(&TriMesh::new(places, flat.faces().to_vec()).unwrap());
+        let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
+        let keeps_near = |corners: [u32; 4]| {
+            let positions = corners.map(|v| surface.positions[v as usize]);
+            let nearest = |p: &Vec3| {
+                let distance = |v: &usize| positions[*v].distance_squared(*p);
+                (0..4).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap() as u32
+            };
+            let vertex_of: Vec<u32> = surface.positions.iter().map(nearest).collect();
+            let beneath = Beneath::new(&surface, &vertex_of, &[true; 4]);
+            let faces = [[0, 1, 2], [1, 0, 3]];
+            let around = FacesAround::new(4, &faces);
+            let mend = Mend { beneath: &beneath, positions: &positions, faces: &faces, around: &around };
+            mend.keeps_near(&Diamond { faces: [0, 1], corners: [0, 1, 2, 3] }, &[0, 1, 2, 3])
+        };
+        assert!(!keeps_near([front, back, left, right]));
+        assert!(keeps_near([left, right, back, front]));
+    }
 
     #[test]
     fn a_fold_in_a_plane_is_mended() {

@@ -134,6 +134,13 @@ pub(in crate::simplify) struct Limit {
     pub faces: usize,
 }
 
+impl Limit {
+    /// The vertices that it leaves, about: of a closed surface as many as half of its faces.
+    pub fn size(self) -> usize {
+        self.vertices.min(self.faces / 2 + 2)
+    }
+}
+
 /// Unit normal of a triangle; zero where it has (nearly) no area.
 fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     let normal = area_normal(corners);

@@ -159,6 +159,7 @@ mod tests {
         let request = Request {
             limit,
             oversample: 2.0,
+            all_if_uneven: false,
             importance: Importance::Given(&factors),
             parts: Parts::default(),
             seed: 1,
