@@ -10,6 +10,7 @@
 //! (`blocks`), side by side and each within the cache.
 
 mod at_height;
+mod attribute_quadrics;
 mod blocks;
 mod bucket_queue;
 mod half;
@@ -26,6 +27,7 @@ use crate::mesh::OneRings;
 use super::half::OnPlane;
 use super::holds::Holds;
 use super::placement::Placement;
+pub(super) use attribute_quadrics::{AttributeQuadrics, of_colours};
 use bucket_queue::BucketQueue;
 use links::{Links, Span};
 use pair::{LocalQuadric, Node, SIDE_BY_SIDE, price, prices, prices_of};
@@ -69,6 +71,8 @@ pub(super) struct Collapse {
     /// The highest price so far.
     highest: f32,
     turn_forbidden: bool,
+    /// What merges cost the colours at the corners, if there are any.
+    pub colours: AttributeQuadrics,
     /// What holds it back beside the topology.
     pub holds: Option<Holds>,
     /// The merges in order, where they are to be remembered.
@@ -229,6 +233,7 @@ impl Collapse {
             untried_below: 0.0,
             highest: 0.0,
             turn_forbidden: false,
+            colours: AttributeQuadrics::default(),
             holds: None,
             history: None,
         }
@@ -332,9 +337,10 @@ impl Collapse {
     /// Begins a queue with about as many of the cheapest edges as are wanted; returns up to which price it has all.
     fn fill_queue(&mut self, wanted: usize) -> f32 {
         let edges = self.edges();
-        let costs = match &self.holds {
-            None => prices(&self.nodes, &edges),
-            Some(_) => edges.iter().map(|&[u, v]| self.price(u, v)).collect(),
+        let costs = if self.is_plain() {
+            prices(&self.nodes, &edges)
+        } else {
+            edges.iter().map(|&[u, v]| self.price(u, v)).collect()
         };
         self.highest = costs.iter().copied().filter(|cost| *cost < f32::INFINITY).fold(0.0, f32::max);
         self.untried_below = self.highest;
@@ -387,9 +393,10 @@ impl Collapse {
         let ring = self.nodes[u as usize].ring;
         for first in (0..ring.len()).step_by(SIDE_BY_SIDE) {
             let ends: [u32; SIDE_BY_SIDE] = self.links.some_of(ring, first);
-            let costs = match &self.holds {
-                None => prices_of(ends.map(|w| (&self.nodes[u as usize], &self.nodes[w as usize]))),
-                Some(_) => ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price(u, w) }),
+            let costs = if self.is_plain() {
+                prices_of(ends.map(|w| (&self.nodes[u as usize], &self.nodes[w as usize])))
+            } else {
+                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price(u, w) })
             };
             for (&w, cost) in ends.iter().zip(costs).take(ring.len() - first) {
                 if !self.is_apex(w) && !self.is_frozen(w) && cost < f32::INFINITY {
@@ -405,20 +412,27 @@ impl Collapse {
         self.nodes[u as usize].version + self.nodes[v as usize].version
     }
 
+    /// Whether nothing but the quadrics of the nodes says what a merge costs.
+    #[inline(always)]
+    fn is_plain(&self) -> bool {
+        self.holds.is_none() && self.colours.is_empty()
+    }
+
     fn pair(&self, u: u32, v: u32) -> Pair {
-        Pair::new(&self.nodes[u as usize], &self.nodes[v as usize])
+        let mut pair = Pair::new(&self.nodes[u as usize], &self.nodes[v as usize]);
+        if !self.colours.is_empty() {
+            pair.sum += self.colours.cost([u, v], pair.other());
+        }
+        pair
     }
 
     /// What merging `u` and `v` costs; infinite where they have to stay two.
     #[inline(always)]
     fn price(&self, u: u32, v: u32) -> f32 {
-        match &self.holds {
-            None => price(&self.nodes[u as usize], &self.nodes[v as usize]),
-            Some(holds) => {
-                let placement = holds.placement(u, v, &self.pair(u, v));
-                placement.map_or(f32::INFINITY, |(_, _, cost)| cost as f32)
-            }
+        if self.is_plain() {
+            return price(&self.nodes[u as usize], &self.nodes[v as usize]);
         }
+        self.placement(u, v, &self.pair(u, v)).map_or(f32::INFINITY, |(_, _, cost)| cost as f32)
     }
 
     /// Where the merged vertex goes, from `u`, and what that costs; `None` where they have to stay two.
@@ -447,9 +461,13 @@ impl Collapse {
         self.history.iter_mut().for_each(|history| history.push(Merge { kept: u, gone: v, place }));
         self.merge(u, v, opposite);
         self.holds.iter_mut().for_each(|holds| holds.merge(u, v, place));
+        let [kept, gone] = [u, v].map(|w| &self.nodes[w as usize]);
+        let step = x - kept.position;
+        let planes = if self.colours.is_empty() { pair.sum } else { Pair::new(kept, gone).sum };
+        self.colours.merge([u, v], pair.other(), step.as_dvec3());
         let node = &mut self.nodes[u as usize];
         // About the position as it was rounded.
-        node.quadric = LocalQuadric::new(&pair.sum, x - node.position);
+        node.quadric = LocalQuadric::new(&planes, step);
         node.position = x;
         self.positions[u as usize] = x;
         true
