@@ -19,7 +19,7 @@ mod two_layers;
 
 pub use csr::{Csr, InvalidCsr};
 pub use gather::{gather, gather_backward, triple_extremes, triple_extremes_backward};
-pub(crate) use isa::{Isa, RowKernel, Work};
+pub(crate) use isa::{Isa, Work};
 pub use matrix::Matrix;
 pub use neighbour_max::{neighbour_max, neighbour_max_backward, neighbour_max_product_relu};
 pub use neighbour_softmax::{neighbour_dots, neighbour_dots_backward, neighbour_softmax, neighbour_softmax_backward};

@@ -5,6 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal_f64;
+use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
 use crate::spatial::FaceTree;
@@ -93,26 +94,61 @@ fn tree(mesh: &TriMesh) -> FaceTree<'_> {
 
 /// Mean and largest distance from samples of one mesh to another; the trees are those of the mesh and of the other.
 fn one_sided(mesh: &TriMesh, [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> (f64, f64) {
-    let samples: Vec<DVec3> = surface_samples(mesh, n_samples, seed).iter().map(|sample| sample.point(mesh)).collect();
-    let distance = |p: DVec3| other.nearest(p).map_or(0.0, |(_, distance2)| distance2.sqrt());
-    // Samples lie along the faces in their order: what is nearest to one is near the next one.
-    let distances_in_a_row = |samples: &[DVec3]| -> Vec<f64> {
-        let mut last = None;
-        let next = |&p: &DVec3| {
-            let found = other.nearest_from(p, last);
-            last = found.map(|(face, _)| face);
-            found.map_or(0.0, |(_, distance2)| distance2.sqrt())
-        };
-        samples.iter().map(next).collect()
-    };
-    let distances: Vec<f64> = samples.par_chunks(CHUNK).flat_map_iter(distances_in_a_row).collect();
+    let samples = along_curve(mesh, own, n_samples, seed);
+    let in_a_row = |samples: &[DVec3]| Isa::best().run(InARow { samples, tree: other });
+    let found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
+    let distance2 = |i: &usize| found[*i].distance2;
     let mut farthest: Vec<usize> = (0..samples.len()).collect();
-    farthest.sort_unstable_by(|&i, &j| distances[j].total_cmp(&distances[i]).then(i.cmp(&j)));
-    farthest.truncate(FARTHEST);
-    let around =
-        |&i: &usize| points_on(mesh, own.around(samples[i])).into_iter().map(distance).fold(distances[i], f64::max);
-    let largest: Vec<f64> = farthest.par_iter().map(around).collect();
-    (distances.iter().sum::<f64>() / samples.len() as f64, largest.into_iter().fold(0.0, f64::max))
+    let by_distance = |i: &usize, j: &usize| distance2(j).total_cmp(&distance2(i)).then(i.cmp(j));
+    if farthest.len() > FARTHEST {
+        farthest.select_nth_unstable_by(FARTHEST - 1, by_distance);
+        farthest.truncate(FARTHEST);
+    }
+    let largest = farthest.iter().map(distance2).fold(0.0, f64::max);
+    let around = |i: &usize| {
+        let points = points_on(mesh, own.around(samples[*i]));
+        let above = |largest, p| other.distance_above(largest, p, Some(found[*i].face)).unwrap_or(largest);
+        points.into_iter().fold(largest, above)
+    };
+    let largest = farthest.par_iter().map(around).reduce(|| largest, f64::max);
+    (found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64, largest.sqrt())
+}
+
+/// Samples of a mesh in the order of its faces along the curve of its tree: what is nearest to one is near the next one.
+fn along_curve(mesh: &TriMesh, own: &FaceTree, n_samples: usize, seed: u64) -> Vec<DVec3> {
+    let mut rank = vec![0; mesh.faces().len()];
+    (0u32..).zip(own.order()).for_each(|(i, &face)| rank[face as usize] = i);
+    let mut samples = surface_samples(mesh, n_samples, seed);
+    samples.sort_by_key(|sample| rank[sample.face as usize]);
+    samples.iter().map(|sample| sample.point(mesh)).collect()
+}
+
+/// What lies nearest to a sample.
+struct Found {
+    face: u32,
+    distance2: f64,
+}
+
+/// What lies nearest to samples in a row, as work that is compiled for the instructions at hand.
+struct InARow<'a> {
+    samples: &'a [DVec3],
+    tree: &'a FaceTree<'a>,
+}
+
+impl Work for InARow<'_> {
+    type Output = Vec<Found>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Found> {
+        let mut row = Vec::with_capacity(self.samples.len());
+        let mut last = None;
+        for &p in self.samples {
+            let (face, distance2) = self.tree.nearest_from(p, last).unwrap_or_default();
+            last = Some(face);
+            row.push(Found { face, distance2 });
+        }
+        row
+    }
 }
 
 /// Corners and middles of some faces.

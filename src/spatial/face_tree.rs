@@ -1,7 +1,7 @@
 //! The nearest point on indexed triangles, where the queries are fewer than the triangles: a tree that is made quickly.
 //!
-//! The triangles are put in order along a space-filling curve and packed, eight to a box, eight boxes to a node (a packed
-//! R-tree, Kamel and Faloutsos 1993). Nothing of them is copied. [`NearestOnTriangles`](super::NearestOnTriangles) takes
+//! The triangles are put in order along a space-filling curve and packed, the boxes of eight to a node, the boxes of eight nodes to
+//! the next (a packed R-tree, Kamel and Faloutsos 1993). Nothing but their boxes is copied. [`NearestOnTriangles`](super::NearestOnTriangles) takes
 //! ten times as long to make and is faster to ask.
 
 use glam::DVec3;
@@ -11,10 +11,12 @@ use super::curve_order::curve_order_of_faces;
 use super::nearest_on_triangles::limit;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
-/// Triangles of a leaf and children of a node.
+/// Children of a node.
 const WIDTH: usize = 8;
-/// Leaves that one task makes the boxes of.
+/// Nodes that one task makes.
 const CHUNK: usize = 512;
+/// Nodes that wait to be visited, at most: all children but one of each level, for as many levels as 32-bit indices need.
+const WAITING: usize = (WIDTH - 1) * 11 + 1;
 
 /// A tree over the triangles of a mesh.
 ///
@@ -32,7 +34,7 @@ pub struct FaceTree<'a> {
     faces: &'a [[u32; 3]],
     /// The triangles along the curve, n_faces.
     order: Vec<u32>,
-    /// Nodes from those over the leaves to the root, which is alone.
+    /// Nodes from those over the triangles to the root, which is alone.
     levels: Vec<Vec<Node>>,
     /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
     scale: f64,
@@ -50,8 +52,8 @@ const NO_CHILDREN: Node = Node { low: [[f32::INFINITY; WIDTH]; 3], high: [[f32::
 /// The best so far, and the squared distance beyond which boxes need no visit.
 struct Best {
     face: u32,
-    /// The leaf that holds it.
-    leaf: usize,
+    /// Its place along the curve; that of the first triangle where it was a guess that nothing else came near.
+    place: usize,
     distance2: f64,
     limit: f32,
 }
@@ -63,7 +65,7 @@ impl<'a> FaceTree<'a> {
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
         let order = curve_order_of_faces(positions, faces);
         let mut tree = Self { positions, faces, order, levels: Vec::new(), scale };
-        tree.levels.push(tree.over_leaves());
+        tree.levels.push(tree.over_triangles());
         while let Some(below) = tree.levels.last().filter(|below| below.len() > 1) {
             let nodes = below.chunks(WIDTH).map(|below| node_over(below.iter().map(Node::whole))).collect();
             tree.levels.push(nodes);
@@ -77,8 +79,31 @@ impl<'a> FaceTree<'a> {
     }
 
     /// The same, found sooner where the nearest one lies near the triangle `guess`, as it does for the next of points in a row.
+    #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
-        self.best(p, guess).map(|best| (best.face, best.distance2 / (self.scale * self.scale)))
+        self.best(p, guess, f64::NEG_INFINITY).map(|best| (best.face, best.distance2 / (self.scale * self.scale)))
+    }
+
+    /// The squared distance to the nearest triangle if it is more than `least`; found soon where it is not and `guess` is near
+    /// enough to say so.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::FaceTree;
+    /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let tree = FaceTree::new(&positions, &[[0, 1, 2]]);
+    /// let above = |least| tree.distance_above(least, [0.25, 0.25, 2.0].into(), None);
+    /// assert_eq!((above(3.9), above(4.0)), (Some(4.0), None));
+    /// ```
+    #[inline(always)]
+    pub fn distance_above(&self, least: f64, p: DVec3, guess: Option<u32>) -> Option<f64> {
+        let scale2 = self.scale * self.scale;
+        let found = self.best(p, guess, least * scale2)?.distance2 / scale2;
+        (found > least).then_some(found)
+    }
+
+    /// The triangles in their order along the curve.
+    pub fn order(&self) -> &[u32] {
+        &self.order
     }
 
     /// Some triangles around the one that is nearest, itself among them; none where there are none.
@@ -90,30 +115,33 @@ impl<'a> FaceTree<'a> {
     /// assert_eq!(tree.around([0.25, 0.25, 2.0].into()), [0]);
     /// ```
     pub fn around(&self, p: DVec3) -> &[u32] {
-        let Some(Best { leaf, .. }) = self.best(p, None) else { return &[] };
+        let Some(Best { place, .. }) = self.best(p, None, f64::NEG_INFINITY) else { return &[] };
+        let leaf = place / WIDTH;
         let end = self.order.len().min((leaf + 2) * WIDTH);
         &self.order[leaf.saturating_sub(1) * WIDTH..end]
     }
 
-    fn best(&self, p: DVec3, guess: Option<u32>) -> Option<Best> {
-        let none = Best { face: u32::MAX, leaf: 0, distance2: f64::INFINITY, limit: f32::INFINITY };
+    /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
+    #[inline(always)]
+    fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
+        let none = Best { face: u32::MAX, place: 0, distance2: f64::INFINITY, limit: f32::INFINITY };
         let (p, mut best) = (p * self.scale, none);
         if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
             self.test_face(face, 0, p, &mut best);
         }
         if !self.faces.is_empty() {
-            self.descend(self.levels.len() - 1, 0, p, &mut best);
+            self.descend(p, enough, &mut best);
         }
         (best.face != u32::MAX).then_some(best)
     }
 
-    /// The nodes over the leaves.
-    fn over_leaves(&self) -> Vec<Node> {
-        let leaf = |faces: &[u32]| faces.iter().map(|&face| self.bounds(face)).fold(EMPTY, union);
-        let node = |faces: &[u32]| node_over(faces.chunks(WIDTH).map(leaf));
-        self.order.par_chunks(WIDTH * WIDTH).with_min_len(CHUNK / WIDTH).map(node).collect()
+    /// The nodes over the triangles.
+    fn over_triangles(&self) -> Vec<Node> {
+        let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
+        self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect()
     }
 
+    #[inline(always)]
     fn corners(&self, face: u32) -> [[f32; 3]; 3] {
         let scaled = |v: u32| self.positions[v as usize].map(|x| (f64::from(x) * self.scale) as f32);
         self.faces[face as usize].map(scaled)
@@ -123,36 +151,39 @@ impl<'a> FaceTree<'a> {
         self.corners(face).into_iter().map(|corner| (corner, corner)).fold(EMPTY, union)
     }
 
-    fn descend(&self, level: usize, node: usize, p: DVec3, best: &mut Best) {
-        let (distances, n) = self.levels[level][node].by_distance(p.as_vec3().to_array(), best.limit);
-        for &(distance, child) in &distances[..n] {
-            if distance > best.limit {
-                return;
-            }
-            let child = node * WIDTH + child;
-            match level {
-                0 => self.test_leaf(child, p, best),
-                _ => self.descend(level - 1, child, p, best),
-            }
-        }
-    }
-
-    fn test_leaf(&self, leaf: usize, p: DVec3, best: &mut Best) {
+    /// Visits the nodes that may hold a nearer triangle, the nearest first.
+    #[inline(always)]
+    fn descend(&self, p: DVec3, enough: f64, best: &mut Best) {
         let point = p.as_vec3().to_array();
-        for &face in self.order.iter().skip(leaf * WIDTH).take(WIDTH) {
-            if distance2(self.bounds(face), point) <= best.limit {
-                self.test_face(face, leaf, p, best);
+        let mut waiting = [(0.0, 0, 0); WAITING];
+        waiting[0] = (0.0, self.levels.len() as u32, 0);
+        let mut n_waiting = 1;
+        while n_waiting > 0 && best.distance2 > enough {
+            n_waiting -= 1;
+            let (distance, above, node) = waiting[n_waiting];
+            if distance > best.limit {
+                continue;
+            }
+            if above == 0 {
+                self.test_face(self.order[node], node, p, best);
+                continue;
+            }
+            let (children, n) = self.levels[above as usize - 1][node].by_distance(point, best.limit);
+            for &(distance, child) in children[..n].iter().rev() {
+                waiting[n_waiting] = (distance, above - 1, node * WIDTH + child);
+                n_waiting += 1;
             }
         }
     }
 
-    fn test_face(&self, face: u32, leaf: usize, p: DVec3, best: &mut Best) {
+    #[inline(always)]
+    fn test_face(&self, face: u32, place: usize, p: DVec3, best: &mut Best) {
         let corners = self.corners(face).map(|corner| DVec3::from_array(corner.map(f64::from)));
         let weights = nearest_weights_f64(p, corners);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let distance2 = p.distance_squared(point);
         if (distance2, face) < (best.distance2, best.face) {
-            *best = Best { face, leaf, distance2, limit: limit(distance2, p) };
+            *best = Best { face, place, distance2, limit: limit(distance2, p) };
         }
     }
 }
@@ -164,12 +195,6 @@ const EMPTY: Bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 
 fn union(a: Bounds, b: Bounds) -> Bounds {
     (std::array::from_fn(|k| a.0[k].min(b.0[k])), std::array::from_fn(|k| a.1[k].max(b.1[k])))
-}
-
-/// Squared distance from a point to a box.
-fn distance2((low, high): Bounds, p: [f32; 3]) -> f32 {
-    let outside = |k: usize| (low[k] - p[k]).max(p[k] - high[k]).max(0.0);
-    (0..3).map(|k| outside(k) * outside(k)).sum()
 }
 
 /// The node over at most [`WIDTH`] children.
@@ -192,6 +217,7 @@ impl Node {
     }
 
     /// The children no farther than the limit (squared), the nearest first, and how many they are.
+    #[inline(always)]
     fn by_distance(&self, p: [f32; 3], limit: f32) -> ([(f32, usize); WIDTH], usize) {
         let mut distances = [0.0; WIDTH];
         for (axis, p) in p.into_iter().enumerate() {

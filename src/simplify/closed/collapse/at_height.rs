@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::pair::{Pair, Place, REACH};
+use super::pair::{Pair, Place};
 
 impl Pair {
     /// As [`Pair::placement`], with the merged vertex at this height along an axis, where one of the ends lies at least.
@@ -11,10 +11,6 @@ impl Pair {
             Some((x, cost)) => (Place::Minimum, x, cost),
             None => self.best_at(axis, height),
         }
-    }
-
-    fn is_within_reach(&self, x: DVec3) -> bool {
-        x.distance_squared(self.other() * 0.5) <= REACH * REACH * self.other().length_squared()
     }
 
     /// The minimum at this height, and its value; `None` where there is no single one.

@@ -1,11 +1,9 @@
 //! The first part of a large collapse, in blocks: runs of vertices along a space-filling curve, each a complex of its own
 //! that stays within the cache, all of them side by side.
 //!
-//! A vertex with a neighbour in another block is frozen, so that no block changes what another one sees. All blocks
-//! collapse their edges up to one price, which rises in a few steps; how far is told by how many edges stand below it, and
-//! what each block may take away at most, so that no step goes beyond the limit. What is left, a few percent of the
-//! merges and the edges between blocks, is for the collapse of the whole. Blocks depend on the mesh alone: as many
-//! threads as there are find the same.
+//! A vertex with a neighbour in another block is frozen, so that no block changes what another one sees. Each round has one
+//! price for all blocks, and none goes beyond the limit. What is left, a few percent of the merges and the edges between
+//! blocks, is for the collapse of the whole. Blocks depend on the mesh alone: as many threads as there are find the same.
 
 use rayon::prelude::*;
 
@@ -13,23 +11,17 @@ use crate::mesh::OneRings;
 use crate::simplify::closed::placement::Placement;
 use crate::spatial::curve_order;
 
-use super::bucket_queue::{BucketQueue, N_BINS, cost_of};
 use super::links::Links;
 use super::pair::Node;
-use super::{Collapse, Limit, apexes, merges_to, n_faces};
+use super::rounds::price_of_round;
+use super::{Collapse, Limit, apexes, merges_to};
 
 /// Vertices of a block.
 const BLOCK: usize = 32_768;
 /// Blocks from which on there is more within them than between them.
 const LEAST_BLOCKS: usize = 2;
-/// Share of the merges that are left to do which a step aims at.
-const STEP: f64 = 0.8;
 /// Share of the merges that are left to the whole.
 const LEFT: f64 = 0.02;
-/// Most steps.
-const MOST_STEPS: usize = 8;
-/// Merges per edge below a price, before any were seen.
-const FIRST_YIELD: f64 = 0.5;
 
 /// Whether so many vertices are worth blocks.
 pub(super) fn are_worth_it(n_vertices: usize) -> bool {
@@ -39,66 +31,37 @@ pub(super) fn are_worth_it(n_vertices: usize) -> bool {
 /// A complex over these positions, quadrics and rings, most of the way down to the limit.
 pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
     let n_vertices = rings.n_vertices();
+    let (apexes, n_faces) = apexes(rings);
     let order = curve_order(n_vertices, |v| placed.positions[v as usize].as_vec3().to_array());
     let split = Split::new(order, n_vertices.div_ceil(BLOCK));
     let block = |i| split.block(i, placed, rings);
     let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();
-    blocks.par_iter_mut().for_each(|block| _ = block.fill_queue(usize::MAX));
+    blocks.par_iter_mut().for_each(Collapse::price);
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
     let share = n_free as f64 / n_vertices as f64;
-    descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces(rings)) as f64) as usize);
-    // The joined complex needs the memory.
-    blocks.iter_mut().for_each(|block| block.queue = BucketQueue::default());
-    split.joined(blocks, rings)
+    descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces) as f64) as usize);
+    split.joined(blocks, apexes, n_faces)
 }
 
-/// Takes away about as many vertices as are `to_do`, never more.
+/// Takes away about as many vertices as are `to_do`, never more, in rounds of all blocks together.
 fn descend(blocks: &mut [Collapse], to_do: usize) {
     let mut left = to_do;
-    let mut merges_per_edge = FIRST_YIELD;
-    for _ in 0..MOST_STEPS {
-        if left as f64 <= LEFT * to_do as f64 {
-            return;
-        }
-        let counts: Vec<Vec<u32>> = blocks.par_iter().map(|block| block.queue.counts()).collect();
-        let last = last_bin(&counts, STEP * left as f64 / merges_per_edge);
-        let n_edges: Vec<u64> = counts.iter().map(|counts| n_up_to(last, counts)).collect();
-        let all_edges: u64 = n_edges.iter().sum();
-        let steps = blocks.par_iter_mut().zip(&n_edges).map(|(block, &n)| {
+    while left as f64 > LEFT * to_do as f64 {
+        let most = price_of_round(left, &*blocks);
+        let counts: Vec<usize> = blocks.par_iter().map(|block| block.n_up_to(most)).collect();
+        let n_all: usize = counts.iter().sum();
+        let rounds = blocks.par_iter_mut().zip(counts).map(|(block, n)| {
             let n_vertices = block.n_vertices;
-            // A merge takes an edge at least.
-            let most = (left as u128 * u128::from(n)).checked_div(u128::from(all_edges)).unwrap_or(0) as usize;
-            let limit = Limit { vertices: n_vertices.saturating_sub(most), faces: usize::MAX };
-            block.empty_queue(limit, cost_of(last));
+            let at_most = if n_all <= left { n } else { (n as u128 * left as u128 / n_all as u128) as usize };
+            block.round(Limit { vertices: 0, faces: usize::MAX }, most, at_most);
             n_vertices - block.n_vertices
         });
-        let merged = steps.sum::<usize>();
+        let merged = rounds.sum::<usize>();
         if merged == 0 {
             return;
         }
-        left -= merged;
-        merges_per_edge = merged as f64 / all_edges as f64;
+        left -= merged.min(left);
     }
-}
-
-/// The first bin up to which there are as many edges as wanted, or the last one with any.
-fn last_bin(counts: &[Vec<u32>], wanted: f64) -> usize {
-    let (mut n_edges, mut last) = (0, 0);
-    for bin in 0..N_BINS {
-        let n: u64 = counts.iter().map(|counts| u64::from(counts[bin])).sum();
-        n_edges += n;
-        if n > 0 {
-            last = bin;
-        }
-        if n_edges as f64 >= wanted {
-            break;
-        }
-    }
-    last
-}
-
-fn n_up_to(bin: usize, counts: &[u32]) -> u64 {
-    counts[..=bin].iter().map(|&n| u64::from(n)).sum()
 }
 
 /// Vertices in blocks.
@@ -133,7 +96,7 @@ impl Split {
         let own = self.vertices(i);
         let n_inner = own.len();
         let mut frozen = vec![false; n_inner];
-        let mut links = Links::with_capacity(7 * n_inner, n_inner);
+        let mut links = Links::with_capacity(n_inner);
         let mut nodes = Vec::with_capacity(n_inner);
         for (&v, frozen) in own.iter().zip(&mut frozen) {
             let neighbor = |&w: &u32| {
@@ -149,8 +112,8 @@ impl Split {
         Collapse { frozen, ..Collapse::of(nodes, links, n_inner, 2 * n_inner) }
     }
 
-    /// One complex again, of what lives in the blocks; `rings` are those it was split from.
-    fn joined(&self, blocks: Vec<Collapse>, rings: &OneRings) -> Collapse {
+    /// One complex again, of what lives in the blocks, with the apexes and out of as many faces as it had before.
+    fn joined(&self, blocks: Vec<Collapse>, apexes: Vec<Node>, n_faces: usize) -> Collapse {
         let mut n_before = 0;
         let numbered = blocks.into_iter().map(|block| {
             let first = n_before;
@@ -170,28 +133,28 @@ impl Split {
         };
         let nodes_of = |((_, block), numbers): (&(u32, Collapse), &Vec<u32>)| -> (Vec<Node>, Links) {
             let n_own = block.n_inner as u32;
-            let mut links = Links::with_capacity(6 * block.n_vertices, block.n_vertices);
+            let mut links = Links::with_capacity(block.n_vertices);
             let node = |v: u32| {
                 let neighbors = block.ring(v).iter();
                 let ring = links.push(neighbors.map(|&w| match w.checked_sub(n_own) {
                     None => numbers[w as usize],
                     Some(w) => elsewhere(w),
                 }));
-                Node { ring, version: 0, ..block.nodes[v as usize] }
+                Node { ring, partner: super::NONE, ..block.nodes[v as usize] }
             };
             (block.living().map(node).collect(), links)
         };
         let parts: Vec<(Vec<Node>, Links)> = numbered.par_iter().zip(&numbers).map(nodes_of).collect();
         drop(numbered);
-        let mut nodes = Vec::with_capacity(n_inner + rings.n_apexes());
-        let mut links = Links::with_capacity(0, 0);
+        let mut nodes = Vec::with_capacity(n_inner + apexes.len());
+        let mut links = Links::default();
         for (nodes_of_part, links_of_part) in parts {
-            let n_places = links.append(links_of_part);
-            nodes.extend(nodes_of_part.into_iter().map(|node| Node { ring: node.ring.after(n_places), ..node }));
+            let n_blocks = links.append(links_of_part);
+            nodes.extend(nodes_of_part.into_iter().map(|node| Node { ring: node.ring.after(n_blocks), ..node }));
         }
-        nodes.extend(apexes(rings));
-        let n_merged = rings.n_vertices() - n_inner;
-        Collapse { begun, ..Collapse::of(nodes, links, n_inner, n_faces(rings) - 2 * n_merged) }
+        nodes.extend(apexes);
+        let n_merged = self.order.len() - n_inner;
+        Collapse { begun, ..Collapse::of(nodes, links, n_inner, n_faces - 2 * n_merged) }
     }
 }
 

@@ -34,9 +34,9 @@ impl Collapse {
         let mut edges = Vec::new();
         for u in self.living().filter(|&u| on_plane.has(u)) {
             let along = self.ring(u).iter().filter(|&&v| v > u && on_plane.has(v));
-            edges.extend(along.map(|&v| (self.price(u, v), [u, v])).filter(|(cost, _)| *cost < f32::INFINITY));
+            edges.extend(along.map(|&v| (self.price_held(u, v), [u, v])).filter(|(cost, _)| *cost < f32::INFINITY));
         }
         edges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        _ = edges.into_iter().any(|(_, [u, v])| self.try_collapse(u, v));
+        _ = edges.into_iter().any(|(_, [u, v])| self.try_merge(u, v));
     }
 }

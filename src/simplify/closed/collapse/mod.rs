@@ -1,9 +1,8 @@
 //! Edge collapse with carried quadrics (Garland and Heckbert 1997) down to a target, on a closed complex.
 //!
 //! Borders are closed by apexes that never move, so the link condition of closed surfaces (Dey et al. 1999)
-//! is all that keeps the topology: the ends of an edge share exactly the two vertices opposite to it.
-//! The edges of a merged vertex are priced at once, side by side, and put into the queue anew; what stands there of them from
-//! before has an old stamp and is passed over when its turn comes.
+//! is all that keeps the topology: the ends of an edge share exactly the two vertices opposite to it. In which order edges go
+//! is said in `rounds`.
 //!
 //! What is read most lies closest together: a vertex with its quadric fills one cache line, the complex is the ordered
 //! neighbours of its vertices alone, and faces are made of them at the end. Large complexes are first collapsed in blocks
@@ -12,41 +11,30 @@
 mod at_height;
 mod attribute_quadrics;
 mod blocks;
-mod bucket_queue;
 mod half;
 mod links;
 mod pair;
+mod rounds;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
-use crate::linalg::{Isa, Work};
 use crate::mesh::OneRings;
 
 use super::half::OnPlane;
 use super::holds::Holds;
 use super::placement::Placement;
 pub(super) use attribute_quadrics::{AttributeQuadrics, of_colours};
-use bucket_queue::BucketQueue;
 use links::{Links, Span};
-use pair::{LocalQuadric, Node, SIDE_BY_SIDE, price, prices, prices_of};
+use pair::{LocalQuadric, Node};
 pub(super) use pair::{Pair, Place};
 
-/// An edge that may not go now is tried again at so many times its price.
-const PATIENCE: f32 = 1.5;
-/// Edges in the queue per merge that is to be done: as many as come up in the course of it, and more.
-const EDGES_PER_MERGE: usize = 8;
-/// Fewer merges than this are counted as so many.
-const LEAST_MERGES: usize = 4096;
 /// Least cosine between a face's normals before and after a collapse.
 const LEAST_COSINE: f32 = 0.2;
 /// Faces or vertices that a thread takes at once.
 const PARALLEL: usize = 4096;
 const NONE: u32 = u32::MAX;
-/// The version of a vertex that was merged into another. No edge of it has the stamp of one that was priced while its ends
-/// lived: their versions count merges, of which there are fewer.
-const MERGED: u32 = 1 << 30;
 
 /// A closed complex being collapsed.
 pub(super) struct Collapse {
@@ -61,15 +49,16 @@ pub(super) struct Collapse {
     n_inner: usize,
     n_vertices: usize,
     n_faces: usize,
-    queue: BucketQueue<Edge>,
+    /// The price at which each vertex is to be merged with its partner; infinite for those that may not go.
+    least: Vec<f32>,
+    /// Whether the prices are known.
+    is_priced: bool,
+    /// The vertices whose turn it is in a round.
+    turn: Vec<u32>,
     /// Whether each vertex belongs to no edge that may go; empty where all may.
     frozen: Vec<bool>,
     /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
     begun: Vec<u32>,
-    /// No edge that was not tried since the last merge stands higher in the queue than this.
-    untried_below: f32,
-    /// The highest price so far.
-    highest: f32,
     turn_forbidden: bool,
     /// What merges cost the colours at the corners, if there are any.
     pub colours: AttributeQuadrics,
@@ -88,13 +77,6 @@ pub(super) struct Merge {
     pub gone: u32,
     /// Where the merged vertex went.
     pub place: Place,
-}
-
-/// An edge in the queue: its ends as they were when it was priced, and the sum of their versions.
-#[derive(Clone, Copy, Default)]
-struct Edge {
-    ends: [u32; 2],
-    stamp: u32,
 }
 
 /// How a run ended.
@@ -133,32 +115,18 @@ fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The apexes of the borders, each with as many neighbours as there are vertices on its border.
-fn apexes(rings: &OneRings) -> Vec<Node> {
+/// The apexes of the borders, each with as many neighbours as there are vertices on its border, and the faces of a surface with
+/// these rings, those at the apexes left out.
+fn apexes(rings: &OneRings) -> (Vec<Node>, usize) {
     let n_inner = rings.n_vertices();
     let mut n_neighbors = vec![0; rings.n_apexes()];
     if rings.n_apexes() > 0 {
         let at_apexes = (0..n_inner as u32).filter_map(|v| rings.apex(v));
         at_apexes.for_each(|apex| n_neighbors[apex as usize - n_inner] += 1);
     }
-    n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() }).collect()
-}
-
-/// The faces of a surface with these rings, those at the apexes left out.
-fn n_faces(rings: &OneRings) -> usize {
-    let at_apexes: usize = apexes(rings).iter().map(|apex| apex.ring.len()).sum();
-    (rings.n_entries() - 2 * at_apexes) / 3
-}
-
-/// How many vertices both rings hold.
-fn n_shared(of_u: &[u32], of_v: &[u32]) -> usize {
-    const SHORT: usize = 8;
-    if of_u.len() > SHORT {
-        return of_v.iter().filter(|w| of_u.contains(w)).count();
-    }
-    let mut padded = [NONE; SHORT];
-    padded[..of_u.len()].copy_from_slice(of_u);
-    of_v.iter().map(|w| usize::from(padded.iter().fold(false, |any, x| any | (x == w)))).sum()
+    let at_apexes: usize = n_neighbors.iter().map(|n| *n as usize).sum();
+    let apexes = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
+    (apexes.collect(), (rings.n_entries() - 2 * at_apexes) / 3)
 }
 
 /// When to stop.
@@ -182,31 +150,16 @@ fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     area_normal.length_squared() > 1e-12 * scale * scale
 }
 
-/// [`Collapse::empty_queue`] as work that is compiled for the instructions at hand.
-struct EmptyQueue<'a> {
-    collapse: &'a mut Collapse,
-    limit: Limit,
-    most: f32,
-}
-
-impl Work for EmptyQueue<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.collapse.pop_until(self.limit, self.most);
-    }
-}
-
 impl Collapse {
     /// Starts from the placed vertices and the rings of the faces over them.
     pub fn new(placed: &Placement, rings: &OneRings) -> Self {
         let n_inner = placed.positions.len();
-        let mut links = Links::with_capacity(rings.n_entries(), n_inner);
+        let mut links = Links::with_capacity(n_inner);
         let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
         let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
-        nodes.extend(apexes(rings));
-        Self::of(nodes, links, n_inner, n_faces(rings))
+        let (apexes, n_faces) = apexes(rings);
+        nodes.extend(apexes);
+        Self::of(nodes, links, n_inner, n_faces)
     }
 
     /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
@@ -227,11 +180,11 @@ impl Collapse {
             n_inner,
             n_vertices: n_inner,
             n_faces,
-            queue: BucketQueue::default(),
+            least: vec![f32::INFINITY; n_inner],
+            is_priced: false,
+            turn: Vec::new(),
             frozen: Vec::new(),
             begun: Vec::new(),
-            untried_below: 0.0,
-            highest: 0.0,
             turn_forbidden: false,
             colours: AttributeQuadrics::default(),
             holds: None,
@@ -242,26 +195,6 @@ impl Collapse {
     /// Collapses the cheapest edges until the limit or until none may go.
     pub fn run(&mut self, limit: Limit) -> End {
         if self.on_plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
-    }
-
-    fn run_to(&mut self, limit: Limit) -> End {
-        let (n_vertices, n_faces) = self.size();
-        let mut n_edges = EDGES_PER_MERGE.saturating_mul(merges_to(limit, n_vertices, n_faces).max(LEAST_MERGES));
-        while !self.reached(limit) {
-            let before = self.n_vertices;
-            self.turn_forbidden = false;
-            let most = self.fill_queue(n_edges);
-            self.empty_queue(limit, most);
-            if self.n_vertices == before && most == f32::INFINITY {
-                return match (self.holds.is_some(), self.turn_forbidden) {
-                    (true, _) => End::Held,
-                    (_, true) => End::WouldTurn,
-                    _ => End::Smallest,
-                };
-            }
-            n_edges = usize::MAX;
-        }
-        End::Reached
     }
 
     /// What is left, renumbered; each face begins with its first vertex.
@@ -334,84 +267,6 @@ impl Collapse {
         }
     }
 
-    /// Begins a queue with about as many of the cheapest edges as are wanted; returns up to which price it has all.
-    fn fill_queue(&mut self, wanted: usize) -> f32 {
-        let edges = self.edges();
-        let costs = if self.is_plain() {
-            prices(&self.nodes, &edges)
-        } else {
-            edges.iter().map(|&[u, v]| self.price(u, v)).collect()
-        };
-        self.highest = costs.iter().copied().filter(|cost| *cost < f32::INFINITY).fold(0.0, f32::max);
-        self.untried_below = self.highest;
-        let edge = |(&cost, &ends): (&f32, &[u32; 2])| (cost, Edge { ends, stamp: self.stamp(ends) });
-        let most;
-        (self.queue, most) = BucketQueue::new(costs.iter().zip(&edges).map(edge), wanted);
-        most
-    }
-
-    /// The edges that may go, their ends ascending.
-    fn edges(&self) -> Vec<[u32; 2]> {
-        let mut edges = Vec::with_capacity(self.n_faces * 3 / 2 + 3);
-        for u in self.living().filter(|&u| !self.is_frozen(u)) {
-            let later = self.ring(u).iter().filter(|&&v| v > u && !self.is_apex(v) && !self.is_frozen(v));
-            edges.extend(later.map(|&v| [u, v]));
-        }
-        edges
-    }
-
-    /// Collapses edges in the order of their prices up to `most`, until the limit or until all were tried in vain as
-    /// they are.
-    fn empty_queue(&mut self, limit: Limit, most: f32) {
-        Isa::best().run(EmptyQueue { collapse: self, limit, most });
-    }
-
-    #[inline(always)]
-    fn pop_until(&mut self, limit: Limit, most: f32) {
-        while !self.reached(limit) {
-            let Some((cost, edge)) = self.queue.pop(most) else { return };
-            let [u, v] = edge.ends;
-            if edge.stamp != self.stamp(edge.ends) {
-                continue;
-            }
-            if self.try_collapse(u, v) {
-                self.push_edges_of(u);
-                self.untried_below = self.highest;
-            } else if cost > self.untried_below * (1.0 + 2.0 * BucketQueue::<Edge>::WIDTH) + f32::MIN_POSITIVE {
-                return;
-            } else if cost < f32::MAX / PATIENCE {
-                let cost = cost.max(f32::MIN_POSITIVE) * PATIENCE;
-                self.highest = self.highest.max(cost);
-                self.queue.push(cost, edge);
-            }
-        }
-    }
-
-    /// Puts the edges of a merged vertex into the queue anew.
-    #[inline(always)]
-    fn push_edges_of(&mut self, u: u32) {
-        let ring = self.nodes[u as usize].ring;
-        for first in (0..ring.len()).step_by(SIDE_BY_SIDE) {
-            let ends: [u32; SIDE_BY_SIDE] = self.links.some_of(ring, first);
-            let costs = if self.is_plain() {
-                prices_of(ends.map(|w| (&self.nodes[u as usize], &self.nodes[w as usize])))
-            } else {
-                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price(u, w) })
-            };
-            for (&w, cost) in ends.iter().zip(costs).take(ring.len() - first) {
-                if !self.is_apex(w) && !self.is_frozen(w) && cost < f32::INFINITY {
-                    self.highest = self.highest.max(cost);
-                    self.queue.push(cost, Edge { ends: [u, w], stamp: self.stamp([u, w]) });
-                }
-            }
-        }
-    }
-
-    /// Changes with every merge of one of the two.
-    fn stamp(&self, [u, v]: [u32; 2]) -> u32 {
-        self.nodes[u as usize].version + self.nodes[v as usize].version
-    }
-
     /// Whether nothing but the quadrics of the nodes says what a merge costs.
     #[inline(always)]
     fn is_plain(&self) -> bool {
@@ -426,13 +281,10 @@ impl Collapse {
         pair
     }
 
-    /// What merging `u` and `v` costs; infinite where they have to stay two.
-    #[inline(always)]
-    fn price(&self, u: u32, v: u32) -> f32 {
-        if self.is_plain() {
-            return price(&self.nodes[u as usize], &self.nodes[v as usize]);
-        }
-        self.placement(u, v, &self.pair(u, v)).map_or(f32::INFINITY, |(_, _, cost)| cost as f32)
+    /// What merging `u` and `v` costs where something holds it back; infinite where they have to stay two.
+    fn price_held(&self, u: u32, v: u32) -> f32 {
+        let placement = self.placement(u, v, &self.pair(u, v));
+        placement.map_or(f32::INFINITY, |(_, _, cost)| cost as f32)
     }
 
     /// Where the merged vertex goes, from `u`, and what that costs; `None` where they have to stay two.
@@ -477,10 +329,11 @@ impl Collapse {
     #[inline(always)]
     fn link_allows(&self, u: u32, v: u32) -> Option<[u32; 2]> {
         let (of_u, of_v) = (self.ring(u), self.ring(v));
-        let at = of_u.iter().position(|&w| w == v)?;
+        let [span_of_u, span_of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
+        let at = self.links.position(span_of_u, v)?;
         let next = if at + 1 == of_u.len() { 0 } else { at + 1 };
         let opposite = [of_u[next], of_u[if at == 0 { of_u.len() - 1 } else { at - 1 }]];
-        let n_shared = n_shared(of_u, of_v);
+        let n_shared = self.links.n_shared(span_of_u, span_of_v);
         let on_border = opposite.iter().any(|&w| self.is_apex(w));
         let bridges = || [of_u, of_v].iter().all(|ring| ring.iter().any(|&w| self.is_apex(w))) && !on_border;
         let ok = n_shared == 2
@@ -490,12 +343,12 @@ impl Collapse {
         ok.then_some(opposite)
     }
 
-    /// Whether a face around `u` (without `v`) would turn when `u` moves to `x`.
+    /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.
     #[inline(always)]
     fn turns_over(&self, u: u32, v: u32, x: Vec3) -> bool {
         let ring = self.ring(u);
         let p = self.positions[u as usize];
-        let at = ring.iter().position(|&w| w == v).unwrap_or(0);
+        let at = self.links.position(self.nodes[u as usize].ring, v).unwrap_or(0);
         let mut before: Option<Vec3> = None;
         for &w in ring[at + 1..].iter().chain(&ring[..at]) {
             let here = self.positions.get(w as usize).copied();
@@ -503,7 +356,8 @@ impl Collapse {
                 let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
                 let along = old.dot(new);
                 let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();
-                if !(along > 0.0 && along * along > least) && has_area(old, [p, q, r]) {
+                let stays = along > 0.0 && along * along > least && has_area(new, [x, q, r]);
+                if !stays && has_area(old, [p, q, r]) {
                     return true;
                 }
             }
@@ -513,6 +367,7 @@ impl Collapse {
     }
 
     /// Joins the neighbours of `v` to `u` instead.
+    #[inline(always)]
     fn merge(&mut self, u: u32, v: u32, opposite: [u32; 2]) {
         self.n_vertices -= 1;
         self.n_faces -= opposite.iter().filter(|&&w| !self.is_apex(w)).count();
@@ -530,12 +385,7 @@ impl Collapse {
                 self.links.replace(self.nodes[w as usize].ring, v, u);
             }
         }
-        let gone = self.nodes[v as usize].version;
-        let node = &mut self.nodes[u as usize];
-        node.ring = self.links.join([u, v], [of_u, of_v]);
-        // Above both, so that no edge of either end passes for priced already.
-        node.version += gone + 1;
-        self.nodes[v as usize].version = MERGED;
+        self.nodes[u as usize].ring = self.links.join([u, v], [of_u, of_v]);
     }
 }
 
@@ -611,25 +461,27 @@ mod tests {
     /// Always the cheapest edge that may go, all edges priced anew each time.
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
         while collapse.n_vertices > vertices {
-            collapse.fill_queue(usize::MAX);
-            let mut edges: Vec<(f32, Edge)> = std::iter::from_fn(|| collapse.queue.pop(f32::INFINITY)).collect();
-            edges.sort_by(|x, y| x.0.total_cmp(&y.0));
-            let gone = edges.iter().any(|(_, edge)| collapse.try_collapse(edge.ends[0], edge.ends[1]));
-            assert!(gone);
+            collapse.price();
+            let price = |&[u, v]: &[u32; 2]| collapse.pair(u, v).placement().2;
+            let of = |u: u32| collapse.ring(u).iter().filter(move |&&v| v > u).map(move |&v| [u, v]);
+            let mut edges: Vec<[u32; 2]> =
+                collapse.living().flat_map(of).filter(|&[_, v]| !collapse.is_apex(v)).collect();
+            edges.sort_by(|x, y| price(x).total_cmp(&price(y)));
+            assert!(edges.iter().any(|&[u, v]| collapse.try_collapse(u, v)));
         }
     }
 
     #[test]
-    fn the_queue_is_as_good_as_pricing_all_edges_each_time() {
+    fn rounds_are_as_good_as_pricing_all_edges_each_time() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::open_cylinder(20, 12)] {
             let error = |collapse: &Collapse| -> f64 {
                 collapse.living().map(|v| f64::from(collapse.nodes[v as usize].quadric.c)).sum()
             };
-            let (mut by_queue, mut naive) = (begin(&mesh).1, begin(&mesh).1);
-            by_queue.run(Limit { vertices: 60, faces: usize::MAX });
+            let (mut in_rounds, mut naive) = (begin(&mesh).1, begin(&mesh).1);
+            in_rounds.run(Limit { vertices: 60, faces: usize::MAX });
             naive_run(&mut naive, 60);
-            let (by_queue, naive) = (error(&by_queue), error(&naive));
-            assert!(by_queue < 1.2 * naive, "{by_queue} {naive}");
+            let (in_rounds, naive) = (error(&in_rounds), error(&naive));
+            assert!(in_rounds < 1.2 * naive, "{in_rounds} {naive}");
         }
     }
 }

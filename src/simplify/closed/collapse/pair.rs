@@ -3,20 +3,17 @@
 //! What merges cost is computed for several edges side by side, the same operations in the same order for each, so that
 //! an edge has the same price to the bit however many stand beside it.
 
-use std::ops::{Add, Div, Mul, Range, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Quadric;
-use crate::linalg::{Isa, RowKernel};
 
-use super::links::Span;
+use super::links::{Span, WIDTH};
 use crate::simplify::closed::placement::Placement;
 
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
-pub(super) const REACH: f64 = 2.0;
-/// Edges that are priced side by side.
-pub(super) const SIDE_BY_SIDE: usize = 8;
+const REACH: f64 = 2.0;
 
 /// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.
 #[derive(Clone, Copy, Default)]
@@ -28,8 +25,8 @@ pub(super) struct Node {
     pub quadric: LocalQuadric,
     /// Where its neighbours are listed.
     pub ring: Span,
-    /// Grows with every merge; tells an edge that its price is old.
-    pub version: u32,
+    /// The neighbour that it is to be merged with; none (`u32::MAX`) where it may not go.
+    pub partner: u32,
 }
 
 impl Node {
@@ -40,7 +37,7 @@ impl Node {
             Some(a) => LocalQuadric { a, ..LocalQuadric::default() },
             None => LocalQuadric::new(&placed.quadric(v), position),
         };
-        Self { position, quadric, ring, version: 0 }
+        Self { position, quadric, ring, partner: u32::MAX }
     }
 }
 
@@ -108,8 +105,13 @@ impl Pair {
     /// The minimum, if it lies near enough to the edge, and its value.
     #[inline(always)]
     fn minimum_within_reach(&self) -> Option<(DVec3, f64)> {
-        let middle = self.other * 0.5;
-        self.sum.minimum().filter(|(x, _)| x.distance_squared(middle) <= REACH * REACH * self.other.length_squared())
+        self.sum.minimum().filter(|(x, _)| self.is_within_reach(*x))
+    }
+
+    /// Whether a merged vertex may lie at `x`, from the first end.
+    #[inline(always)]
+    pub(super) fn is_within_reach(&self, x: DVec3) -> bool {
+        x.distance_squared(self.other * 0.5) <= REACH * REACH * self.other.length_squared()
     }
 
     /// The best of what else comes into question: the two ends and the middle.
@@ -142,55 +144,23 @@ impl Pair {
     }
 }
 
-/// What merging the ends of an edge costs.
-#[inline(always)]
-pub(super) fn price(u: &Node, v: &Node) -> f32 {
-    prices_of([(u, v)])[0]
-}
-
-/// What merging the ends of each of these edges costs.
-pub(super) fn prices(nodes: &[Node], edges: &[[u32; 2]]) -> Vec<f32> {
-    Isa::best().matrix(&Prices { nodes, edges }, edges.len(), 1).into_data()
-}
-
-struct Prices<'a> {
-    nodes: &'a [Node],
-    edges: &'a [[u32; 2]],
-}
-
-impl RowKernel for Prices<'_> {
-    /// Products are not fused, so that every processor finds the same prices.
-    #[inline(always)]
-    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let pair = |&[u, v]: &[u32; 2]| (&self.nodes[u as usize], &self.nodes[v as usize]);
-        let edges = &self.edges[rows];
-        let (whole, rest) = edges.as_chunks::<SIDE_BY_SIDE>();
-        for (edges, out) in whole.iter().zip(out.chunks_exact_mut(SIDE_BY_SIDE)) {
-            out.copy_from_slice(&prices_of(std::array::from_fn::<_, SIDE_BY_SIDE, _>(|i| pair(&edges[i]))));
-        }
-        let done = edges.len() - rest.len();
-        rest.iter().zip(&mut out[done..]).for_each(|(edge, out)| *out = prices_of([pair(edge)])[0]);
-    }
-}
-
 /// Numbers side by side.
 #[derive(Clone, Copy)]
-struct Lanes<const N: usize>([f64; N]);
+struct Lanes([f64; WIDTH]);
 
-impl<const N: usize> Lanes<N> {
-    #[inline(always)]
-    fn of(get: impl Fn(usize) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f64::from(get(i))))
-    }
-
+impl Lanes {
     #[inline(always)]
     fn all(x: f64) -> Self {
-        Self([x; N])
+        Self([x; WIDTH])
     }
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        let mut out = [0.0; WIDTH];
+        for i in 0..WIDTH {
+            out[i] = f(self.0[i], other.0[i]);
+        }
+        Self(out)
     }
 
     /// The lesser of each two; the first where one is not a number.
@@ -202,7 +172,7 @@ impl<const N: usize> Lanes<N> {
 
 macro_rules! by_lane {
     ($($operation:ident $method:ident $operator:tt),*) => {$(
-        impl<const N: usize> $operation for Lanes<N> {
+        impl $operation for Lanes {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -215,7 +185,7 @@ by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
 /// Product of the symmetric matrix with upper triangle `a` and `x`.
 #[inline(always)]
-fn times<const N: usize>(a: &[Lanes<N>; 6], x: [Lanes<N>; 3]) -> [Lanes<N>; 3] {
+fn times(a: &[Lanes; 6], x: [Lanes; 3]) -> [Lanes; 3] {
     [
         a[0] * x[0] + a[1] * x[1] + a[2] * x[2],
         a[1] * x[0] + a[3] * x[1] + a[4] * x[2],
@@ -224,46 +194,75 @@ fn times<const N: usize>(a: &[Lanes<N>; 6], x: [Lanes<N>; 3]) -> [Lanes<N>; 3] {
 }
 
 #[inline(always)]
-fn dot<const N: usize>(x: [Lanes<N>; 3], y: [Lanes<N>; 3]) -> Lanes<N> {
+fn dot(x: [Lanes; 3], y: [Lanes; 3]) -> Lanes {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
-/// The cost of [`Pair::placement`] for each of these pairs, every case of it computed for all.
-#[inline(always)]
-pub(super) fn prices_of<const N: usize>(pairs: [(&Node, &Node); N]) -> [f32; N] {
-    let all = Lanes::<N>::all;
-    let difference = |k: usize| Lanes::of(|i| pairs[i].1.position[k] - pairs[i].0.position[k]);
-    let other: [Lanes<N>; 3] = std::array::from_fn(difference);
-    let quadric_of_v = |k: usize| Lanes::of(|i| pairs[i].1.quadric.a[k]);
-    let of_v: [Lanes<N>; 6] = std::array::from_fn(quadric_of_v);
-    let there = times(&of_v, other);
-    let b_of_v: [Lanes<N>; 3] = std::array::from_fn(|k| Lanes::of(|i| pairs[i].1.quadric.b[k]));
-    let both: [Lanes<N>; 3] = std::array::from_fn(|k| there[k] + b_of_v[k] + b_of_v[k]);
-    let a: [Lanes<N>; 6] = std::array::from_fn(|k| Lanes::of(|i| pairs[i].0.quadric.a[k]) + of_v[k]);
-    let b: [Lanes<N>; 3] = std::array::from_fn(|k| Lanes::of(|i| pairs[i].0.quadric.b[k]) + (b_of_v[k] + there[k]));
-    let c = Lanes::of(|i| pairs[i].0.quadric.c) + (Lanes::of(|i| pairs[i].1.quadric.c) + dot(both, other));
+/// One number of each of these vertices.
+macro_rules! lanes {
+    ($nodes:ident, $($field:tt)+) => {{
+        let mut out = [0.0; WIDTH];
+        for i in 0..WIDTH {
+            out[i] = f64::from($nodes[i].$($field)+);
+        }
+        Lanes(out)
+    }};
+}
 
-    let [xx, xy, xz, yy, yz, zz] = a;
+/// The cost of [`Pair::placement`] for `u` and each of these neighbours, every case of it computed for all.
+#[inline(always)]
+pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
+    let all = |x: f32| Lanes::all(f64::from(x));
+    let from = [u.position.x, u.position.y, u.position.z];
+    let other = [
+        lanes!(others, position.x) - all(from[0]),
+        lanes!(others, position.y) - all(from[1]),
+        lanes!(others, position.z) - all(from[2]),
+    ];
+    let of_v = [
+        lanes!(others, quadric.a[0]),
+        lanes!(others, quadric.a[1]),
+        lanes!(others, quadric.a[2]),
+        lanes!(others, quadric.a[3]),
+        lanes!(others, quadric.a[4]),
+        lanes!(others, quadric.a[5]),
+    ];
+    let b_of_v = [lanes!(others, quadric.b[0]), lanes!(others, quadric.b[1]), lanes!(others, quadric.b[2])];
+    let c_of_v = lanes!(others, quadric.c);
+    let there = times(&of_v, other);
+    let both = [there[0] + b_of_v[0] + b_of_v[0], there[1] + b_of_v[1] + b_of_v[1], there[2] + b_of_v[2] + b_of_v[2]];
+    let own = &u.quadric;
+    let [xx, xy, xz] = [all(own.a[0]) + of_v[0], all(own.a[1]) + of_v[1], all(own.a[2]) + of_v[2]];
+    let [yy, yz, zz] = [all(own.a[3]) + of_v[3], all(own.a[4]) + of_v[4], all(own.a[5]) + of_v[5]];
+    let b = [
+        all(own.b[0]) + (b_of_v[0] + there[0]),
+        all(own.b[1]) + (b_of_v[1] + there[1]),
+        all(own.b[2]) + (b_of_v[2] + there[2]),
+    ];
+    let c = all(own.c) + (c_of_v + dot(both, other));
+
     let (c0, c1, c2) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
     let determinant = xx * c0 + xy * c1 + xz * c2;
     let adjugate = [c0, c1, c2, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy];
     let scaled = times(&adjugate, b);
-    let lowest = (c - dot(b, scaled) / determinant).zip(all(0.0), f64::max);
+    let lowest = (c - dot(b, scaled) / determinant).zip(Lanes::all(0.0), f64::max);
     let trace = xx + yy + zz;
-    let least_determinant = all(Quadric::SINGULAR) * trace * trace * trace;
-    let half = all(0.5) * determinant;
-    let from_middle: [Lanes<N>; 3] = std::array::from_fn(|k| scaled[k] - other[k] * half);
-    let reach = all(REACH) * determinant;
+    let least_determinant = Lanes::all(Quadric::SINGULAR) * trace * trace * trace;
+    let half = Lanes::all(0.5) * determinant;
+    let from_middle = [scaled[0] - other[0] * half, scaled[1] - other[1] * half, scaled[2] - other[2] * half];
+    let reach = Lanes::all(REACH) * determinant;
     let within = reach * reach * dot(other, other) - dot(from_middle, from_middle);
 
-    let (curvature, slope) = (dot(times(&a, other), other), dot(b, other));
-    let gone = curvature - all(2.0) * slope + c;
-    let middle = all(0.25) * curvature - slope + c;
+    let (curvature, slope) = (dot(times(&[xx, xy, xz, yy, yz, zz], other), other), dot(b, other));
+    let gone = curvature - Lanes::all(2.0) * slope + c;
+    let middle = Lanes::all(0.25) * curvature - slope + c;
     let best_other = c.min(gone).min(middle);
-    std::array::from_fn(|i| {
-        let has_minimum = determinant.0[i] > least_determinant.0[i] && within.0[i] >= 0.0;
-        (if has_minimum { lowest.0[i] } else { best_other.0[i] }) as f32
-    })
+    let mut prices = [0.0; WIDTH];
+    for i in 0..WIDTH {
+        let has_minimum = (determinant.0[i] > least_determinant.0[i]) & (within.0[i] >= 0.0);
+        prices[i] = (if has_minimum { lowest.0[i] } else { best_other.0[i] }) as f32;
+    }
+    prices
 }
 
 #[cfg(test)]
@@ -286,11 +285,13 @@ mod tests {
             let nodes = nodes(&surface);
             let edges: Vec<[u32; 2]> = surface.faces.iter().map(|&[a, b, _]| [a, b]).collect();
             let scale: f32 = nodes.iter().map(|node| node.quadric.a[0] + node.quadric.a[3] + node.quadric.a[5]).sum();
-            for (&[u, v], price_of_many) in edges.iter().zip(prices(&nodes, &edges)) {
+            for &[u, v] in &edges {
                 let (u, v) = (&nodes[u as usize], &nodes[v as usize]);
-                assert_eq!(price(u, v).to_bits(), price_of_many.to_bits());
                 let naive = Pair::new(u, v).placement().2 as f32;
-                assert!((price_of_many - naive).abs() <= 1e-4 * naive + 1e-9 * scale, "{price_of_many} {naive}");
+                let prices = prices_around(u, [u, v, u, v, v, u, v, v]);
+                let of_v = [prices[1], prices[3], prices[4], prices[6], prices[7]];
+                assert!(of_v.iter().all(|price| price.to_bits() == of_v[0].to_bits()));
+                assert!((of_v[0] - naive).abs() <= 1e-4 * naive + 1e-9 * scale, "{} {naive}", of_v[0]);
             }
         }
     }

@@ -1,0 +1,268 @@
+//! The order of a collapse: rounds over the vertices as they lie in memory, at prices that rise from round to round.
+//!
+//! Every vertex knows what it costs to merge it with each of its neighbours, and with whom that costs least. A round visits the vertices
+//! whose least price is among the lowest of all, half as many as merges are left to do and each once, so that it ends where the order
+//! of the prices would. A merged vertex is priced at once, side by side with all of its neighbours, and they are told. No queue is
+//! kept: who is among the lowest is found by a look at one number per vertex.
+
+use crate::linalg::{Isa, Work};
+
+use super::links::WIDTH;
+use super::pair::{Node, prices_around};
+use super::{Collapse, End, Limit, NONE, merges_to};
+
+/// An edge that may not go now is tried again at so many times its price.
+const PATIENCE: f32 = 1.5;
+/// Merges that are left to do, for each vertex that a round visits.
+const MERGES_PER_VISIT: usize = 2;
+/// Vertices whose prices are looked at together.
+const CHUNK: usize = 16;
+/// Vertices whose prices stand for all.
+const SAMPLES: usize = 2048;
+/// Samples below the price of a round, at least; where there would be fewer, the prices of all vertices are looked at.
+const LEAST_SAMPLES: usize = 16;
+
+/// Pricing all edges, as work that is compiled for the instructions at hand.
+struct PriceAll<'a>(&'a mut Collapse);
+
+impl Work for PriceAll<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.price_all();
+    }
+}
+
+/// A round, as work that is compiled for the instructions at hand.
+struct Round<'a> {
+    collapse: &'a mut Collapse,
+    limit: Limit,
+    most: f32,
+    at_most: usize,
+}
+
+impl Work for Round<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let most = self.collapse.choose_turn(self.most, self.at_most);
+        self.collapse.visit_all(self.limit, most);
+    }
+}
+
+impl Collapse {
+    /// Collapses down to the limit or until no edge may go.
+    pub(super) fn run_to(&mut self, limit: Limit) -> End {
+        if !self.is_priced {
+            self.price();
+        }
+        self.turn_forbidden = false;
+        let mut last_merge = 0.0f32;
+        while !self.reached(limit) {
+            let before = self.n_vertices;
+            let to_do = self.merges_to(limit);
+            let most = price_of_round(to_do, [&*self]);
+            if most == f32::INFINITY || self.all_were_tried(most, last_merge) {
+                return match (self.holds.is_some(), self.turn_forbidden) {
+                    (true, _) => End::Held,
+                    (_, true) => End::WouldTurn,
+                    _ => End::Smallest,
+                };
+            }
+            self.round(limit, most, to_do);
+            if self.n_vertices < before {
+                last_merge = most.max(f32::MIN_POSITIVE);
+                self.turn_forbidden = false;
+            }
+        }
+        End::Reached
+    }
+
+    /// The merges without which this limit is not reached.
+    fn merges_to(&self, limit: Limit) -> usize {
+        let (n_vertices, n_faces) = self.size();
+        merges_to(limit, n_vertices, n_faces)
+    }
+
+    /// Whether rounds up to `most` have tried every edge since the last merge, which was in a round up to `last_merge`: a vertex
+    /// that has tried all of its edges in vain begins anew at [`PATIENCE`] times the price.
+    fn all_were_tried(&self, most: f32, last_merge: f32) -> bool {
+        const TWICE: f32 = PATIENCE * PATIENCE;
+        most > last_merge * TWICE && most > self.highest() * TWICE
+    }
+
+    /// The highest price of an edge that may go.
+    fn highest(&self) -> f32 {
+        let blocks = self.living().flat_map(|v| self.nodes[v as usize].ring.blocks());
+        let prices = blocks.flat_map(|block| self.links.prices(block)).copied();
+        prices.filter(|price| *price < f32::INFINITY).fold(0.0, f32::max)
+    }
+
+    /// Prices all edges that may go.
+    pub(super) fn price(&mut self) {
+        Isa::best().run(PriceAll(self));
+        self.is_priced = true;
+    }
+
+    /// Visits the vertices whose least price is at most `most`, or the cheapest `at_most` of them, until the limit.
+    pub(super) fn round(&mut self, limit: Limit, most: f32, at_most: usize) {
+        Isa::best().run(Round { collapse: self, limit, most, at_most });
+    }
+
+    /// How many vertices have a price of at most `most`.
+    pub(super) fn n_up_to(&self, most: f32) -> usize {
+        self.least.iter().filter(|price| **price <= most).count()
+    }
+
+    #[inline(always)]
+    fn price_all(&mut self) {
+        for u in 0..self.n_inner as u32 {
+            if self.merged[u as usize] == u && !self.is_frozen(u) {
+                self.price_around(u);
+            }
+        }
+    }
+
+    /// Chooses the vertices whose turn it is; returns up to which price.
+    #[inline(always)]
+    fn choose_turn(&mut self, most: f32, at_most: usize) -> f32 {
+        let (turn, least) = (&mut self.turn, &self.least);
+        turn.clear();
+        for (prices, first) in least.chunks(CHUNK).zip((0..).step_by(CHUNK)) {
+            if prices.iter().fold(false, |any, price| any | (*price <= most)) {
+                turn.extend((first..).zip(prices).filter(|(_, price)| **price <= most).map(|(u, _)| u));
+            }
+        }
+        if turn.len() <= at_most {
+            return most;
+        }
+        let price = |u: &u32| least[*u as usize];
+        turn.select_nth_unstable_by(at_most, |u, v| price(u).total_cmp(&price(v)).then(u.cmp(v)));
+        turn.truncate(at_most);
+        turn.sort_unstable();
+        turn.iter().map(price).fold(0.0, f32::max)
+    }
+
+    #[inline(always)]
+    fn visit_all(&mut self, limit: Limit, most: f32) {
+        let turn = std::mem::take(&mut self.turn);
+        for &u in &turn {
+            self.visit(u, most);
+            if self.reached(limit) {
+                break;
+            }
+        }
+        self.turn = turn;
+    }
+
+    /// Merges `u` with the neighbour that costs least, if one at this price at most may be merged with it.
+    #[inline(always)]
+    fn visit(&mut self, u: u32, most: f32) {
+        while self.least[u as usize] <= most {
+            let v = self.nodes[u as usize].partner;
+            if self.try_merge(u, v) {
+                return;
+            }
+            self.choose_next(u, v, most);
+        }
+    }
+
+    /// Merges `v` into `u` if that may be done, and prices what has changed.
+    #[inline(always)]
+    pub(super) fn try_merge(&mut self, u: u32, v: u32) -> bool {
+        let done = self.try_collapse(u, v);
+        if done {
+            self.least[v as usize] = f32::INFINITY;
+            self.price_around(u);
+            self.tell_neighbors(u, v);
+        }
+        done
+    }
+
+    /// Prices `u` with all its neighbours, and chooses the one that costs least.
+    #[inline(always)]
+    fn price_around(&mut self, u: u32) {
+        let ring = self.nodes[u as usize].ring;
+        for (i, block) in ring.blocks().enumerate() {
+            let ends = *self.links.block(block);
+            let n = ring.len() - i * WIDTH;
+            let mut prices = if self.is_plain() {
+                let node = |i: usize| &self.nodes[if i < n { ends[i] } else { u } as usize];
+                prices_around(&self.nodes[u as usize], std::array::from_fn(node))
+            } else {
+                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price_held(u, w) })
+            };
+            for (price, w) in prices.iter_mut().zip(ends) {
+                let may_go = !self.is_apex(w) && !self.is_frozen(w) && *price < f32::INFINITY;
+                *price = if may_go { *price } else { f32::INFINITY };
+            }
+            *self.links.prices_mut(block) = prices;
+        }
+        self.choose(u);
+    }
+
+    /// Chooses the neighbour that it costs least to merge `u` with.
+    #[inline(always)]
+    fn choose(&mut self, u: u32) {
+        (self.least[u as usize], self.nodes[u as usize].partner) = self.links.cheapest(self.nodes[u as usize].ring);
+    }
+
+    /// Tells the neighbours of `u`, into which `gone` was merged, what it costs to merge them with it.
+    #[inline(always)]
+    fn tell_neighbors(&mut self, u: u32, gone: u32) {
+        for block in self.nodes[u as usize].ring.blocks() {
+            let (ends, prices) = (*self.links.block(block), *self.links.prices(block));
+            for (w, price) in ends.into_iter().zip(prices) {
+                // Behind the last neighbour stands what is no vertex either.
+                if self.is_apex(w) || self.is_frozen(w) {
+                    continue;
+                }
+                let Node { partner, ring, .. } = self.nodes[w as usize];
+                self.links.set_price(ring, u, price);
+                if price <= self.least[w as usize] {
+                    (self.least[w as usize], self.nodes[w as usize].partner) = (price, u);
+                } else if partner == u || partner == gone {
+                    self.choose(w);
+                }
+            }
+        }
+    }
+
+    /// Chooses the neighbour that is to be tried after `tried`: the next one by its price, and after the last the first one
+    /// again, at more than `most`.
+    #[inline(never)]
+    fn choose_next(&mut self, u: u32, tried: u32, most: f32) {
+        let blocks = self.nodes[u as usize].ring.blocks();
+        let edges = blocks.flat_map(|block| self.links.prices(block).iter().zip(self.links.block(block)));
+        let mut edges: Vec<(f32, u32)> = edges.map(|(&price, &w)| (price, w)).collect();
+        edges.retain(|(price, _)| *price < f32::INFINITY);
+        edges.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        let after = edges.iter().position(|&(_, w)| w == tried).map_or(0, |at| at + 1);
+        let level = self.least[u as usize];
+        let next = match (edges.get(after), edges.first()) {
+            (Some(&(price, w)), _) => (price.max(level), w),
+            (None, Some(&(_, w))) => (level.max(most).max(f32::MIN_POSITIVE) * PATIENCE, w),
+            (None, None) => (f32::INFINITY, NONE),
+        };
+        (self.least[u as usize], self.nodes[u as usize].partner) = next;
+    }
+}
+
+/// The price up to which a round takes vertices where so many merges are left to do: about half as many vertices have it at
+/// most, towards the end as many.
+pub(super) fn price_of_round<'a>(to_do: usize, parts: impl IntoIterator<Item = &'a Collapse> + Clone) -> f32 {
+    let n_all: usize = parts.clone().into_iter().map(|part| part.least.len()).sum();
+    let step = (n_all / SAMPLES).max(1);
+    let of_samples = to_do / MERGES_PER_VISIT / step;
+    let (step, nth) = if of_samples < LEAST_SAMPLES { (1, to_do) } else { (step, of_samples) };
+    let mut prices: Vec<f32> = Vec::with_capacity(n_all / step + 1);
+    for part in parts {
+        prices.extend(part.least.iter().step_by(step).filter(|price| **price < f32::INFINITY));
+    }
+    match prices.len() {
+        0 => f32::INFINITY,
+        n => *prices.select_nth_unstable_by(nth.clamp(1, n) - 1, f32::total_cmp).1,
+    }
+}
