@@ -185,3 +185,132 @@ fn attributes_of_another_mesh_are_refused() {
     let result = simplify_input(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
+
+/// A square of n x n quads at these heights.
+fn terrain(n: u32, height: impl Fn(f32, f32) -> f32) -> TriMesh {
+    let flat = shapes::grid(n, n);
+    let positions = flat.positions().iter().map(|&[x, y, _]| [x, y, height(x, y)]).collect();
+    TriMesh::new(positions, flat.faces().to_vec()).unwrap()
+}
+
+/// Values at the vertices of a mesh as a channel of its own.
+fn at_vertices(mesh: &TriMesh, role: Role, width: usize, value: impl Fn(Vec3) -> Vec<f32>) -> Attributes {
+    let values = mesh.positions().iter().flat_map(|&p| value(p.into())).collect();
+    let channels = vec![Channel { name: "values".into(), role, width, values }];
+    Attributes { wedges: mesh.faces().to_vec(), channels, groups: Vec::new() }
+}
+
+/// Root mean square of the differences between a first number, blended over the faces of a result, and what is meant there.
+fn error(result: &TriMesh, numbers: impl Fn(usize) -> [f32; 3], meant: impl Fn(Vec3) -> f32) -> f32 {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (f, face) in result.faces().iter().enumerate() {
+        let [a, b, c] = face.map(|v| Vec3::from(result.positions()[v as usize]));
+        let area = (b - a).cross(c - a).length();
+        for i in 0..6 {
+            for j in 0..6 - i {
+                let weights = [i, j, 5 - i - j].map(|x| (x as f32 + 1.0 / 3.0) / 6.0);
+                let place = a * weights[0] + b * weights[1] + c * weights[2];
+                let blended: f32 = numbers(f).iter().zip(weights).map(|(x, w)| x * w).sum();
+                sum += area * (blended - meant(place)).powi(2);
+                n += area;
+            }
+        }
+    }
+    (sum / n).sqrt()
+}
+
+/// The first number at the corners of a face.
+fn at_corners(attributes: &Attributes, f: usize) -> [f32; 3] {
+    attributes.wedges[f].map(|wedge| attributes.channels[0].of(wedge)[0])
+}
+
+fn rough(x: f32, y: f32) -> f32 {
+    (1..8)
+        .map(|k| (k as f32 * (9.0 * x + 5.0 * y)).sin() * (k as f32 * (4.0 * y - 7.0 * x) + 2.0).cos() / k as f32)
+        .sum::<f32>()
+        * 0.04
+}
+
+#[test]
+fn the_border_of_a_rough_terrain_stays_straight() {
+    let mesh = terrain(80, rough);
+    for ratio in [0.3, 0.1] {
+        let result = simplified(&mesh, &Attributes::default(), &Options::new(Target::Ratio(ratio)));
+        let border = edges(&result.mesh).into_iter().filter(|edge| edge.n_faces() == 1).flat_map(|edge| edge.ends);
+        let off = |v: u32| {
+            let [x, y, _] = result.mesh.positions()[v as usize];
+            [x, 1.0 - x, y, 1.0 - y].into_iter().map(f32::abs).fold(f32::INFINITY, f32::min)
+        };
+        let worst = border.map(off).fold(0.0, f32::max);
+        assert!(worst < 2e-3, "{ratio} {worst}");
+    }
+}
+
+#[test]
+fn values_are_fitted_over_the_faces() {
+    let mesh = terrain(60, |x, y| 0.3 * (5.0 * x).sin() * (4.0 * y).cos());
+    let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
+    for (role, width) in [(Role::Colour, 3), (Role::Uv, 2)] {
+        let attributes = at_vertices(&mesh, role, width, |p| vec![meant(p); width]);
+        let options = Options { map: true, ..Options::new(Target::Vertices(150)) };
+        let result = simplified(&mesh, &attributes, &options);
+        let map = result.map.unwrap();
+        let nearest = |f: usize| {
+            let at = |k: usize| {
+                let values = at_corners(&attributes, map.corner_faces[f][k] as usize);
+                values.iter().zip(map.corner_weights[f][k]).map(|(x, w)| x * w).sum()
+            };
+            [at(0), at(1), at(2)]
+        };
+        let fitted = error(&result.mesh, |f| at_corners(&result.attributes, f), meant);
+        let nearest = error(&result.mesh, nearest, meant);
+        assert!(fitted < 0.85 * nearest, "{role:?} {fitted} {nearest}");
+    }
+}
+
+#[test]
+fn values_of_vertices_that_stay_are_those_of_the_input() {
+    let mesh = terrain(40, rough);
+    let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
+    let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
+    let subset = Options { subset: true, ..Options::new(Target::Ratio(0.2)) };
+    let locked = Options { lock_borders: true, ..Options::new(Target::Ratio(0.2)) };
+    for options in [subset, locked] {
+        let result = simplified(&mesh, &attributes, &options);
+        let is_inner = |p: Vec3| options.lock_borders && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
+        for (face, wedges) in result.mesh.faces().iter().zip(&result.attributes.wedges) {
+            for (&v, &wedge) in face.iter().zip(wedges) {
+                let p = Vec3::from(result.mesh.positions()[v as usize]);
+                assert!(is_inner(p) || result.attributes.channels[0].of(wedge)[0] == meant(p));
+            }
+        }
+    }
+}
+
+#[test]
+fn vertices_stay_where_colours_change() {
+    let mesh = shapes::grid(60, 60);
+    let meant = |p: Vec3| (4.0 * ((p.x - 0.5).powi(2) + (p.y - 0.5).powi(2)).sqrt() - 0.6).clamp(0.0, 1.0);
+    let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
+    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(80)));
+    let error = error(&result.mesh, |f| at_corners(&result.attributes, f), meant);
+    assert!(error < 0.03, "{error}");
+}
+
+#[test]
+fn small_charts_do_not_hold_what_is_around_them() {
+    // 674 charts of 30 faces each: they meet by threes at twice as many corners, more than the vertices asked for.
+    let mesh = shapes::icosphere(5);
+    let cell = |p: Vec3| p.to_array().map(|x| (x * 6.0).round() as i32);
+    let centre = |face: &[u32; 3]| face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>() / 3.0;
+    let mut cells: Vec<[i32; 3]> = mesh.faces().iter().map(|face| cell(centre(face))).collect();
+    let groups = cells.clone();
+    cells.sort_unstable();
+    cells.dedup();
+    let groups = groups.iter().map(|cell| cells.binary_search(cell).unwrap() as u32).collect();
+    let attributes = Attributes { groups, ..Attributes::default() };
+    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(800)));
+    assert!(topology(&result.mesh).is_closed_manifold());
+    let left: BTreeSet<u32> = result.attributes.groups.iter().copied().collect();
+    assert_eq!((result.report.outcome, left.len()), (Outcome::Reached, cells.len()));
+}

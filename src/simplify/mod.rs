@@ -86,7 +86,8 @@ pub fn simplify(
 /// and vertices may count more than others.
 ///
 /// Seams stay seams: no face of the result mixes two groups, or the two sides of an edge where the values jump. The values at
-/// a corner are those of the original at the nearest point on the corner's side. The paper's assembly carries nothing.
+/// a corner are those of the original at the nearest point on the corner's side; texture coordinates and colours are then fitted, so
+/// that what the faces blend between their corners is nearest to the original's. The paper's assembly carries nothing.
 ///
 /// # Errors
 /// As [`simplify`]; [`SimplifyError::BadInput`] where attributes or importance are not those of the mesh.

@@ -3,7 +3,8 @@
 //! Every face of the result comes of one face of the original, whose corners lie in the three regions; so it belongs to that
 //! face's group, and lies on its side of every seam. Around a vertex, faces that meet over edges that are no seams share a
 //! wedge. The values of a wedge are those of the original at the point nearest to the vertex, looked for on the wedge's
-//! side: from the faces that the wedge comes of, over edges that are no seams.
+//! side: from the faces that the wedge comes of, over edges that are no seams. Texture coordinates and colours are then fitted
+//! over the faces (`values`).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,6 +17,7 @@ use crate::mesh::{Attributes, Channel, Role, TriMesh};
 use super::faces_around::FacesAround;
 use super::features::Features;
 use super::surface::Surface;
+use super::values::Fit;
 
 const NONE: u32 = u32::MAX;
 /// Squared distance over that of the nearest face so far, up to which a search for the nearest goes on from a face.
@@ -98,13 +100,14 @@ impl Corners {
         self.wedges[f as usize][corner]
     }
 
-    /// What the corners carry when the output vertices are at `positions`; `mesh` is what the surface was made of.
+    /// What the corners carry when the output vertices are at `positions`; `mesh` is what the surface was made of. At vertices
+    /// that stay, and where all vertices are the mesh's, the values are the original's.
     pub fn attributes(
         self,
         (mesh, surface): (&TriMesh, &Surface),
         features: &Features,
         attributes: &Attributes,
-        positions: &[Vec3],
+        (positions, stays): (&[Vec3], &[bool]),
     ) -> (Attributes, CornerMap) {
         let group = |wedges: &[u32; 3]| {
             let first = self.origins[wedges[0] as usize].first();
@@ -123,8 +126,18 @@ impl Corners {
             .collect();
         let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
         let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
-        let channels: Vec<Channel> =
-            attributes.channels.iter().map(|channel| carried(channel, &attributes.wedges, &places)).collect();
+        let of_wedges = (self.wedges.as_slice(), self.vertices.as_slice());
+        let fit = || Fit::new(&original, of_wedges, &places, positions, stays);
+        let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour);
+        let fit = (!features.subset && attributes.channels.iter().any(is_fitted)).then(fit);
+        let channel = |channel: &Channel| {
+            let nearest = carried(channel, &attributes.wedges, &places);
+            match &fit {
+                Some(fit) if is_fitted(channel) => fit.values(nearest, channel, &attributes.wedges),
+                _ => nearest,
+            }
+        };
+        let channels: Vec<Channel> = attributes.channels.iter().map(channel).collect();
         let wedges = if channels.is_empty() { Vec::new() } else { self.wedges };
         (Attributes { wedges, channels, groups }, CornerMap { faces, weights })
     }
@@ -164,7 +177,7 @@ fn faces_they_came_of(surface: &Surface, vertex_of: &[u32], faces: &[[u32; 3]]) 
 }
 
 /// For each corner of the surface's faces which corner of the mesh's it is: some faces are wound the other way.
-fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
+pub(super) fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
     let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
         corners.map(|v| before.iter().position(|&w| w == surface.source(v)).unwrap_or(0) as u8)
     };
@@ -173,13 +186,15 @@ fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
 
 /// A point of the original: a face and weights of the corners that it has in the mesh.
 #[derive(Clone, Copy)]
-struct Place {
-    face: u32,
-    weights: [f32; 3],
+pub(super) struct Place {
+    /// The face.
+    pub face: u32,
+    /// The weights of its corners.
+    pub weights: [f32; 3],
 }
 
 /// The original, walked over.
-struct Original<'a> {
+pub(super) struct Original<'a> {
     surface: &'a Surface,
     /// Which corner of the mesh each corner of the surface is, n_faces x 3.
     orders: Vec<[u8; 3]>,
@@ -190,7 +205,7 @@ struct Original<'a> {
 impl Original<'_> {
     /// The point nearest to `p` among the faces that a search from `starts` meets, which goes on from the nearest faces as long
     /// as they lie hardly farther than the best: a corner or an edge may be nearest on several faces before the next is nearer.
-    fn place(&self, p: Vec3, starts: &[u32]) -> Place {
+    pub fn place(&self, p: Vec3, starts: &[u32]) -> Place {
         let mut met: Vec<u32> = Vec::new();
         let mut open: Vec<(f32, Place)> = Vec::new();
         let mut best = (f32::INFINITY, Place { face: starts.first().copied().unwrap_or(0), weights: [1.0 / 3.0; 3] });

@@ -4,7 +4,7 @@
 //! to cut the surface. So centroids of input faces are sent to the output face that they lie over, and the output
 //! vertices move toward where the weighted squared heights over the faces are smallest: each in the direction of
 //! its own 3 x 3 system, all by the length that is best for them together. A step that turns a face or does not pay
-//! is not taken.
+//! is not taken, and none at a border: heights over the faces say nothing about where the surface ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -154,6 +154,8 @@ fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[V
     let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
     let fixed = (0..output.fixed.len()).filter(|&v| output.fixed[v]);
     fixed.for_each(|v| after[v] = output.positions[v]);
+    let border = border_vertices(output, around);
+    border.into_iter().for_each(|v| after[v as usize] = output.positions[v as usize]);
     let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
     let mut turned: Vec<u32> = (0..output.faces.len() as u32).into_par_iter().filter(|f| turns(f, &after)).collect();
     while !turned.is_empty() {
@@ -168,6 +170,13 @@ fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[V
         turned = back.iter().flat_map(|&v| around.faces(v)).filter(|f| turns(f, &after)).collect();
     }
     after
+}
+
+/// The vertices of the borders, but for those of the cut of a half.
+fn border_vertices(output: &Output, around: &FacesAround) -> Vec<u32> {
+    let is_cut = |a: u32, b: u32| output.on_plane.is_some_and(|on_plane| on_plane.has(a) && on_plane.has(b));
+    let sides = output.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    sides.filter(|&[a, b]| around.along(b, a).is_none() && !is_cut(a, b)).flatten().collect()
 }
 
 /// Whether a face turns too far when its corners go to where they are `after`.

@@ -4,11 +4,11 @@
 //! The two make a manifold where no edge but those of the cut joins two vertices of the plane: every other such edge would
 //! coincide with its own image. The half begins so, and no merge and no flip makes such an edge.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::geometry::triangle::area_normal;
 
-use super::surface::Surface;
+use super::surface::{Surface, outer};
 
 /// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +106,7 @@ impl OnPlane {
             let normal = area_normal(face.map(|v| surface.positions[v as usize]));
             let double_area = normal.length();
             if double_area > 0.0 {
-                let plane = self.with_image(normal, 1.0 / (6.0 * double_area));
+                let plane = self.with_image(outer(normal, 1.0 / (6.0 * double_area)));
                 let corners = face.iter().filter(|&&v| self.has(v));
                 corners.for_each(|&v| sums[v as usize].iter_mut().zip(plane).for_each(|(sum, x)| *sum += x));
             }
@@ -124,20 +124,19 @@ impl OnPlane {
         }
     }
 
-    /// Adds the planes that stand on borders of the whole mesh, where these meet the plane, and their images.
+    /// Adds the lines along borders of the whole mesh, where these meet the plane, and their images.
     fn add_borders(&self, surface: &Surface, sums: &mut [[f32; 6]]) {
         let borders = if sums.is_empty() { Vec::new() } else { surface.rings.apex_faces() };
         for [a, b, _] in borders.into_iter().filter(|&[a, b, _]| self.has(a) != self.has(b)) {
             let v = if self.has(a) { a } else { b };
-            let (across, weight) = surface.plane_on_border([a, b]);
-            sums[v as usize].iter_mut().zip(self.with_image(across, weight)).for_each(|(sum, x)| *sum += x);
+            let line = self.with_image(surface.line_along_border([a, b]));
+            sums[v as usize].iter_mut().zip(line).for_each(|(sum, x)| *sum += x);
         }
     }
 
-    /// Upper triangle of `weight n n'` and of the same of n's image.
-    fn with_image(&self, n: Vec3, weight: f32) -> [f32; 6] {
-        let m = n * (2.0 * weight);
-        self.without_slant([m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z])
+    /// The sum of a quadric and its image, upper triangles.
+    fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
+        self.without_slant(quadric.map(|x| 2.0 * x))
     }
 
     /// Lets the solutions of the systems of the vertices, an upper triangle and a right side each, stay on the plane.

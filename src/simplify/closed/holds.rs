@@ -1,6 +1,7 @@
 //! What holds a collapse back beside the topology: curves that stay, vertices that stay where they are.
 //!
-//! A curve loses a vertex only to its neighbour along the curve; its ends and branchings stay in place. A vertex of a curve
+//! A curve loses a vertex only to its neighbour along the curve; its ends stay in place, and branchings too, but that two of
+//! them become one where nothing is left of the curve between. A vertex of a curve
 //! never meets another one across the surface, and no face between two curves goes with its last two edges: nothing that
 //! lies between curves is lost.
 
@@ -50,20 +51,24 @@ impl Holds {
         let pinned = |w: u32, along: &[u32]| self.fixed[w as usize] || !matches!(along.len(), 0 | 2);
         let height = self.on_plane.as_ref().and_then(|on_plane| on_plane.height(u, v, pair.other()));
         match (pinned(u, of_u), pinned(v, of_v)) {
+            (true, true) if self.are_branchings([u, v]) && of_u.contains(&v) => Some(best_end(pair)),
             (true, true) => None,
             (true, false) if height.is_some_and(|_| !self.is_on_plane(u)) => None,
             (false, true) if height.is_some_and(|_| !self.is_on_plane(v)) => None,
             (true, false) => Some(pair.at(Place::Kept)),
             (false, true) => Some(pair.at(Place::Gone)),
-            (false, false) if self.ends_only => {
-                let ends = [Place::Kept, Place::Gone].map(|place| pair.at(place));
-                ends.into_iter().min_by(|x, y| x.2.total_cmp(&y.2))
-            }
+            (false, false) if self.ends_only => Some(best_end(pair)),
             (false, false) => match (height, &self.on_plane) {
                 (Some(height), Some(on_plane)) => Some(pair.placement_at(on_plane.axis(), height)),
                 _ => Some(pair.placement()),
             },
         }
+    }
+
+    /// Whether curves branch at all of these, which nothing else holds in place.
+    fn are_branchings(&self, vertices: [u32; 2]) -> bool {
+        let branches = |v: u32| self.of(v).len() > 2 && !self.is_fixed(v) && !self.is_on_plane(v);
+        vertices.into_iter().all(branches)
     }
 
     /// What stays on the plane of a half.
@@ -116,4 +121,10 @@ impl Holds {
     fn of(&self, v: u32) -> &[u32] {
         self.along.get(&v).map_or(&[], Vec::as_slice)
     }
+}
+
+/// The cheaper one of the two ends, as a place for the merged vertex.
+fn best_end(pair: &Pair) -> (Place, DVec3, f64) {
+    let [kept, gone] = [Place::Kept, Place::Gone].map(|place| pair.at(place));
+    if gone.2 < kept.2 { gone } else { kept }
 }

@@ -24,6 +24,7 @@ mod separate;
 mod surface;
 mod uneven;
 mod unfold;
+mod values;
 
 use std::ops::ControlFlow;
 
@@ -59,7 +60,7 @@ const COARSE: usize = 15;
 /// Share of the samples that are darts; the rest is for cutting regions that cost too much.
 const DARTS: f64 = 0.9;
 /// How much an edge that stays counts against the surface: weight of the plane that stands on it.
-const EDGE_WEIGHT: f32 = 3.0;
+const EDGE_WEIGHT: f32 = 0.3;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 
@@ -235,9 +236,11 @@ fn begin<'a>(
     let wanted = request.differentiable;
     let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
     enter("collapse")?;
-    let collapse = if wanted || holds.is_some() {
+    let of_colours = |attributes| collapse::of_colours((mesh, &surface), &features, &assignment, &placed, attributes);
+    let colours = request.keep.attributes.map(of_colours).unwrap_or_default();
+    let collapse = if wanted || holds.is_some() || !colours.is_empty() {
         let mut collapse = Collapse::new(&placed, &quotient.rings);
-        (collapse.history, collapse.holds) = (wanted.then(Vec::new), holds);
+        (collapse.history, collapse.holds, collapse.colours) = (wanted.then(Vec::new), holds, colours);
         collapse
     } else {
         Collapse::toward(request.limit, &placed, &quotient.rings)
@@ -289,9 +292,12 @@ fn finished(
         on_plane: on_plane.as_ref(),
     };
     let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
+    let is_on_plane = |x: usize| on_plane.as_ref().is_some_and(|on_plane| on_plane.has(x as u32));
+    let is_fixed = |x: usize| fixed.get(x).is_some_and(|&fixed| fixed);
+    let stays: Vec<bool> = (0..positions.len()).map(|x| is_fixed(x) || is_on_plane(x)).collect();
     let carried = corners.zip(attributes);
-    let carried =
-        carried.map(|(corners, attributes)| corners.attributes((mesh, surface), features, attributes, &positions));
+    let carried = carried
+        .map(|(corners, attributes)| corners.attributes((mesh, surface), features, attributes, (&positions, &stays)));
     let (attributes, corner_map) = carried.unzip();
     let attributes = attributes.unwrap_or_default();
     let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();

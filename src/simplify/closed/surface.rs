@@ -9,8 +9,9 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::shares::{cut, shares};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
-/// How much a border counts against the surface: weight of the plane that stands on a border edge.
-pub(super) const BORDER_WEIGHT: f32 = 10.0;
+/// How much a border counts against the surface: weight of the squared distance from the line along a border edge at either
+/// end, over the edge's squared length.
+pub(super) const BORDER_WEIGHT: f32 = 3.0;
 
 /// Vertices that a thread takes at once.
 const PARALLEL: usize = 4096;
@@ -78,7 +79,7 @@ impl Surface {
             mesh.positions().par_iter().with_min_len(PARALLEL).map(|&p| scale.normalise(p)).collect();
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
         let (normals, mut quadrics) = face_sums(&positions, &faces);
-        add_border_planes(&positions, &rings, &normals, &mut quadrics);
+        add_border_lines(&positions, &rings, &mut quadrics);
         support_weightless(&mut quadrics);
         let faces = faces.into_owned();
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, copies }
@@ -91,9 +92,9 @@ impl Surface {
         }
     }
 
-    /// The plane that stands on an edge of a border: its unit normal, and what it weighs.
-    pub fn plane_on_border(&self, edge: [u32; 2]) -> (Vec3, f32) {
-        plane_on(edge, BORDER_WEIGHT * 0.5, &self.positions, &self.normals)
+    /// The quadric of the line along an edge of a border, an upper triangle.
+    pub fn line_along_border(&self, edge: [u32; 2]) -> [f32; 6] {
+        line_along(edge, &self.positions)
     }
 
     /// Lets every vertex count by as much more, n_vertices positive factors.
@@ -183,28 +184,32 @@ fn add_faces(
     }
 }
 
-/// Planes that stand on the border edges, so that a border keeps its curve.
-fn add_border_planes(positions: &[Vec3], rings: &OneRings, normals: &[Vec3], quadrics: &mut [[f32; 6]]) {
+/// Lines along the border edges, so that a border keeps its curve; planes that stand on them would do where the surface is
+/// smooth, but lean over where it is rough.
+fn add_border_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
     if rings.n_apexes() == 0 {
         return;
     }
     for [w, v, _] in rings.apex_faces() {
-        stand_plane_on([v, w], BORDER_WEIGHT * 0.5, positions, normals, quadrics);
+        let line = line_along([v, w], positions);
+        [v, w].into_iter().for_each(|end| add(&mut quadrics[end as usize], &line));
     }
+}
+
+/// The weighted squared distance from the line along an edge, an upper triangle.
+fn line_along([a, b]: [u32; 2], positions: &[Vec3]) -> [f32; 6] {
+    let edge = positions[b as usize] - positions[a as usize];
+    let mut line = outer(edge, -BORDER_WEIGHT);
+    [0, 3, 5].into_iter().for_each(|diagonal| line[diagonal] += BORDER_WEIGHT * edge.length_squared());
+    line
 }
 
 /// Adds the plane that stands on an edge, `weight` times its squared length, to both ends.
 fn stand_plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[Vec3], quadrics: &mut [[f32; 6]]) {
-    let (across, weight) = plane_on([a, b], weight, positions, normals);
-    let plane = outer(across, weight);
-    [a, b].into_iter().for_each(|v| add(&mut quadrics[v as usize], &plane));
-}
-
-/// The normal of the plane that stands on an edge, and `weight` times the edge's squared length.
-fn plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[Vec3]) -> (Vec3, f32) {
     let edge = positions[b as usize] - positions[a as usize];
     let across = edge.cross(normals[a as usize] + normals[b as usize]).normalize_or_zero();
-    (across, weight * edge.length_squared())
+    let plane = outer(across, weight * edge.length_squared());
+    [a, b].into_iter().for_each(|v| add(&mut quadrics[v as usize], &plane));
 }
 
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.
@@ -224,7 +229,7 @@ pub(super) fn least_weight(total: f64, n_vertices: usize) -> f64 {
 }
 
 /// Upper triangle of `weight n n'`.
-fn outer(n: Vec3, weight: f32) -> [f32; 6] {
+pub(super) fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     let m = n * weight;
     [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
 }

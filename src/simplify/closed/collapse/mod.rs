@@ -9,6 +9,7 @@
 //! (`blocks`), side by side and each within the cache.
 
 mod at_height;
+mod attribute_quadrics;
 mod blocks;
 mod half;
 mod links;
@@ -24,6 +25,7 @@ use crate::mesh::OneRings;
 use super::half::OnPlane;
 use super::holds::Holds;
 use super::placement::Placement;
+pub(super) use attribute_quadrics::{AttributeQuadrics, of_colours};
 use links::{Links, Span};
 use pair::{LocalQuadric, Node};
 pub(super) use pair::{Pair, Place};
@@ -58,6 +60,8 @@ pub(super) struct Collapse {
     /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
     begun: Vec<u32>,
     turn_forbidden: bool,
+    /// What merges cost the colours at the corners, if there are any.
+    pub colours: AttributeQuadrics,
     /// What holds it back beside the topology.
     pub holds: Option<Holds>,
     /// The merges in order, where they are to be remembered.
@@ -189,6 +193,7 @@ impl Collapse {
             frozen: Vec::new(),
             begun: Vec::new(),
             turn_forbidden: false,
+            colours: AttributeQuadrics::default(),
             holds: None,
             history: None,
         }
@@ -269,8 +274,18 @@ impl Collapse {
         }
     }
 
+    /// Whether nothing but the quadrics of the nodes says what a merge costs.
+    #[inline(always)]
+    fn is_plain(&self) -> bool {
+        self.holds.is_none() && self.colours.is_empty()
+    }
+
     fn pair(&self, u: u32, v: u32) -> Pair {
-        Pair::new(&self.nodes[u as usize], &self.nodes[v as usize])
+        let mut pair = Pair::new(&self.nodes[u as usize], &self.nodes[v as usize]);
+        if !self.colours.is_empty() {
+            pair.sum += self.colours.cost([u, v], pair.other());
+        }
+        pair
     }
 
     /// What merging `u` and `v` costs where something holds it back; infinite where they have to stay two.
@@ -305,9 +320,13 @@ impl Collapse {
         self.history.iter_mut().for_each(|history| history.push(Merge { kept: u, gone: v, place }));
         self.merge(u, v, opposite);
         self.holds.iter_mut().for_each(|holds| holds.merge(u, v, place));
+        let [kept, gone] = [u, v].map(|w| &self.nodes[w as usize]);
+        let step = x - kept.position;
+        let planes = if self.colours.is_empty() { pair.sum } else { Pair::new(kept, gone).sum };
+        self.colours.merge([u, v], pair.other(), step.as_dvec3());
         let node = &mut self.nodes[u as usize];
         // About the position as it was rounded.
-        node.quadric = LocalQuadric::new(&pair.sum, x - node.position);
+        node.quadric = LocalQuadric::new(&planes, step);
         node.position = x;
         self.positions[u as usize] = x;
         true

@@ -188,12 +188,11 @@ impl Collapse {
         for (i, block) in ring.blocks().enumerate() {
             let ends = *self.links.block(block);
             let n = ring.len() - i * WIDTH;
-            let mut prices = match &self.holds {
-                None => {
-                    let node = |i: usize| &self.nodes[if i < n { ends[i] } else { u } as usize];
-                    prices_around(&self.nodes[u as usize], std::array::from_fn(node))
-                }
-                Some(_) => ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price_held(u, w) }),
+            let mut prices = if self.is_plain() {
+                let node = |i: usize| &self.nodes[if i < n { ends[i] } else { u } as usize];
+                prices_around(&self.nodes[u as usize], std::array::from_fn(node))
+            } else {
+                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price_held(u, w) })
             };
             for (price, w) in prices.iter_mut().zip(ends) {
                 let may_go = !self.is_apex(w) && !self.is_frozen(w) && *price < f32::INFINITY;

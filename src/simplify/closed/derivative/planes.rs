@@ -1,15 +1,15 @@
 //! Plane quadrics of the input's vertices as a function of the positions, in double precision, with derivative.
 //!
-//! What `surface` gathers in `f32`: a third of every face's plane to each of its corners, planes that stand on border
+//! What `surface` gathers in `f32`: a third of every face's plane to each of its corners, lines along border
 //! edges, and a small weight for vertices that have none. Which vertices have none, and that weight, are constant.
 
 use glam::{DMat3, DVec3};
 
-use super::algebra::{area_normal_backward, outer, trace, unit_backward};
+use super::algebra::{area_normal_backward, outer, trace};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::surface::{BORDER_WEIGHT, Surface, least_weight};
 
-/// The faces and border edges whose planes count.
+/// The faces and border edges that count.
 pub(super) struct Planes {
     /// Faces of the input, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
@@ -27,8 +27,6 @@ pub(super) struct Planes {
 pub(super) struct Gathered {
     /// Area normals of the faces, n_faces.
     normals: Vec<DVec3>,
-    /// Their sums at the vertices, n_vertices; empty where there is no border.
-    sums: Vec<DVec3>,
     /// The quadrics' matrices, n_vertices.
     pub matrices: Vec<DMat3>,
 }
@@ -58,62 +56,34 @@ impl Planes {
                 face.iter().for_each(|&v| matrices[v as usize] += plane);
             }
         }
-        let sums = self.normal_sums(&normals, positions.len());
         for &[w, v] in &self.borders {
-            let (edge, across) = across(positions, &sums, [w, v]);
-            let unit = across.normalize_or_zero();
-            let plane = outer(unit, unit) * (BORDER_SHARE * edge.length_squared());
-            matrices[w as usize] += plane;
-            matrices[v as usize] += plane;
+            let edge = positions[w as usize] - positions[v as usize];
+            let line = (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BORDER_WEIGHT);
+            matrices[w as usize] += line;
+            matrices[v as usize] += line;
         }
         self.weightless.iter().for_each(|&v| matrices[v as usize] += DMat3::IDENTITY * self.support);
         matrices.iter_mut().zip(&self.importance).for_each(|(matrix, &factor)| *matrix *= factor);
-        Gathered { normals, sums, matrices }
-    }
-
-    fn normal_sums(&self, normals: &[DVec3], n_vertices: usize) -> Vec<DVec3> {
-        if self.borders.is_empty() {
-            return Vec::new();
-        }
-        let mut sums = vec![DVec3::ZERO; n_vertices];
-        for (face, &normal) in self.faces.iter().zip(normals) {
-            face.iter().for_each(|&v| sums[v as usize] += normal);
-        }
-        sums
+        Gathered { normals, matrices }
     }
 
     /// Adds to `to_positions` what gradients to the matrices (symmetric) come to.
     pub fn backward(&self, positions: &[DVec3], at: &Gathered, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
-        let mut to_sums = vec![DVec3::ZERO; at.sums.len()];
         for &[w, v] in &self.borders {
-            let both = gradient(w) + gradient(v);
-            let to = border_backward(positions, &at.sums, [w, v], &both);
-            to_positions[w as usize] += to.edge;
-            to_positions[v as usize] -= to.edge;
-            [w, v].into_iter().for_each(|v| {
-                to_sums[v as usize] += unit_backward(at.sums[v as usize], to.normals);
-            });
+            let edge = positions[w as usize] - positions[v as usize];
+            let to_edge = line_backward(edge, &(gradient(w) + gradient(v)));
+            to_positions[w as usize] += to_edge;
+            to_positions[v as usize] -= to_edge;
         }
         for (face, &normal) in self.faces.iter().zip(&at.normals) {
             let of_planes: DMat3 = face.iter().map(|&v| gradient(v)).sum();
-            let of_sums: DVec3 = face.iter().filter_map(|&v| to_sums.get(v as usize)).sum();
-            let to_normal = plane_backward(normal, &of_planes) + of_sums;
+            let to_normal = plane_backward(normal, &of_planes);
             let to_corners = area_normal_backward(face.map(|v| positions[v as usize]), to_normal);
             face.iter().zip(to_corners).for_each(|(&v, to)| to_positions[v as usize] += to);
         }
     }
-}
-
-/// Weight of a border edge's plane over its squared length.
-const BORDER_SHARE: f64 = 0.5 * BORDER_WEIGHT as f64;
-
-/// A border edge, and the normal of the plane that stands on it, of any length.
-fn across(positions: &[DVec3], sums: &[DVec3], [w, v]: [u32; 2]) -> (DVec3, DVec3) {
-    let edge = positions[w as usize] - positions[v as usize];
-    let normals = sums[v as usize].normalize_or_zero() + sums[w as usize].normalize_or_zero();
-    (edge, edge.cross(normals))
 }
 
 /// Derivative of `N N' / (6 |N|)` to the area normal N.
@@ -127,18 +97,7 @@ fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     }
 }
 
-/// Gradients to a border edge (its first end less its second) and to the unit normal of either end.
-struct ToBorder {
-    edge: DVec3,
-    normals: DVec3,
-}
-
-fn border_backward(positions: &[DVec3], sums: &[DVec3], ends: [u32; 2], gradient: &DMat3) -> ToBorder {
-    let (edge, across) = across(positions, sums, ends);
-    let [w, v] = ends.map(|v| sums[v as usize].normalize_or_zero());
-    let unit = across.normalize_or_zero();
-    let weight = BORDER_SHARE * edge.length_squared();
-    let to_across = unit_backward(across, *gradient * unit * (2.0 * weight));
-    let stretch = edge * (2.0 * BORDER_SHARE * unit.dot(*gradient * unit));
-    ToBorder { edge: stretch + (v + w).cross(to_across), normals: to_across.cross(edge) }
+/// Derivative of the quadric of the line along a border edge, `e'e I - e e'` times its weight.
+fn line_backward(edge: DVec3, gradient: &DMat3) -> DVec3 {
+    (edge * trace(gradient) - *gradient * edge) * (2.0 * f64::from(BORDER_WEIGHT))
 }

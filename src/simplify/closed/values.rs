@@ -1,0 +1,164 @@
+//! Values at the corners of the result, in least squares: what its faces blend between their corners comes as near as can be to
+//! the values of the original there.
+//!
+//! The value at the place nearest to a vertex is right at the vertex alone. As with positions (`fit`), the best values for the
+//! faces are others: those that minimise the squared difference from the original over the faces, each number for itself.
+//! The original is looked up at a few places of each face, on the face's side of every seam.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::mesh::{Channel, same_values};
+
+use super::corners::{Original, Place, blend};
+
+/// Places in a face, as weights of its corners, and what each of them counts: exact for polynomials of the fourth degree
+/// (Dunavant 1985, "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
+const PLACES: [([f32; 3], f32); 6] = [
+    ([0.108_103, 0.445_948_5, 0.445_948_5], 0.223_382),
+    ([0.445_948_5, 0.108_103, 0.445_948_5], 0.223_382),
+    ([0.445_948_5, 0.445_948_5, 0.108_103], 0.223_382),
+    ([0.816_848, 0.091_576, 0.091_576], 0.109_952),
+    ([0.091_576, 0.816_848, 0.091_576], 0.109_952),
+    ([0.091_576, 0.091_576, 0.816_848], 0.109_952),
+];
+/// Weight of the value at the place nearest to the vertex against those over the faces.
+const STAY: f32 = 0.02;
+/// Steps toward the minimum; each leaves at most two thirds of what is missing.
+const STEPS: usize = 12;
+/// Length of a step, over that of Jacobi's: the system's eigenvalues, over its diagonal, lie between a half and two.
+const DAMPED: f32 = 0.7;
+
+/// The result's faces over the original.
+pub(super) struct Fit<'a> {
+    /// The wedges of the faces' corners, n_faces x 3.
+    wedges: &'a [[u32; 3]],
+    /// The output vertex of each wedge.
+    vertices: &'a [u32],
+    /// Where on the original the places of the faces lie.
+    places: Vec<[Place; PLACES.len()]>,
+    /// Twice the areas of the faces.
+    areas: Vec<f32>,
+    /// Whether the values of each vertex stay what they are.
+    stays: &'a [bool],
+}
+
+impl<'a> Fit<'a> {
+    /// Looks the places up, from those of the wedges; the output vertices lie at `positions`.
+    pub fn new(
+        original: &Original,
+        (wedges, vertices): (&'a [[u32; 3]], &'a [u32]),
+        of_wedges: &[Place],
+        positions: &[Vec3],
+        stays: &'a [bool],
+    ) -> Self {
+        let corners = |wedges: &[u32; 3]| wedges.map(|wedge| positions[vertices[wedge as usize] as usize]);
+        let look_up = |wedges: &[u32; 3]| {
+            let starts = wedges.map(|wedge| of_wedges[wedge as usize].face);
+            let [a, b, c] = corners(wedges);
+            PLACES.map(|(at, _)| original.place(a * at[0] + b * at[1] + c * at[2], &starts))
+        };
+        let double_area = |wedges: &[u32; 3]| {
+            let [a, b, c] = corners(wedges);
+            (b - a).cross(c - a).length()
+        };
+        let places = wedges.par_iter().map(look_up).collect();
+        Self { wedges, vertices, places, areas: wedges.iter().map(double_area).collect(), stays }
+    }
+
+    /// The channel with the best values for the faces, or as it is where something is no number; `nearest` has those at the
+    /// places nearest to the vertices, `original` the original's, at its `wedges`.
+    pub fn values(&self, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
+        let meant = self.meant(original, wedges);
+        if nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
+            return nearest;
+        }
+        let one = self.ones(&nearest);
+        let mut values = nearest.values.clone();
+        let diagonal = self.diagonal(&one);
+        for _ in 0..STEPS {
+            self.step(&mut values, &nearest, (&meant, &one, &diagonal));
+        }
+        keep_within(&mut values, original);
+        Channel { values, ..nearest }
+    }
+
+    /// What the original's values are at the places, n_faces x 6 x width.
+    fn meant(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
+        let mut meant = vec![0.0; self.places.len() * PLACES.len() * original.width];
+        let places = self.places.as_flattened().par_iter();
+        meant.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
+            let corners = wedges[place.face as usize].map(|wedge| original.of(wedge));
+            blend(original.role, corners, place.weights, out);
+        });
+        meant
+    }
+
+    /// For each wedge the first one at its vertex that has the same values: what is one value stays one.
+    fn ones(&self, channel: &Channel) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        order.sort_by_key(|&wedge| self.vertices[wedge as usize]);
+        let mut one = vec![0; order.len()];
+        for around in order.chunk_by(|&w, &x| self.vertices[w as usize] == self.vertices[x as usize]) {
+            for (n_before, &wedge) in around.iter().enumerate() {
+                let is_same = |other: u32| same_values(channel.role, channel.of(wedge), channel.of(other));
+                let mut before = around[..n_before].iter().copied();
+                one[wedge as usize] = before.find(|&w| one[w as usize] == w && is_same(w)).unwrap_or(wedge);
+            }
+        }
+        one
+    }
+
+    /// The diagonal of the system: what each wedge's own share weighs.
+    fn diagonal(&self, one: &[u32]) -> Vec<f32> {
+        let mut diagonal = vec![0.0; one.len()];
+        for (wedges, area) in self.wedges.iter().zip(&self.areas) {
+            for (at, weight) in PLACES {
+                (0..3).for_each(|k| diagonal[one[wedges[k] as usize] as usize] += area * weight * at[k] * at[k]);
+            }
+        }
+        diagonal
+    }
+
+    /// One damped step of Jacobi's.
+    fn step(&self, values: &mut [f32], nearest: &Channel, (meant, one, diagonal): (&[f32], &[u32], &[f32])) {
+        let width = nearest.width;
+        let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
+        rest.chunks_exact_mut(width)
+            .zip(diagonal)
+            .for_each(|(row, weight)| row.iter_mut().for_each(|x| *x *= STAY * weight));
+        let meant = meant.chunks_exact(PLACES.len() * width);
+        for ((wedges, area), meant) in self.wedges.iter().zip(&self.areas).zip(meant) {
+            let rows = wedges.map(|wedge| one[wedge as usize] as usize * width);
+            for ((at, weight), meant) in PLACES.into_iter().zip(meant.chunks_exact(width)) {
+                for (i, meant) in meant.iter().enumerate() {
+                    let now: f32 = (0..3).map(|k| at[k] * values[rows[k] + i]).sum();
+                    let missing = area * weight * (meant - now);
+                    (0..3).for_each(|k| rest[rows[k] + i] += at[k] * missing);
+                }
+            }
+        }
+        for wedge in 0..one.len() {
+            let first = one[wedge] as usize;
+            if !self.stays[self.vertices[wedge] as usize] && diagonal[first] > 0.0 && first == wedge {
+                let length = DAMPED / (diagonal[first] * (1.0 + STAY));
+                (0..width).for_each(|i| values[wedge * width + i] += length * rest[wedge * width + i]);
+            }
+        }
+        (0..one.len()).filter(|&wedge| one[wedge] as usize != wedge).for_each(|wedge| {
+            let first = one[wedge] as usize * width;
+            values.copy_within(first..first + width, wedge * width);
+        });
+    }
+}
+
+/// Keeps each number between the least and the largest of the original.
+fn keep_within(values: &mut [f32], original: &Channel) {
+    let width = original.width;
+    for i in 0..width {
+        let of_original = original.values.iter().skip(i).step_by(width).filter(|x| x.is_finite());
+        let (low, high) =
+            of_original.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        values.iter_mut().skip(i).step_by(width).for_each(|x| *x = x.max(low).min(high));
+    }
+}
