@@ -203,7 +203,7 @@ impl<'a> Star<'a> {
         for &(point, beside) in points {
             let to_faces = |corners| nearest_point(point, corners).distance(point);
             let [was, is] = [now, then].map(|vertex| self.with(vertex).map(to_faces).fold(beside, f32::min));
-            if is > was {
+            if is > was + ROUNDING {
                 (before, after) = (before.max(was), after.max(is));
             }
         }
@@ -330,7 +330,7 @@ impl Mend<'_> {
         let others = self.faces_at(&diamond.corners, &diamond.faces);
         for point in self.beneath.points(&diamond.corners) {
             let [there, then] = [old, new].map(|pair| self.distance(point, &pair));
-            if then > there {
+            if then > there + ROUNDING {
                 let beside = self.distance(point, &others);
                 before = before.max(there.min(beside));
                 after = after.max(then.min(beside));
@@ -406,13 +406,13 @@ mod tests {
     #[test]
     fn a_fold_in_a_plane_is_mended() {
         let surface = Surface::new(&shapes::grid(8, 8));
-        // Vertex 3 lies within the triangle of the others, so that the second face looks down.
-        let corners = [[0u32, 0], [8, 0], [4, 8], [4, 2]].map(|[i, j]| 9 * i + j);
+        // Vertex 3 lies within the first face, so that the second one looks down.
+        let corners = [[0u32, 4], [8, 4], [4, 8], [4, 6], [4, 0]].map(|[i, j]| 9 * i + j);
         let mut positions = corners.map(|v| surface.positions[v as usize]);
         let vertex_of: Vec<u32> = (0..surface.n_vertices() as u32)
             .map(|v| corners.iter().position(|&c| c == v).unwrap_or(0) as u32)
             .collect();
-        let mut faces = vec![[0, 1, 2], [1, 0, 3]];
+        let mut faces = vec![[0, 1, 2], [1, 0, 3], [3, 0, 4], [1, 3, 4]];
         let mut mend = || {
             let mut folded =
                 Folded { positions: &mut positions, faces: &mut faces, corners: None, fixed: &[], on_plane: None };

@@ -230,11 +230,7 @@ impl Links {
 /// Where a number stands among eight, a bit for each place.
 #[inline(always)]
 fn places_of(block: &[u32; WIDTH], number: u32) -> u8 {
-    let mut places = 0;
-    for i in 0..WIDTH {
-        places |= u8::from(block[i] == number) << i;
-    }
-    places
+    block.iter().enumerate().fold(0, |places, (i, &w)| places | u8::from(w == number) << i)
 }
 
 #[cfg(test)]

@@ -157,8 +157,8 @@ impl Lanes {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut out = [0.0; WIDTH];
-        for i in 0..WIDTH {
-            out[i] = f(self.0[i], other.0[i]);
+        for ((out, x), y) in out.iter_mut().zip(self.0).zip(other.0) {
+            *out = f(x, y);
         }
         Self(out)
     }
@@ -202,8 +202,8 @@ fn dot(x: [Lanes; 3], y: [Lanes; 3]) -> Lanes {
 macro_rules! lanes {
     ($nodes:ident, $($field:tt)+) => {{
         let mut out = [0.0; WIDTH];
-        for i in 0..WIDTH {
-            out[i] = f64::from($nodes[i].$($field)+);
+        for (out, node) in out.iter_mut().zip($nodes) {
+            *out = f64::from(node.$($field)+);
         }
         Lanes(out)
     }};
@@ -258,9 +258,9 @@ pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
     let middle = Lanes::all(0.25) * curvature - slope + c;
     let best_other = c.min(gone).min(middle);
     let mut prices = [0.0; WIDTH];
-    for i in 0..WIDTH {
+    for (i, price) in prices.iter_mut().enumerate() {
         let has_minimum = (determinant.0[i] > least_determinant.0[i]) & (within.0[i] >= 0.0);
-        prices[i] = (if has_minimum { lowest.0[i] } else { best_other.0[i] }) as f32;
+        *price = (if has_minimum { lowest.0[i] } else { best_other.0[i] }) as f32;
     }
     prices
 }
