@@ -8,6 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::geometry::triangle::area_normal;
 use crate::mesh::{Channel, same_values};
 
 use super::corners::{Original, Place, blend};
@@ -58,10 +59,7 @@ impl<'a> Fit<'a> {
             let [a, b, c] = corners(wedges);
             PLACES.map(|(at, _)| original.place(a * at[0] + b * at[1] + c * at[2], &starts))
         };
-        let double_area = |wedges: &[u32; 3]| {
-            let [a, b, c] = corners(wedges);
-            (b - a).cross(c - a).length()
-        };
+        let double_area = |wedges: &[u32; 3]| area_normal(corners(wedges)).length();
         let places = wedges.par_iter().map(look_up).collect();
         Self { wedges, vertices, places, areas: wedges.iter().map(double_area).collect(), stays }
     }
