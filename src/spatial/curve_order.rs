@@ -108,9 +108,9 @@ pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> Bounds {
     let (mut low, mut high) = ([[f32::INFINITY; 3]; LANES], [[f32::NEG_INFINITY; 3]; LANES]);
     for points in points.chunks(LANES) {
         for ((low, high), point) in low.iter_mut().zip(&mut high).zip(points) {
-            for k in 0..3 {
-                low[k] = if point[k] < low[k] { point[k] } else { low[k] };
-                high[k] = if point[k] > high[k] { point[k] } else { high[k] };
+            for ((low, high), &x) in low.iter_mut().zip(high).zip(point) {
+                *low = if x < *low { x } else { *low };
+                *high = if x > *high { x } else { *high };
             }
         }
     }

@@ -187,23 +187,38 @@ impl<'a> FaceTree<'a> {
             if distance > best.limit {
                 continue;
             }
-            if above == 0 {
-                self.test_face(self.order[node as usize], p, best);
-                continue;
-            }
             let below = above as usize - 1;
-            let n_below = if below == 0 { self.order.len() } else { self.levels[below - 1].len() };
             let first = node as usize * WIDTH;
             let distances = self.levels[below][node as usize].distances(point);
+            if below == 0 {
+                self.test_faces(first, &distances, p, best);
+                continue;
+            }
+            let n_children = WIDTH.min(self.levels[below - 1].len() - first);
             let start = n_waiting;
-            for (child, &distance) in distances[..WIDTH.min(n_below - first)].iter().enumerate() {
+            for (child, &distance) in distances[..n_children].iter().enumerate() {
                 waiting[n_waiting] = Waiting { distance, above: below as u32, node: (first + child) as u32 };
                 n_waiting += usize::from(distance <= best.limit);
             }
-            let nearest =
-                (start..n_waiting).reduce(|i, j| if waiting[j].distance < waiting[i].distance { j } else { i });
-            if let Some(nearest) = nearest {
+            let nearer = |i: usize, j: usize| if waiting[j].distance < waiting[i].distance { j } else { i };
+            if let Some(nearest) = (start..n_waiting).reduce(nearer) {
                 waiting.swap(nearest, n_waiting - 1);
+            }
+        }
+    }
+
+    /// Tests the triangles under a node that may be nearer, the one of the nearest box first.
+    #[inline(always)]
+    fn test_faces(&self, first: usize, distances: &[f32; WIDTH], p: DVec3, best: &mut Best) {
+        let faces = &self.order[first..self.order.len().min(first + WIDTH)];
+        let nearer = |i: usize, j: usize| if distances[j] < distances[i] { j } else { i };
+        let nearest = (0..faces.len()).reduce(nearer).unwrap_or_default();
+        if distances[nearest] <= best.limit {
+            self.test_face(faces[nearest], p, best);
+            for (child, &face) in faces.iter().enumerate() {
+                if distances[child] <= best.limit && child != nearest {
+                    self.test_face(face, p, best);
+                }
             }
         }
     }
@@ -248,12 +263,11 @@ fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) 
     let step = extent / STEPS * (1.0 + 1e-6);
     let mut node = Node { origin, step, low: [[0; WIDTH]; 3], high: [[0; WIDTH]; 3] };
     let per_unit = if step > 0.0 { 1.0 / step } else { 0.0 };
-    for axis in 0..3 {
-        for child in 0..WIDTH {
-            let steps = |x: f32| (x - origin[axis]) * per_unit;
+    for (axis, origin) in origin.into_iter().enumerate() {
+        for (child, (low, high)) in boxes.iter().enumerate() {
             // Half a step makes the nearest number the next one outside; a hundredth is more than rounding takes away here.
-            node.low[axis][child] = nearest_byte(steps(boxes[child].0[axis]) - 0.51);
-            node.high[axis][child] = nearest_byte(steps(boxes[child].1[axis]) + 0.51);
+            node.low[axis][child] = nearest_byte((low[axis] - origin) * per_unit - 0.51);
+            node.high[axis][child] = nearest_byte((high[axis] - origin) * per_unit + 0.51);
         }
     }
     (node, whole)
@@ -272,14 +286,14 @@ impl Node {
     #[inline(always)]
     fn distances(&self, p: [f32; 3]) -> [f32; WIDTH] {
         let mut distances = [0.0; WIDTH];
-        for axis in 0..3 {
-            let from_origin = p[axis] - self.origin[axis];
-            for child in 0..WIDTH {
+        for (axis, p) in p.into_iter().enumerate() {
+            let from_origin = p - self.origin[axis];
+            for (child, distance) in distances.iter_mut().enumerate() {
                 let below = f32::from(self.low[axis][child]) * self.step - from_origin;
                 let above = from_origin - f32::from(self.high[axis][child]) * self.step;
                 let outside = if below > above { below } else { above };
                 let outside = if outside > 0.0 { outside } else { 0.0 };
-                distances[child] += outside * outside;
+                *distance += outside * outside;
             }
         }
         distances
