@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 /// Vertices from which on another thread pays.
 const LEAST: usize = 20_000;
 
@@ -28,9 +30,47 @@ pub(crate) fn cut<'a, T>(
     parts
 }
 
+/// Adds what there is to say `of` each face, by its index, to the rows of its corners (0, 1, 2). Every vertex takes its faces in their
+/// order, whichever thread it belongs to.
+pub(crate) fn add_faces<T: Send, F>(
+    rows: &mut [T],
+    faces: &[[u32; 3]],
+    of: impl Fn(usize) -> F + Sync,
+    add: impl Fn(&mut T, &F, usize) + Sync,
+) {
+    let shares = shares(rows.len());
+    let is_whole = shares.len() == 1;
+    let parts: Vec<_> = shares.iter().zip(cut(&shares, rows, |v| v + 1)).collect();
+    parts.into_par_iter().for_each(|(share, rows)| {
+        for (f, face) in faces.iter().enumerate() {
+            if is_whole || face.iter().any(|&v| share.contains(&(v as usize))) {
+                let of_face = of(f);
+                for (corner, &v) in face.iter().enumerate() {
+                    if let Some(row) = rows.get_mut((v as usize).wrapping_sub(share.start)) {
+                        add(row, &of_face, corner);
+                    }
+                }
+            }
+        }
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn faces_are_added_in_their_order() {
+        let n = 3 * LEAST as u32;
+        let faces: Vec<[u32; 3]> = (0..n).map(|f| [f, (7 * f + 1) % n, (f * f) % n]).collect();
+        let mut naive = vec![Vec::new(); n as usize];
+        let corners = faces.iter().enumerate().flat_map(|(f, face)| (0..3).map(move |i| (face[i], [f, i])));
+        corners.for_each(|(v, corner)| naive[v as usize].push(corner));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        let mut rows = vec![Vec::new(); n as usize];
+        pool.install(|| add_faces(&mut rows, &faces, |f| f, |row, &f, corner| row.push([f, corner])));
+        assert_eq!(rows, naive);
+    }
 
     #[test]
     fn shares_are_all_vertices_in_order() {

@@ -1,6 +1,9 @@
 //! Which faces use a vertex, and what lies beyond an edge.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+
+use crate::mesh::shares::{add_faces, cut, shares};
 
 /// The faces around each vertex as compressed rows.
 pub(super) struct FacesAround {
@@ -22,17 +25,13 @@ pub(super) struct Corner {
 impl FacesAround {
     /// Sorts `faces` under their `n_vertices` corners.
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Self {
-        let mut starts = vec![0u32; n_vertices + 2];
-        faces.as_flattened().iter().for_each(|&v| starts[v as usize + 2] += 1);
-        (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
+        let mut starts = vec![0u32; n_vertices + 1];
+        add_faces(&mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
+        (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
         let mut rows = vec![Corner::default(); 3 * faces.len()];
-        for (f, &[a, b, c]) in faces.iter().enumerate() {
-            for (v, next) in [(a, b), (b, c), (c, a)] {
-                let slot = &mut starts[v as usize + 1];
-                rows[*slot as usize] = Corner { face: f as u32, next };
-                *slot += 1;
-            }
-        }
+        let shares = shares(n_vertices);
+        let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
+        parts.into_par_iter().for_each(|(share, rows)| fill(rows, &starts[share.clone()], share.start, faces));
         Self { starts, rows, changed: FxHashMap::default() }
     }
 
@@ -73,6 +72,20 @@ impl FacesAround {
         for (v, next) in [(a, b), (b, c), (c, a)] {
             let row = [self.corners(v), &[Corner { face: f, next }]].concat();
             self.changed.insert(v, row);
+        }
+    }
+}
+
+/// Fills the rows of some vertices, from `first` on, whose rows begin at `starts`.
+fn fill(rows: &mut [Corner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
+    let before = starts.first().copied().unwrap_or(0);
+    let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();
+    for (f, &[a, b, c]) in (0u32..).zip(faces) {
+        for (v, next) in [(a, b), (b, c), (c, a)] {
+            if let Some(slot) = slots.get_mut((v as usize).wrapping_sub(first)) {
+                rows[*slot as usize] = Corner { face: f, next };
+                *slot += 1;
+            }
         }
     }
 }

@@ -15,6 +15,8 @@ use super::faces_around::FacesAround;
 use super::facets::{Facets, Place};
 use super::half::OnPlane;
 use super::points::{Match, Points};
+use super::surface::outer;
+use crate::mesh::shares::{add_faces, cut, shares};
 
 /// Weight of staying in place against the points.
 pub(super) const STAY: f32 = 0.01;
@@ -52,11 +54,12 @@ pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut
     let mut matches = history.as_ref().map(|_| Vec::new());
     let mut sums = vec![FaceSums::default(); output.faces.len()];
     points.place(&facets, |found| {
-        found.iter().flatten().for_each(|m| sums[m.place.face as usize].add(m));
+        add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
     let steps = solve(output, &facets, &sums);
-    let after = take_steps(output, &facets, &around, &steps);
+    let border = if points.have_border() { border_vertices(output, &around) } else { Vec::new() };
+    let after = take_steps(output, &facets, &around, &steps, &border);
     if let (Some(history), Some(matches)) = (history, matches) {
         let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
         history.push(Step { matches, moved });
@@ -73,6 +76,19 @@ struct FaceSums {
     heights: [f32; 3],
     /// Products of weights: 00, 11, 22, 01, 12, 20.
     products: [f32; 6],
+}
+
+/// Adds matches to the sums of their faces, in their order whatever the number of threads.
+fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
+    let shares = shares(sums.len());
+    let parts: Vec<_> = shares.iter().zip(cut(&shares, sums, |f| f + 1)).collect();
+    parts.into_par_iter().for_each(|(share, sums)| {
+        for found in found.iter().flatten() {
+            if let Some(sum) = sums.get_mut((found.place.face as usize).wrapping_sub(share.start)) {
+                sum.add(found);
+            }
+        }
+    });
 }
 
 impl FaceSums {
@@ -100,37 +116,42 @@ impl FaceSums {
 /// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays.
 fn solve(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
     let directions = directions(output, facets, sums);
-    let mut gains = vec![[0.0f32; 2]; directions.len()];
-    let mut total = [0.0f64; 2];
-    for (f, (face, sum)) in output.faces.iter().zip(sums).enumerate() {
+    let change = |f: usize| {
         let normal = facets.normal(f as u32);
-        let change = sum.slope_and_curvature(face.map(|v| normal.dot(directions[v as usize])));
-        let whole: f32 = sum.weights.iter().sum();
+        sums[f].slope_and_curvature(output.faces[f].map(|v| normal.dot(directions[v as usize])))
+    };
+    let changes: Vec<[f32; 2]> = (0..sums.len()).into_par_iter().map(change).collect();
+    let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
+    let total = [total(0), total(1)];
+    let mut gains = vec![[0.0f32; 2]; directions.len()];
+    let shares = |f: usize| {
+        let weights = sums[f].weights;
+        let whole: f32 = weights.iter().sum();
         let share = if whole > 0.0 { 1.0 / whole } else { 0.0 };
-        for k in 0..2 {
-            total[k] += f64::from(change[k]);
-            face.iter().zip(sum.weights).for_each(|(&v, w)| gains[v as usize][k] += w * share * change[k]);
-        }
-    }
+        weights.map(|weight| changes[f].map(|change| weight * share * change))
+    };
+    add_faces(&mut gains, output.faces, shares, |gain, shares, corner| {
+        gain.iter_mut().zip(shares[corner]).for_each(|(gain, share)| *gain += share);
+    });
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let pays = |[slope, curvature]: [f32; 2]| 2.0 * slope > length * curvature;
-    directions.iter().zip(gains).map(|(d, gain)| if pays(gain) { *d * length } else { Vec3::ZERO }).collect()
+    let step = |(d, gain): (&Vec3, [f32; 2])| if pays(gain) { *d * length } else { Vec3::ZERO };
+    directions.par_iter().zip(gains).map(step).collect()
 }
 
 /// Each vertex's solution of its own lumped 3 x 3 system.
 fn directions(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
-    for (f, (face, sum)) in output.faces.iter().zip(sums).enumerate() {
-        let n = facets.normal(f as u32);
-        let outer = [n.x * n.x, n.x * n.y, n.x * n.z, n.y * n.y, n.y * n.z, n.z * n.z];
-        for (i, v) in face.iter().enumerate() {
-            let system = &mut systems[*v as usize];
-            system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[i] * x);
-            system[6..].iter_mut().zip(n.to_array()).for_each(|(entry, x)| *entry += sum.heights[i] * x);
-        }
-    }
+    let planes = |f: usize| {
+        let normal = facets.normal(f as u32);
+        (normal, outer(normal, 1.0), &sums[f])
+    };
+    add_faces(&mut systems, output.faces, planes, |system, (normal, outer, sum), corner| {
+        system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
+        system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
+    });
     output.on_plane.iter().for_each(|on_plane| on_plane.confine(&mut systems));
-    systems.iter().map(solve_block).collect()
+    systems.par_iter().map(solve_block).collect()
 }
 
 /// Solution of `(A + STAY tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
@@ -150,12 +171,11 @@ fn solve_block(system: &[f32; 9]) -> Vec3 {
 }
 
 /// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
-fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3]) -> Vec<Vec3> {
+fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3], border: &[u32]) -> Vec<Vec3> {
     let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
     let fixed = (0..output.fixed.len()).filter(|&v| output.fixed[v]);
     fixed.for_each(|v| after[v] = output.positions[v]);
-    let border = border_vertices(output, around);
-    border.into_iter().for_each(|v| after[v as usize] = output.positions[v as usize]);
+    border.iter().for_each(|&v| after[v as usize] = output.positions[v as usize]);
     let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
     let mut turned: Vec<u32> = (0..output.faces.len() as u32).into_par_iter().filter(|f| turns(f, &after)).collect();
     while !turned.is_empty() {
@@ -175,8 +195,8 @@ fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[V
 /// The vertices of the borders, but for those of the cut of a half.
 fn border_vertices(output: &Output, around: &FacesAround) -> Vec<u32> {
     let is_cut = |a: u32, b: u32| output.on_plane.is_some_and(|on_plane| on_plane.has(a) && on_plane.has(b));
-    let sides = output.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    sides.filter(|&[a, b]| around.along(b, a).is_none() && !is_cut(a, b)).flatten().collect()
+    let sides = output.faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    sides.filter(|&[a, b]| around.along(b, a).is_none() && !is_cut(a, b)).flatten_iter().collect()
 }
 
 /// Whether a face turns too far when its corners go to where they are `after`.

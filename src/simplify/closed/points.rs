@@ -99,6 +99,11 @@ impl<'a> Points<'a> {
         }
     }
 
+    /// Whether the original has a border.
+    pub fn have_border(&self) -> bool {
+        self.surface.rings.n_apexes() > 0
+    }
+
     /// Where a point lies.
     pub fn position(&self, point: u32) -> Vec3 {
         centroid(self.surface.faces[point as usize].map(|v| self.surface.positions[v as usize]))

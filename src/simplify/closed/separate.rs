@@ -3,12 +3,15 @@
 use std::hash::BuildHasher;
 
 use glam::Vec3;
+use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::mesh::Frame;
 
 /// Bits per vertex in the table that finds the vertices whose positions may coincide.
 const BITS: usize = 16;
+/// Vertices whose bits are looked up together.
+const BATCH: usize = 16_384;
 
 /// Moves vertices whose written positions coincide apart by the smallest steps that do; returns how many moved.
 ///
@@ -76,13 +79,15 @@ pub(super) fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
     let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);
-    let mut any = 0;
-    for &position in positions {
-        let bit = bit_of(key(frame, position));
-        let mask = 1 << (bit % 64);
-        any |= once[bit / 64] & mask;
-        twice[bit / 64] |= once[bit / 64] & mask;
-        once[bit / 64] |= mask;
+    let (mut any, mut bits) = (0, Vec::new());
+    for positions in positions.chunks(BATCH) {
+        positions.par_iter().map(|&position| bit_of(key(frame, position))).collect_into_vec(&mut bits);
+        for bit in &bits {
+            let mask = 1 << (bit % 64);
+            any |= once[bit / 64] & mask;
+            twice[bit / 64] |= once[bit / 64] & mask;
+            once[bit / 64] |= mask;
+        }
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     let is_doubtful = |key: [u64; 3]| {

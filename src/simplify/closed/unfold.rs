@@ -6,9 +6,11 @@
 //! so that the original's normal nearby decides.
 
 use glam::Vec3;
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
+use crate::mesh::shares::add_faces;
 
 use super::beneath::Beneath;
 use super::corners::Corners;
@@ -226,14 +228,14 @@ fn opposes_all(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround, f: 
 
 /// The faces that look away from the mean normal at one of their corners.
 fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
-    let normal = |face: &[u32; 3]| area_normal(face.map(|v| positions[v as usize]));
+    let normal = |f: usize| area_normal(faces[f].map(|v| positions[v as usize]));
     let mut means = vec![Vec3::ZERO; positions.len()];
-    for face in faces {
-        let normal = normal(face);
-        face.iter().for_each(|&v| means[v as usize] += normal);
-    }
-    let is_folded = |face: &[u32; 3]| face.iter().any(|&v| normal(face).dot(means[v as usize]) < 0.0);
-    (0..faces.len() as u32).filter(|&f| is_folded(&faces[f as usize])).collect()
+    add_faces(&mut means, faces, normal, |mean, normal, _| *mean += normal);
+    let is_folded = |f: &u32| {
+        let normal = normal(*f as usize);
+        faces[*f as usize].iter().any(|&v| normal.dot(means[v as usize]) < 0.0)
+    };
+    (0..faces.len() as u32).into_par_iter().filter(is_folded).collect()
 }
 
 /// Of the faces that were `folded` and those at `touched` vertices, the ones that are.

@@ -14,7 +14,7 @@ use crate::spatial::curve_order;
 use super::links::Links;
 use super::pair::Node;
 use super::rounds::price_of_round;
-use super::{Collapse, Limit, apexes, merges_to};
+use super::{Collapse, Limit, NONE, apexes, merges_to};
 
 /// Vertices of a block.
 const BLOCK: usize = 32_768;
@@ -131,34 +131,52 @@ impl Split {
             None => begun[w as usize],
             Some(apex) => (n_inner + apex) as u32,
         };
-        let nodes_of = |((_, block), numbers): (&(u32, Collapse), &Vec<u32>)| -> (Vec<Node>, Links) {
-            let n_own = block.n_inner as u32;
-            let mut links = Links::with_capacity(block.n_vertices);
-            let node = |v: u32| {
-                let neighbors = block.ring(v).iter();
-                let ring = links.push(neighbors.map(|&w| match w.checked_sub(n_own) {
-                    None => numbers[w as usize],
-                    Some(w) => elsewhere(w),
-                }));
-                Node { ring, partner: super::NONE, ..block.nodes[v as usize] }
-            };
-            (block.living().map(node).collect(), links)
-        };
-        let parts: Vec<(Vec<Node>, Links)> = numbered.par_iter().zip(&numbers).map(nodes_of).collect();
-        drop(numbered);
+        let part = |((_, block), numbers): ((u32, Collapse), &Vec<u32>)| block.part(numbers, elsewhere);
+        let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
         let mut nodes = Vec::with_capacity(n_inner + apexes.len());
-        let mut links = Links::default();
-        for (nodes_of_part, links_of_part) in parts {
-            let n_blocks = links.append(links_of_part);
-            nodes.extend(nodes_of_part.into_iter().map(|node| Node { ring: node.ring.after(n_blocks), ..node }));
+        let mut links = Links::with_capacity(n_inner);
+        let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
+        for part in parts {
+            let n_blocks = links.append(part.links);
+            nodes.extend(part.nodes.into_iter().map(|node| Node { ring: node.ring.after(n_blocks), ..node }));
+            least.extend(part.least);
+            unpriced.extend(part.unpriced);
         }
         nodes.extend(apexes);
         let n_merged = self.order.len() - n_inner;
-        Collapse { begun, ..Collapse::of(nodes, links, n_inner, n_faces - 2 * n_merged) }
+        let whole = Collapse::of(nodes, links, n_inner, n_faces - 2 * n_merged);
+        Collapse { begun, least, unpriced: Some(unpriced), ..whole }
     }
 }
 
+/// What lives of a block, in the numbers of the whole.
+struct Part {
+    nodes: Vec<Node>,
+    links: Links,
+    least: Vec<f32>,
+    /// The vertices with neighbours that were frozen: their prices are not known.
+    unpriced: Vec<u32>,
+}
+
 impl Collapse {
+    /// What lives of this block; `numbers` are those of its vertices, `elsewhere` gives those of others.
+    fn part(self, numbers: &[u32], elsewhere: impl Fn(u32) -> u32) -> Part {
+        let n_own = self.n_inner as u32;
+        let number = |w: u32| w.checked_sub(n_own).map_or_else(|| numbers[w as usize], &elsewhere);
+        let mut links = Links::with_capacity(self.n_vertices);
+        let node = |v: u32| {
+            let node = self.nodes[v as usize];
+            let ring = links.push_renumbered(&self.links, node.ring, number);
+            let partner = if node.partner == NONE { NONE } else { number(node.partner) };
+            Node { ring, partner, ..node }
+        };
+        let nodes = self.living().map(node).collect();
+        let is_known = |v: u32| !self.is_frozen(v) && !self.ring(v).any(|w| self.is_frozen(w));
+        let unpriced = self.living().filter(|&v| !is_known(v)).map(|v| numbers[v as usize]).collect();
+        let least = self.living().map(|v| self.least[v as usize]).collect();
+        Part { nodes, links, least, unpriced }
+    }
+
     /// The number of each vertex, merged ones that of what they became, when those that live are counted from `first`.
     fn numbers(&self, first: u32) -> Vec<u32> {
         let mut numbers = vec![0; self.n_inner];

@@ -14,8 +14,8 @@ impl Collapse {
 
     /// Whether a merge would join two vertices of the plane that have no edge of the cut between them.
     pub(super) fn would_bridge(&self, u: u32, v: u32) -> bool {
-        let rings = || [self.ring(u), self.ring(v)];
-        self.on_plane().is_some_and(|on_plane| on_plane.would_bridge([u, v], rings()))
+        let ring = |w| self.ring(w).collect::<Vec<u32>>();
+        self.on_plane().is_some_and(|on_plane| on_plane.would_bridge([u, v], [&ring(u), &ring(v)]))
     }
 
     /// Collapses until the whole is at the limit, exactly where that can be.
@@ -33,8 +33,8 @@ impl Collapse {
         let Some(on_plane) = self.on_plane() else { return };
         let mut edges = Vec::new();
         for u in self.living().filter(|&u| on_plane.has(u)) {
-            let along = self.ring(u).iter().filter(|&&v| v > u && on_plane.has(v));
-            edges.extend(along.map(|&v| (self.price_held(u, v), [u, v])).filter(|(cost, _)| *cost < f32::INFINITY));
+            let along = self.ring(u).filter(|&v| v > u && on_plane.has(v));
+            edges.extend(along.map(|v| (self.price_held(u, v), [u, v])).filter(|(cost, _)| *cost < f32::INFINITY));
         }
         edges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         _ = edges.into_iter().any(|(_, [u, v])| self.try_merge(u, v));

@@ -40,82 +40,106 @@ impl Span {
     pub fn blocks(self) -> std::ops::Range<usize> {
         self.block as usize..self.block as usize + self.len().div_ceil(WIDTH)
     }
+}
 
-    #[inline(always)]
-    fn range(self) -> std::ops::Range<usize> {
-        self.block as usize * WIDTH..self.block as usize * WIDTH + self.len()
-    }
+/// Eight neighbours and what it costs to merge with each: infinite while that is not known and where they have to stay two. One
+/// cache line.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Block {
+    neighbors: [u32; WIDTH],
+    prices: [f32; WIDTH],
+}
+
+impl Block {
+    const EMPTY: Self = Self { neighbors: [NONE; WIDTH], prices: [f32::INFINITY; WIDTH] };
 }
 
 /// The lists. Behind the last neighbour of one stands no vertex, at an infinite price.
 #[derive(Default)]
 pub(super) struct Links {
-    neighbors: Vec<[u32; WIDTH]>,
-    /// What it costs to merge with each neighbour; infinite while that is not known and where they have to stay two.
-    prices: Vec<[f32; WIDTH]>,
+    blocks: Vec<Block>,
     joined: Vec<u32>,
 }
 
 impl Links {
     /// No lists yet, with room for those of so many vertices.
     pub fn with_capacity(n_vertices: usize) -> Self {
-        let n_blocks = n_vertices + n_vertices / WIDTH;
-        let (neighbors, prices) = (Vec::with_capacity(n_blocks), Vec::with_capacity(n_blocks));
-        Self { neighbors, prices, joined: Vec::new() }
+        Self { blocks: Vec::with_capacity(n_vertices + n_vertices / WIDTH), joined: Vec::new() }
     }
 
     /// Lists the neighbours of one more vertex.
     pub fn push(&mut self, ring: impl ExactSizeIterator<Item = u32>) -> Span {
         let span = self.more(ring.len());
-        self.neighbors.as_flattened_mut()[span.range()].iter_mut().zip(ring).for_each(|(place, w)| *place = w);
+        let places = self.blocks[span.blocks()].iter_mut().flat_map(|block| &mut block.neighbors);
+        places.zip(ring).for_each(|(place, w)| *place = w);
+        span
+    }
+
+    /// Takes a list over from others, with other numbers for the neighbours and the prices that it has there.
+    pub fn push_renumbered(&mut self, others: &Self, list: Span, number: impl Fn(u32) -> u32) -> Span {
+        let span = self.more(list.len());
+        for (block, old) in self.blocks[span.blocks()].iter_mut().zip(&others.blocks[list.blocks()]) {
+            let neighbors = old.neighbors.map(|w| if w == NONE { NONE } else { number(w) });
+            *block = Block { neighbors, prices: old.prices };
+        }
         span
     }
 
     fn more(&mut self, len: usize) -> Span {
-        let span = Span { block: self.neighbors.len() as u32, len: len as u32 };
-        self.neighbors.resize(span.blocks().end, [NONE; WIDTH]);
-        self.prices.resize(span.blocks().end, [f32::INFINITY; WIDTH]);
+        let span = Span { block: self.blocks.len() as u32, len: len as u32 };
+        self.blocks.resize(span.blocks().end, Block::EMPTY);
         span
     }
 
     /// Takes other lists over behind its own; returns after how many blocks they stand.
     pub fn append(&mut self, other: Self) -> u32 {
-        let n_blocks = self.neighbors.len() as u32;
-        self.neighbors.extend(other.neighbors);
-        self.prices.extend(other.prices);
+        let n_blocks = self.blocks.len() as u32;
+        self.blocks.extend(other.blocks);
         n_blocks
     }
 
     /// The neighbours in order.
     #[inline(always)]
-    pub fn of(&self, span: Span) -> &[u32] {
-        &self.neighbors.as_flattened()[span.range()]
+    pub fn of(&self, span: Span) -> impl ExactSizeIterator<Item = u32> + Clone {
+        (0..span.len()).map(move |i| self.at(span, i))
+    }
+
+    /// The neighbours in order from behind the one in place `i` around to before it.
+    #[inline(always)]
+    pub fn beyond(&self, span: Span, i: usize) -> impl Iterator<Item = u32> {
+        (i + 1..span.len()).chain(0..i).map(move |i| self.at(span, i))
+    }
+
+    /// The neighbour in place `i`.
+    #[inline(always)]
+    pub fn at(&self, span: Span, i: usize) -> u32 {
+        self.blocks[span.blocks().start + i / WIDTH].neighbors[i % WIDTH]
     }
 
     /// Eight neighbours of a list.
     #[inline(always)]
     pub fn block(&self, block: usize) -> &[u32; WIDTH] {
-        &self.neighbors[block]
+        &self.blocks[block].neighbors
     }
 
     /// What it costs to merge with these eight.
     #[inline(always)]
     pub fn prices(&self, block: usize) -> &[f32; WIDTH] {
-        &self.prices[block]
+        &self.blocks[block].prices
     }
 
     /// The same, to be written.
     #[inline(always)]
     pub fn prices_mut(&mut self, block: usize) -> &mut [f32; WIDTH] {
-        &mut self.prices[block]
+        &mut self.blocks[block].prices
     }
 
     /// The neighbour that it costs least to merge with, and what that costs.
     #[inline(always)]
     pub fn cheapest(&self, span: Span) -> (f32, u32) {
         let mut least = (f32::INFINITY, NONE);
-        for block in span.blocks() {
-            let (prices, neighbors) = (&self.prices[block], &self.neighbors[block]);
+        for Block { neighbors, prices } in &self.blocks[span.blocks()] {
             for i in 0..WIDTH {
                 least = if prices[i] < least.0 { (prices[i], neighbors[i]) } else { least };
             }
@@ -126,8 +150,8 @@ impl Links {
     /// Where a neighbour stands in its list.
     #[inline(always)]
     pub fn position(&self, span: Span, neighbor: u32) -> Option<usize> {
-        span.blocks().enumerate().find_map(|(i, block)| {
-            let places = places_of(&self.neighbors[block], neighbor);
+        self.blocks[span.blocks()].iter().enumerate().find_map(|(i, block)| {
+            let places = places_of(&block.neighbors, neighbor);
             (places != 0).then_some(i * WIDTH + places.trailing_zeros() as usize)
         })
     }
@@ -136,10 +160,10 @@ impl Links {
     #[inline(always)]
     pub fn n_shared(&self, of_u: Span, of_v: Span) -> usize {
         let mut n_shared = 0;
-        for one in self.neighbors[of_u.blocks()].iter() {
-            for other in self.neighbors[of_v.blocks()].iter() {
-                for &w in other {
-                    n_shared += usize::from((places_of(one, w) != 0) & (w != NONE));
+        for one in &self.blocks[of_u.blocks()] {
+            for other in &self.blocks[of_v.blocks()] {
+                for w in other.neighbors {
+                    n_shared += usize::from((places_of(&one.neighbors, w) != 0) & (w != NONE));
                 }
             }
         }
@@ -150,15 +174,15 @@ impl Links {
     #[inline(always)]
     pub fn set_price(&mut self, span: Span, neighbor: u32, price: f32) {
         if let Some(at) = self.position(span, neighbor) {
-            self.prices[span.blocks().start + at / WIDTH][at % WIDTH] = price;
+            self.blocks[span.blocks().start + at / WIDTH].prices[at % WIDTH] = price;
         }
     }
 
     /// Writes one neighbour for another.
     #[inline(always)]
     pub fn replace(&mut self, span: Span, old: u32, new: u32) {
-        for block in span.blocks() {
-            self.neighbors[block].iter_mut().for_each(|w| *w = if *w == old { new } else { *w });
+        for block in &mut self.blocks[span.blocks()] {
+            block.neighbors.iter_mut().for_each(|w| *w = if *w == old { new } else { *w });
         }
     }
 
@@ -166,14 +190,16 @@ impl Links {
     #[inline(always)]
     pub fn remove(&mut self, span: &mut Span, old: u32) {
         let Some(at) = self.position(*span, old) else { return };
-        let range = span.range();
-        let neighbors = &mut self.neighbors.as_flattened_mut()[range.clone()];
-        let prices = &mut self.prices.as_flattened_mut()[range];
-        let last = neighbors.len() - 1;
-        for i in at..last {
-            (neighbors[i], prices[i]) = (neighbors[i + 1], prices[i + 1]);
+        let blocks = &mut self.blocks[span.blocks()];
+        let (mut i, mut at) = (at / WIDTH, at % WIDTH);
+        loop {
+            let next = blocks.get(i + 1).map_or((NONE, f32::INFINITY), |next| (next.neighbors[0], next.prices[0]));
+            let Some(Block { neighbors, prices }) = blocks.get_mut(i) else { break };
+            neighbors.copy_within(at + 1.., at);
+            prices.copy_within(at + 1.., at);
+            (neighbors[WIDTH - 1], prices[WIDTH - 1]) = next;
+            (i, at) = (i + 1, 0);
         }
-        (neighbors[last], prices[last]) = (NONE, f32::INFINITY);
         *span = span.shorter();
     }
 
@@ -201,10 +227,8 @@ impl Links {
     /// Appends a cyclic list from behind `start` to before it.
     #[inline(always)]
     fn extend_after(&self, joined: &mut Vec<u32>, span: Span, start: u32) {
-        let ring = self.of(span);
         let at = self.position(span, start).unwrap_or(0);
-        joined.extend(&ring[at + 1..]);
-        joined.extend(&ring[..at]);
+        joined.extend(self.beyond(span, at));
     }
 
     /// Writes a list over one of two old ones, or behind all others where it is too long for them.
@@ -215,13 +239,11 @@ impl Links {
             Some(span) => Span { len: list.len() as u32, ..span },
             None => self.more(list.len()),
         };
-        for (block, part) in span.blocks().zip(list.chunks(WIDTH)) {
-            let mut whole = [NONE; WIDTH];
-            for (place, &w) in whole.iter_mut().zip(part) {
+        for (block, part) in self.blocks[span.blocks()].iter_mut().zip(list.chunks(WIDTH)) {
+            *block = Block::EMPTY;
+            for (place, &w) in block.neighbors.iter_mut().zip(part) {
                 *place = w;
             }
-            self.neighbors[block] = whole;
-            self.prices[block] = [f32::INFINITY; WIDTH];
         }
         span
     }
@@ -251,10 +273,10 @@ mod tests {
         let rings = OneRings::new(8, &faces).unwrap();
         let (mut links, spans) = links(&rings);
         let ring = |v: usize| rings.ring(v as u32).to_vec();
-        assert!((0..8).all(|v| links.of(spans[v]) == ring(v)));
+        assert!((0..8).all(|v| links.of(spans[v]).eq(ring(v))));
         assert_eq!(links.n_shared(spans[0], spans[1]), 2);
         let joined = links.join([0, 1], [spans[0], spans[1]]);
-        let list = links.of(joined);
+        let list: Vec<u32> = links.of(joined).collect();
         let start = list.iter().position(|&w| w == 2).unwrap();
         let cycle: Vec<u32> = (0..6).map(|i| list[(start + i) % 6]).collect();
         assert_eq!((list.len(), cycle), (6, vec![2, 3, 4, 5, 6, 7]));
@@ -266,12 +288,12 @@ mod tests {
         let faces: Vec<[u32; 3]> = wheel(5).collect();
         let rings = OneRings::new(6, &faces).unwrap();
         let (mut links, spans) = links(&rings);
-        let n_blocks = links.neighbors.len();
+        let n_blocks = links.blocks.len();
         let same = links.write(&[9; 8], [spans[0], spans[1]]);
-        assert_eq!((same.block, links.of(same).len(), links.neighbors.len()), (spans[0].block, 8, n_blocks));
+        assert_eq!((same.block, same.len(), links.blocks.len()), (spans[0].block, 8, n_blocks));
         let moved = links.write(&[7; 20], [same, spans[1]]);
-        assert_eq!((links.of(moved), links.of(same)), ([7; 20].as_slice(), [9; 8].as_slice()));
-        assert_eq!(links.neighbors.len(), n_blocks + 3);
+        assert!(links.of(moved).eq([7; 20]) && links.of(same).eq([9; 8]));
+        assert_eq!(links.blocks.len(), n_blocks + 3);
     }
 
     #[test]
@@ -284,7 +306,7 @@ mod tests {
         assert_eq!(links.cheapest(span), (0.5, 15));
         links.remove(&mut span, 15);
         links.replace(span, 16, 99);
-        assert_eq!((links.of(span).len(), links.position(span, 20)), (10, Some(9)));
+        assert_eq!((span.len(), links.position(span, 20)), (10, Some(9)));
         assert_eq!((links.cheapest(span), links.position(span, 15)), ((0.5, 99), None));
         assert_eq!(
             links.prices(span.blocks().start + 1)[1..],

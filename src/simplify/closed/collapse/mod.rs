@@ -51,8 +51,8 @@ pub(super) struct Collapse {
     n_faces: usize,
     /// The price at which each vertex is to be merged with its partner; infinite for those that may not go.
     least: Vec<f32>,
-    /// Whether the prices are known.
-    is_priced: bool,
+    /// The vertices whose prices are not known; `None` where no price is.
+    unpriced: Option<Vec<u32>>,
     /// The vertices whose turn it is in a round.
     turn: Vec<u32>,
     /// Whether each vertex belongs to no edge that may go; empty where all may.
@@ -188,7 +188,7 @@ impl Collapse {
             n_vertices: n_inner,
             n_faces,
             least: vec![f32::INFINITY; n_inner],
-            is_priced: false,
+            unpriced: None,
             turn: Vec::new(),
             frozen: Vec::new(),
             begun: Vec::new(),
@@ -214,9 +214,9 @@ impl Collapse {
         }
         let mut faces = Vec::with_capacity(self.n_faces);
         for v in self.living() {
-            let ring = self.ring(v);
-            let mut last = ring.last().copied().unwrap_or(NONE);
-            for &w in ring {
+            let span = self.nodes[v as usize].ring;
+            let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
+            for w in self.links.of(span) {
                 if v < last && v < w && (last.max(w) as usize) < self.n_inner {
                     faces.push([v, last, w].map(|v| number[v as usize]));
                 }
@@ -249,7 +249,7 @@ impl Collapse {
         (0..self.n_inner as u32).filter(|&v| self.merged[v as usize] == v)
     }
 
-    fn ring(&self, v: u32) -> &[u32] {
+    fn ring(&self, v: u32) -> impl ExactSizeIterator<Item = u32> + Clone {
         self.links.of(self.nodes[v as usize].ring)
     }
 
@@ -335,14 +335,13 @@ impl Collapse {
     /// The two vertices opposite to edge `u v`, if merging its ends keeps the surface what it is.
     #[inline(always)]
     fn link_allows(&self, u: u32, v: u32) -> Option<[u32; 2]> {
-        let (of_u, of_v) = (self.ring(u), self.ring(v));
-        let [span_of_u, span_of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
-        let at = self.links.position(span_of_u, v)?;
+        let [of_u, of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
+        let at = self.links.position(of_u, v)?;
         let next = if at + 1 == of_u.len() { 0 } else { at + 1 };
-        let opposite = [of_u[next], of_u[if at == 0 { of_u.len() - 1 } else { at - 1 }]];
-        let n_shared = self.links.n_shared(span_of_u, span_of_v);
+        let opposite = [next, if at == 0 { of_u.len() - 1 } else { at - 1 }].map(|i| self.links.at(of_u, i));
+        let n_shared = self.links.n_shared(of_u, of_v);
         let on_border = opposite.iter().any(|&w| self.is_apex(w));
-        let bridges = || [of_u, of_v].iter().all(|ring| ring.iter().any(|&w| self.is_apex(w))) && !on_border;
+        let bridges = || [u, v].iter().all(|&end| self.ring(end).any(|w| self.is_apex(w))) && !on_border;
         let ok = n_shared == 2
             && (of_u.len() > 3 || of_v.len() > 3)
             && opposite.iter().all(|&w| self.nodes[w as usize].ring.len() > 3)
@@ -353,11 +352,11 @@ impl Collapse {
     /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.
     #[inline(always)]
     fn turns_over(&self, u: u32, v: u32, x: Vec3) -> bool {
-        let ring = self.ring(u);
+        let ring = self.nodes[u as usize].ring;
         let p = self.positions[u as usize];
-        let at = self.links.position(self.nodes[u as usize].ring, v).unwrap_or(0);
+        let at = self.links.position(ring, v).unwrap_or(0);
         let mut before: Option<Vec3> = None;
-        for &w in ring[at + 1..].iter().chain(&ring[..at]) {
+        for w in self.links.beyond(ring, at) {
             let here = self.positions.get(w as usize).copied();
             if let (Some(q), Some(r)) = (before, here) {
                 let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
@@ -381,7 +380,7 @@ impl Collapse {
         self.merged[v as usize] = u;
         let [of_u, of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
         for i in 0..of_v.len() {
-            let w = self.links.of(of_v)[i];
+            let w = self.links.at(of_v, i);
             let is_opposite = opposite.contains(&w);
             if self.is_apex(w) {
                 let ring = &mut self.nodes[w as usize].ring;
@@ -468,9 +467,10 @@ mod tests {
     /// Always the cheapest edge that may go, all edges priced anew each time.
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
         while collapse.n_vertices > vertices {
+            collapse.unpriced = None;
             collapse.price();
             let price = |&[u, v]: &[u32; 2]| collapse.pair(u, v).placement().2;
-            let of = |u: u32| collapse.ring(u).iter().filter(move |&&v| v > u).map(move |&v| [u, v]);
+            let of = |u: u32| collapse.ring(u).filter(move |&v| v > u).map(move |v| [u, v]);
             let mut edges: Vec<[u32; 2]> =
                 collapse.living().flat_map(of).filter(|&[_, v]| !collapse.is_apex(v)).collect();
             edges.sort_by(|x, y| price(x).total_cmp(&price(y)));

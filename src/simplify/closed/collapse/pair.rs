@@ -14,6 +14,8 @@ use crate::simplify::closed::placement::Placement;
 
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
 const REACH: f64 = 2.0;
+/// Pivot of a summed quadric over its trace from which on the quadric has a minimum in single precision.
+const LEAST_PIVOT: f32 = 1e-6;
 
 /// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.
 #[derive(Clone, Copy, Default)]
@@ -146,16 +148,16 @@ impl Pair {
 
 /// Numbers side by side.
 #[derive(Clone, Copy)]
-struct Lanes([f64; WIDTH]);
+struct Lanes([f32; WIDTH]);
 
 impl Lanes {
     #[inline(always)]
-    fn all(x: f64) -> Self {
+    fn all(x: f32) -> Self {
         Self([x; WIDTH])
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         let mut out = [0.0; WIDTH];
         for ((out, x), y) in out.iter_mut().zip(self.0).zip(other.0) {
             *out = f(x, y);
@@ -203,21 +205,23 @@ macro_rules! lanes {
     ($nodes:ident, $($field:tt)+) => {{
         let mut out = [0.0; WIDTH];
         for (out, node) in out.iter_mut().zip($nodes) {
-            *out = f64::from(node.$($field)+);
+            *out = node.$($field)+;
         }
         Lanes(out)
     }};
 }
 
 /// The cost of [`Pair::placement`] for `u` and each of these neighbours, every case of it computed for all.
+///
+/// In single precision the minimum comes from a factorisation A = LDL', which loses no more than rounding A does; a determinant would lose
+/// everything where faces lie nearly in one plane.
 #[inline(always)]
 pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
-    let all = |x: f32| Lanes::all(f64::from(x));
-    let from = [u.position.x, u.position.y, u.position.z];
+    let all = Lanes::all;
     let other = [
-        lanes!(others, position.x) - all(from[0]),
-        lanes!(others, position.y) - all(from[1]),
-        lanes!(others, position.z) - all(from[2]),
+        lanes!(others, position.x) - all(u.position.x),
+        lanes!(others, position.y) - all(u.position.y),
+        lanes!(others, position.z) - all(u.position.z),
     ];
     let of_v = [
         lanes!(others, quadric.a[0]),
@@ -241,26 +245,38 @@ pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
     ];
     let c = all(own.c) + (c_of_v + dot(both, other));
 
-    let (c0, c1, c2) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
-    let determinant = xx * c0 + xy * c1 + xz * c2;
-    let adjugate = [c0, c1, c2, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy];
-    let scaled = times(&adjugate, b);
-    let lowest = (c - dot(b, scaled) / determinant).zip(Lanes::all(0.0), f64::max);
-    let trace = xx + yy + zz;
-    let least_determinant = Lanes::all(Quadric::SINGULAR) * trace * trace * trace;
-    let half = Lanes::all(0.5) * determinant;
-    let from_middle = [scaled[0] - other[0] * half, scaled[1] - other[1] * half, scaled[2] - other[2] * half];
-    let reach = Lanes::all(REACH) * determinant;
-    let within = reach * reach * dot(other, other) - dot(from_middle, from_middle);
+    // A = LDL', Ly = b, Dz = y, L'x = z.
+    // A direction without a pivot stays where it is.
+    let least_pivot = all(LEAST_PIVOT) * (xx + yy + zz);
+    let over = |pivot: Lanes| {
+        let over = all(1.0) / pivot;
+        let is_pivot = pivot - least_pivot;
+        is_pivot.zip(over, |is_pivot, over| if is_pivot > 0.0 { over } else { 0.0 })
+    };
+    let over_d0 = over(xx);
+    let (l10, l20) = (xy * over_d0, xz * over_d0);
+    let d1 = yy - l10 * xy;
+    let rest = yz - l20 * xy;
+    let over_d1 = over(d1);
+    let l21 = rest * over_d1;
+    let d2 = zz - l20 * xz - l21 * rest;
+    let over_d2 = over(d2);
+    let y = [b[0], b[1] - l10 * b[0], b[2] - l20 * b[0] - l21 * (b[1] - l10 * b[0])];
+    let z = [y[0] * over_d0, y[1] * over_d1, y[2] * over_d2];
+    let x1 = z[1] - l21 * z[2];
+    let x = [z[0] - l10 * x1 - l20 * z[2], x1, z[2]];
+    let lowest = (c - dot(y, z)).zip(all(0.0), f32::max);
+    let half = all(0.5);
+    let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
+    let within = all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
 
     let (curvature, slope) = (dot(times(&[xx, xy, xz, yy, yz, zz], other), other), dot(b, other));
-    let gone = curvature - Lanes::all(2.0) * slope + c;
-    let middle = Lanes::all(0.25) * curvature - slope + c;
+    let gone = curvature - all(2.0) * slope + c;
+    let middle = all(0.25) * curvature - slope + c;
     let best_other = c.min(gone).min(middle);
     let mut prices = [0.0; WIDTH];
     for (i, price) in prices.iter_mut().enumerate() {
-        let has_minimum = (determinant.0[i] > least_determinant.0[i]) & (within.0[i] >= 0.0);
-        *price = (if has_minimum { lowest.0[i] } else { best_other.0[i] }) as f32;
+        *price = if within.0[i] >= 0.0 { lowest.0[i] } else { best_other.0[i] };
     }
     prices
 }

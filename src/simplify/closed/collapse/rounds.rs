@@ -22,15 +22,18 @@ const SAMPLES: usize = 1024;
 /// Samples below the price of a round, at least; where there would be fewer, the prices of all vertices are looked at.
 const LEAST_SAMPLES: usize = 16;
 
-/// Pricing all edges, as work that is compiled for the instructions at hand.
-struct PriceAll<'a>(&'a mut Collapse);
+/// Pricing the edges of some vertices, or of all, as work that is compiled for the instructions at hand.
+struct PriceAll<'a>(&'a mut Collapse, Option<Vec<u32>>);
 
 impl Work for PriceAll<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.0.price_all();
+        match self.1 {
+            None => self.0.price_all(0..self.0.n_inner as u32),
+            Some(vertices) => self.0.price_all(vertices.into_iter()),
+        }
     }
 }
 
@@ -55,16 +58,14 @@ impl Work for Round<'_> {
 impl Collapse {
     /// Collapses down to the limit or until no edge may go.
     pub(super) fn run_to(&mut self, limit: Limit) -> End {
-        if !self.is_priced {
-            self.price();
-        }
+        self.price();
         self.turn_forbidden = false;
-        let (mut most, mut last_merge) = (0.0f32, 0.0f32);
+        let (mut most, mut last_merge, mut is_idle) = (0.0f32, 0.0f32, false);
         while !self.reached(limit) {
             let before = self.n_vertices;
             let to_do = self.merges_to(limit);
             most = price_of_round(to_do, most, [&*self]);
-            if most == f32::INFINITY || self.all_were_tried(most, last_merge) {
+            if most == f32::INFINITY || is_idle && self.all_were_tried(most, last_merge) {
                 return match (self.holds.is_some(), self.turn_forbidden) {
                     (true, _) => End::Held,
                     (_, true) => End::WouldTurn,
@@ -72,7 +73,8 @@ impl Collapse {
                 };
             }
             self.round(limit, most, to_do);
-            if self.n_vertices < before {
+            is_idle = self.n_vertices == before;
+            if !is_idle {
                 last_merge = most.max(f32::MIN_POSITIVE);
                 self.turn_forbidden = false;
             }
@@ -100,10 +102,10 @@ impl Collapse {
         prices.filter(|price| *price < f32::INFINITY).fold(0.0, f32::max)
     }
 
-    /// Prices all edges that may go.
+    /// Prices the edges that may go and have no price yet.
     pub(super) fn price(&mut self) {
-        Isa::best().run(PriceAll(self));
-        self.is_priced = true;
+        let unpriced = self.unpriced.replace(Vec::new());
+        Isa::best().run(PriceAll(self, unpriced));
     }
 
     /// Visits the vertices whose least price is at most `most`, or the cheapest `at_most` of them, until the limit.
@@ -117,8 +119,8 @@ impl Collapse {
     }
 
     #[inline(always)]
-    fn price_all(&mut self) {
-        for u in 0..self.n_inner as u32 {
+    fn price_all(&mut self, vertices: impl Iterator<Item = u32>) {
+        for u in vertices {
             if self.merged[u as usize] == u && !self.is_frozen(u) {
                 self.price_around(u);
             }
