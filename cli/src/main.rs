@@ -11,6 +11,7 @@ mod failure;
 mod files;
 mod info;
 mod interrupt;
+mod memory;
 mod mesh_points;
 mod progress;
 mod report;
@@ -28,6 +29,7 @@ use clap::Parser;
 use args::{Args, Command};
 
 fn main() -> ExitCode {
+    memory::keep_freed();
     let done = match Args::parse().command {
         Command::Simplify(args) if batch::is_meant(&args) => batch::run(args),
         Command::Simplify(args) => request::resolve(args).and_then(simplify::run),

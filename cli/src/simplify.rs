@@ -25,7 +25,7 @@ use crate::subject::{Seen, Subject};
 use crate::words::{self, Voice};
 
 /// Samples on each surface for the distance: enough for its mean within a hundredth.
-const SAMPLES: usize = 10_000;
+const SAMPLES: usize = 8000;
 /// Area of a square as high as the screen, over that of the screen.
 const SCREEN: f64 = 9.0 / 16.0;
 

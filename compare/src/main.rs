@@ -10,6 +10,7 @@
 mod ablation;
 mod broken_files;
 mod certain;
+mod check;
 mod closed;
 mod figure5;
 mod files;
@@ -59,6 +60,8 @@ enum Command {
     BrokenFiles(broken_files::Args),
     /// Find the smallest meshes that certainly lie within a distance.
     Certain(certain::Args),
+    /// Hold the distance that the program says against that of many samples.
+    Check(check::Args),
     /// Draw meshes before and after, by both methods, and write the page that shows them.
     Pictures(pictures::Args),
     /// Draw the paper's Figure 5: weights before and after fine-tuning for curvature.
@@ -97,6 +100,7 @@ fn main() -> anyhow::Result<()> {
         Command::SameBits(args) => same_bits::same_bits(&args),
         Command::BrokenFiles(args) => broken_files::broken_files(&args),
         Command::Certain(args) => certain::certain(&args),
+        Command::Check(args) => check::check(&args),
         Command::Pictures(args) => pictures::pictures(&args),
         Command::Figure5(args) => figure5::figure5(&args),
         Command::Paper(args) => paper::paper(&args),

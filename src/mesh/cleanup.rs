@@ -14,6 +14,7 @@
 
 use super::first_equal::first_equal;
 use super::repeated_faces::repeated_faces;
+use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
 /// What cleaning may do.
@@ -158,17 +159,22 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     }
     let mut counts = CleanCounts { dropped_faces, ..CleanCounts::default() };
     let mut faces = FaceList::new(faces, !attributes.is_empty());
-    drop_broken_faces(&positions, &mut faces, &mut counts);
+    if !are_sound(&faces.corners, n_raw_vertices) || !positions.as_flattened().iter().all(|x| x.is_finite()) {
+        drop_broken_faces(&positions, &mut faces, &mut counts);
+    }
     let used = used_vertices(&faces.corners, n_raw_vertices);
     let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
     let local = to_local(positions, &used, &frame)?;
-    if options.weld {
-        counts.welded_vertices = weld(&local, &used, &mut faces.corners);
+    let n_sound_faces = faces.len();
+    let is_welded = options.weld && weld(&local, &used, &mut faces.corners, &mut counts);
+    if is_welded {
+        drop_degenerate_faces(&mut faces, &mut counts);
     }
-    drop_degenerate_faces(&mut faces, &mut counts);
     drop_duplicate_faces(&mut faces, local.len(), &mut counts);
+    let are_as_before = !is_welded && faces.len() == n_sound_faces;
     let FaceList { corners: mut faces, numbers } = faces;
-    let (local, source) = drop_unused_vertices(local, &mut faces);
+    let used = if are_as_before { used } else { used_vertices(&faces, local.len()) };
+    let (local, source) = drop_unused_vertices(local, &mut faces, &used);
     counts.unreferenced_vertices = n_raw_vertices - counts.welded_vertices - local.len();
     if faces.is_empty() {
         return Err(CleanError::NoFaces { n_vertices: n_raw_vertices, n_faces: n_raw_faces, counts });
@@ -271,17 +277,18 @@ pub(super) fn to_local(positions: Vec<[f64; 3]>, used: &[bool], frame: &Frame) -
     }
 }
 
-/// Step 3: lets faces name the first of the vertices at a position; gives the number of vertices thus freed.
-fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]]) -> usize {
+/// Step 3: lets faces name the first of the vertices at a position, and counts the vertices thus freed; `false` where no two
+/// vertices, used or not, are at one position.
+fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]], counts: &mut CleanCounts) -> bool {
     let (first, repeated) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
-    if !repeated {
-        return 0;
+    if repeated {
+        for vertex in faces.iter_mut().flatten() {
+            *vertex = first[*vertex as usize];
+        }
+        let count = |marks: &[bool]| marks.iter().filter(|mark| **mark).count();
+        counts.welded_vertices = count(used) - count(&used_vertices(faces, local.len()));
     }
-    for vertex in faces.iter_mut().flatten() {
-        *vertex = first[*vertex as usize];
-    }
-    let count = |marks: &[bool]| marks.iter().filter(|mark| **mark).count();
-    count(used) - count(&used_vertices(faces, local.len()))
+    repeated
 }
 
 /// Step 5.
@@ -296,12 +303,12 @@ fn drop_duplicate_faces(faces: &mut FaceList, n_vertices: usize, counts: &mut Cl
 }
 
 /// Step 6: gives the positions that stay and where they stood before.
-fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]]) -> (Vec<[f32; 3]>, Vec<u32>) {
-    let used = used_vertices(faces, local.len());
-    let source: Vec<u32> = (0..local.len() as u32).filter(|&vertex| used[vertex as usize]).collect();
-    if source.len() == local.len() {
+fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bool]) -> (Vec<[f32; 3]>, Vec<u32>) {
+    if used.iter().all(|used| *used) {
+        let source = (0..local.len() as u32).collect();
         return (local, source);
     }
+    let source: Vec<u32> = (0..local.len() as u32).filter(|&vertex| used[vertex as usize]).collect();
     let mut place = vec![0; local.len()];
     for (new, &old) in source.iter().enumerate() {
         place[old as usize] = new as u32;

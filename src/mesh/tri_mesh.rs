@@ -66,6 +66,9 @@ impl TriMesh {
         if let Some(vertex) = positions.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
             return Err(InvalidMesh::NotFinite { vertex });
         }
+        if are_sound(&faces, positions.len()) {
+            return Ok(Self { positions, faces });
+        }
         for (face, &[a, b, c]) in faces.iter().enumerate() {
             if [a, b, c].iter().any(|&v| v as usize >= positions.len()) {
                 return Err(InvalidMesh::OutOfRange { face });
@@ -106,4 +109,13 @@ impl TriMesh {
     pub fn into_parts(self) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         (self.positions, self.faces)
     }
+}
+
+/// Whether all faces name three different ones of the vertices; one pass without branches.
+pub(super) fn are_sound(faces: &[[u32; 3]], n_vertices: usize) -> bool {
+    let n_vertices = u32::try_from(n_vertices).unwrap_or(u32::MAX);
+    let wrong = |&[a, b, c]: &[u32; 3]| {
+        (a >= n_vertices) | (b >= n_vertices) | (c >= n_vertices) | (a == b) | (b == c) | (c == a)
+    };
+    !faces.iter().fold(false, |any, face| any | wrong(face))
 }

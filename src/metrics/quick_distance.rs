@@ -7,21 +7,27 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
-use crate::mesh::surface_samples::surface_samples;
 use crate::spatial::FaceTree;
 
 /// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
 const CHUNK: usize = 256;
 /// Samples in whose surroundings the largest distance is looked for: those that are the farthest.
-const FARTHEST: usize = 64;
+const FARTHEST: usize = 128;
+/// Faces before and after that of a sample, along the curve, that are its surroundings.
+const AROUND: usize = 4;
+/// Faces whose areas one task finds.
+const AREAS_CHUNK: usize = 4096;
+/// What a sample is farther than the one before in its strip and across its face, as a share of both: multiples of these two,
+/// taken modulo one, fill a square evenly (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+const EVENLY: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// Two-sided distance between two surfaces, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct QuickDistance {
     /// Mean of the mean distances in both directions.
     pub mean: f64,
-    /// Largest distance found in either direction: of the samples, and of corners and middles of the faces around the
-    /// farthest of them.
+    /// Largest distance found in either direction: of the samples, and of corners of the faces around the farthest of
+    /// them.
     pub max: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
@@ -29,7 +35,8 @@ pub struct QuickDistance {
 
 /// Measures the distance from so many samples on each surface; `None` where one of the two has no faces, or for no samples.
 ///
-/// The mean is that of [`surface_distance`](super::surface_distance) at the same samples and seed.
+/// Each surface is cut into as many strips of equal area along a space-filling curve, with a sample in each. Other seeds have other
+/// samples.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::quick_distance};
@@ -49,7 +56,7 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     Some(QuickDistance {
         mean: 0.5 * (forward.0 + backward.0),
         max: forward.1.max(backward.1),
-        diagonal: original.diagonal(),
+        diagonal: original_tree.diagonal(),
     })
 }
 
@@ -94,33 +101,93 @@ fn tree(mesh: &TriMesh) -> FaceTree<'_> {
 
 /// Mean and largest distance from samples of one mesh to another; the trees are those of the mesh and of the other.
 fn one_sided(mesh: &TriMesh, [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> (f64, f64) {
-    let samples = along_curve(mesh, own, n_samples, seed);
-    let in_a_row = |samples: &[DVec3]| Isa::best().run(InARow { samples, tree: other });
+    let samples = along_curve(mesh, own.order(), n_samples, seed);
+    let in_a_row = |samples: &[Sample]| Isa::best().run(InARow { samples, tree: other });
     let found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
-    let distance2 = |i: &usize| found[*i].distance2;
-    let mut farthest: Vec<usize> = (0..samples.len()).collect();
-    let by_distance = |i: &usize, j: &usize| distance2(j).total_cmp(&distance2(i)).then(i.cmp(j));
+    let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
+    let places = farthest(&found).into_iter().map(|i| (samples[i].place, found[i].face)).collect();
+    let largest = found.iter().map(|found| found.distance2).fold(0.0, f64::max);
+    let largest = Isa::best().run(Around { mesh, order: own.order(), places, tree: other, largest });
+    (mean, largest.sqrt())
+}
+
+/// The samples that are the farthest, the farthest first: what is found around one spares searches around the others.
+fn farthest(found: &[Found]) -> Vec<usize> {
+    let mut farthest: Vec<usize> = (0..found.len()).collect();
+    let by_distance = |&i: &usize, &j: &usize| found[j].distance2.total_cmp(&found[i].distance2).then(i.cmp(&j));
     if farthest.len() > FARTHEST {
         farthest.select_nth_unstable_by(FARTHEST - 1, by_distance);
         farthest.truncate(FARTHEST);
     }
-    let largest = farthest.iter().map(distance2).fold(0.0, f64::max);
-    let around = |i: &usize| {
-        let points = points_on(mesh, own.around(samples[*i]));
-        let above = |largest, p| other.distance_above(largest, p, Some(found[*i].face)).unwrap_or(largest);
-        points.into_iter().fold(largest, above)
-    };
-    let largest = farthest.par_iter().map(around).reduce(|| largest, f64::max);
-    (found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64, largest.sqrt())
+    farthest.sort_unstable_by(by_distance);
+    farthest
 }
 
-/// Samples of a mesh in the order of its faces along the curve of its tree: what is nearest to one is near the next one.
-fn along_curve(mesh: &TriMesh, own: &FaceTree, n_samples: usize, seed: u64) -> Vec<DVec3> {
-    let mut rank = vec![0; mesh.faces().len()];
-    (0u32..).zip(own.order()).for_each(|(i, &face)| rank[face as usize] = i);
-    let mut samples = surface_samples(mesh, n_samples, seed);
-    samples.sort_by_key(|sample| rank[sample.face as usize]);
-    samples.iter().map(|sample| sample.point(mesh)).collect()
+/// A point of a surface and the place of its face along the curve.
+struct Sample {
+    point: DVec3,
+    place: usize,
+}
+
+/// Samples by area, in the order of the faces along the curve: what is nearest to one is near the next one. Where no face has an
+/// area, by face.
+fn along_curve(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<Sample> {
+    let mut areas: Vec<f64> = vec![0.0; order.len()];
+    let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));
+    tasks.for_each(|(areas, faces)| Isa::best().run(Areas { mesh, faces, areas }));
+    let mut total: f64 = areas.iter().sum();
+    if total <= 0.0 {
+        areas.fill(1.0);
+        total = areas.len() as f64;
+    }
+    let (mut place, mut before) = (0, 0.0);
+    let draw = |i: usize| {
+        let [along, across] = EVENLY.map(|step| ((seed as f64 + 0.5) * 0.618 + i as f64 * step).fract());
+        let reach = (i as f64 + along) / n_samples as f64 * total;
+        while place + 1 < areas.len() && before + areas[place] <= reach {
+            before += areas[place];
+            place += 1;
+        }
+        let within = ((reach - before) / areas[place]).clamp(0.0, 1.0);
+        Sample { point: point_within(corners(mesh, order[place]), [within, across]), place }
+    };
+    (0..n_samples).map(draw).collect()
+}
+
+/// Where two numbers in 0..=1 lie in a triangle; evenly spread ones are evenly spread there.
+fn point_within([a, b, c]: [DVec3; 3], [x, y]: [f64; 2]) -> DVec3 {
+    let root = if x > 0.0 { x.sqrt() } else { 0.0 };
+    a * (1.0 - root) + b * (root * (1.0 - y)) + c * (root * y)
+}
+
+#[inline(always)]
+fn corners(mesh: &TriMesh, face: u32) -> [DVec3; 3] {
+    let [a, b, c] = mesh.faces()[face as usize];
+    [point(mesh, a), point(mesh, b), point(mesh, c)]
+}
+
+#[inline(always)]
+fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
+    let [x, y, z] = mesh.positions()[vertex as usize];
+    DVec3::new(x.into(), y.into(), z.into())
+}
+
+/// The doubled areas of faces.
+struct Areas<'a> {
+    mesh: &'a TriMesh,
+    faces: &'a [u32],
+    areas: &'a mut [f64],
+}
+
+impl Work for Areas<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (area, &face) in self.areas.iter_mut().zip(self.faces) {
+            *area = area_normal_f64(corners(self.mesh, face)).length();
+        }
+    }
 }
 
 /// What lies nearest to a sample.
@@ -131,7 +198,7 @@ struct Found {
 
 /// What lies nearest to samples in a row, as work that is compiled for the instructions at hand.
 struct InARow<'a> {
-    samples: &'a [DVec3],
+    samples: &'a [Sample],
     tree: &'a FaceTree<'a>,
 }
 
@@ -142,8 +209,8 @@ impl Work for InARow<'_> {
     fn run(self) -> Vec<Found> {
         let mut row = Vec::with_capacity(self.samples.len());
         let mut last = None;
-        for &p in self.samples {
-            let (face, distance2) = self.tree.nearest_from(p, last).unwrap_or_default();
+        for sample in self.samples {
+            let (face, distance2) = self.tree.nearest_from(sample.point, last).unwrap_or_default();
             last = Some(face);
             row.push(Found { face, distance2 });
         }
@@ -151,20 +218,42 @@ impl Work for InARow<'_> {
     }
 }
 
-/// Corners and middles of some faces.
-fn points_on(mesh: &TriMesh, faces: &[u32]) -> Vec<DVec3> {
-    let point = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
-    let faces = || faces.iter().map(|&face| mesh.faces()[face as usize]);
-    let mut corners: Vec<u32> = faces().flatten().collect();
-    corners.sort_unstable();
-    corners.dedup();
-    let middles = faces().map(|face| face.map(point).into_iter().sum::<DVec3>() / 3.0);
-    middles.chain(corners.into_iter().map(point)).collect()
+/// The largest distance (squared) of corners of the faces around some, or `largest` where that is more. A distance from one
+/// face is largest at a corner, and most faces of the finer mesh see one face of the other.
+struct Around<'a> {
+    mesh: &'a TriMesh,
+    order: &'a [u32],
+    /// Where the samples lie along the curve, and what is nearest to them.
+    places: Vec<(usize, u32)>,
+    tree: &'a FaceTree<'a>,
+    largest: f64,
+}
+
+impl Work for Around<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let (mut largest, mut vertices) = (self.largest, Vec::new());
+        for (place, nearest) in self.places {
+            let faces = &self.order[place.saturating_sub(AROUND)..self.order.len().min(place + AROUND + 1)];
+            vertices.clear();
+            vertices.extend(faces.iter().flat_map(|&face| self.mesh.faces()[face as usize]));
+            vertices.sort_unstable();
+            vertices.dedup();
+            for &vertex in &vertices {
+                let p = point(self.mesh, vertex);
+                largest = self.tree.distance_above(largest, p, Some(nearest)).unwrap_or(largest);
+            }
+        }
+        largest
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::nearest_on_triangle::nearest_weights_f64;
     use crate::mesh::shapes;
     use crate::metrics::{Surface, surface_distance};
 
@@ -173,11 +262,49 @@ mod tests {
         for (a, b) in
             [(shapes::bolt(32), shapes::bolt(9)), (shapes::torus(64, 32, 1.0, 0.25), shapes::torus(20, 9, 1.0, 0.25))]
         {
-            let full = surface_distance(&Surface::new(&a, 3000, 0), &Surface::new(&b, 3000, 0)).unwrap();
-            let quick = quick_distance(&a, &b, 3000, 0).unwrap();
-            assert!((quick.mean - full.both.mean).abs() < 1e-12 && quick.max >= full.both.max - 1e-12);
+            let full = surface_distance(&Surface::new(&a, 100_000, 0), &Surface::new(&b, 100_000, 0)).unwrap();
+            let quick = quick_distance(&a, &b, 6000, 0).unwrap();
+            assert!((quick.mean / full.both.mean - 1.0).abs() < 0.01, "{quick:?} {full:?}");
+            assert!(quick.max >= 0.98 * full.both.max, "{quick:?} {full:?}");
             assert!((quick.diagonal - full.diagonal).abs() < 1e-6);
         }
+    }
+
+    /// Distances by searching all faces, from the same samples.
+    #[test]
+    fn agrees_with_a_search_of_all_faces() {
+        let (a, b) = (shapes::bolt(12), shapes::bolt(5));
+        let naive = |p: DVec3, mesh: &TriMesh| {
+            let distance = |face: u32| {
+                let [a, b, c] = corners(mesh, face);
+                let [u, v, w] = nearest_weights_f64(p, [a, b, c]);
+                p.distance(a * u + b * v + c * w)
+            };
+            (0..mesh.faces().len() as u32).map(distance).fold(f64::INFINITY, f64::min)
+        };
+        let mean = |from: &TriMesh, to: &TriMesh| {
+            let samples = along_curve(from, tree(from).order(), 500, 3);
+            samples.iter().map(|sample| naive(sample.point, to)).sum::<f64>() / 500.0
+        };
+        let quick = quick_distance(&a, &b, 500, 3).unwrap();
+        assert!((quick.mean - 0.5 * (mean(&a, &b) + mean(&b, &a))).abs() < 1e-12, "{quick:?}");
+    }
+
+    /// Two triangles, the second nine times as large, and one without area between them.
+    #[test]
+    fn faces_get_samples_by_area_and_all_of_them_evenly() {
+        let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [10.0, 0.0], [13.0, 0.0], [10.0, 3.0], [5.0, 0.0]];
+        let positions = positions.map(|[x, y]| [x, y, 0.0]).to_vec();
+        let mesh = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 6], [3, 4, 5]]).unwrap();
+        for seed in 0..4 {
+            let samples = along_curve(&mesh, &[0, 1, 2], 1000, seed);
+            let on = |place| samples.iter().filter(|sample| sample.place == place).count();
+            assert_eq!([on(0), on(1), on(2)], [100, 0, 900]);
+            let mean = samples.iter().filter(|sample| sample.place == 2).map(|s| s.point).sum::<DVec3>() / 900.0;
+            assert!(mean.distance(DVec3::new(11.0, 1.0, 0.0)) < 0.02, "{mean}");
+        }
+        let flat = TriMesh::new(vec![[1.0; 3]; 4], vec![[0, 1, 2], [1, 2, 3]]).unwrap();
+        assert_eq!(along_curve(&flat, &[0, 1], 10, 0).iter().filter(|sample| sample.place == 1).count(), 5);
     }
 
     /// One vertex of many is pulled out: samples lie on its faces, but not at their tip.

@@ -6,8 +6,15 @@ use rayon::prelude::*;
 const BITS: u32 = 10;
 /// Items in one place on the curve above which the place is looked at closer.
 const CROWD: usize = 256;
+/// Cells along the longest side.
+const CELLS: f32 = (1 << BITS) as f32;
+/// Items that one task looks at.
+const CHUNK: usize = 4096;
 /// Most times that places are looked at closer.
 const DEPTH: usize = 12;
+
+/// Lowest and highest coordinates of a box.
+type Bounds = ([f32; 3], [f32; 3]);
 
 /// The indices `0..n` of finite points along the curve.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync) -> Vec<u32> {
@@ -16,34 +23,54 @@ pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync) -> V
     order
 }
 
-/// The indices of the triangles (n_faces x 3, indices of finite positions) along the curve, n_faces.
-pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
+/// The indices of the triangles (n_faces x 3, indices of finite positions within the bounds) along the curve, n_faces.
+pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): Bounds) -> Vec<u32> {
+    let extent = extent(low, high);
+    if extent.is_nan() || extent <= 0.0 {
+        return (0..faces.len() as u32).collect();
+    }
+    // A sum of three corners that is too large for a float only spoils the order.
+    let per_sum = CELLS / 3.0 / extent;
+    let start = low.map(|low| low * (CELLS / extent));
+    let mut keys = vec![0; faces.len()];
+    let each = |(chunk, (keys, faces)): (usize, (&mut [u64], &[[u32; 3]]))| {
+        for (i, (key, face)) in keys.iter_mut().zip(faces).enumerate() {
+            let [a, b, c] = face.map(|v| positions[v as usize]);
+            let cell = |k: usize| nearest_cell((a[k] + b[k] + c[k]) * per_sum - start[k]);
+            *key = key_of([cell(0), cell(1), cell(2)], (chunk * CHUNK + i) as u32);
+        }
+    };
+    keys.par_chunks_mut(CHUNK).zip(faces.par_chunks(CHUNK)).enumerate().for_each(each);
     let middle = |face: u32| {
         let [a, b, c] = faces[face as usize].map(|v| positions[v as usize]);
         // Thirds first: the sum of large coordinates would overflow.
         std::array::from_fn(|k| a[k] / 3.0 + b[k] / 3.0 + c[k] / 3.0)
     };
-    curve_order(faces.len(), middle)
+    let mut order = vec![0; faces.len()];
+    put_in_order(&mut order, keys, &middle, 0);
+    order
 }
 
 /// Sorts along the curve through the box of the middles, and again within the places that hold a crowd.
 fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth: usize) {
     let (low, high) = bounds(order, middle);
-    let extent = (0..3).map(|k| high[k] / 2.0 - low[k] / 2.0).fold(0.0, f32::max) * 2.0;
+    let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 || depth > DEPTH {
         return;
     }
-    let cells = (1 << BITS) as f32;
-    let place = |face: u32| {
-        let cell = |(x, low): (f32, f32)| (((x - low) / extent * cells) as u32).min((1 << BITS) - 1);
+    let key = |&face: &u32| {
+        let cell = |(x, low): (f32, f32)| (((x - low) / extent * CELLS) as u32).min((1 << BITS) - 1);
         let [x, y, z] = middle(face);
-        let [x, y, z] = [(x, low[0]), (y, low[1]), (z, low[2])].map(cell);
-        spread(x) | spread(y) << 1 | spread(z) << 2
+        key_of([(x, low[0]), (y, low[1]), (z, low[2])].map(cell), face)
     };
-    let keys =
-        order.par_iter().with_min_len(4096).map(|&face| u64::from(place(face)) << 32 | u64::from(face)).collect();
+    let keys = order.par_iter().with_min_len(CHUNK).map(key).collect();
+    put_in_order(order, keys, middle, depth);
+}
+
+/// Puts items in the order of their keys, and those in places that hold a crowd in their order along a curve of their own.
+fn put_in_order(order: &mut [u32], keys: Vec<u64>, middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth: usize) {
     let keys = sorted_by_place(keys);
-    order.iter_mut().zip(&keys).for_each(|(face, &key)| *face = key as u32);
+    order.iter_mut().zip(&keys).for_each(|(item, &key)| *item = key as u32);
     let mut start = 0;
     for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
         if run.len() > CROWD && run.len() < keys.len() {
@@ -53,13 +80,53 @@ fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth:
     }
 }
 
-fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> ([f32; 3], [f32; 3]) {
+/// The place of a cell on the curve, and behind it the item.
+#[inline(always)]
+fn key_of([x, y, z]: [u32; 3], item: u32) -> u64 {
+    u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
+}
+
+/// The cell nearest to a number of cells from the start, without a conversion: where the units of a float are ones, its lowest
+/// bits are the number.
+#[inline(always)]
+fn nearest_cell(x: f32) -> u32 {
+    const LAST: f32 = CELLS - 1.0;
+    let x = if x > 0.0 { x } else { 0.0 };
+    let x = if x < LAST { x } else { LAST };
+    (x + 8_388_608.0).to_bits() & ((1 << BITS) - 1)
+}
+
+/// The longest side of a box.
+fn extent(low: [f32; 3], high: [f32; 3]) -> f32 {
+    (0..3).map(|k| high[k] / 2.0 - low[k] / 2.0).fold(0.0, f32::max) * 2.0
+}
+
+/// The box around points, turned inside out where there are none.
+pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> Bounds {
+    // Several boxes side by side: none has to wait for the one before.
+    const LANES: usize = 8;
+    let (mut low, mut high) = ([[f32::INFINITY; 3]; LANES], [[f32::NEG_INFINITY; 3]; LANES]);
+    for points in points.chunks(LANES) {
+        for ((low, high), point) in low.iter_mut().zip(&mut high).zip(points) {
+            for ((low, high), &x) in low.iter_mut().zip(high).zip(point) {
+                *low = if x < *low { x } else { *low };
+                *high = if x > *high { x } else { *high };
+            }
+        }
+    }
+    let over = |k: usize, of: &[[f32; 3]; LANES], pick: fn(f32, f32) -> f32| {
+        of.iter().map(|p| p[k]).reduce(pick).unwrap_or_default()
+    };
+    ([0, 1, 2].map(|k| over(k, &low, f32::min)), [0, 1, 2].map(|k| over(k, &high, f32::max)))
+}
+
+fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> Bounds {
     let none = || ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let both = |a: ([f32; 3], [f32; 3]), b: ([f32; 3], [f32; 3])| {
+    let both = |a: Bounds, b: Bounds| {
         (std::array::from_fn(|k| a.0[k].min(b.0[k])), std::array::from_fn(|k| a.1[k].max(b.1[k])))
     };
     let point = |&face: &u32| (middle(face), middle(face));
-    order.par_iter().with_min_len(4096).map(point).reduce(none, both)
+    order.par_iter().with_min_len(CHUNK).map(point).reduce(none, both)
 }
 
 /// The lowest [`BITS`] bits, two zeros before each.
@@ -116,7 +183,7 @@ mod tests {
         let n = 64u32;
         let positions: Vec<[f32; 3]> = (0..n * n).map(|i| [(i * 37 % n) as f32, (i / n) as f32, 0.0]).collect();
         let faces: Vec<[u32; 3]> = (0..n * n).map(|i| [i, i, i]).collect();
-        let order = curve_order_of_faces(&positions, &faces);
+        let order = curve_order_of_faces(&positions, &faces, bounds_of_points(&positions));
         let mut once = order.clone();
         once.sort_unstable();
         assert!(once.iter().copied().eq(0..n * n));

@@ -1,13 +1,13 @@
 //! The nearest point on indexed triangles, where the queries are fewer than the triangles: a tree that is made quickly.
 //!
 //! The triangles are put in order along a space-filling curve and packed, the boxes of eight to a node, the boxes of eight nodes to
-//! the next (a packed R-tree, Kamel and Faloutsos 1993). Nothing but their boxes is copied. [`NearestOnTriangles`](super::NearestOnTriangles) takes
-//! ten times as long to make and is faster to ask.
+//! the next (a packed R-tree, Kamel and Faloutsos 1993). Nothing but their boxes is copied, in steps of a 254th of their node,
+//! so that a node is one line of the cache. [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to make.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::curve_order::curve_order_of_faces;
+use super::curve_order::{bounds_of_points, curve_order_of_faces};
 use super::nearest_on_triangles::limit;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
@@ -15,8 +15,14 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 const WIDTH: usize = 8;
 /// Nodes that one task makes.
 const CHUNK: usize = 512;
-/// Nodes that wait to be visited, at most: all children but one of each level, for as many levels as 32-bit indices need.
-const WAITING: usize = (WIDTH - 1) * 11 + 1;
+/// Nodes that wait to be visited, at most: all children but one of each level, for as many levels as 32-bit indices need, and
+/// room for all children of one more.
+const WAITING: usize = (WIDTH - 1) * 11 + 1 + WIDTH;
+/// Steps from one side of a node to the other; one less than a byte holds, which leaves room for rounding.
+const STEPS: f32 = 254.0;
+
+/// The least float whose lowest bit is worth one.
+const UNITS: f32 = 8_388_608.0;
 
 /// A tree over the triangles of a mesh.
 ///
@@ -36,24 +42,35 @@ pub struct FaceTree<'a> {
     order: Vec<u32>,
     /// Nodes from those over the triangles to the root, which is alone.
     levels: Vec<Vec<Node>>,
+    /// The box around all triangles, scaled.
+    whole: Bounds,
     /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
     scale: f64,
+    /// Two powers of two whose product the scale is: each is one in single precision, too.
+    factors: [f32; 2],
 }
 
-/// The boxes of the children, coordinate by coordinate; empty ones, at no finite distance, where there is none.
+/// The boxes of at most eight children, coordinate by coordinate, in steps from the lowest corner of all.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 struct Node {
-    low: [[f32; WIDTH]; 3],
-    high: [[f32; WIDTH]; 3],
+    origin: [f32; 3],
+    step: f32,
+    low: [[u8; WIDTH]; 3],
+    high: [[u8; WIDTH]; 3],
 }
 
-const NO_CHILDREN: Node = Node { low: [[f32::INFINITY; WIDTH]; 3], high: [[f32::NEG_INFINITY; WIDTH]; 3] };
+/// A node that waits: how far its box is (squared), the level below it, and its place there.
+#[derive(Clone, Copy)]
+struct Waiting {
+    distance: f32,
+    above: u32,
+    node: u32,
+}
 
 /// The best so far, and the squared distance beyond which boxes need no visit.
 struct Best {
     face: u32,
-    /// Its place along the curve; that of the first triangle where it was a guess that nothing else came near.
-    place: usize,
     distance2: f64,
     limit: f32,
 }
@@ -61,16 +78,23 @@ struct Best {
 impl<'a> FaceTree<'a> {
     /// Makes the tree over triangles (n_faces x 3, indices of positions) with finite corners.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
-        let most = positions.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
-        let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
-        let order = curve_order_of_faces(positions, faces);
-        let mut tree = Self { positions, faces, order, levels: Vec::new(), scale };
-        tree.levels.push(tree.over_triangles());
-        while let Some(below) = tree.levels.last().filter(|below| below.len() > 1) {
-            let nodes = below.chunks(WIDTH).map(|below| node_over(below.iter().map(Node::whole))).collect();
-            tree.levels.push(nodes);
+        let (low, high) = bounds_of_points(positions);
+        let most = low.into_iter().chain(high).fold(0.0, |most: f32, x| most.max(x.abs()));
+        let exponent = if most > 0.0 { -(f64::from(most).log2().ceil() as i32) } else { 0 };
+        let power = |exponent: i32| 2.0f64.powi(exponent);
+        let factors = [power(exponent / 2) as f32, power(exponent - exponent / 2) as f32];
+        let order = curve_order_of_faces(positions, faces, (low, high));
+        let mut tree =
+            Self { positions, faces, order, levels: Vec::new(), whole: EMPTY, scale: power(exponent), factors };
+        let mut made: Vec<(Node, Bounds)> = tree.over_triangles();
+        loop {
+            tree.levels.push(made.iter().map(|made| made.0).collect());
+            if made.len() <= 1 {
+                tree.whole = made.first().map_or(EMPTY, |root| root.1);
+                return tree;
+            }
+            made = made.chunks(WIDTH).map(|below| node_over(below.iter().map(|made| made.1))).collect();
         }
-        tree
     }
 
     /// The nearest triangle and the squared distance to it; `None` where there are none.
@@ -106,28 +130,20 @@ impl<'a> FaceTree<'a> {
         &self.order
     }
 
-    /// Some triangles around the one that is nearest, itself among them; none where there are none.
-    ///
-    /// ```
-    /// use neural_mesh::spatial::FaceTree;
-    /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    /// let tree = FaceTree::new(&positions, &[[0, 1, 2]]);
-    /// assert_eq!(tree.around([0.25, 0.25, 2.0].into()), [0]);
-    /// ```
-    pub fn around(&self, p: DVec3) -> &[u32] {
-        let Some(Best { place, .. }) = self.best(p, None, f64::NEG_INFINITY) else { return &[] };
-        let leaf = place / WIDTH;
-        let end = self.order.len().min((leaf + 2) * WIDTH);
-        &self.order[leaf.saturating_sub(1) * WIDTH..end]
+    /// Diagonal of the box around all triangles, 0 where there are none.
+    pub fn diagonal(&self) -> f64 {
+        let (low, high) = self.whole;
+        let side = |k: usize| (f64::from(high[k]) - f64::from(low[k])).max(0.0);
+        side(0).hypot(side(1)).hypot(side(2)) / self.scale
     }
 
     /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
     #[inline(always)]
     fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
-        let none = Best { face: u32::MAX, place: 0, distance2: f64::INFINITY, limit: f32::INFINITY };
+        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY };
         let (p, mut best) = (p * self.scale, none);
         if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
-            self.test_face(face, 0, p, &mut best);
+            self.test_face(face, p, &mut best);
         }
         if !self.faces.is_empty() {
             self.descend(p, enough, &mut best);
@@ -135,55 +151,87 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then_some(best)
     }
 
-    /// The nodes over the triangles.
-    fn over_triangles(&self) -> Vec<Node> {
+    /// The nodes over the triangles, each with the box around all its children.
+    fn over_triangles(&self) -> Vec<(Node, Bounds)> {
         let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
         self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect()
     }
 
     #[inline(always)]
     fn corners(&self, face: u32) -> [[f32; 3]; 3] {
-        let scaled = |v: u32| self.positions[v as usize].map(|x| (f64::from(x) * self.scale) as f32);
-        self.faces[face as usize].map(scaled)
+        let [s, t] = self.factors;
+        let [a, b, c] = self.faces[face as usize];
+        let scaled = |v: u32| {
+            let [x, y, z] = self.positions[v as usize];
+            [x * s * t, y * s * t, z * s * t]
+        };
+        [scaled(a), scaled(b), scaled(c)]
     }
 
+    #[inline(always)]
     fn bounds(&self, face: u32) -> Bounds {
-        self.corners(face).into_iter().map(|corner| (corner, corner)).fold(EMPTY, union)
+        let [a, b, c] = self.corners(face);
+        union(union((a, a), (b, b)), (c, c))
     }
 
-    /// Visits the nodes that may hold a nearer triangle, the nearest first.
+    /// Visits the nodes that may hold a nearer triangle, the nearest child of each first.
     #[inline(always)]
     fn descend(&self, p: DVec3, enough: f64, best: &mut Best) {
         let point = p.as_vec3().to_array();
-        let mut waiting = [(0.0, 0, 0); WAITING];
-        waiting[0] = (0.0, self.levels.len() as u32, 0);
+        let mut waiting = [Waiting { distance: 0.0, above: 0, node: 0 }; WAITING];
+        waiting[0].above = self.levels.len() as u32;
         let mut n_waiting = 1;
         while n_waiting > 0 && best.distance2 > enough {
             n_waiting -= 1;
-            let (distance, above, node) = waiting[n_waiting];
+            let Waiting { distance, above, node } = waiting[n_waiting];
             if distance > best.limit {
                 continue;
             }
-            if above == 0 {
-                self.test_face(self.order[node], node, p, best);
+            let below = above as usize - 1;
+            let first = node as usize * WIDTH;
+            let distances = self.levels[below][node as usize].distances(point);
+            if below == 0 {
+                self.test_faces(first, &distances, p, best);
                 continue;
             }
-            let (children, n) = self.levels[above as usize - 1][node].by_distance(point, best.limit);
-            for &(distance, child) in children[..n].iter().rev() {
-                waiting[n_waiting] = (distance, above - 1, node * WIDTH + child);
-                n_waiting += 1;
+            let n_children = WIDTH.min(self.levels[below - 1].len() - first);
+            let start = n_waiting;
+            for (child, &distance) in distances[..n_children].iter().enumerate() {
+                waiting[n_waiting] = Waiting { distance, above: below as u32, node: (first + child) as u32 };
+                n_waiting += usize::from(distance <= best.limit);
+            }
+            let nearer = |i: usize, j: usize| if waiting[j].distance < waiting[i].distance { j } else { i };
+            if let Some(nearest) = (start..n_waiting).reduce(nearer) {
+                waiting.swap(nearest, n_waiting - 1);
+            }
+        }
+    }
+
+    /// Tests the triangles under a node that may be nearer, the one of the nearest box first.
+    #[inline(always)]
+    fn test_faces(&self, first: usize, distances: &[f32; WIDTH], p: DVec3, best: &mut Best) {
+        let faces = &self.order[first..self.order.len().min(first + WIDTH)];
+        let nearer = |i: usize, j: usize| if distances[j] < distances[i] { j } else { i };
+        let nearest = (0..faces.len()).reduce(nearer).unwrap_or_default();
+        if distances[nearest] <= best.limit {
+            self.test_face(faces[nearest], p, best);
+            for (child, &face) in faces.iter().enumerate() {
+                if distances[child] <= best.limit && child != nearest {
+                    self.test_face(face, p, best);
+                }
             }
         }
     }
 
     #[inline(always)]
-    fn test_face(&self, face: u32, place: usize, p: DVec3, best: &mut Best) {
-        let corners = self.corners(face).map(|corner| DVec3::from_array(corner.map(f64::from)));
+    fn test_face(&self, face: u32, p: DVec3, best: &mut Best) {
+        let [a, b, c] = self.corners(face);
+        let corners = [a, b, c].map(|corner| DVec3::from_array(corner.map(f64::from)));
         let weights = nearest_weights_f64(p, corners);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let distance2 = p.distance_squared(point);
         if (distance2, face) < (best.distance2, best.face) {
-            *best = Best { face, place, distance2, limit: limit(distance2, p) };
+            *best = Best { face, distance2, limit: limit(distance2, p) };
         }
     }
 }
@@ -193,49 +241,62 @@ type Bounds = ([f32; 3], [f32; 3]);
 
 const EMPTY: Bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 
+#[inline(always)]
 fn union(a: Bounds, b: Bounds) -> Bounds {
-    (std::array::from_fn(|k| a.0[k].min(b.0[k])), std::array::from_fn(|k| a.1[k].max(b.1[k])))
+    // Plain comparisons: `min` and `max` cost three instructions for their care of NaN.
+    let low = |k: usize| if b.0[k] < a.0[k] { b.0[k] } else { a.0[k] };
+    let high = |k: usize| if b.1[k] > a.1[k] { b.1[k] } else { a.1[k] };
+    ([low(0), low(1), low(2)], [high(0), high(1), high(2)])
 }
 
-/// The node over at most [`WIDTH`] children.
-fn node_over(children: impl Iterator<Item = Bounds>) -> Node {
-    let mut node = NO_CHILDREN;
-    for (child, (low, high)) in children.enumerate() {
-        for axis in 0..3 {
-            node.low[axis][child] = low[axis];
-            node.high[axis][child] = high[axis];
+/// The node over at most [`WIDTH`] children, and the box around all.
+#[inline(always)]
+fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) {
+    let mut boxes = [EMPTY; WIDTH];
+    let mut whole = EMPTY;
+    for (place, child) in boxes.iter_mut().zip(children) {
+        *place = child;
+        whole = union(whole, child);
+    }
+    let (origin, high) = whole;
+    let extent = (0..3).map(|k| high[k] - origin[k]).fold(0.0, f32::max);
+    let step = extent / STEPS * (1.0 + 1e-6);
+    let mut node = Node { origin, step, low: [[0; WIDTH]; 3], high: [[0; WIDTH]; 3] };
+    let per_unit = if step > 0.0 { 1.0 / step } else { 0.0 };
+    for (axis, origin) in origin.into_iter().enumerate() {
+        for (child, (low, high)) in boxes.iter().enumerate() {
+            // Half a step makes the nearest number the next one outside; a hundredth is more than rounding takes away here.
+            node.low[axis][child] = nearest_byte((low[axis] - origin) * per_unit - 0.51);
+            node.high[axis][child] = nearest_byte((high[axis] - origin) * per_unit + 0.51);
         }
     }
-    node
+    (node, whole)
+}
+
+/// The nearest of 0 to 255, without a conversion: where the units are ones, the lowest bits of a float are the number.
+#[inline(always)]
+fn nearest_byte(x: f32) -> u8 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    let x = if x < 255.0 { x } else { 255.0 };
+    (x + UNITS).to_bits() as u8
 }
 
 impl Node {
-    /// The box around all children.
-    fn whole(&self) -> Bounds {
-        let low = self.low.map(|values| values.into_iter().fold(f32::INFINITY, f32::min));
-        (low, self.high.map(|values| values.into_iter().fold(f32::NEG_INFINITY, f32::max)))
-    }
-
-    /// The children no farther than the limit (squared), the nearest first, and how many they are.
+    /// How far the boxes of the children are at least, squared.
     #[inline(always)]
-    fn by_distance(&self, p: [f32; 3], limit: f32) -> ([(f32, usize); WIDTH], usize) {
+    fn distances(&self, p: [f32; 3]) -> [f32; WIDTH] {
         let mut distances = [0.0; WIDTH];
         for (axis, p) in p.into_iter().enumerate() {
+            let from_origin = p - self.origin[axis];
             for (child, distance) in distances.iter_mut().enumerate() {
-                let outside = (self.low[axis][child] - p).max(p - self.high[axis][child]).max(0.0);
+                let below = f32::from(self.low[axis][child]) * self.step - from_origin;
+                let above = from_origin - f32::from(self.high[axis][child]) * self.step;
+                let outside = if below > above { below } else { above };
+                let outside = if outside > 0.0 { outside } else { 0.0 };
                 *distance += outside * outside;
             }
         }
-        let (mut sorted, mut n) = ([(f32::INFINITY, 0); WIDTH], 0);
-        for (child, &distance) in distances.iter().enumerate() {
-            if distance <= limit && distance.is_finite() {
-                let at = sorted[..n].iter().position(|&(other, _)| other > distance).unwrap_or(n);
-                sorted.copy_within(at..n, at + 1);
-                sorted[at] = (distance, child);
-                n += 1;
-            }
-        }
-        (sorted, n)
+        distances
     }
 }
 
