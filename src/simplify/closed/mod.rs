@@ -63,6 +63,8 @@ const DARTS: f64 = 0.9;
 const EDGE_WEIGHT: f32 = 0.3;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
+/// Vertices, regions or faces that a thread takes at once.
+const PARALLEL: usize = 4096;
 
 /// What the closed assembly is asked.
 pub(super) struct Request<'a> {
