@@ -7,7 +7,7 @@ use super::extra::Extra;
 
 /// The path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
 /// Both kinds of slashes part names.
-fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
+pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
     let name = name.replace('\\', "/");
     if name.contains([':', '\0']) {
         return None;
@@ -34,6 +34,14 @@ pub(super) struct Found {
     /// Whether the name in the asset has to change to `place`.
     pub moved: bool,
     pub bytes: Vec<u8>,
+}
+
+impl Found {
+    /// The folder from which names within the file count.
+    pub fn folder(&self) -> &Path {
+        let file = if self.moved { &self.source } else { &self.place };
+        file.parent().unwrap_or(Path::new(""))
+    }
 }
 
 /// Finds the files that an asset names.

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use super::beside::Finder;
+use super::beside::{Finder, Found};
 use super::extra::{Extra, Group, decoded};
-use super::material::{file_name, first_word};
+use super::material::{file_name, first_word, library_names};
 use super::texture_comments::{texture_number, textures};
 use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
@@ -47,11 +47,9 @@ fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
 /// The looks of the groups by the materials of libraries.
 fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     let mut materials: Vec<(String, Look)> = extra.looks.clone();
-    for line in &extra.material_libraries {
-        // A line names several libraries, or one with blanks in its name.
-        let names: Vec<&str> = if finder.has(line) { vec![line] } else { line.split_whitespace().collect() };
-        for name in names {
-            add_library(name, &mut materials, finder);
+    for name in library_names(extra, finder) {
+        if let Some(library) = finder.find(Path::new(""), name) {
+            materials.append(&mut materials_of(&library, finder));
         }
     }
     // Of materials of one name the first.
@@ -60,13 +58,11 @@ fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect()
 }
 
-/// Adds the materials of a library.
-fn add_library(name: &str, materials: &mut Vec<(String, Look)>, finder: &mut Finder) {
-    let Some(found) = finder.find(Path::new(""), name) else { return };
-    // Names within it count from where it lies.
-    let base = if found.moved { found.source.parent() } else { found.place.parent() };
-    let base = base.map(Path::to_path_buf).unwrap_or_default();
-    for line in found.bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
+/// The materials of a library.
+fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
+    let base = library.folder();
+    let mut materials: Vec<(String, Look)> = Vec::new();
+    for line in library.bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
         let (word, rest) = first_word(line);
         if word == b"newmtl" {
             materials.push((decoded(rest.trim_ascii()), Look::default()));
@@ -75,7 +71,7 @@ fn add_library(name: &str, materials: &mut Vec<(String, Look)>, finder: &mut Fin
         if word.eq_ignore_ascii_case(b"kd") {
             look.colour = colour(rest).unwrap_or(look.colour);
         } else if word.eq_ignore_ascii_case(b"map_kd") {
-            let bytes = finder.find(&base, &decoded(file_name(rest))).map(|found| Arc::from(found.bytes));
+            let bytes = finder.find(base, &decoded(file_name(rest))).map(|found| Arc::from(found.bytes));
             look.texture = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
         }
     }
@@ -83,6 +79,7 @@ fn add_library(name: &str, materials: &mut Vec<(String, Look)>, finder: &mut Fin
         // Programs write black beside a texture and mean the texture.
         look.colour = [1.0; 3];
     }
+    materials
 }
 
 /// Three numbers, sRGB as programs that write MTL mean it, as linear light.
@@ -133,6 +130,20 @@ mod tests {
         assert_eq!(looks[1], Look::default());
         assert_eq!(looks[2], Look { colour: [0.0, 1.0, linear_light(0.5)], ..Look::default() });
         assert!(notes.is_empty(), "{notes:?}");
+    }
+
+    #[test]
+    fn what_stands_before_the_first_material_belongs_to_none() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.mtl"), "newmtl skin\nKd 0 1 0\n").unwrap();
+        std::fs::write(folder.path().join("b.mtl"), "Kd 1 0 0\nnewmtl horn\n").unwrap();
+        let extra = Extra {
+            groups: vec![Group { material: Some("skin".into()), ..Group::default() }],
+            material_libraries: vec!["a.mtl b.mtl".into()],
+            folder: Some(folder.path().to_path_buf()),
+            ..Extra::default()
+        };
+        assert_eq!(looks(&extra, false).0.of_groups[0].colour, [0.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -36,13 +36,9 @@ impl Libraries {
     /// Finds the libraries that the mesh names, and their textures, and lists both for the output.
     pub fn find(extra: &Extra, finder: &mut Finder) -> Self {
         let mut libraries = Self::default();
-        for line in &extra.material_libraries {
-            // A line names several libraries, or one with blanks in its name.
-            let names: Vec<&str> = if finder.has(line) { vec![line] } else { line.split_whitespace().collect() };
-            for name in names {
-                let renamed = libraries.add(name, finder);
-                libraries.names.push(renamed.unwrap_or_else(|| name.to_string()));
-            }
+        for name in library_names(extra, finder) {
+            let renamed = libraries.add(name, finder);
+            libraries.names.push(renamed.unwrap_or_else(|| name.to_string()));
         }
         libraries
     }
@@ -50,10 +46,7 @@ impl Libraries {
     /// Lists a library and its textures; gives its new name where it has to change.
     fn add(&mut self, name: &str, finder: &mut Finder) -> Option<String> {
         let found = finder.find(Path::new(""), name)?;
-        // Names within it count from where it lies.
-        let base = if found.moved { found.source.parent() } else { found.place.parent() };
-        let base = base.map(Path::to_path_buf).unwrap_or_default();
-        let text = self.with_textures(&found.bytes, &base, &found.place, finder);
+        let text = self.with_textures(&found.bytes, found.folder(), &found.place, finder);
         finder.list(&found.place, text);
         found.moved.then(|| reference(&found.place))
     }
@@ -90,6 +83,13 @@ impl Libraries {
         }
         out
     }
+}
+
+/// The libraries that the lines of a mesh name: several in a line, or one with blanks in its name.
+pub(super) fn library_names<'a>(extra: &'a Extra, finder: &Finder) -> Vec<&'a str> {
+    let of_line =
+        |line: &'a String| if finder.has(line) { vec![line.as_str()] } else { line.split_whitespace().collect() };
+    extra.material_libraries.iter().flat_map(of_line).collect()
 }
 
 /// How a file at `place` names another one.

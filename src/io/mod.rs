@@ -32,6 +32,7 @@ mod scalar;
 mod stl;
 mod text;
 mod texture_comments;
+mod uri;
 mod write;
 
 pub use error::{Place, ReadError, WriteError};

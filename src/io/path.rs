@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 use std::io::Write;
-use std::path::{Component, Path};
+use std::path::Path;
 
-use super::beside::{Trouble, read_beside};
+use super::uri::fetch;
 use super::{Format, ReadError, ReadMesh, WriteError, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
 
@@ -138,41 +138,6 @@ fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// The bytes of the file `uri` in `folder` or below it, nowhere else.
-pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
-    let found = name_inside(uri).ok_or(Trouble::Outside);
-    let found = found.and_then(|name| read_beside(folder, name.as_ref(), false));
-    let refusal = |trouble| {
-        ReadError::file(format!("the buffer {uri:?} {trouble}"), "put the file beside the asset or export it as GLB")
-    };
-    found.map(|(_, bytes)| bytes).map_err(refusal)
-}
-
-/// The relative path that a URI means, if it is one of a file in the folder of the asset or below it.
-pub(super) fn name_inside(uri: &str) -> Option<String> {
-    let name = percent_decoded(uri)?;
-    let is_inside = Path::new(&name).components().all(|part| matches!(part, Component::Normal(_)));
-    Some(name).filter(|name| is_inside && !name.is_empty() && !name.contains(['\\', ':']))
-}
-
-/// `%20` and the like resolved; `None` where that gives no text.
-fn percent_decoded(uri: &str) -> Option<String> {
-    let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.as_bytes();
-    while let [first, tail @ ..] = rest {
-        rest = tail;
-        let digits = tail.get(..2).filter(|_| *first == b'%').and_then(|digits| std::str::from_utf8(digits).ok());
-        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(byte) => {
-                bytes.push(byte);
-                rest = &tail[2..];
-            }
-            None => bytes.push(*first),
-        }
-    }
-    String::from_utf8(bytes).ok().filter(|name| !name.contains('\0'))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,34 +178,5 @@ mod tests {
         use std::os::unix::fs::FileTypeExt;
         write_path("/dev/null".as_ref(), b"words", true).unwrap();
         assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
-    }
-
-    #[test]
-    fn buffers_are_fetched_from_the_folder_of_the_asset_only() {
-        let folder = tempfile::tempdir().unwrap();
-        let inner = folder.path().join("inner");
-        std::fs::create_dir(&inner).unwrap();
-        std::fs::write(folder.path().join("secret"), b"no").unwrap();
-        std::fs::write(inner.join("a b.bin"), b"yes").unwrap();
-        assert_eq!(fetch(&inner, "a%20b.bin").unwrap(), b"yes");
-        let absolute = folder.path().join("secret");
-        for uri in [
-            "../secret",
-            "%2e%2e/secret",
-            "..\\secret",
-            absolute.to_str().unwrap(),
-            "file:///secret",
-            "http://host/a",
-            "",
-            "x.bin",
-            ".",
-        ] {
-            assert!(fetch(&inner, uri).is_err(), "{uri}");
-        }
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(folder.path().join("secret"), inner.join("link")).unwrap();
-            assert!(fetch(&inner, "link").is_err());
-        }
     }
 }

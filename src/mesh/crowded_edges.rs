@@ -11,6 +11,8 @@ use rustc_hash::FxHashMap;
 
 /// Angle, in radians, that a pair of faces wound against each other has to be flatter to be joined before one that agrees.
 const DISAGREEMENT: f32 = 0.5 * PI;
+/// Faces of an edge that are compared each with each, at most: thousands at one edge are no surface, and would fill the memory.
+const MOST_FACES: usize = 128;
 
 /// Half-edges as 3 x face + place, by their partner over an edge with more than two faces.
 pub(super) type Partners = FxHashMap<u32, u32>;
@@ -27,8 +29,8 @@ pub(super) fn partners(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Partners {
             sides.join([g / 3, h / 3], runs_up(faces, g) == runs_up(faces, h));
         }
     }
-    for edge in edges().filter(|edge| edge.len() > 2) {
-        let fan: Vec<Blade> = edge.iter().map(|&(ends, half)| Blade::new(positions, faces, ends, half)).collect();
+    for some in edges().filter(|edge| edge.len() > 2).flat_map(|edge| edge.chunks(MOST_FACES)) {
+        let fan: Vec<Blade> = some.iter().map(|&(ends, half)| Blade::new(positions, faces, ends, half)).collect();
         for [g, h] in matched(&fan, &mut sides) {
             partners.insert(g, h);
             partners.insert(h, g);
@@ -183,6 +185,12 @@ mod tests {
         assert!(sides.join([0, 1], false) && sides.join([1, 2], true) && sides.join([3, 4], true));
         assert!(!sides.join([0, 2], false) && sides.join([0, 2], true));
         assert!(sides.join([4, 2], false) && sides.join([0, 3], false) && !sides.join([0, 3], true));
+    }
+
+    #[test]
+    fn thousands_of_faces_at_one_edge_take_no_longer_than_their_number() {
+        let tips: Vec<[f32; 3]> = (0..60_000).map(|i| [1.0 + i as f32, 1.0, 0.5]).collect();
+        assert_eq!(pairs(&tips, &vec![false; tips.len()]).len(), tips.len() / 2);
     }
 
     #[test]

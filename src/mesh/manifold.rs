@@ -107,10 +107,13 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
         }
         // The half-edges of these faces over the edge from the vertex to its neighbour.
         let half = |i: u32| half_edge(faces, corners[i as usize], spoke[0].0);
-        for (&(_, i), place) in spoke.iter().zip(1..) {
-            let partner = partners.get(&half(i));
-            if let Some(&(_, j)) = spoke[place..].iter().find(|&&(_, j)| partner == Some(&half(j))) {
-                fans.union(i, j);
+        let mut halves: Vec<(u32, u32)> = spoke.iter().map(|&(_, i)| (half(i), i)).collect();
+        halves.sort_unstable();
+        for &(half, i) in &halves {
+            let place =
+                partners.get(&half).and_then(|partner| halves.binary_search_by_key(partner, |&(half, _)| half).ok());
+            if let Some(place) = place {
+                fans.union(i, halves[place].1);
             }
         }
     }
@@ -234,6 +237,16 @@ mod tests {
         let manifold = manifold(&positions, &faces);
         assert_eq!((manifold.copies.as_slice(), manifold.rings.n_apexes()), (&[0, 1][..], 2));
         assert_eq!(manifold.faces[1], [6, 5, 3]);
+    }
+
+    #[test]
+    fn a_book_of_thousands_of_pages_comes_apart() {
+        let n = 40_000;
+        let tips = (0..n).map(|i| (i as f32).sin_cos()).map(|(y, x)| [x, y, 0.5]);
+        let positions: Vec<[f32; 3]> = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
+        let faces: Vec<[u32; 3]> = (2..n + 2).map(|tip| [0, 1, tip]).collect();
+        let manifold = manifold(&positions, &faces);
+        assert_eq!((manifold.rings.n_apexes(), manifold.faces.len()), (n as usize / 2, n as usize));
     }
 
     #[test]

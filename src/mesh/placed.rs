@@ -14,10 +14,11 @@ pub(crate) struct PlacedMesh<'a> {
     pub first_group: u32,
 }
 
-/// The meshes in the coordinates of all, with the channels of all: zeros where a mesh lacks one. Directions turn with their
-/// mesh; the faces of a mirrored one are turned round, so that their outer sides stay outside.
-pub(crate) fn side_by_side(meshes: &[PlacedMesh]) -> RawMesh {
-    let channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
+/// The meshes in the coordinates of all, with the channels of all whose role is carried: zeros (of colours, white) where a mesh
+/// lacks one. Directions turn with their mesh; the faces of a mirrored one are turned round, so that their outer sides stay outside.
+pub(crate) fn side_by_side(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
+    let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
+    channels.retain(|channel| is_carried(channel.role));
     let mut all = RawMesh { attributes: Attributes { channels, ..Attributes::default() }, ..RawMesh::default() };
     meshes.iter().for_each(|placed| add(&mut all, placed));
     all
@@ -62,8 +63,8 @@ fn turn_directions(channel: &mut Channel, from: usize, transform: DMat4) {
     let is_unit = matches!(channel.role, Role::Normal | Role::Tangent);
     for row in channel.values[from..].chunks_exact_mut(channel.width) {
         let Some(vector) = row.first_chunk_mut::<3>() else { return };
-        let found = (turned * Vec3::from(*vector).as_dvec3()).as_vec3();
-        let found = if is_unit { found.normalize_or_zero() } else { found };
+        let found = turned * Vec3::from(*vector).as_dvec3();
+        let found = if is_unit { found.normalize_or_zero() } else { found }.as_vec3();
         *vector = if found.is_finite() { found.into() } else { [0.0; 3] };
     }
 }
@@ -90,11 +91,12 @@ mod tests {
         let (bare, shaded) = (triangle(false), triangle(true));
         let turned = DMat4::from_rotation_translation(DQuat::from_rotation_z(0.5_f64.acos() * 1.5), DVec3::X);
         let mirrored = DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0));
-        let all = side_by_side(&[
+        let meshes = [
             PlacedMesh { mesh: &bare, transform: DMat4::IDENTITY, first_group: 0 },
             PlacedMesh { mesh: &shaded, transform: turned, first_group: 2 },
             PlacedMesh { mesh: &shaded, transform: mirrored, first_group: 4 },
-        ]);
+        ];
+        let all = side_by_side(&meshes, |_| true);
         assert_eq!(all.faces, [[0, 1, 2], [3, 4, 5], [6, 8, 7]]);
         assert_eq!((all.attributes.groups.as_slice(), all.positions[7]), (&[1, 3, 5][..], [-2.0, 0.0, 0.0]));
         assert!((DVec3::from(all.positions[4]) - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12);
@@ -103,16 +105,20 @@ mod tests {
             assert!((found - expected).abs() < 1e-6, "{normals:?}");
         }
         assert!(all.attributes.fit(3));
+        assert_eq!(side_by_side(&meshes, |role| role != Role::Normal).attributes.channels, []);
     }
 
     #[test]
     fn corners_that_do_not_exist_reach_no_other_mesh() {
         let broken = RawMesh { faces: vec![[0, 1, 3]], ..triangle(false) };
         let placed = || PlacedMesh { mesh: &broken, transform: DMat4::IDENTITY, first_group: 0 };
-        assert_eq!(side_by_side(&[placed(), placed()]).faces[0], [0, 1, u32::MAX]);
+        assert_eq!(side_by_side(&[placed(), placed()], |_| true).faces[0], [0, 1, u32::MAX]);
         let mut beyond = triangle(true);
         beyond.attributes.wedges[0][2] = u32::MAX;
         let placed = || PlacedMesh { mesh: &beyond, transform: DMat4::IDENTITY, first_group: 0 };
-        assert_eq!(side_by_side(&[placed(), placed()]).attributes.wedges, [[0, 0, u32::MAX], [1, 1, u32::MAX]]);
+        assert_eq!(
+            side_by_side(&[placed(), placed()], |_| true).attributes.wedges,
+            [[0, 0, u32::MAX], [1, 1, u32::MAX]]
+        );
     }
 }

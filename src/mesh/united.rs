@@ -1,6 +1,6 @@
 //! Several meshes as one, so that they share what is done to it, and one as several again.
 
-use super::{Attributes, Channel, TriMesh, compact};
+use super::{Attributes, Channel, Role, TriMesh, compact};
 
 /// A mesh to be united with others.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct Piece<'a> {
 pub struct United {
     /// All of them.
     pub mesh: TriMesh,
-    /// What they carry: the channels of all, zeros where a mesh lacks one, and groups that no two meshes share.
+    /// What they carry: the channels of all, zeros (of colours, white) where a mesh lacks one, and groups that no two meshes share.
     pub attributes: Attributes,
     /// The first group of each mesh, and one beyond the last.
     first_groups: Vec<u32>,
@@ -153,20 +153,26 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
     channels
 }
 
-/// Appends a mesh's values to a channel, zeros where it has none.
+/// Appends a mesh's values to a channel; where it has none, white of a colour, else zeros. The joints and weights of a skin
+/// begin each in their half of a row, however wide it is.
 pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize) {
-    let own = attributes.channels.iter().find(|other| other.name == channel.name);
-    for wedge in 0..n_wedges as u32 {
-        let values = own.map_or(&[][..], |own| own.of(wedge));
-        channel.values.extend_from_slice(values);
-        channel.values.extend(std::iter::repeat_n(0.0, channel.width - values.len()));
+    let (first, width) = (channel.values.len(), channel.width.max(1));
+    let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };
+    channel.values.resize(first + n_wedges * width, missing);
+    let Some(own) = attributes.channels.iter().find(|other| other.name == channel.name) else { return };
+    let n_front = if channel.role == Role::Skin { own.width / 2 } else { own.width };
+    let rows = channel.values[first..].chunks_exact_mut(width);
+    for (row, values) in rows.zip(own.values.chunks_exact(own.width.max(1))) {
+        let (front, back) = values.split_at(n_front);
+        row[..n_front].copy_from_slice(front);
+        row[width / 2..][..back.len()].copy_from_slice(back);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Role, shapes};
+    use crate::mesh::shapes;
 
     fn channel(name: &str, width: usize, n: usize) -> Channel {
         let values = (0..n * width).map(|i| i as f32).collect();
@@ -199,6 +205,21 @@ mod tests {
         for (piece, (mesh, attributes)) in pieces.iter().zip(&split) {
             assert_eq!((mesh, attributes), (piece.mesh, piece.attributes));
         }
+    }
+
+    #[test]
+    fn what_is_widened_means_what_it_meant() {
+        let widened = |role, values: &[f32], width| {
+            let channel = |width, values| Channel { name: "a".into(), role, width, values };
+            let own = Attributes { channels: vec![channel(values.len(), values.to_vec())], ..Attributes::default() };
+            let mut all = channel(width, vec![7.0; width]);
+            extend(&mut all, &own, 1);
+            all.values.split_off(width)
+        };
+        assert_eq!(widened(Role::Colour, &[0.1, 0.2, 0.3], 4), [0.1, 0.2, 0.3, 1.0]);
+        assert_eq!(widened(Role::Skin, &[5.0, 6.0, 0.25, 0.75], 8), [5.0, 6.0, 0.0, 0.0, 0.25, 0.75, 0.0, 0.0]);
+        assert_eq!(widened(Role::Other, &[1.0, 2.0], 3), [1.0, 2.0, 0.0]);
+        assert_eq!(widened(Role::Colour, &[], 3), [1.0; 3]);
     }
 
     #[test]

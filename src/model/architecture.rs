@@ -51,6 +51,36 @@ impl Default for Architecture {
     }
 }
 
+#[cfg(test)]
+impl Architecture {
+    /// A few layers of a few numbers, each kind of them at another width.
+    pub(crate) const TINY: Self = Self {
+        point_sampler_inputs: 6,
+        point_sampler_layers: 2,
+        point_sampler_width: 5,
+        point_sampler_hidden: 4,
+        edge_predictor_width: 5,
+        attention_width: 4,
+        edge_knn: 4,
+        face_classifier_layers: 2,
+        face_classifier_width: 5,
+        face_knn: 3,
+    };
+
+    /// The paper's with narrow layers.
+    pub(crate) fn narrow() -> Self {
+        Self {
+            point_sampler_width: 16,
+            edge_predictor_width: 16,
+            attention_width: 8,
+            edge_knn: 8,
+            face_classifier_width: 16,
+            face_knn: 8,
+            ..Self::default()
+        }
+    }
+}
+
 /// Sizes that a file may leave out: the network is then the paper's.
 const NOT_IN_THE_PAPER: [&str; 2] = ["point_sampler_inputs", "point_sampler_hidden"];
 

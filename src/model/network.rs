@@ -56,18 +56,7 @@ mod tests {
     };
     use std::sync::Arc;
 
-    const SIZES: Architecture = Architecture {
-        point_sampler_inputs: 6,
-        point_sampler_layers: 2,
-        point_sampler_width: 5,
-        point_sampler_hidden: 4,
-        edge_predictor_width: 5,
-        attention_width: 4,
-        edge_knn: 4,
-        face_classifier_layers: 2,
-        face_classifier_width: 5,
-        face_knn: 3,
-    };
+    const SIZES: Architecture = Architecture::TINY;
 
     fn points() -> Vec<[f32; 3]> {
         random(14, 3, 3).data().as_chunks().0.to_vec()

@@ -137,16 +137,7 @@ mod tests {
     }
 
     fn small_weights(seed: u64) -> Weights {
-        let sizes = Architecture {
-            point_sampler_width: 16,
-            edge_predictor_width: 16,
-            attention_width: 8,
-            edge_knn: 8,
-            face_classifier_width: 16,
-            face_knn: 8,
-            ..Default::default()
-        };
-        Weights::random_of(sizes, seed)
+        Weights::random_of(Architecture::narrow(), seed)
     }
 
     /// Some of the weights drawn at random leave faces.

@@ -11,7 +11,8 @@ use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
 use super::{DRACO, REMEDY, refuse};
-use crate::io::path::{bytes_of, fetch, name_inside};
+use crate::io::path::bytes_of;
+use crate::io::uri::{fetch, path_inside};
 use crate::io::{Format, OutputFile, ReadError};
 
 /// A glTF or GLB file, opened with all that it refers to.
@@ -148,17 +149,17 @@ fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, Read
 fn images(root: &Root, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>, notes: &mut Vec<String>) -> Vec<OutputFile> {
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
-        let Some(path) = name_inside(uri) else {
+        let Some(path) = path_inside(uri) else {
             notes.push(format!(
                 "the image {uri:?} does not lie in the folder of the asset: the reference stays as it is"
             ));
             continue;
         };
-        if images.iter().any(|image| image.path == Path::new(&path)) {
+        if images.iter().any(|image| image.path == path) {
             continue;
         }
         match load_uri(uri, fetch) {
-            Ok(bytes) => images.push(OutputFile { path: path.into(), bytes }),
+            Ok(bytes) => images.push(OutputFile { path, bytes }),
             Err(_) => notes.push(format!("the image {uri:?} is missing: the reference stays as it is")),
         }
     }

@@ -10,7 +10,7 @@ use super::asset::Asset;
 use super::container::load_uri;
 use super::schema::Primitive;
 use crate::io::ReadError;
-use crate::io::path::name_inside;
+use crate::io::uri::path_inside;
 use crate::mesh::{BaseTexture, Look, Wrap};
 
 /// A material, as far as it gives a base colour.
@@ -163,8 +163,8 @@ impl<'a> Reader<'a> {
             let no_file = |_: &str| Err(ReadError::file("no data", ""));
             return load_uri(uri, &no_file).ok().map(Arc::from);
         }
-        let path = name_inside(uri)?;
-        let file = self.asset.images.iter().find(|file| file.path == std::path::Path::new(&path))?;
+        let path = path_inside(uri)?;
+        let file = self.asset.images.iter().find(|file| file.path == path)?;
         Some(Arc::from(file.bytes.as_slice()))
     }
 

@@ -34,7 +34,7 @@ impl Asset {
             spend(&mut budget, mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges())?;
             placed.push(PlacedMesh { mesh, transform, first_group: first_groups[part] });
         }
-        let mut scene = side_by_side(&placed);
+        let mut scene = side_by_side(&placed, |_| true);
         scene.double = is_far_out(&scene.positions);
         Ok(scene)
     }

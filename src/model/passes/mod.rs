@@ -48,19 +48,7 @@ mod tests {
     const SAMPLES: [u32; 14] = [0, 2, 3, 5, 6, 9, 12, 15, 17, 18, 20, 23, 26, 29];
 
     fn weights() -> Weights {
-        let sizes = Architecture {
-            point_sampler_inputs: 6,
-            point_sampler_layers: 2,
-            point_sampler_width: 5,
-            point_sampler_hidden: 4,
-            edge_predictor_width: 5,
-            attention_width: 4,
-            edge_knn: 4,
-            face_classifier_layers: 2,
-            face_classifier_width: 5,
-            face_knn: 3,
-        };
-        Weights::random_of(sizes, 3)
+        Weights::random_of(Architecture::TINY, 3)
     }
 
     fn points() -> Vec<[f32; 3]> {

@@ -25,7 +25,7 @@ pub(super) struct Beneath {
 struct Region {
     /// Some of its vertices and of the centroids of its faces.
     points: Vec<Vec3>,
-    /// The faces with a corner in it.
+    /// The faces with a corner in it that have an area.
     faces: Vec<Face>,
 }
 
@@ -62,7 +62,8 @@ impl Beneath {
                 let corners = [v, p, q].map(|w| surface.positions[w as usize]);
                 let face = Face::new(corners, normal_at(surface, v, corners));
                 region.points.push(face.centroid());
-                region.faces.push(face);
+                // One without an area looks nowhere, and its edges are those of others.
+                region.faces.extend(Some(face).filter(|face| face.normal != Vec3::ZERO));
             }
         }
         regions.values_mut().for_each(Region::thin_out);

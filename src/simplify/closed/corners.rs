@@ -269,9 +269,10 @@ pub(in crate::simplify) fn blend(role: Role, corners: [&[f32]; 3], weights: [f32
     match role {
         Role::Normal => normalise(out, corners, weights),
         Role::Tangent => {
-            let (direction, sign) = out.split_at_mut(3);
-            normalise(direction, corners.map(|corner| &corner[..3]), weights);
-            sign[0] = if sign[0] < 0.0 { -1.0 } else { 1.0 };
+            if let Some((direction, [sign, ..])) = out.split_at_mut_checked(3) {
+                normalise(direction, corners.map(|corner| &corner[..3]), weights);
+                *sign = if *sign < 0.0 { -1.0 } else { 1.0 };
+            }
         }
         _ => {}
     }
@@ -338,6 +339,13 @@ mod tests {
         blend(Role::Skin, [&[3.0, 5.0, 0.5, 0.5], &[5.0, 7.0, 0.9, 0.1], &[0.0; 4]], [0.5, 0.5, 0.0], &mut skin);
         assert_eq!(skin[..2], [5.0, 3.0]);
         assert!((skin[2] + skin[3] - 1.0).abs() < 1e-6 && (skin[2] / skin[3] - 0.7 / 0.25).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_tangent_without_a_sign_is_no_harm() {
+        let mut tangent = [0.0; 3];
+        blend(Role::Tangent, [&[1.0, 0.0, 0.0], &[0.0; 3], &[0.0; 3]], [1.0, 0.0, 0.0], &mut tangent);
+        assert_eq!(tangent, [1.0, 0.0, 0.0]);
     }
 
     #[test]

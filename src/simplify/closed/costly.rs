@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::PARALLEL;
 use super::darts::Assignment;
 use super::placement::PULL;
 use super::quotient::{far_half, members};
@@ -17,8 +18,6 @@ use super::surface::Surface;
 const COSTLY: f64 = 4.0;
 /// Share of the whole error in costly regions above which they are cut.
 const HEAVY: f64 = 0.2;
-/// Regions that a thread takes at once.
-const PARALLEL: usize = 4096;
 /// How often the mean is taken anew.
 const ROUNDS: usize = 8;
 
@@ -32,29 +31,25 @@ pub(super) fn cut_costly(
 ) -> Vec<u32> {
     let mut cut = Vec::new();
     let mut errors: Vec<f64> = sums.par_iter().with_min_len(PARALLEL).map(error).collect();
-    let mut lists = BTreeMap::new();
+    // The vertices of the regions that were looked at.
+    let mut vertices_of = BTreeMap::new();
     for _ in 0..ROUNDS {
-        let total: f64 = errors.iter().sum();
-        let limit = COSTLY * total / errors.len() as f64;
-        let costly: Vec<u32> = (0..errors.len() as u32).filter(|&r| errors[r as usize] > limit).collect();
-        if costly.iter().map(|&r| errors[r as usize]).sum::<f64>() <= HEAVY * total {
-            break;
-        }
-        let mut unlisted = vec![false; assignment.n_regions];
-        costly.iter().for_each(|r| unlisted[*r as usize] = !lists.contains_key(r));
-        lists.append(&mut members(assignment, &unlisted));
-        let wholes = costly.iter().filter_map(|r| lists.remove(r)).filter(|whole| whole.len() > 1);
-        let wholes: Vec<Vec<u32>> = wholes.take(most_regions.saturating_sub(assignment.n_regions)).collect();
-        let halves: Vec<[Half; 2]> = wholes.par_iter().map(|whole| Half::both(surface, whole)).collect();
-        for ([stays, goes], whole) in halves.into_iter().zip(&wholes) {
-            let (r, fresh) = (assignment.region[whole[0] as usize], assignment.n_regions as u32);
+        let Some(costly) = costly_regions(&errors) else { break };
+        let mut is_new = vec![false; assignment.n_regions];
+        costly.iter().for_each(|r| is_new[*r as usize] = !vertices_of.contains_key(r));
+        vertices_of.append(&mut members(assignment, &is_new));
+        let regions = costly.iter().filter_map(|r| vertices_of.remove(r)).filter(|vertices| vertices.len() > 1);
+        let regions: Vec<Vec<u32>> = regions.take(most_regions.saturating_sub(assignment.n_regions)).collect();
+        let halves: Vec<[Part; 2]> = regions.par_iter().map(|vertices| Part::halves(surface, vertices)).collect();
+        for ([near, far], vertices) in halves.into_iter().zip(&regions) {
+            let (old, new) = (assignment.region[vertices[0] as usize], assignment.n_regions as u32);
             assignment.n_regions += 1;
-            goes.vertices.iter().for_each(|&v| assignment.region[v as usize] = fresh);
-            (sums[r as usize], errors[r as usize]) = (stays.sum, error(&stays.sum));
-            sums.push(goes.sum);
-            errors.push(error(&goes.sum));
-            lists.extend([(r, stays.vertices), (fresh, goes.vertices)]);
-            cut.extend_from_slice(whole);
+            far.vertices.iter().for_each(|&v| assignment.region[v as usize] = new);
+            (sums[old as usize], errors[old as usize]) = (near.sum, error(&near.sum));
+            sums.push(far.sum);
+            errors.push(error(&far.sum));
+            vertices_of.extend([(old, near.vertices), (new, far.vertices)]);
+            cut.extend_from_slice(vertices);
         }
         if assignment.n_regions >= most_regions {
             break;
@@ -63,17 +58,26 @@ pub(super) fn cut_costly(
     cut
 }
 
-/// A half of a region.
-struct Half {
+/// The regions that cost far more than the mean; `None` where they hold little of the error.
+fn costly_regions(errors: &[f64]) -> Option<Vec<u32>> {
+    let total: f64 = errors.iter().sum();
+    let limit = COSTLY * total / errors.len() as f64;
+    let costly: Vec<u32> = (0..errors.len() as u32).filter(|&r| errors[r as usize] > limit).collect();
+    let held: f64 = costly.iter().map(|&r| errors[r as usize]).sum();
+    (held > HEAVY * total).then_some(costly)
+}
+
+/// A part of a region.
+struct Part {
     vertices: Vec<u32>,
     sum: Sum,
 }
 
-impl Half {
-    /// The near half of a region and the far one.
-    fn both(surface: &Surface, whole: &[u32]) -> [Self; 2] {
-        let far = far_half(surface, whole);
-        let near = whole.iter().filter(|v| far.binary_search(v).is_err()).copied().collect();
+impl Part {
+    /// The half of a region that holds its first vertex, and the far one.
+    fn halves(surface: &Surface, region: &[u32]) -> [Self; 2] {
+        let far = far_half(surface, region);
+        let near = region.iter().filter(|v| far.binary_search(v).is_err()).copied().collect();
         [near, far].map(|vertices: Vec<u32>| {
             let mut sum = Sum::default();
             vertices.iter().for_each(|&v| sum += Sum::of(surface, v as usize));

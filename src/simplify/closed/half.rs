@@ -6,9 +6,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::triangle::area_normal;
-
-use super::surface::{Surface, outer};
+use super::surface::{Surface, add, plane_of};
 
 /// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.
 #[derive(Clone, Copy, Debug)]
@@ -103,12 +101,10 @@ impl OnPlane {
     pub fn complete(&self, surface: &mut Surface) {
         let mut sums = vec![[0.0f32; 6]; if self.n_on > 0 { surface.n_vertices() } else { 0 }];
         for face in surface.faces.iter().filter(|face| face.iter().any(|&v| self.has(v))) {
-            let normal = area_normal(face.map(|v| surface.positions[v as usize]));
-            let double_area = normal.length();
-            if double_area > 0.0 {
-                let plane = self.with_image(outer(normal, 1.0 / (6.0 * double_area)));
+            if let Some((_, plane)) = plane_of(face.map(|v| surface.positions[v as usize])) {
+                let plane = self.with_image(plane);
                 let corners = face.iter().filter(|&&v| self.has(v));
-                corners.for_each(|&v| sums[v as usize].iter_mut().zip(plane).for_each(|(sum, x)| *sum += x));
+                corners.for_each(|&v| add(&mut sums[v as usize], &plane));
             }
         }
         for v in (0..sums.len()).filter(|&v| self.is_on[v]) {
@@ -130,7 +126,7 @@ impl OnPlane {
         for [a, b, _] in borders.into_iter().filter(|&[a, b, _]| self.has(a) != self.has(b)) {
             let v = if self.has(a) { a } else { b };
             let line = self.with_image(surface.line_along_border([a, b]));
-            sums[v as usize].iter_mut().zip(line).for_each(|(sum, x)| *sum += x);
+            add(&mut sums[v as usize], &line);
         }
     }
 

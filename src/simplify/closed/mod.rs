@@ -6,6 +6,7 @@ mod corners;
 mod costly;
 mod darts;
 mod derivative;
+mod diamond;
 mod edge_lengths;
 mod faces_around;
 mod facets;
@@ -63,6 +64,8 @@ const DARTS: f64 = 0.9;
 const EDGE_WEIGHT: f32 = 0.3;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
+/// Vertices, regions or faces that a thread takes at once.
+const PARALLEL: usize = 4096;
 
 /// What the closed assembly is asked.
 pub(super) struct Request<'a> {
@@ -290,6 +293,7 @@ fn finished(
         corners: corners_now,
         fixed: &fixed,
         on_plane: on_plane.as_ref(),
+        is_coarse: coarse,
     };
     let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
     let is_on_plane = |x: usize| on_plane.as_ref().is_some_and(|on_plane| on_plane.has(x as u32));

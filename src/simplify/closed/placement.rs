@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 
+use super::PARALLEL;
 use super::darts::Assignment;
 use super::regions::Sum;
 use super::surface::Surface;
@@ -20,8 +21,6 @@ pub(super) const PULL: f32 = 1e-6;
 pub(super) const FIRM_PULL: f64 = 1e-3;
 /// How far outside is far, in standard deviations of the region's vertices.
 const FAR: f64 = 4.0;
-/// Regions or faces that a thread takes at once.
-const PARALLEL: usize = 4096;
 
 /// How the vertex of a region was placed.
 #[derive(Clone, Copy, Debug, PartialEq)]

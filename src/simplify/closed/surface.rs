@@ -9,12 +9,11 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::shares::{cut, shares};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
+use super::PARALLEL;
+
 /// How much a border counts against the surface: weight of the squared distance from the line along a border edge at either
 /// end, over the edge's squared length.
 pub(super) const BORDER_WEIGHT: f32 = 3.0;
-
-/// Vertices that a thread takes at once.
-const PARALLEL: usize = 4096;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
 pub(super) struct Surface {
@@ -169,10 +168,7 @@ fn add_faces(
     let quadrics = &mut quadrics[..n_own];
     let is_whole = n_own == positions.len();
     for face in faces.iter().filter(|face| is_whole || face.iter().any(|&v| share.contains(&(v as usize)))) {
-        let normal = area_normal(face.map(|v| positions[v as usize]));
-        let double_area = normal.length();
-        if double_area > 0.0 {
-            let plane = outer(normal, 1.0 / (6.0 * double_area));
+        if let Some((normal, plane)) = plane_of(face.map(|v| positions[v as usize])) {
             for &v in face {
                 let v = (v as usize).wrapping_sub(share.start);
                 if v < n_own {
@@ -182,6 +178,15 @@ fn add_faces(
             }
         }
     }
+}
+
+/// The area normal of a face, and the quadric of its plane for each of its corners: a third of its area; `None` where it has
+/// no area.
+#[inline(always)]
+pub(super) fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
+    let normal = area_normal(corners);
+    let double_area = normal.length();
+    (double_area > 0.0).then(|| (normal, outer(normal, 1.0 / (6.0 * double_area))))
 }
 
 /// Lines along the border edges, so that a border keeps its curve; planes that stand on them would do where the surface is
@@ -234,7 +239,8 @@ pub(super) fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
 }
 
-fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
+/// Adds an upper triangle to another.
+pub(super) fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
     for (s, o) in sum.iter_mut().zip(other) {
         *s += o;
     }

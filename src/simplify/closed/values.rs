@@ -27,6 +27,8 @@ const PLACES: [([f32; 3], f32); 6] = [
 const STAY: f32 = 0.02;
 /// Steps toward the minimum; each leaves at most two thirds of what is missing.
 const STEPS: usize = 12;
+/// Weight of a wedge, on a surface of unit size, below which its values stay: with hardly any area nothing can be divided by it.
+const LEAST: f32 = 1e-30;
 /// Length of a step, over that of Jacobi's: the system's eigenvalues, over its diagonal, lie between a half and two.
 const DAMPED: f32 = 0.7;
 
@@ -138,7 +140,7 @@ impl<'a> Fit<'a> {
         }
         for wedge in 0..one.len() {
             let first = one[wedge] as usize;
-            if !self.stays[self.vertices[wedge] as usize] && diagonal[first] > 0.0 && first == wedge {
+            if !self.stays[self.vertices[wedge] as usize] && diagonal[first] > LEAST && first == wedge {
                 let length = DAMPED / (diagonal[first] * (1.0 + STAY));
                 (0..width).for_each(|i| values[wedge * width + i] += length * rest[wedge * width + i]);
             }

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
 
+use super::PARALLEL;
 use super::half::OnPlane;
 use super::holds::Holds;
 use super::placement::Placement;
@@ -32,8 +33,6 @@ pub(super) use pair::{Pair, Place};
 
 /// Least cosine between a face's normals before and after a collapse.
 const LEAST_COSINE: f32 = 0.2;
-/// Faces or vertices that a thread takes at once.
-const PARALLEL: usize = 4096;
 const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.

@@ -1,0 +1,95 @@
+//! Files that a glTF names by their URIs: in the folder of the asset or below it, nowhere else.
+
+use std::path::{Path, PathBuf};
+
+use super::ReadError;
+use super::beside::{Trouble, inner_path, read_beside};
+
+/// The bytes of the file `uri` in `folder` or below it.
+pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
+    let found = path_inside(uri).ok_or(Trouble::Outside);
+    let found = found.and_then(|path| read_beside(folder, &path, false));
+    let refusal = |trouble| {
+        ReadError::file(format!("the buffer {uri:?} {trouble}"), "put the file beside the asset or export it as GLB")
+    };
+    found.map(|(_, bytes)| bytes).map_err(refusal)
+}
+
+/// The path from the folder of the asset that a URI means, if it is one of a file there or below.
+pub(super) fn path_inside(uri: &str) -> Option<PathBuf> {
+    inner_path(Path::new(""), &percent_decoded(uri)?)
+}
+
+/// `%20` and the like resolved; `None` where that gives no text.
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        let digits = tail.first_chunk::<2>().filter(|_| *first == b'%');
+        match digits.and_then(|&[high, low]| Some(16 * digit(high)? + digit(low)?)) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            None => bytes.push(*first),
+        }
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// The value of a hexadecimal digit.
+fn digit(letter: u8) -> Option<u8> {
+    char::from(letter).to_digit(16).map(|digit| digit as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uris_mean_paths_within_the_folder() {
+        for (uri, expected) in [
+            ("a%20b.bin", Some("a b.bin")),
+            ("./a.bin", Some("a.bin")),
+            ("x/./../maps/a.png", Some("maps/a.png")),
+            ("maps\\a.png", Some("maps/a.png")),
+            ("100%.bin", Some("100%.bin")),
+            ("a%+1.bin", Some("a%+1.bin")),
+            ("%2e%2e/a.bin", None),
+            ("%00", None),
+            ("%ff", None),
+        ] {
+            assert_eq!(path_inside(uri), expected.map(PathBuf::from), "{uri}");
+        }
+    }
+
+    #[test]
+    fn buffers_are_fetched_from_the_folder_of_the_asset_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("inner");
+        std::fs::create_dir(&inner).unwrap();
+        std::fs::write(folder.path().join("secret"), b"no").unwrap();
+        std::fs::write(inner.join("a b.bin"), b"yes").unwrap();
+        assert_eq!(fetch(&inner, "a%20b.bin").unwrap(), b"yes");
+        let absolute = folder.path().join("secret");
+        for uri in [
+            "../secret",
+            "%2e%2e/secret",
+            "..\\secret",
+            absolute.to_str().unwrap(),
+            "file:///secret",
+            "http://host/a",
+            "",
+            "x.bin",
+            ".",
+        ] {
+            assert!(fetch(&inner, uri).is_err(), "{uri}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(folder.path().join("secret"), inner.join("link")).unwrap();
+            assert!(fetch(&inner, "link").is_err());
+        }
+    }
+}
