@@ -105,7 +105,7 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true)]
     pub symmetric: Option<Option<String>>,
     /// Attribute of one number, such as a property of a PLY, that says how much each vertex counts: twice the number, twice
-    /// as much
+    /// as much. Or NAME=FACTOR: the faces of this material, group or object count so many times as much as others
     #[arg(long, value_name = "NAME")]
     pub importance: Option<String>,
     /// Write which vertex went where, and where each corner came from, as JSON

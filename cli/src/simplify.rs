@@ -12,7 +12,8 @@ use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
-    Event, Options, Simplified, SimplifyError, importance_of_channel, simplify_input, simplify_levels_of_detail,
+    Event, Options, Simplified, SimplifyError, importance_of_channel, importance_of_groups, simplify_input,
+    simplify_levels_of_detail,
 };
 
 use crate::failure::{Failure, name};
@@ -197,11 +198,14 @@ impl From<SimplifyError> for Failure {
     }
 }
 
-/// How much the vertices count, where the request names an attribute that says it.
+/// How much the vertices count, where the request names an attribute that says it, or a part of the mesh and its factor.
 fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure> {
     let Some(name) = &request.importance else { return Ok(Vec::new()) };
     let attributes = subject.attributes();
     let Some(channel) = attributes.channels.iter().find(|channel| channel.name == *name) else {
+        if let Some((part, factor)) = name.rsplit_once('=') {
+            return importance_of_part(subject, part, factor);
+        }
         let names: Vec<&str> = attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
         let names = if names.is_empty() { "none".into() } else { names.join(", ") };
         return Err(Failure::Usage(format!("--importance {name}: the mesh has no such attribute; it has: {names}")));
@@ -209,6 +213,24 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
     let factors = importance_of_channel(subject.mesh(), attributes, channel);
     factors
         .ok_or_else(|| Failure::Usage(format!("--importance {name}: needs numbers of at least 0, not all of them 0")))
+}
+
+/// How much the vertices count where the faces of one material, group or object count as often as `factor` says.
+fn importance_of_part(subject: &Subject, part: &str, factor: &str) -> Result<Vec<f32>, Failure> {
+    let refused = |why: String| Failure::Usage(format!("--importance {part}={factor}: {why}"));
+    let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());
+    let number = number.ok_or_else(|| refused("needs a number above 0 behind the last =".into()))?;
+    let names = subject.group_names();
+    let groups: Vec<u32> = names.iter().filter(|(name, _)| name == part).map(|(_, group)| *group).collect();
+    if groups.is_empty() {
+        let mut names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+        return Err(refused(format!("the mesh has no such material, group or object; it has: {names}")));
+    }
+    let factor_of = |group| if groups.contains(&group) { number } else { 1.0 };
+    Ok(importance_of_groups(subject.mesh(), subject.attributes(), factor_of))
 }
 
 /// The library's refusal as the program's.

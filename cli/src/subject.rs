@@ -122,6 +122,22 @@ impl Subject {
         }
     }
 
+    /// The names of materials, groups and objects that the file has for groups of faces, and which groups these are.
+    pub fn group_names(&self) -> Vec<(String, u32)> {
+        match &self.kind {
+            Kind::Mesh { extra, .. } => {
+                let names = |group: &io::Group| [&group.material, &group.name, &group.object].map(Option::clone);
+                let named = extra.groups.iter().zip(0..).flat_map(|(group, i)| names(group).map(|name| (name, i)));
+                named.filter_map(|(name, i)| Some((name?, i))).collect()
+            }
+            Kind::Scene { asset, united, pieces } => {
+                let parts = asset.parts().iter().zip(pieces).filter_map(|(part, piece)| Some((part, (*piece)?)));
+                let named = parts.flat_map(|(part, piece)| part.materials.iter().zip(united.first_group(piece)..));
+                named.map(|(name, group)| (name.clone(), group)).collect()
+            }
+        }
+    }
+
     /// What the groups of its faces look like; beside it what could not be had of that, in one line each.
     pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
         match &self.kind {

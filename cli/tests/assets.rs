@@ -217,6 +217,32 @@ fn importance_is_taken_from_an_attribute() {
 }
 
 #[test]
+fn a_material_can_count_more_than_others() {
+    let folder = folder();
+    textured(folder.path());
+    let on_the_left = |name: &str| {
+        let mesh = io::read_path(&folder.path().join(name), None).unwrap();
+        mesh.positions.iter().filter(|p| p[0] < 10.0).count()
+    };
+    simplified(folder.path(), &["-o", "even.obj", "--vertices", "120"]);
+    simplified(folder.path(), &["-o", "left.obj", "--vertices", "120", "--importance", "left=20"]);
+    simplified(folder.path(), &["-o", "right.obj", "--vertices", "120", "--importance", "right=20"]);
+    let [even, left, right] = ["even.obj", "left.obj", "right.obj"].map(on_the_left);
+    assert!(left > even + 10 && even > right + 10, "{left} {even} {right}");
+    // As a scene, too, whose groups are primitives.
+    let glb = run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
+    assert_eq!(glb.code, Some(0), "{}", glb.words);
+    let weighed = ["simplify", "plate.glb", "-o", "left.glb", "--vertices", "120", "--importance", "left=20"];
+    assert_eq!(run(folder.path(), &weighed).code, Some(0));
+    assert!(on_the_left("left.glb") > even + 10);
+    for (wish, why) in [("top=2", "it has: left, right"), ("left=0", "above 0"), ("left=x", "above 0")] {
+        let refused =
+            run(folder.path(), &["simplify", "plate.obj", "-o", "c.obj", "--ratio", "0.5", "--importance", wish]);
+        assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
+    }
+}
+
+#[test]
 fn a_mirrored_result_is_one_in_its_file_too() {
     let folder = folder();
     textured(folder.path());

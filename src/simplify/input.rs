@@ -73,6 +73,29 @@ pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &
     is_usable.then(|| factors.into_iter().map(|x| x.max(1e-3 * mean)).collect())
 }
 
+/// An importance of the vertices from one of the groups of faces (materials, primitives, groups of the file): the mean over the corners of
+/// each vertex, of the factor of the corner's face; 1 where a vertex has none.
+///
+/// ```
+/// use neural_mesh::{mesh::{Attributes, shapes}, simplify::importance_of_groups};
+/// let mesh = shapes::tetrahedron();
+/// let attributes = Attributes { groups: vec![0, 0, 0, 1], ..Attributes::default() };
+/// let importance = importance_of_groups(&mesh, &attributes, |group| if group == 1 { 4.0 } else { 1.0 });
+/// let at_the_last_face = mesh.faces()[3].map(|v| importance[v as usize]);
+/// assert_eq!(at_the_last_face, [2.0; 3]); // two faces count 1, one counts 4
+/// ```
+pub fn importance_of_groups(mesh: &TriMesh, attributes: &Attributes, factor: impl Fn(u32) -> f32) -> Vec<f32> {
+    let mut sums = vec![(0.0f32, 0.0f32); mesh.positions().len()];
+    for (face, f) in mesh.faces().iter().zip(0..) {
+        let factor = factor(attributes.group(f));
+        for &v in face {
+            let sum = &mut sums[v as usize];
+            *sum = (sum.0 + factor, sum.1 + 1.0);
+        }
+    }
+    sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { 1.0 }).collect()
+}
+
 /// The edges that stay edges: where what the corners carry jumps, and the creases, if these were asked for.
 pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<[u32; 2]> {
     let mut kept = seams(mesh, attributes);

@@ -28,7 +28,7 @@ use components::{Prune, count_components, pruned};
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
-pub use input::{Input, importance_of_channel};
+pub use input::{Input, importance_of_channel, importance_of_groups};
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
