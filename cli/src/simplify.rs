@@ -1,5 +1,6 @@
 //! `neural-mesh simplify`: read, simplify, measure, draw, write, say.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -206,8 +207,7 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
         if let Some((part, factor)) = name.rsplit_once('=') {
             return importance_of_part(subject, part, factor);
         }
-        let names: Vec<&str> = attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
-        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+        let names = listed(attributes.channels.iter().map(|channel| channel.name.as_str()));
         return Err(Failure::Usage(format!("--importance {name}: the mesh has no such attribute; it has: {names}")));
     };
     let factors = importance_of_channel(subject.mesh(), attributes, channel);
@@ -223,14 +223,18 @@ fn importance_of_part(subject: &Subject, part: &str, factor: &str) -> Result<Vec
     let names = subject.group_names();
     let groups: Vec<u32> = names.iter().filter(|(name, _)| name == part).map(|(_, group)| *group).collect();
     if groups.is_empty() {
-        let mut names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
-        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+        let names: BTreeSet<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+        let names = listed(names);
         return Err(refused(format!("the mesh has no such material, group or object; it has: {names}")));
     }
     let factor_of = |group| if groups.contains(&group) { number } else { 1.0 };
     Ok(importance_of_groups(subject.mesh(), subject.attributes(), factor_of))
+}
+
+/// Names in a row, or that there is none.
+fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    if names.is_empty() { "none".into() } else { names.join(", ") }
 }
 
 /// The library's refusal as the program's.

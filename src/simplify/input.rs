@@ -60,14 +60,12 @@ impl<'a> Input<'a> {
 /// assert_eq!(importance, [1.0, 3.0, 0.001, 0.001]);
 /// ```
 pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &Channel) -> Option<Vec<f32>> {
-    let mut sums = vec![(0.0f32, 0.0f32); mesh.positions().len()];
-    for (&v, &wedge) in mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened()) {
+    let value = |&wedge: &u32| {
         let values = channel.of(wedge);
         let values = &values[..values.len().min(3)];
-        let sum = &mut sums[v as usize];
-        *sum = (sum.0 + values.iter().sum::<f32>() / values.len() as f32, sum.1 + 1.0);
-    }
-    let factors: Vec<f32> = sums.into_iter().map(|(sum, n)| sum / n.max(1.0)).collect();
+        values.iter().sum::<f32>() / values.len() as f32
+    };
+    let factors = means_at_vertices(mesh, attributes.wedges.as_flattened().iter().map(value), 0.0);
     let mean = factors.iter().sum::<f32>() / factors.len() as f32;
     let is_usable = mean > 0.0 && factors.iter().all(|x| *x >= 0.0 && x.is_finite());
     is_usable.then(|| factors.into_iter().map(|x| x.max(1e-3 * mean)).collect())
@@ -85,15 +83,18 @@ pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &
 /// assert_eq!(at_the_last_face, [2.0; 3]); // two faces count 1, one counts 4
 /// ```
 pub fn importance_of_groups(mesh: &TriMesh, attributes: &Attributes, factor: impl Fn(u32) -> f32) -> Vec<f32> {
+    let of_faces = (0..mesh.faces().len() as u32).flat_map(|f| [factor(attributes.group(f)); 3]);
+    means_at_vertices(mesh, of_faces, 1.0)
+}
+
+/// For each vertex the mean of the values at its corners, 3 x n_faces in the order of the faces; `none` where it has no corner.
+fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none: f32) -> Vec<f32> {
     let mut sums = vec![(0.0f32, 0.0f32); mesh.positions().len()];
-    for (face, f) in mesh.faces().iter().zip(0..) {
-        let factor = factor(attributes.group(f));
-        for &v in face {
-            let sum = &mut sums[v as usize];
-            *sum = (sum.0 + factor, sum.1 + 1.0);
-        }
+    for (&v, value) in mesh.faces().as_flattened().iter().zip(at_corners) {
+        let sum = &mut sums[v as usize];
+        *sum = (sum.0 + value, sum.1 + 1.0);
     }
-    sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { 1.0 }).collect()
+    sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { none }).collect()
 }
 
 /// The edges that stay edges: where what the corners carry jumps, and the creases, if these were asked for.

@@ -14,7 +14,7 @@ use crate::simplify::closed::placement::Placement;
 
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
 const REACH: f64 = 2.0;
-/// Pivot of a summed quadric over its trace from which on the quadric has a minimum in single precision.
+/// Pivot of a summed quadric over its trace below which single precision knows of no minimum in its direction.
 const LEAST_PIVOT: f32 = 1e-6;
 
 /// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.
