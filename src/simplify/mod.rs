@@ -19,6 +19,9 @@ mod weighed;
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+use rayon::prelude::*;
 
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
@@ -322,9 +325,10 @@ fn without_unused(mesh: &TriMesh) -> Result<(Cow<'_, TriMesh>, Option<Vec<u32>>)
     if mesh.faces().is_empty() {
         return Err(SimplifyError::Empty);
     }
-    let mut used = vec![false; mesh.positions().len()];
-    mesh.faces().as_flattened().iter().for_each(|&v| used[v as usize] = true);
-    if used.iter().all(|&used| used) {
+    let used: Vec<AtomicBool> = (0..mesh.positions().len()).map(|_| AtomicBool::new(false)).collect();
+    let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
+    mesh.faces().par_iter().with_min_len(closed::PARALLEL).for_each(mark);
+    if used.into_iter().all(AtomicBool::into_inner) {
         return Ok((Cow::Borrowed(mesh), None));
     }
     let (mesh, sources) = compact(mesh.positions(), mesh.faces().to_vec()).map_err(|_| SimplifyError::Overflow)?;

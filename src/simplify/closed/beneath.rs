@@ -136,7 +136,8 @@ mod tests {
 
     #[test]
     fn the_foot_is_the_nearest_point_of_all_faces_in_the_regions() {
-        let surface = Surface::new(&shapes::wavy_sphere(3, 4.0));
+        let mesh = shapes::wavy_sphere(3, 4.0);
+        let surface = Surface::new(&mesh);
         let n = surface.n_vertices();
         let vertex_of: Vec<u32> = (0..n as u32).map(|v| v % 7).collect();
         let beneath = Beneath::new(&surface, &vertex_of, &[true, true, false, true, false, false, false]);

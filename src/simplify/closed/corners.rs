@@ -155,7 +155,7 @@ pub(in crate::simplify) struct CornerMap {
 fn faces_they_came_of(surface: &Surface, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
     let number: FxHashMap<[u32; 3], u32> = faces.iter().copied().zip(0..).collect();
     let mut came_of = vec![NONE; faces.len()];
-    for (face, corners) in (0u32..).zip(&surface.faces) {
+    for (face, corners) in (0u32..).zip(surface.faces.iter()) {
         let [a, b, c] = corners.map(|v| vertex_of[v as usize]);
         if a == b || b == c || c == a {
             continue;
@@ -195,7 +195,7 @@ pub(super) struct Place {
 
 /// The original, walked over.
 pub(super) struct Original<'a> {
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     /// Which corner of the mesh each corner of the surface is, n_faces x 3.
     orders: Vec<[u8; 3]>,
     seams: FxHashSet<[u32; 2]>,

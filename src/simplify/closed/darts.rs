@@ -132,7 +132,7 @@ fn chance(demand: f64) -> f64 {
 
 /// The nearest sample of every vertex so far.
 struct Field<'a> {
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     lengths: &'a EdgeLengths,
     distance: Vec<f32>,
     /// For each vertex that was reached its sample.
@@ -143,7 +143,7 @@ struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    fn new(surface: &'a Surface, lengths: &'a EdgeLengths) -> Self {
+    fn new(surface: &'a Surface<'a>, lengths: &'a EdgeLengths) -> Self {
         let n = surface.n_vertices();
         Self {
             surface,
@@ -200,7 +200,7 @@ impl<'a> Field<'a> {
 
 /// A run of vertices that samples claim from each other; what lies outside of it is not there.
 struct Run<'a> {
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     lengths: &'a EdgeLengths,
     /// The first vertex.
     first: u32,
@@ -217,7 +217,7 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(
-        surface: &'a Surface,
+        surface: &'a Surface<'a>,
         lengths: &'a EdgeLengths,
         first: u32,
         distance: &'a mut [f32],
@@ -355,14 +355,16 @@ mod tests {
 
     #[test]
     fn fewer_darts_than_components_end_at_one_for_each() {
-        let surface = Surface::new(&shapes::many_boxes(30));
+        let mesh = shapes::many_boxes(30);
+        let surface = Surface::new(&mesh);
         let lengths = EdgeLengths::new(&surface);
         assert_eq!(throw_darts(&surface, &lengths, 10, 1).n_regions, 30);
     }
 
     #[test]
     fn runs_side_by_side_give_nearest_samples_and_hardly_more_of_them() {
-        let surface = Surface::new(&shapes::torus(420, 200, 1.0, 0.4));
+        let mesh = shapes::torus(420, 200, 1.0, 0.4);
+        let surface = Surface::new(&mesh);
         assert!(surface.n_vertices() > RUN);
         let lengths = EdgeLengths::new(&surface);
         let darts = throw_darts(&surface, &lengths, 4000, 1);

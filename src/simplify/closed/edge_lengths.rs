@@ -76,7 +76,8 @@ mod tests {
 
     #[test]
     fn lengths_are_those_of_the_formula() {
-        let surface = Surface::new(&shapes::wavy_sphere(2, 5.0));
+        let mesh = shapes::wavy_sphere(2, 5.0);
+        let surface = Surface::new(&mesh);
         let lengths = EdgeLengths::new(&surface);
         for v in 0..surface.n_vertices() as u32 {
             for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(&surface, v)) {
@@ -90,7 +91,8 @@ mod tests {
 
     #[test]
     fn flat_parts_have_their_euclidean_lengths_and_areas() {
-        let surface = Surface::new(&shapes::grid(6, 6));
+        let mesh = shapes::grid(6, 6);
+        let surface = Surface::new(&mesh);
         let lengths = EdgeLengths::new(&surface);
         let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.apex(v).is_none());
         for v in inner {

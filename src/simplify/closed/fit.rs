@@ -172,7 +172,7 @@ fn solve_block(system: &[f32; 9]) -> Vec3 {
 
 /// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
 fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3], border: &[u32]) -> Vec<Vec3> {
-    let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
+    let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
     let fixed = (0..output.fixed.len()).filter(|&v| output.fixed[v]);
     fixed.for_each(|v| after[v] = output.positions[v]);
     border.iter().for_each(|&v| after[v as usize] = output.positions[v as usize]);

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::linalg::{Csr, Stars};
+use crate::mesh::shares::add_to_rows;
 use crate::model::{Weights, star_scores, surface_scores};
 
 use super::Importance;
@@ -48,7 +49,7 @@ fn importance_of_regions(surface: &Surface, assignment: &Assignment, weights: &W
 fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Weights) -> Option<Vec<f32>> {
     let scores = scores_of(surface, &assignment.samples, weights)?;
     let mut areas = vec![0.0; assignment.n_regions];
-    assignment.region.iter().enumerate().for_each(|(v, &r)| areas[r as usize] += surface.weight(v));
+    add_to_rows(&mut areas, &assignment.region, |area, v| *area += surface.weight(v));
     let factors = importance_of_scores(&scores, &areas);
     Some(assignment.region.par_iter().map(|&r| factors[r as usize]).collect())
 }

@@ -28,6 +28,9 @@ mod values;
 
 use std::ops::ControlFlow;
 
+use glam::Vec3;
+use rayon::prelude::*;
+
 use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use crate::model::Weights;
 
@@ -64,7 +67,7 @@ const EDGE_WEIGHT: f32 = 0.3;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
 /// Vertices, regions or faces that a thread takes at once.
-const PARALLEL: usize = 4096;
+pub(super) const PARALLEL: usize = 4096;
 
 /// What the closed assembly is asked.
 pub(super) struct Request<'a> {
@@ -189,7 +192,7 @@ pub(super) fn simplify_levels(
 /// A mesh as the collapse finds it, and how it came to that.
 struct Begun<'a> {
     mesh: &'a TriMesh,
-    surface: Surface,
+    surface: Surface<'a>,
     features: Features,
     oversample: f64,
     assignment: Assignment,
@@ -236,7 +239,7 @@ fn begin<'a>(
     let mut placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
     let holds = holds(&surface, &features, &assignment, &mut placed);
     let wanted = request.differentiable;
-    let cases = wanted.then(|| placement::cases(&surface, &assignment, &sums, &placed.positions));
+    let cases = wanted.then(|| placement::cases(&assignment, &placed));
     enter("collapse")?;
     let of_colours = |attributes| collapse::of_colours((mesh, &surface), &features, &assignment, &placed, attributes);
     let colours = request.keep.attributes.map(of_colours).unwrap_or_default();
@@ -248,6 +251,8 @@ fn begin<'a>(
         Collapse::toward(request.limit, &placed, &quotient.rings)
     };
     let n_refined = quotient.n_refined;
+    // Nothing that follows asks for these.
+    (surface.quadrics, assignment.samples) = (Vec::new(), Vec::new());
     Ok((Begun { mesh, surface, features, oversample, assignment, n_refined, cases }, collapse))
 }
 
@@ -263,7 +268,8 @@ fn finished(
     let Keep { subset, attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
     enter("flips")?;
-    let vertex_of: Vec<u32> = assignment.region.iter().map(|&r| remains.vertex_of[r as usize]).collect();
+    let became = |&region: &u32| remains.vertex_of[region as usize];
+    let vertex_of: Vec<u32> = assignment.region.par_iter().with_min_len(PARALLEL).map(became).collect();
     let coarse = COARSE * remains.positions.len() <= surface.n_vertices();
     let carrying = |attributes| Corners::new(surface, features, attributes, &vertex_of, &remains.faces);
     let mut corners = attributes.map(carrying);
@@ -296,13 +302,14 @@ fn finished(
     let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
     let is_on_plane = |x: usize| on_plane.as_ref().is_some_and(|on_plane| on_plane.has(x as u32));
     let is_fixed = |x: usize| fixed.get(x).is_some_and(|&fixed| fixed);
-    let stays: Vec<bool> = (0..positions.len()).map(|x| is_fixed(x) || is_on_plane(x)).collect();
-    let carried = corners.zip(attributes);
-    let carried = carried
-        .map(|(corners, attributes)| corners.attributes((mesh, surface), features, attributes, (&positions, &stays)));
+    let carried = corners.zip(attributes).map(|(corners, attributes)| {
+        let stays: Vec<bool> = (0..positions.len()).map(|x| is_fixed(x) || is_on_plane(x)).collect();
+        corners.attributes((mesh, surface), features, attributes, (&positions, &stays))
+    });
     let (attributes, corner_map) = carried.unzip();
     let attributes = attributes.unwrap_or_default();
-    let mut positions: Vec<[f32; 3]> = positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
+    let local = |p: &Vec3| surface.scale.restore(p.as_dvec3());
+    let mut positions: Vec<[f32; 3]> = positions.par_iter().with_min_len(PARALLEL).map(local).collect();
     let source_vertices: Vec<u32> = origins.iter().map(|&v| surface.source(v)).collect();
     let in_place = (0..source_vertices.len()).filter(|&x| subset || fixed[x]);
     in_place.for_each(|x| positions[x] = mesh.positions()[source_vertices[x] as usize]);
@@ -350,9 +357,8 @@ fn holds(
     if features.subset {
         origins = placement::to_own_vertices(surface, assignment, placed);
     }
-    for v in (0..features.locked.len()).filter(|&v| features.locked[v]) {
-        placed.positions[assignment.region[v] as usize] = surface.positions[v].as_dvec3();
-    }
+    let locked = (0..features.locked.len()).filter(|&v| features.locked[v]);
+    placed.move_to_vertices(locked.map(|v| (assignment.region[v], v as u32)));
     Some(Holds::new(features, &assignment.region, origins))
 }
 
@@ -434,6 +440,6 @@ pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> 
     }
     let quotient = quotient::quotient(&surface, &Features::default(), &mut assignment, &mut sums);
     let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
-    let positions = placed.positions.into_iter().map(|p| surface.scale.restore(p)).collect();
+    let positions = (0..assignment.n_regions as u32).map(|r| surface.scale.restore(placed.position(r))).collect();
     TriMesh::new(positions, quotient.faces.into_owned()).ok()
 }

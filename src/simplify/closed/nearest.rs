@@ -7,10 +7,10 @@ use crate::geometry::triangle::{area_normal, nearest_point};
 
 use super::surface::Surface;
 
-/// For each output vertex the input vertex of its region that lies nearest to it.
-pub(super) fn anchors(surface: &Surface, positions: &[Vec3], vertex_of: &[u32]) -> Vec<u32> {
+/// For each output vertex that is wanted the input vertex of its region that lies nearest to it; any for others.
+pub(super) fn anchors(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
     let mut best = vec![(f32::INFINITY, 0); positions.len()];
-    for (v, &output) in vertex_of.iter().enumerate() {
+    for (v, &output) in vertex_of.iter().enumerate().filter(|(_, output)| wanted[**output as usize]) {
         let distance = surface.positions[v].distance_squared(positions[output as usize]);
         if distance < best[output as usize].0 {
             best[output as usize] = (distance, v as u32);
@@ -74,7 +74,8 @@ mod tests {
 
     #[test]
     fn normals_are_those_of_the_naive_search() {
-        let surface = Surface::new(&shapes::wavy_sphere(3, 4.0));
+        let mesh = shapes::wavy_sphere(3, 4.0);
+        let surface = Surface::new(&mesh);
         for v in (0..surface.n_vertices() as u32).step_by(37) {
             let corners = |f: &[u32; 3]| f.map(|v| surface.positions[v as usize]);
             let face = surface.faces.iter().find(|face| face.contains(&v)).unwrap();

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::shares::add_to_rows;
 
 use super::PARALLEL;
 use super::darts::Assignment;
@@ -37,14 +38,28 @@ pub(super) enum Case {
 
 /// A vertex per region.
 pub(super) struct Placement<'a> {
-    /// Positions, n_regions x 3.
-    pub positions: Vec<DVec3>,
-    surface: &'a Surface,
+    /// Positions, n_regions x 3; empty where every vertex is one and stays where it is.
+    positions: Vec<DVec3>,
+    surface: &'a Surface<'a>,
     /// The sums of the regions; empty where every vertex is one.
     sums: &'a [Sum],
 }
 
 impl Placement<'_> {
+    /// Where the vertex of a region is.
+    pub fn position(&self, region: u32) -> DVec3 {
+        let own = || self.surface.positions[region as usize].as_dvec3();
+        self.positions.get(region as usize).copied().unwrap_or_else(own)
+    }
+
+    /// Puts the vertex of each of these regions where a vertex of the surface is that lies in it.
+    pub fn move_to_vertices(&mut self, vertices: impl Iterator<Item = (u32, u32)>) {
+        for (region, v) in vertices {
+            let place = self.surface.positions[v as usize].as_dvec3();
+            self.positions.get_mut(region as usize).into_iter().for_each(|position| *position = place);
+        }
+    }
+
     /// Of a region that is a vertex where it was, A of its quadric, which is zero there; none of any other region.
     pub fn own_planes(&self, region: u32) -> Option<[f32; 6]> {
         self.sums.is_empty().then(|| {
@@ -67,13 +82,13 @@ impl Placement<'_> {
 
 /// Places a vertex for each region of `assignment`, of which the sums are given and the faces of the quotient.
 pub(super) fn place<'a>(
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     assignment: &Assignment,
     sums: &'a [Sum],
     faces: &[[u32; 3]],
 ) -> Placement<'a> {
     if assignment.n_regions == surface.n_vertices() {
-        return Placement { positions: surface.positions.iter().map(|p| p.as_dvec3()).collect(), surface, sums: &[] };
+        return Placement { positions: Vec::new(), surface, sums: &[] };
     }
     let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
     let mut positions: Vec<DVec3> = sums.par_iter().with_min_len(PARALLEL).map(best).collect();
@@ -93,7 +108,8 @@ pub(super) fn place<'a>(
 }
 
 /// How [`place`] came to these positions.
-pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], positions: &[DVec3]) -> Vec<Case> {
+pub(super) fn cases(assignment: &Assignment, placed: &Placement) -> Vec<Case> {
+    let Placement { positions, surface, sums } = placed;
     if assignment.n_regions == surface.n_vertices() {
         return (0..surface.n_vertices() as u32).map(Case::Vertex).collect();
     }
@@ -107,16 +123,16 @@ pub(super) fn cases(surface: &Surface, assignment: &Assignment, sums: &[Sum], po
 
 /// Moves the vertex of each region to the one of the region's own vertices that costs least; returns which these are.
 pub(super) fn to_own_vertices(surface: &Surface, assignment: &Assignment, placed: &mut Placement) -> Vec<u32> {
-    let mut best = vec![(f64::INFINITY, 0); placed.positions.len()];
+    let mut best = vec![(f64::INFINITY, 0); assignment.n_regions];
     for (v, &r) in assignment.region.iter().enumerate() {
         let cost = placed.quadric(r).value(surface.positions[v].as_dvec3());
         if cost < best[r as usize].0 {
             best[r as usize] = (cost, v as u32);
         }
     }
-    let own = |&(_, v): &(f64, u32)| surface.positions[v as usize].as_dvec3();
-    placed.positions = best.iter().map(own).collect();
-    best.into_iter().map(|(_, v)| v).collect()
+    let best: Vec<u32> = best.into_iter().map(|(_, v)| v).collect();
+    placed.move_to_vertices((0u32..).zip(best.iter().copied()));
+    best
 }
 
 fn best_position(quadric: &Quadric, sum: &Sum) -> (Case, DVec3) {
@@ -136,17 +152,16 @@ fn central_vertices(
     surface: &Surface,
     assignment: &Assignment,
     sums: &[Sum],
-    is_wanted: impl Fn(u32) -> bool,
+    is_wanted: impl Fn(u32) -> bool + Sync,
 ) -> Vec<u32> {
     let mut nearest = vec![(f64::INFINITY, 0); sums.len()];
-    for (v, &r) in assignment.region.iter().enumerate().filter(|(_, r)| is_wanted(**r)) {
-        let p = surface.positions[v].as_dvec3();
-        let distance = p.distance_squared(sums[r as usize].mean());
-        let best = &mut nearest[r as usize];
-        if distance < best.0 {
-            *best = (distance, v as u32);
+    add_to_rows(&mut nearest, &assignment.region, |best, v| {
+        let r = assignment.region[v];
+        if is_wanted(r) {
+            let distance = surface.positions[v].as_dvec3().distance_squared(sums[r as usize].mean());
+            *best = if distance < best.0 { (distance, v as u32) } else { *best };
         }
-    }
+    });
     nearest.into_iter().map(|(_, v)| v).collect()
 }
 
@@ -177,7 +192,7 @@ mod tests {
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
         let sums = sums(&surface, &assignment);
         let placed = place(&surface, &assignment, &sums, &[]);
-        let corner = surface.scale.restore(placed.positions[0]);
+        let corner = surface.scale.restore(placed.position(0));
         assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
     }
 
@@ -190,9 +205,9 @@ mod tests {
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
         let sums = sums(&surface, &assignment);
         let placed = place(&surface, &assignment, &sums, &[]);
-        let middle = Vec3::from(surface.scale.restore(placed.positions[0]));
+        let middle = Vec3::from(surface.scale.restore(placed.position(0)));
         assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
         let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &[]);
-        assert!(placed.positions.iter().zip(&surface.positions).all(|(p, q)| p.as_vec3() == *q));
+        assert!((0u32..).zip(&surface.positions).all(|(v, p)| placed.position(v).as_vec3() == *p));
     }
 }

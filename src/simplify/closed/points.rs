@@ -32,7 +32,7 @@ pub(super) struct Match {
 
 /// Points spread evenly over the faces of the original.
 pub(super) struct Points<'a> {
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     /// For each input vertex the output vertex that its region became.
     vertex_of: &'a [u32],
     /// The face that each point belonged to the last time.
@@ -41,7 +41,7 @@ pub(super) struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// As many points as so many output vertices ask for; `vertex_of` names the output vertex of each input vertex.
-    pub fn new(surface: &'a Surface, vertex_of: &'a [u32], n_output: usize) -> Self {
+    pub fn new(surface: &'a Surface<'a>, vertex_of: &'a [u32], n_output: usize) -> Self {
         let n_points = surface.faces.len().min(POINTS_PER_VERTEX * n_output);
         Self { surface, vertex_of, faces: vec![NONE; n_points] }
     }
@@ -123,7 +123,8 @@ mod tests {
 
     #[test]
     fn points_belong_to_the_faces_that_a_search_of_all_finds() {
-        let surface = Surface::new(&shapes::wavy_sphere(4, 3.0));
+        let mesh = shapes::wavy_sphere(4, 3.0);
+        let surface = Surface::new(&mesh);
         let coarse = shapes::icosphere(2);
         // The first vertices of a sphere that is divided further are those of the coarser one.
         let positions = surface.positions[..coarse.positions().len()].to_vec();

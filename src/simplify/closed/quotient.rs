@@ -11,8 +11,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::mesh::OneRings;
-use crate::mesh::shares::shares;
+use crate::mesh::shares::{add_faces, add_to_rows, shares};
 
+use super::PARALLEL;
 use super::darts::Assignment;
 use super::features::Features;
 use super::regions::Sum;
@@ -38,7 +39,7 @@ pub(super) struct Quotient<'a> {
 
 /// Builds the quotient, cutting regions of `assignment` where they stand in the way; keeps the sums of the regions in step.
 pub(super) fn quotient<'a>(
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     features: &Features,
     assignment: &mut Assignment,
     sums: &mut Vec<Sum>,
@@ -50,7 +51,7 @@ pub(super) fn quotient<'a>(
         if assignment.n_regions == surface.n_vertices() {
             // Every region is a vertex, but not necessarily that of its own number.
             *assignment = Assignment::identity(surface.n_vertices());
-            let (faces, rings) = (Cow::Borrowed(surface.faces.as_slice()), Cow::Borrowed(&surface.rings));
+            let (faces, rings) = (Cow::Borrowed(&*surface.faces), Cow::Borrowed(&surface.rings));
             return Quotient { faces, rings, n_refined: surface.n_vertices() - n_before };
         }
         let (meeting, mut broken) = meeting_faces(surface, assignment, &apex_faces);
@@ -103,7 +104,7 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, apex_faces: &[[u32;
     let n_regions = assignment.n_regions as u32;
     let label = |v: u32| if v < n_inner { assignment.region[v as usize] } else { n_regions + v - n_inner };
     let mut twice_euler = vec![0i32; assignment.n_regions];
-    assignment.region.iter().for_each(|&r| twice_euler[r as usize] += 2);
+    add_to_rows(&mut twice_euler, &assignment.region, |euler, _| *euler += 2);
     let mut collect = |faces: &[[u32; 3]]| {
         let chunk = faces.len().div_ceil(shares(faces.len()).len().min(MOST_SHARES)).max(1);
         let share = |faces: &[[u32; 3]]| share_of_meeting_faces(faces, label, assignment.n_regions);
@@ -157,12 +158,10 @@ fn mark_bridges(border: &[[u32; 3]], broken: &mut [bool]) {
 /// other.
 fn mark_flat_pillows(faces: &[[u32; 3]], n_regions: usize, broken: &mut [bool]) {
     let mut n_faces = vec![0u32; broken.len()];
-    faces.as_flattened().iter().for_each(|&r| n_faces[r as usize] += 1);
-    for face in faces {
-        if face.iter().any(|&r| n_faces[r as usize] < 3) {
-            face.iter().for_each(|&r| broken[r as usize] = true);
-        }
-    }
+    add_faces(&mut n_faces, faces, |_| (), |n_faces, (), _| *n_faces += 1);
+    let is_flat = |face: &&[u32; 3]| face.iter().any(|&r| n_faces[r as usize] < 3);
+    let flat: Vec<&[u32; 3]> = faces.par_iter().with_min_len(PARALLEL).filter(is_flat).collect();
+    flat.into_iter().flatten().for_each(|&r| broken[r as usize] = true);
     n_faces[..n_regions].iter().zip(broken).for_each(|(&n, broken)| *broken |= n == 0);
 }
 
@@ -186,7 +185,7 @@ fn refine(
         return false;
     }
     let mut sizes = vec![0u32; assignment.n_regions];
-    assignment.region.iter().for_each(|&r| sizes[r as usize] += 1);
+    add_to_rows(&mut sizes, &assignment.region, |size, _| *size += 1);
     let single = |r: u32| sizes.get(r as usize).is_none_or(|&size| size < 2);
     let mut cut: Vec<bool> = broken.iter().enumerate().map(|(r, &b)| b && !single(r as u32)).collect();
     for face in faces {
@@ -226,8 +225,8 @@ pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32,
         return BTreeMap::new();
     }
     let inside = |r: u32| wanted[r as usize];
-    let mut pairs: Vec<(u32, u32)> =
-        (0u32..).zip(&assignment.region).filter(|(_, r)| inside(**r)).map(|(v, &r)| (r, v)).collect();
+    let all = assignment.region.par_iter().enumerate().with_min_len(PARALLEL);
+    let mut pairs: Vec<(u32, u32)> = all.filter(|(_, r)| inside(**r)).map(|(v, &r)| (r, v as u32)).collect();
     pairs.sort_unstable();
     pairs.chunk_by(|x, y| x.0 == y.0).map(|list| (list[0].0, list.iter().map(|pair| pair.1).collect())).collect()
 }
@@ -357,7 +356,8 @@ mod tests {
 
     #[test]
     fn good_regions_are_left_alone() {
-        let surface = Surface::new(&shapes::icosphere(3));
+        let mesh = shapes::icosphere(3);
+        let surface = Surface::new(&mesh);
         let lengths = EdgeLengths::new(&surface);
         let corners: Vec<u32> = (0..12).collect();
         let mut assignment = assign_to(&surface, &lengths, &corners);
@@ -368,7 +368,8 @@ mod tests {
 
     #[test]
     fn regions_of_one_vertex_each_are_numbered_like_the_vertices() {
-        let surface = Surface::new(&shapes::icosphere(1));
+        let mesh = shapes::icosphere(1);
+        let surface = Surface::new(&mesh);
         let n_regions = surface.n_vertices();
         let mut assignment =
             Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };

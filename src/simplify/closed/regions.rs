@@ -8,10 +8,9 @@
 use std::ops::{AddAssign, SubAssign};
 
 use glam::{DVec3, Vec3, Vec4};
-use rayon::prelude::*;
 
 use crate::geometry::Quadric;
-use crate::mesh::shares::{cut, shares};
+use crate::mesh::shares::add_to_rows;
 
 use super::darts::Assignment;
 use super::surface::Surface;
@@ -91,16 +90,7 @@ impl SubAssign for Sum {
 /// The sums of all regions.
 pub(super) fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
     let mut sums = vec![Sum::default(); assignment.n_regions];
-    let shares = shares(assignment.n_regions);
-    let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut sums, |region| region + 1)).collect();
-    // Every region adds its vertices up in their order, whichever thread it belongs to.
-    parts.into_par_iter().for_each(|(share, sums)| {
-        for (v, &region) in assignment.region.iter().enumerate() {
-            if let Some(sum) = sums.get_mut((region as usize).wrapping_sub(share.start)) {
-                *sum += Sum::of(surface, v);
-            }
-        }
-    });
+    add_to_rows(&mut sums, &assignment.region, |sum, v| *sum += Sum::of(surface, v));
     sums
 }
 
@@ -146,7 +136,7 @@ impl Region {
 }
 
 struct Sweep<'a> {
-    surface: &'a Surface,
+    surface: &'a Surface<'a>,
     region: &'a mut Vec<u32>,
     sums: &'a mut [Sum],
     centres: Vec<Vec4>,
@@ -253,7 +243,7 @@ mod tests {
         let vertices: Vec<u32> = (0..surface.n_vertices() as u32).filter(|&v| inside(v)).collect();
         let mut edges = HashSet::new();
         let mut n_faces = 0;
-        for &[a, b, c] in &surface.faces {
+        for &[a, b, c] in surface.faces.iter() {
             let within = |&[u, v]: &[u32; 2]| inside(u) && inside(v);
             edges.extend([[a, b], [b, c], [c, a]].into_iter().filter(within).map(|[u, v]| [u.min(v), u.max(v)]));
             n_faces += i64::from([a, b, c].into_iter().all(inside));

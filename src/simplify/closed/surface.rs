@@ -1,5 +1,6 @@
 //! The input as the closed assembly works on it: a manifold of unit size with normals and quadrics.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
@@ -16,11 +17,11 @@ use super::PARALLEL;
 pub(super) const BORDER_WEIGHT: f32 = 3.0;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
-pub(super) struct Surface {
+pub(super) struct Surface<'a> {
     /// Normalised positions, n_vertices x 3; vertices split off by the manifold stand last.
     pub positions: Vec<Vec3>,
-    /// Faces, n_faces x 3.
-    pub faces: Vec<[u32; 3]>,
+    /// Faces, n_faces x 3; the mesh's own where the manifold changed none.
+    pub faces: Cow<'a, [[u32; 3]]>,
     /// Neighbours in order.
     pub rings: OneRings,
     /// Unit normals at the vertices, n_vertices x 3; zero where the faces have none.
@@ -45,10 +46,13 @@ pub(super) struct Normalisation {
 
 impl Normalisation {
     fn of(positions: &[[f32; 3]]) -> Self {
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = positions
-            .iter()
+            .par_iter()
+            .with_min_len(PARALLEL)
             .map(|&p| DVec3::from(p.map(f64::from)))
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+            .map(|p| (p, p))
+            .reduce(|| none, |(low, high), (l, h)| (low.min(l), high.max(h)));
         let diagonal = (high - low).length();
         let exponent = if diagonal > 0.0 { -diagonal.log2().round() } else { 0.0 };
         Self { centre: ((low + high) * 0.5).as_vec3().as_dvec3(), factor: exponent.exp2() }
@@ -69,9 +73,9 @@ impl Normalisation {
     }
 }
 
-impl Surface {
+impl<'a> Surface<'a> {
     /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
-    pub fn new(mesh: &TriMesh) -> Self {
+    pub fn new(mesh: &'a TriMesh) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold(mesh.positions(), mesh.faces());
         let scale = Normalisation::of(mesh.positions());
         let mut positions: Vec<Vec3> =
@@ -80,7 +84,6 @@ impl Surface {
         let (normals, mut quadrics) = face_sums(&positions, &faces);
         add_border_lines(&positions, &rings, &mut quadrics);
         support_weightless(&mut quadrics);
-        let faces = faces.into_owned();
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, copies }
     }
 
@@ -219,13 +222,13 @@ fn stand_plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[
 
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.
 fn support_weightless(quadrics: &mut [[f32; 6]]) {
-    let total: f64 = quadrics.iter().map(|q| f64::from(q[0] + q[3] + q[5])).sum();
-    let floor = least_weight(total, quadrics.len()) as f32;
-    for q in quadrics.iter_mut().filter(|q| q[0] + q[3] + q[5] < floor) {
-        for diagonal in [0, 3, 5] {
-            q[diagonal] += floor;
-        }
-    }
+    let weight = |q: &[f32; 6]| q[0] + q[3] + q[5];
+    // In chunks that do not depend on the threads.
+    let sum = |chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum();
+    let sums: Vec<f64> = quadrics.par_chunks(PARALLEL).map(sum).collect();
+    let floor = least_weight(sums.iter().sum(), quadrics.len()) as f32;
+    let too_light = quadrics.par_iter_mut().with_min_len(PARALLEL).filter(|q| weight(q) < floor);
+    too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));
 }
 
 /// Below this weight a vertex of a surface with so much weight on so many vertices gets as much along each axis.
@@ -286,7 +289,8 @@ mod tests {
         let unit = shapes::cuboid([1.0; 3], 2);
         for flat in [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]] {
             let places = unit.positions().iter().map(|p| std::array::from_fn(|k| p[k] * flat[k])).collect();
-            let surface = Surface::new(&TriMesh::new(places, unit.faces().to_vec()).unwrap());
+            let mesh = TriMesh::new(places, unit.faces().to_vec()).unwrap();
+            let surface = Surface::new(&mesh);
             assert!((0..surface.n_vertices()).all(|v| surface.weight(v) > 0.0));
             assert!(surface.positions.iter().chain(&surface.normals).all(|p| p.is_finite()));
         }
@@ -294,7 +298,8 @@ mod tests {
 
     #[test]
     fn split_vertices_know_where_they_come_from() {
-        let surface = Surface::new(&shapes::tetrahedra_sharing_vertex());
+        let mesh = shapes::tetrahedra_sharing_vertex();
+        let surface = Surface::new(&mesh);
         assert_eq!((surface.n_split(), surface.n_vertices()), (1, 8));
         let last = surface.sources().last().unwrap() as usize;
         assert_eq!(surface.positions[7], surface.positions[last]);

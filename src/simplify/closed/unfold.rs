@@ -50,7 +50,8 @@ pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) 
     if folded.is_empty() {
         return 0;
     }
-    let starts = anchors(surface, positions, vertex_of);
+    let first: Vec<u32> = folded.iter().map(|&f| faces[f as usize][0]).collect();
+    let starts = anchors(surface, positions, vertex_of, &marked(positions.len(), &first));
     folded.retain(|&f| seems_against(surface, faces[f as usize], positions, &starts));
     if folded.is_empty() {
         return 0;
@@ -386,7 +387,8 @@ mod tests {
         // A roof with its ridge along y over 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
         let flat = shapes::grid(16, 16);
         let places = flat.positions().iter().map(|&[x, y, _]| [x, y, -0.5 * (x - 0.5).abs()]).collect();
-        let surface = Surface::new(&TriMesh::new(places, flat.faces().to_vec()).unwrap());
+        let mesh = TriMesh::new(places, flat.faces().to_vec()).unwrap();
+        let surface = Surface::new(&mesh);
         let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
         let keeps_near = |corners: [u32; 4]| {
             let positions = corners.map(|v| surface.positions[v as usize]);
@@ -407,7 +409,8 @@ mod tests {
 
     #[test]
     fn a_fold_in_a_plane_is_mended() {
-        let surface = Surface::new(&shapes::grid(8, 8));
+        let mesh = shapes::grid(8, 8);
+        let surface = Surface::new(&mesh);
         // Vertex 3 lies within the first face, so that the second one looks down.
         let corners = [[0u32, 4], [8, 4], [4, 8], [4, 6], [4, 0]].map(|[i, j]| 9 * i + j);
         let mut positions = corners.map(|v| surface.positions[v as usize]);

@@ -103,7 +103,7 @@ pub(in crate::simplify::closed) fn of_colours(
         for &v in face.iter().filter(|&&v| !at_seam[region(v)]) {
             let importance = surface.importance.get(v as usize).map_or(1.0, |&factor| f64::from(factor));
             let functions =
-                (0..channel.width).map(|k| weights.function(colours.map(|c| c[k]), placed.positions[region(v)]));
+                (0..channel.width).map(|k| weights.function(colours.map(|c| c[k]), placed.position(region(v) as u32)));
             quadrics[region(v)].add(weights.area / 3.0 * importance, functions);
         }
     }

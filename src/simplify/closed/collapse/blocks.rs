@@ -32,7 +32,7 @@ pub(super) fn are_worth_it(n_vertices: usize) -> bool {
 pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
     let n_vertices = rings.n_vertices();
     let (apexes, n_faces) = apexes(rings);
-    let order = curve_order(n_vertices, |v| placed.positions[v as usize].as_vec3().to_array());
+    let order = curve_order(n_vertices, |v| placed.position(v as u32).as_vec3().to_array());
     let split = Split::new(order, n_vertices.div_ceil(BLOCK));
     let block = |i| split.block(i, placed, rings);
     let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();
@@ -133,16 +133,29 @@ impl Split {
         };
         let part = |((_, block), numbers): ((u32, Collapse), &Vec<u32>)| block.part(numbers, elsewhere);
         let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
-        let mut nodes = Vec::with_capacity(n_inner + apexes.len());
-        let mut links = Links::with_capacity(n_inner);
+        let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
         let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
         for part in parts {
-            let n_blocks = links.append(part.links);
-            nodes.extend(part.nodes.into_iter().map(|node| Node { ring: node.ring.after(n_blocks), ..node }));
+            nodes_of.push((n_blocks, part.nodes));
+            n_blocks += part.links.n_blocks();
+            links_of.push(part.links);
             least.extend(part.least);
             unpriced.extend(part.unpriced);
         }
-        nodes.extend(apexes);
+        let all_nodes = || {
+            let mut nodes = Vec::with_capacity(n_inner + apexes.len());
+            for (n_before, part) in nodes_of {
+                nodes.extend(part.into_iter().map(|node| Node { ring: node.ring.after(n_before), ..node }));
+            }
+            nodes.extend(apexes);
+            nodes
+        };
+        let all_links = || {
+            let mut links = Links::with_capacity(n_inner);
+            links_of.into_iter().for_each(|part| links.append(part));
+            links
+        };
+        let (nodes, links) = rayon::join(all_nodes, all_links);
         let n_merged = self.order.len() - n_inner;
         let whole = Collapse::of(nodes, links, n_inner, n_faces - 2 * n_merged);
         Collapse { begun, least, unpriced: Some(unpriced), ..whole }

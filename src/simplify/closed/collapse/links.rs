@@ -92,11 +92,14 @@ impl Links {
         span
     }
 
-    /// Takes other lists over behind its own; returns after how many blocks they stand.
-    pub fn append(&mut self, other: Self) -> u32 {
-        let n_blocks = self.blocks.len() as u32;
+    /// Number of blocks.
+    pub fn n_blocks(&self) -> u32 {
+        self.blocks.len() as u32
+    }
+
+    /// Takes other lists over behind its own.
+    pub fn append(&mut self, other: Self) {
         self.blocks.extend(other.blocks);
-        n_blocks
     }
 
     /// The neighbours in order.

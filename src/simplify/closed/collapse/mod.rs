@@ -159,7 +159,7 @@ fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
 impl Collapse {
     /// Starts from the placed vertices and the rings of the faces over them.
     pub fn new(placed: &Placement, rings: &OneRings) -> Self {
-        let n_inner = placed.positions.len();
+        let n_inner = rings.n_vertices();
         let mut links = Links::with_capacity(n_inner);
         let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
         let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
@@ -205,23 +205,14 @@ impl Collapse {
 
     /// What is left, renumbered; each face begins with its first vertex.
     pub fn remains(&self) -> Remains {
+        let all = (0..self.n_inner as u32).into_par_iter().with_min_len(PARALLEL);
+        let living: Vec<u32> = all.filter(|&v| self.lives(v)).collect();
         let mut number = vec![NONE; self.n_inner];
-        let mut positions = Vec::with_capacity(self.n_vertices);
-        for v in self.living() {
-            number[v as usize] = positions.len() as u32;
-            positions.push(self.positions[v as usize]);
-        }
-        let mut faces = Vec::with_capacity(self.n_faces);
-        for v in self.living() {
-            let span = self.nodes[v as usize].ring;
-            let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
-            for w in self.links.of(span) {
-                if v < last && v < w && (last.max(w) as usize) < self.n_inner {
-                    faces.push([v, last, w].map(|v| number[v as usize]));
-                }
-                last = w;
-            }
-        }
+        (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
+        let living_in_chunks = living.par_iter().with_min_len(PARALLEL);
+        let positions: Vec<Vec3> = living_in_chunks.clone().map(|&v| self.positions[v as usize]).collect();
+        let faces = living_in_chunks.flat_map_iter(|&v| self.faces_from(v));
+        let faces: Vec<[u32; 3]> = faces.map(|face| face.map(|v| number[v as usize])).collect();
         let normal = |face: &[u32; 3]| unit_normal(face.map(|v| positions[v as usize]));
         let normals = faces.par_iter().with_min_len(PARALLEL).map(normal).collect();
         let last = |v: u32| number[self.last(v) as usize];
@@ -236,6 +227,15 @@ impl Collapse {
         Remains { positions, faces, normals, vertex_of, fixed, origins, on_plane }
     }
 
+    /// The faces of which `v` is the first vertex, those at apexes left out.
+    fn faces_from(&self, v: u32) -> impl Iterator<Item = [u32; 3]> {
+        let span = self.nodes[v as usize].ring;
+        let last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
+        let before = std::iter::once(last).chain(self.links.of(span));
+        let sides = before.zip(self.links.of(span)).map(move |(last, w)| [v, last, w]);
+        sides.filter(|&[v, last, w]| v < last && v < w && !self.is_apex(last.max(w)))
+    }
+
     /// The vertex that stands for `v` now.
     fn last(&self, mut v: u32) -> u32 {
         while self.merged[v as usize] != v {
@@ -245,7 +245,11 @@ impl Collapse {
     }
 
     fn living(&self) -> impl Iterator<Item = u32> {
-        (0..self.n_inner as u32).filter(|&v| self.merged[v as usize] == v)
+        (0..self.n_inner as u32).filter(|&v| self.lives(v))
+    }
+
+    fn lives(&self, v: u32) -> bool {
+        self.merged[v as usize] == v
     }
 
     fn ring(&self, v: u32) -> impl ExactSizeIterator<Item = u32> + Clone {
@@ -402,14 +406,14 @@ mod tests {
     use crate::simplify::closed::placement::place;
     use crate::simplify::closed::surface::Surface;
 
-    fn begin(mesh: &TriMesh) -> (Surface, Collapse) {
+    fn begin(mesh: &TriMesh) -> (Surface<'_>, Collapse) {
         let surface = Surface::new(mesh);
         let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);
         let collapse = Collapse::new(&placed, &surface.rings);
         (surface, collapse)
     }
 
-    fn down_to(mesh: &TriMesh, vertices: usize) -> (Surface, End, Remains) {
+    fn down_to(mesh: &TriMesh, vertices: usize) -> (Surface<'_>, End, Remains) {
         let (surface, mut collapse) = begin(mesh);
         let end = collapse.run(Limit { vertices, faces: usize::MAX });
         (surface, end, collapse.remains())

@@ -34,7 +34,7 @@ pub(super) struct Node {
 impl Node {
     /// A vertex that was not merged yet.
     pub fn new(placed: &Placement, v: u32, ring: Span) -> Self {
-        let position = placed.positions[v as usize].as_vec3();
+        let position = placed.position(v).as_vec3();
         let quadric = match placed.own_planes(v) {
             Some(a) => LocalQuadric { a, ..LocalQuadric::default() },
             None => LocalQuadric::new(&placed.quadric(v), position),

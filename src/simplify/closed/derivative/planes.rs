@@ -35,7 +35,7 @@ impl Planes {
     /// The planes of a surface, whose vertices lie at `positions`.
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
         let borders = surface.rings.apex_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
-        let faces = surface.faces.clone();
+        let faces = surface.faces.to_vec();
         let bare = Self { faces, borders, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());
