@@ -3,7 +3,7 @@
 //! One register tile serves all three products: forward, to the input and to the weights.
 
 use super::Matrix;
-use super::isa::{Isa, NARROW, RowKernel, WIDE, fused};
+use super::isa::{Isa, NARROW, RowKernel, fused};
 use super::matrix::window;
 use std::ops::Range;
 
@@ -151,8 +151,7 @@ pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out
     if n_out == 1 {
         return dots::<FMA>(rows, weights.data(), out);
     }
-    let left = Strided { data: rows, row_step: n_in, inner_step: 1 };
-    multiply::<FMA>(left, [rows.len() / n_in.max(1), n_in, n_out], weights.data(), out);
+    multiply::<FMA>(rows, [n_in, n_out], weights.data(), out);
 }
 
 /// The dot product of every row with a single column.
@@ -194,115 +193,77 @@ impl RowKernel for WeightsBackward<'_> {
             let rows = part * PART..((part + 1) * PART).min(self.x.n_rows());
             let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
             let gradient = &self.gradient.data()[rows.start * n_out..rows.end * n_out];
-            let left = Strided { data: x, row_step: 1, inner_step: n_in };
-            multiply::<FMA>(left, [n_in, rows.len(), n_out], gradient, out);
+            multiply::<FMA>(&transposed(x, n_in), [rows.len(), n_out], gradient, out);
         }
     }
 }
 
-/// A left factor whose entry (row, k) is `data[row * row_step + k * inner_step]`.
-#[derive(Clone, Copy)]
-struct Strided<'a> {
-    data: &'a [f32],
-    row_step: usize,
-    inner_step: usize,
-}
-
-impl<'a> Strided<'a> {
-    #[inline(always)]
-    fn at_row(self, row: usize) -> Self {
-        Self { data: &self.data[row * self.row_step..], ..self }
-    }
-
-    #[inline(always)]
-    fn entry(self, row: usize, k: usize) -> f32 {
-        self.data[row * self.row_step + k * self.inner_step]
-    }
-}
-
-/// Rows, and entries of a row, that a tile takes at once: sixteen factors, each used for all columns of the tile.
-const TILE: usize = 4;
-
+/// The columns of rows, n x n_in, one after the other.
 #[inline(always)]
-fn multiply<const FMA: bool>(left: Strided, shape: [usize; 3], right: &[f32], out: &mut [f32]) {
-    let [n, n_inner, n_out] = shape;
-    if n == 0 || n_inner == 0 {
+fn transposed(rows: &[f32], n_in: usize) -> Vec<f32> {
+    (0..n_in).flat_map(|col| rows.iter().skip(col).step_by(n_in)).copied().collect()
+}
+
+/// Rows of a tile: with [`NARROW`] columns its sums fill twelve of the sixteen registers of AVX2, which is as much as
+/// keeps both of its units for products busy and leaves room for the factors.
+const TILE: usize = 6;
+
+/// Multiplies `left`, n x n_inner, with `right`, n_inner x n_out, into `out`. Every sum runs over its products in order,
+/// whatever tile it is in.
+#[inline(always)]
+fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
+    let [n_inner, n_out] = shape;
+    if left.is_empty() || n_inner == 0 {
         return;
     }
-    let mut col = 0;
-    while col + WIDE <= n_out {
-        columns::<FMA, WIDE>(left, shape, &right[col..], &mut out[col..]);
-        col += WIDE;
-    }
-    while col + NARROW <= n_out {
+    let n_narrow = n_out - n_out % NARROW;
+    for col in (0..n_narrow).step_by(NARROW) {
         columns::<FMA, NARROW>(left, shape, &right[col..], &mut out[col..]);
-        col += NARROW;
     }
-    for col in col..n_out {
+    for col in n_narrow..n_out {
         columns::<FMA, 1>(left, shape, &right[col..], &mut out[col..]);
     }
 }
 
-/// All rows of COLS columns: few enough that this part of the right factor stays in the nearest cache.
+/// All rows of COLS columns: few enough that this part of the right factor stays in the nearest caches.
 #[inline(always)]
-fn columns<const FMA: bool, const COLS: usize>(
-    left: Strided,
-    [n, n_inner, n_out]: [usize; 3],
-    right: &[f32],
-    out: &mut [f32],
-) {
-    let n_tiled = n - n % TILE;
+fn columns<const FMA: bool, const COLS: usize>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
+    let n = left.len() / shape[0];
+    let (n_tiled, n_paired) = (n - n % TILE, n - n % TILE % 2);
     for row in (0..n_tiled).step_by(TILE) {
-        tile::<FMA, TILE, COLS>(left.at_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+        tile::<FMA, TILE, COLS>(row, left, shape, right, out);
     }
-    for row in n_tiled..n {
-        tile::<FMA, 1, COLS>(left.at_row(row), [n_inner, n_out], right, &mut out[row * n_out..]);
+    for row in (n_tiled..n_paired).step_by(2) {
+        tile::<FMA, 2, COLS>(row, left, shape, right, out);
+    }
+    for row in n_paired..n {
+        tile::<FMA, 1, COLS>(row, left, shape, right, out);
     }
 }
 
-/// The ROWS x COLS entries of the product at the head of `out`.
+/// The ROWS x COLS entries of the product from `first` on.
 #[inline(always)]
 fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
-    left: Strided,
+    first: usize,
+    left: &[f32],
     [n_inner, n_out]: [usize; 2],
     right: &[f32],
     out: &mut [f32],
 ) {
+    // Slices of the length of the loop, so that no access is checked.
+    let rows: [&[f32]; ROWS] = std::array::from_fn(|row| &left[(first + row) * n_inner..][..n_inner]);
     let mut sums = [[0.0f32; COLS]; ROWS];
-    let n_tiled = n_inner - n_inner % TILE;
-    for k in (0..n_tiled).step_by(TILE) {
-        add_products::<FMA, ROWS, TILE, COLS>(left, k, n_out, right, &mut sums);
-    }
-    for k in n_tiled..n_inner {
-        add_products::<FMA, ROWS, 1, COLS>(left, k, n_out, right, &mut sums);
-    }
-    for (row, sums) in sums.iter().enumerate() {
-        out[row * n_out..][..COLS].copy_from_slice(sums);
-    }
-}
-
-#[inline(always)]
-fn add_products<const FMA: bool, const ROWS: usize, const INNER: usize, const COLS: usize>(
-    left: Strided,
-    k: usize,
-    n_out: usize,
-    right: &[f32],
-    sums: &mut [[f32; COLS]; ROWS],
-) {
-    let mut factors = [[0.0f32; INNER]; ROWS];
-    let mut rights = [&[0.0f32; COLS]; INNER];
-    for i in 0..INNER {
-        rights[i] = window(right, (k + i) * n_out);
-        for (row, factors) in factors.iter_mut().enumerate() {
-            factors[i] = left.entry(row, k + i);
-        }
-    }
-    for col in 0..COLS {
+    for k in 0..n_inner {
+        let right = *window::<COLS>(right, k * n_out);
         for row in 0..ROWS {
-            for i in 0..INNER {
-                sums[row][col] = fused::<FMA>(factors[row][i], rights[i][col], sums[row][col]);
+            let factor = rows[row][k];
+            for col in 0..COLS {
+                sums[row][col] = fused::<FMA>(factor, right[col], sums[row][col]);
             }
         }
+    }
+    for (row, sums) in sums.iter().enumerate() {
+        out[(first + row) * n_out..][..COLS].copy_from_slice(sums);
     }
 }
 
