@@ -1,5 +1,6 @@
 //! Sparse rows: which columns each row names. A graph is the square case; values stand beside it, one per entry.
 
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Compressed sparse rows: the columns of row `i` are `columns[offsets[i]..offsets[i + 1]]`, each row ascending
@@ -123,6 +124,27 @@ impl Csr {
         }
         assert!(next[..n] == offsets[1..], "neighbours that name each other");
         Self { offsets, columns, n_cols: n }
+    }
+
+    /// The rows whose columns are `columns`, `k` for each row, in any order and none twice in a row.
+    ///
+    /// # Panics
+    /// When a column does not exist, or there are more than `u32` counts.
+    ///
+    /// ```
+    /// use neural_mesh::linalg::Csr;
+    /// let nearest = Csr::from_equal_rows(2, 3, 2, vec![2, 0, 1, 2]);
+    /// assert_eq!((nearest.row(0), nearest.row(1)), ([0, 2].as_slice(), [1, 2].as_slice()));
+    /// ```
+    pub fn from_equal_rows(n_rows: usize, n_cols: usize, k: usize, mut columns: Vec<u32>) -> Self {
+        assert_eq!(columns.len(), n_rows * k, "k columns for each row");
+        assert!(columns.len() <= u32::MAX as usize, "at most 2^32 - 1 entries");
+        columns.par_chunks_mut(k.max(1)).for_each(|row| {
+            row.sort_unstable();
+            assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
+            debug_assert!(row.is_sorted_by(|a, b| a < b), "each column once in a row");
+        });
+        Self { offsets: (0..=n_rows).map(|row| (row * k) as u32).collect(), columns, n_cols }
     }
 
     /// The same square graph with every node joined to itself as well.

@@ -27,9 +27,13 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
     let mut in_tree_order = vec![0u32; points.len() * k];
     in_tree_order.par_chunks_mut(QUERIES * k).enumerate().for_each(|(block, rows)| {
         let mut nearest = Nearest::new(k);
+        let mut before = None;
         for (i, row) in rows.chunks_exact_mut(k).enumerate() {
-            tree.search(&mut nearest, &tree.query_at(block * QUERIES + i));
-            row.copy_from_slice(&nearest.indices);
+            let query = tree.query_at(block * QUERIES + i);
+            let bound = before.map_or(f32::INFINITY, |before| bound(points, &query, before, &nearest));
+            tree.search(&mut nearest, &query, bound);
+            nearest.write(row);
+            before = Some(query.point);
         }
     });
     let mut result = vec![0u32; points.len() * k];
@@ -62,8 +66,8 @@ pub fn nearest_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u3
     indices.par_chunks_mut(QUERIES * k).zip(queries.par_chunks(QUERIES)).for_each(|(rows, queries)| {
         let mut nearest = Nearest::new(k);
         for (row, &point) in rows.chunks_exact_mut(k).zip(queries) {
-            tree.search(&mut nearest, &Query { point, skipped: usize::MAX });
-            row.copy_from_slice(&nearest.indices);
+            tree.search(&mut nearest, &Query { point, skipped: usize::MAX }, f32::INFINITY);
+            nearest.write(row);
         }
     });
     indices
@@ -138,8 +142,10 @@ impl Node {
 impl Tree {
     fn new(points: &[[f32; 3]]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
-        let mut splits = Vec::new();
-        split(points, &mut order, Node::root(points.len()), &mut splits);
+        let mut found = Vec::new();
+        split(points, &mut order, Node::root(points.len()), &mut found);
+        let mut splits = vec![(0, 0.0); found.iter().map(|split| split.0 + 1).max().unwrap_or(0)];
+        found.into_iter().for_each(|(node, axis, at)| splits[node] = (axis, at));
         let coordinates = [0, 1, 2].map(|axis| order.iter().map(|&i| points[i as usize][axis]).collect());
         Self { order, coordinates, splits }
     }
@@ -149,9 +155,9 @@ impl Tree {
         Query { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
     }
 
-    /// Puts the nearest points of the query into `nearest`.
-    fn search(&self, nearest: &mut Nearest, query: &Query) {
-        nearest.clear();
+    /// Puts the nearest points of the query into `nearest`; none of them is farther than `bound` (squared).
+    fn search(&self, nearest: &mut Nearest, query: &Query, bound: f32) {
+        nearest.clear(bound);
         self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
     }
 
@@ -196,23 +202,29 @@ fn squared([x, y, z]: [f32; 3]) -> f32 {
     x * x + y * y + z * z
 }
 
-fn split(points: &[[f32; 3]], order: &mut [u32], node: Node, splits: &mut Vec<(u8, f32)>) {
+/// Most points of a node whose halves are not split by two threads.
+const ALONE: usize = 4096;
+
+/// Orders the points of a node as its leaves do; notes down index, axis and coordinate of every split.
+fn split(points: &[[f32; 3]], order: &mut [u32], node: Node, splits: &mut Vec<(usize, u8, f32)>) {
     if node.is_leaf() {
         return order.sort_unstable();
     }
     let axis = longest_axis(points, order);
     let coordinate = |i: u32| points[i as usize][axis];
-    let [left, _] = node.children();
-    let middle = left.end - node.begin;
+    let middle = order.len() / 2;
     let (_, &mut median, _) =
         order.select_nth_unstable_by(middle, |&a, &b| coordinate(a).total_cmp(&coordinate(b)).then(a.cmp(&b)));
-    if splits.len() <= node.index {
-        splits.resize(node.index + 1, (0, 0.0));
-    }
-    splits[node.index] = (axis as u8, coordinate(median));
+    splits.push((node.index, axis as u8, coordinate(median)));
     let (lower, upper) = order.split_at_mut(middle);
-    for (child, half) in node.children().into_iter().zip([lower, upper]) {
-        split(points, half, child, splits);
+    let [left, right] = node.children();
+    if node.end - node.begin <= ALONE {
+        split(points, lower, left, splits);
+        split(points, upper, right, splits);
+    } else {
+        let mut of_upper = Vec::new();
+        rayon::join(|| split(points, lower, left, splits), || split(points, upper, right, &mut of_upper));
+        splits.append(&mut of_upper);
     }
 }
 
@@ -228,37 +240,58 @@ fn longest_axis(points: &[[f32; 3]], order: &[u32]) -> usize {
     (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best })
 }
 
-/// The k best so far, ascending by (squared distance, index).
+/// A squared distance that none of the nearest of a query exceeds, from those of the query before it, which stands next
+/// to it in the tree: they and that query are more than k points, this one left out.
+fn bound(points: &[[f32; 3]], query: &Query, before: [f32; 3], nearest: &Nearest) -> f32 {
+    // As the leaves compute it, so that rounding never leaves out a point that ties.
+    let distance = |[x, y, z]: [f32; 3]| {
+        let [px, py, pz] = query.point;
+        squared([x - px, y - py, z - pz])
+    };
+    nearest.indices().map(|i| distance(points[i as usize])).fold(distance(before), f32::max)
+}
+
+/// The k best so far, ascending.
 struct Nearest {
-    distances: Vec<f32>,
-    indices: Vec<u32>,
+    /// The squared distance above its index: bits of numbers that are not negative have the order of the numbers.
+    keys: Vec<u64>,
+    /// No farther point is of interest.
     worst: f32,
 }
 
 impl Nearest {
     fn new(k: usize) -> Self {
-        Self { distances: vec![f32::INFINITY; k], indices: vec![u32::MAX; k], worst: f32::INFINITY }
+        Self { keys: vec![u64::MAX; k], worst: f32::INFINITY }
     }
 
-    fn clear(&mut self) {
-        self.distances.fill(f32::INFINITY);
-        self.indices.fill(u32::MAX);
-        self.worst = f32::INFINITY;
+    fn clear(&mut self, bound: f32) {
+        self.keys.fill(u64::MAX);
+        self.worst = bound;
     }
 
     fn offer(&mut self, distance: f32, index: u32) {
-        let mut place = self.distances.len() - 1;
-        if (distance, index) >= (self.distances[place], self.indices[place]) {
+        let key = u64::from(distance.to_bits()) << 32 | u64::from(index);
+        let mut place = self.keys.len() - 1;
+        if key >= self.keys[place] {
             return;
         }
-        while place > 0 && (distance, index) < (self.distances[place - 1], self.indices[place - 1]) {
-            self.distances[place] = self.distances[place - 1];
-            self.indices[place] = self.indices[place - 1];
+        while place > 0 && key < self.keys[place - 1] {
+            self.keys[place] = self.keys[place - 1];
             place -= 1;
         }
-        self.distances[place] = distance;
-        self.indices[place] = index;
-        self.worst = self.distances[self.distances.len() - 1];
+        self.keys[place] = key;
+        let last = self.keys[self.keys.len() - 1];
+        if last != u64::MAX {
+            self.worst = f32::from_bits((last >> 32) as u32);
+        }
+    }
+
+    fn indices(&self) -> impl Iterator<Item = u32> {
+        self.keys.iter().map(|&key| key as u32)
+    }
+
+    fn write(&self, row: &mut [u32]) {
+        row.iter_mut().zip(self.indices()).for_each(|(index, found)| *index = found);
     }
 }
 
