@@ -6,8 +6,10 @@
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::collections::binary_heap::PeekMut;
 
 /// Scores farther than this from their mean count as if they were not.
 const MOST_SCORE: f64 = 6.0;
@@ -38,18 +40,21 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     assert!(points.len() == rings.n_rows() && points.len() == scores.len(), "one row and one score per point");
     let mut keys = gumbel_keys(scores, seed);
     keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut field =
-        Field { points, rings, stretch: stretches(points, rings, scores), distance: vec![f64::INFINITY; points.len()] };
-    // Nothing is nearer than infinitely far: all wait in the order of their keys.
-    let rank = |(at, (_, vertex)): (usize, (f64, u32))| (f64::INFINITY.to_bits(), Reverse(at as u32), vertex);
-    let mut waiting: BinaryHeap<(u64, Reverse<u32>, u32)> = keys.into_iter().enumerate().map(rank).collect();
+    let mut field = Field::new(points, rings, &stretches(points, rings, scores));
     let mut samples = Vec::with_capacity(k.min(points.len()));
+    let Some((&(_, first), others)) = keys.split_first().filter(|_| k > 0) else { return samples };
+    samples.push(first);
+    field.plant(first);
+    // Where no sample reaches, all are infinitely far and wait in the order of their keys.
+    let rank = |(at, &(_, vertex)): (usize, &(f64, u32))| (field.bits(vertex), Reverse(at as u32), vertex);
+    let mut waiting: BinaryHeap<(u64, Reverse<u32>, u32)> = others.iter().enumerate().map(rank).collect();
     while samples.len() < k {
-        let Some((bits, rank, vertex)) = waiting.pop() else { break };
-        let distance = field.distance[vertex as usize];
-        if distance.to_bits() < bits {
-            waiting.push((distance.to_bits(), rank, vertex));
+        let Some(mut farthest) = waiting.peek_mut() else { break };
+        let bits = field.bits(farthest.2);
+        if bits < farthest.0 {
+            farthest.0 = bits;
         } else {
+            let (_, _, vertex) = PeekMut::pop(farthest);
             samples.push(vertex);
             field.plant(vertex);
         }
@@ -75,37 +80,47 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
 }
 
 struct Field<'a> {
-    points: &'a [[f32; 3]],
     rings: &'a Csr,
-    /// Metric over Euclidean length at each vertex.
-    stretch: Vec<f64>,
-    /// To the nearest sample so far.
+    /// Of each entry of `rings`, in the metric.
+    lengths: Vec<f64>,
+    /// From each vertex to the nearest sample so far.
     distance: Vec<f64>,
+    /// What a sample claims next; kept for its memory.
+    front: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
-impl Field<'_> {
+impl<'a> Field<'a> {
+    /// Before the first sample; `stretch` is the metric over Euclidean length at each vertex.
+    fn new(points: &[[f32; 3]], rings: &'a Csr, stretch: &[f64]) -> Self {
+        let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();
+        let of_vertex = |v: usize| rings.row(v).iter().map(move |&w| length(v, w as usize));
+        let lengths = (0..points.len()).into_par_iter().flat_map_iter(of_vertex).collect();
+        Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: BinaryHeap::new() }
+    }
+
+    /// The distance of a vertex as a number with the same order.
+    fn bits(&self, vertex: u32) -> u64 {
+        self.distance[vertex as usize].to_bits()
+    }
+
     /// Makes a vertex a sample, and lets it claim what is nearer to it than to the others.
     fn plant(&mut self, sample: u32) {
-        let mut front = BinaryHeap::from([Reverse((0u64, sample))]);
-        self.distance[sample as usize] = 0.0;
+        let Self { rings, lengths, distance, front } = self;
+        distance[sample as usize] = 0.0;
+        front.push(Reverse((0, sample)));
         while let Some(Reverse((bits, v))) = front.pop() {
-            let here = f64::from_bits(bits);
-            if here > self.distance[v as usize] {
+            let (v, here) = (v as usize, f64::from_bits(bits));
+            if here > distance[v] {
                 continue;
             }
-            for &w in self.rings.row(v as usize) {
-                let there = here + self.length(v, w);
-                if there < self.distance[w as usize] {
-                    self.distance[w as usize] = there;
+            for (&w, length) in rings.row(v).iter().zip(&lengths[rings.range(v)]) {
+                let there = here + length;
+                if there < distance[w as usize] {
+                    distance[w as usize] = there;
                     front.push(Reverse((there.to_bits(), w)));
                 }
             }
         }
-    }
-
-    fn length(&self, v: u32, w: u32) -> f64 {
-        let [v, w] = [v, w].map(|v| v as usize);
-        0.5 * (self.stretch[v] + self.stretch[w]) * distance2(self.points[v], self.points[w]).sqrt()
     }
 }
 
