@@ -20,6 +20,7 @@ mod measure;
 mod memory;
 mod methods;
 mod paper;
+mod paper_speed;
 mod peak;
 mod pictures;
 mod row;
@@ -68,6 +69,8 @@ enum Command {
     Figure5(figure5::Args),
     /// Make the paper's table: its pipeline against QEM and meshoptimizer.
     Paper(paper::Args),
+    /// Time the paper's assembly, stage by stage.
+    PaperSpeed(paper_speed::Args),
     /// Compare ways to draw the sampled vertices.
     Samplers(samplers::Args),
     /// Make the paper's table of samplers: the drawn vertices as a set of points.
@@ -104,6 +107,7 @@ fn main() -> anyhow::Result<()> {
         Command::Pictures(args) => pictures::pictures(&args),
         Command::Figure5(args) => figure5::figure5(&args),
         Command::Paper(args) => paper::paper(&args),
+        Command::PaperSpeed(args) => paper_speed::paper_speed(&args),
         Command::Samplers(args) => samplers::samplers(&args),
         Command::SamplersPaper(args) => samplers_paper::samplers_paper(&args),
         Command::Stages(args) => stages::stages(&args),

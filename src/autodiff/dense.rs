@@ -54,18 +54,35 @@ impl Tape {
     /// `[a | b] w`: n x n_a and n x n_b to n x n_out.
     pub fn concat_product(&mut self, a: &Value, b: &Value, weights: &Value) -> Value {
         let result = concat_product(&a.matrix, &b.matrix, &weights.matrix);
-        let (a_kept, b_kept, weights_kept) = (a.matrix.clone(), b.matrix.clone(), weights.matrix.clone());
+        let [a_kept, b_kept, weights_kept] = [a, b, weights].map(|value| value.matrix.clone());
         self.record(result, [a, b, weights], move |gradient, [to_a, to_b, to_weights]| {
             let n_a = a_kept.n_cols();
-            let stacked = || {
-                let parts = [&a_kept, &b_kept].map(|part| product_weights_backward(part, gradient).into_data());
-                Matrix::new(weights_kept.n_rows(), weights_kept.n_cols(), parts.concat())
-            };
             [
                 to_a.then(|| product_input_backward(gradient, &rows(&weights_kept, 0..n_a))),
                 to_b.then(|| product_input_backward(gradient, &rows(&weights_kept, n_a..weights_kept.n_rows()))),
-                to_weights.then(stacked),
+                to_weights.then(|| stacked_weights_backward([&a_kept, &b_kept], gradient)),
             ]
+        })
+    }
+
+    /// `x + bias` in every row, the bias 1 x n_cols.
+    pub fn plus_row(&mut self, x: &Value, bias: &Value) -> Value {
+        let [n_rows, n_cols] = x.matrix.shape();
+        assert_eq!(bias.matrix.shape(), [1, n_cols], "one bias per column");
+        let rows = x.matrix.data().chunks_exact(n_cols.max(1));
+        let sums = rows.flat_map(|row| row.iter().zip(bias.matrix.data()).map(|(x, bias)| x + bias));
+        let result = Matrix::new(n_rows, n_cols, sums.collect());
+        self.record(result, [x, bias], |gradient, [to_x, to_bias]| {
+            [to_x.then(|| gradient.clone()), to_bias.then(|| linalg::column_sums(gradient))]
+        })
+    }
+
+    /// The rows of one matrix above those of another: n_a x n_cols and n_b x n_cols to (n_a + n_b) x n_cols.
+    pub fn stacked(&mut self, a: &Value, b: &Value) -> Value {
+        let [n_a, n_b] = [a, b].map(|value| value.matrix.n_rows());
+        let result = stacked([&a.matrix, &b.matrix]);
+        self.record(result, [a, b], move |gradient, [to_a, to_b]| {
+            [to_a.then(|| rows(gradient, 0..n_a)), to_b.then(|| rows(gradient, n_a..n_a + n_b))]
         })
     }
 
@@ -149,7 +166,18 @@ fn softmax(x: &[f32]) -> Vec<f32> {
     result
 }
 
-fn rows(m: &Matrix, range: Range<usize>) -> Matrix {
+/// Derivative of `[a | b] w` to `w`.
+pub(super) fn stacked_weights_backward(parts: [&Matrix; 2], gradient: &Matrix) -> Matrix {
+    let [of_a, of_b] = parts.map(|part| product_weights_backward(part, gradient));
+    stacked([&of_a, &of_b])
+}
+
+fn stacked([a, b]: [&Matrix; 2]) -> Matrix {
+    assert_eq!(a.n_cols(), b.n_cols(), "rows of one length");
+    Matrix::new(a.n_rows() + b.n_rows(), a.n_cols(), [a.data(), b.data()].concat())
+}
+
+pub(super) fn rows(m: &Matrix, range: Range<usize>) -> Matrix {
     Matrix::new(range.len(), m.n_cols(), m.data()[range.start * m.n_cols()..range.end * m.n_cols()].to_vec())
 }
 
@@ -169,6 +197,7 @@ mod tests {
         let inputs = [random(30, 5, 1), random(5, 7, 2), random(1, 7, 3)];
         check_gradients(&inputs, |tape, v| tape.product(&v[0], &v[1]));
         check_gradients(&inputs, |tape, v| tape.affine(&v[0], &v[1], &v[2]));
+        check_gradients(&[random(30, 5, 1), random(1, 5, 2)], |tape, v| tape.plus_row(&v[0], &v[1]));
         let layers = [random(30, 5, 1), random(5, 7, 2), random(1, 7, 3), random(7, 2, 4), random(1, 2, 5)];
         check_gradients(&layers, |tape, v| tape.two_layers(&v[0], [&v[1], &v[2]], [&v[3], &v[4]]));
         let inputs = [random(30, 5, 1), random(30, 4, 2), random(9, 7, 3)];
@@ -189,6 +218,7 @@ mod tests {
     fn gradients_of_rows_by_index() {
         let inputs = [random(12, 3, 1)];
         check_gradients(&inputs, |tape, v| tape.gather(&v[0], &[3, 3, 0, 11, 3]));
+        check_gradients(&[random(4, 3, 1), random(2, 3, 2)], |tape, v| tape.stacked(&v[0], &v[1]));
         check_gradients(&inputs, |tape, v| tape.triple_extremes(&v[0], &[[0, 1, 2], [2, 7, 11], [2, 0, 3]]));
     }
 

@@ -1,6 +1,6 @@
 //! Operations along the edges of a graph. Values that stand one per entry of a graph are columns, n_entries x 1.
 
-use super::dense::entrywise;
+use super::dense::{entrywise, rows, stacked_weights_backward};
 use super::{Tape, Value};
 use crate::linalg::{self, Csr, Matrix};
 use std::sync::Arc;
@@ -95,19 +95,36 @@ impl Tape {
         graph: &Arc<Csr>,
         [weights, output_bias]: [&Value; 2],
     ) -> Value {
-        let [hidden_bias, last_bias] = [bias, output_bias].map(|bias| bias.matrix.data());
-        let result = linalg::pair_relu_product(&u.matrix, hidden_bias, graph, &weights.matrix, last_bias);
-        let [u_kept, bias_kept, weights_kept] = [u, bias, weights].map(|value| value.matrix.clone());
+        let nothing = Value::constant(Matrix::zeros(u.matrix.n_rows(), 0));
+        self.concat_pair_relu_product(&nothing, [u, bias], graph, [weights, output_bias])
+    }
+
+    /// `[x | y] w + m output_bias`, where [`Tape::pair_relu_product`] has `y w + m output_bias`: x is n x n_beside, w
+    /// (n_beside + width) x n_out.
+    pub fn concat_pair_relu_product(
+        &mut self,
+        x: &Value,
+        [u, bias]: [&Value; 2],
+        graph: &Arc<Csr>,
+        [weights, output_bias]: [&Value; 2],
+    ) -> Value {
+        let layer = [weights, output_bias].map(Value::matrix);
+        let result = linalg::concat_pair_relu_product(&x.matrix, &u.matrix, bias.matrix.data(), graph, layer);
+        let [x_kept, u_kept, bias_kept, weights_kept] = [x, u, bias, weights].map(|value| value.matrix.clone());
         let graph = graph.clone();
-        self.record(result, [u, bias, weights, output_bias], move |gradient, [_, _, to_weights, to_output_bias]| {
-            let to_sums = linalg::product_input_backward(gradient, &weights_kept);
+        let inputs = [x, u, bias, weights, output_bias];
+        self.record(result, inputs, move |gradient, [to_x, _, _, to_weights, to_output_bias]| {
+            let n_beside = x_kept.n_cols();
+            let to_sums =
+                linalg::product_input_backward(gradient, &rows(&weights_kept, n_beside..weights_kept.n_rows()));
             let inner = linalg::pair_relu_backward(&u_kept, bias_kept.data(), &graph, &to_sums);
             let sums = || linalg::pair_relu(&u_kept, bias_kept.data(), &graph);
             let n_neighbours = || column((0..graph.n_rows()).map(|n| graph.row(n).len() as f32).collect());
             [
+                to_x.then(|| linalg::product_input_backward(gradient, &rows(&weights_kept, 0..n_beside))),
                 Some(inner.u),
                 Some(inner.bias),
-                to_weights.then(|| linalg::product_weights_backward(&sums(), gradient)),
+                to_weights.then(|| stacked_weights_backward([&x_kept, &sums()], gradient)),
                 to_output_bias.then(|| linalg::product_weights_backward(&n_neighbours(), gradient)),
             ]
         })
@@ -157,6 +174,10 @@ mod tests {
         let inputs = [random(25, 6, 1), random(1, 6, 2), random(6, 5, 3), random(1, 5, 4)];
         check_gradients(&inputs, |tape, v| tape.neighbour_max_product_relu(&v[0], &graph, &v[2]));
         check_gradients(&inputs, |tape, v| tape.pair_relu_product([&v[0], &v[1]], &graph, [&v[2], &v[3]]));
+        let beside = [random(25, 6, 1), random(1, 6, 2), random(8, 5, 3), random(1, 5, 4), random(25, 2, 5)];
+        check_gradients(&beside, |tape, v| {
+            tape.concat_pair_relu_product(&v[4], [&v[0], &v[1]], &graph, [&v[2], &v[3]])
+        });
         let inputs = [random(25, 3, 1), random(25, 3, 2), random(6, 5, 3), random(5, 4, 4), random(4, 4, 5)];
         let inputs = [&inputs[..], &[random(1, 4, 6), random(4, 1, 7), random(1, 1, 8)]].concat();
         check_gradients(&inputs, |tape, v| {

@@ -1,6 +1,10 @@
 //! Rows picked by index, one by one or in triples: the positions of samples, and Eq. (4)'s rows of triangles.
 
 use super::Matrix;
+use rayon::prelude::*;
+
+/// Fewest triples that are worth a thread of their own.
+const ALONE: usize = 1024;
 
 /// Picks rows: row n of the result is row `indices[n]` of `x`. An index may repeat.
 ///
@@ -59,15 +63,19 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
 /// assert_eq!(triple_extremes(&x, &[[0, 1, 2]]).data(), [-5.0, -1.0, 3.0]);
 /// ```
 pub fn triple_extremes(x: &Matrix, triples: &[[u32; 3]]) -> Matrix {
-    let mut rows = Vec::with_capacity(triples.len() * 3 * x.n_cols());
-    for triple in triples {
+    let n_cols = x.n_cols();
+    let mut result = Matrix::zeros(triples.len(), 3 * n_cols);
+    let rows = result.data_mut().par_chunks_exact_mut((3 * n_cols).max(1)).with_min_len(ALONE);
+    rows.zip(triples).for_each(|(row, triple)| {
         let [i, j, k] = triple.map(|row| x.row(row as usize));
-        let columns = || i.iter().zip(j).zip(k).map(|((&i, &j), &k)| [i, j, k]);
-        rows.extend(columns().map(|column| differences(column).into_iter().fold(f32::INFINITY, f32::min)));
-        rows.extend(columns().map(|column| differences(column).into_iter().fold(f32::NEG_INFINITY, f32::max)));
-        rows.extend(columns().map(|[i, j, k]| (i + j + k) / 3.0));
-    }
-    Matrix::new(triples.len(), 3 * x.n_cols(), rows)
+        for col in 0..n_cols {
+            let column = [i[col], j[col], k[col]];
+            row[col] = differences(column).into_iter().fold(f32::INFINITY, f32::min);
+            row[n_cols + col] = differences(column).into_iter().fold(f32::NEG_INFINITY, f32::max);
+            row[2 * n_cols + col] = (column[0] + column[1] + column[2]) / 3.0;
+        }
+    });
+    result
 }
 
 /// Derivative of [`triple_extremes`] to `x`, n x n_cols: of equal differences the first has the gradient.

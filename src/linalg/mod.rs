@@ -23,7 +23,7 @@ pub(crate) use isa::{Isa, Work};
 pub use matrix::Matrix;
 pub use neighbour_max::{neighbour_max, neighbour_max_backward, neighbour_max_product_relu};
 pub use neighbour_softmax::{neighbour_dots, neighbour_dots_backward, neighbour_softmax, neighbour_softmax_backward};
-pub use pair_relu::{PairReluGradients, pair_relu, pair_relu_backward, pair_relu_product};
+pub use pair_relu::{PairReluGradients, concat_pair_relu_product, pair_relu, pair_relu_backward, pair_relu_product};
 pub(crate) use product::column_sums;
 pub use product::{concat_product, product, product_input_backward, product_weights_backward};
 pub use scored_dev_conv::scored_dev_conv;

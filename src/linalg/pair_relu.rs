@@ -54,14 +54,47 @@ fn pair_relu_on(isa: Isa, sums: Forward) -> Matrix {
 /// assert_eq!(pair_relu_product(&u, &[1.0], &path, &weights, &[0.5]).data(), [0.5, 51.0, 30.5]);
 /// ```
 pub fn pair_relu_product(u: &Matrix, bias: &[f32], graph: &Csr, weights: &Matrix, output_bias: &[f32]) -> Matrix {
-    product_on(Isa::best(), Forward::new(u, bias, graph), weights, output_bias)
+    let kernel = ForwardProduct { beside: None, sums: Forward::new(u, bias, graph), weights, output_bias };
+    product_on(Isa::best(), &kernel)
 }
 
-fn product_on(isa: Isa, sums: Forward, weights: &Matrix, output_bias: &[f32]) -> Matrix {
-    assert_eq!(sums.u.n_cols(), weights.n_rows(), "columns of u and rows of weights");
-    assert_eq!(output_bias.len(), weights.n_cols(), "one output bias per column");
-    let n_rows = sums.u.n_rows();
-    isa.matrix(&ForwardProduct { sums, weights, output_bias }, n_rows, weights.n_cols())
+/// Computes `[x | y] w + m output_bias`, where [`pair_relu_product`] has `y w + m output_bias`.
+///
+/// # Shapes
+/// - `beside`: x, n x n_beside
+/// - `u`, `bias`, `graph`: as for [`pair_relu`]
+/// - `weights`: (n_beside + width) x n_out, `output_bias`: 1 x n_out
+/// - returns n x n_out
+///
+/// # Panics
+/// When the shapes do not match.
+///
+/// ```
+/// use neural_mesh::linalg::{Csr, Matrix, concat_pair_relu_product};
+/// let column = |x: &[f32]| Matrix::new(x.len(), 1, x.to_vec());
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// let (beside, u, output_bias) = (column(&[1.0, 2.0, 3.0]), column(&[1.0, 5.0, 7.0]), column(&[0.5]));
+/// let product = concat_pair_relu_product(&beside, &u, &[1.0], &path, [&column(&[100.0, 10.0]), &output_bias]);
+/// assert_eq!(product.data(), [100.5, 251.0, 330.5]);
+/// ```
+pub fn concat_pair_relu_product(
+    beside: &Matrix,
+    u: &Matrix,
+    bias: &[f32],
+    graph: &Csr,
+    [weights, output_bias]: [&Matrix; 2],
+) -> Matrix {
+    let (sums, output_bias) = (Forward::new(u, bias, graph), output_bias.data());
+    product_on(Isa::best(), &ForwardProduct { beside: Some(beside), sums, weights, output_bias })
+}
+
+fn product_on(isa: Isa, kernel: &ForwardProduct) -> Matrix {
+    let (n_rows, [n_in, n_out]) = (kernel.sums.u.n_rows(), kernel.weights.shape());
+    let n_beside = kernel.beside.map_or(0, Matrix::n_cols);
+    assert!(kernel.beside.is_none_or(|beside| beside.n_rows() == n_rows), "as many rows on both sides");
+    assert_eq!(n_beside + kernel.sums.u.n_cols(), n_in, "columns of u, and of what is beside it, and rows of weights");
+    assert_eq!(kernel.output_bias.len(), n_out, "one output bias per column");
+    isa.matrix(kernel, n_rows, n_out)
 }
 
 /// Derivatives of [`pair_relu`].
@@ -154,6 +187,8 @@ impl ColumnKernel for Forward<'_> {
 }
 
 struct ForwardProduct<'a> {
+    /// What stands left of the sums.
+    beside: Option<&'a Matrix>,
     sums: Forward<'a>,
     weights: &'a Matrix,
     output_bias: &'a [f32],
@@ -162,14 +197,28 @@ struct ForwardProduct<'a> {
 impl RowKernel for ForwardProduct<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let mut sums = vec![0.0; rows.len() * self.weights.n_rows()];
+        let mut sums = vec![0.0; rows.len() * self.sums.width()];
         self.sums.compute::<FMA>(rows.clone(), &mut sums);
+        if let Some(beside) = self.beside {
+            sums = side_by_side(beside, rows.clone(), &sums);
+        }
         multiply_rows::<FMA>(&sums, self.weights, out);
         for (n, out) in rows.zip(out.chunks_exact_mut(self.output_bias.len().max(1))) {
             let n_neighbours = self.sums.graph.row(n).len() as f32;
             out.iter_mut().zip(self.output_bias).for_each(|(y, bias)| *y += n_neighbours * bias);
         }
     }
+}
+
+/// These rows of `left`, each before its row of `right`.
+fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
+    let width = right.len() / rows.len().max(1);
+    let mut joined = Vec::with_capacity(right.len() + rows.len() * left.n_cols());
+    for (row, right) in rows.zip(right.chunks_exact(width.max(1))) {
+        joined.extend_from_slice(left.row(row));
+        joined.extend_from_slice(right);
+    }
+    joined
 }
 
 /// What reaches `u_n` as the first of a pair: its gradient times the number of active neighbours.
@@ -235,7 +284,6 @@ impl ColumnKernel for BackwardAll<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::product;
     use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
     use super::*;
 
@@ -243,6 +291,11 @@ mod tests {
         Matrix::from_fn(u.n_rows(), u.n_cols(), |n, c| {
             graph.row(n).iter().map(|&k| (u.row(n)[c] - u.row(k as usize)[c] + bias[c]).max(0.0)).sum()
         })
+    }
+
+    fn naive_product(x: &Matrix, weights: &Matrix) -> Matrix {
+        let dot = |n: usize, c: usize| (0..x.n_cols()).map(|k| x.row(n)[k] * weights.row(k)[c]).sum();
+        Matrix::from_fn(x.n_rows(), weights.n_cols(), dot)
     }
 
     #[test]
@@ -254,10 +307,18 @@ mod tests {
                 let sums = || Forward::new(&u, bias.data(), &graph);
                 assert_close(pair_relu_on(isa, sums()).data(), expected.data(), 1e-5);
                 let (weights, output_bias) = (random(width, 20, 7), random(1, 20, 8));
-                let product = product(&expected, &weights, &[]);
+                let product = naive_product(&expected, &weights);
                 let entry = |n: usize, c| product.row(n)[c] + graph.row(n).len() as f32 * output_bias.data()[c];
                 let expected = Matrix::from_fn(n, 20, entry);
-                assert_close(product_on(isa, sums(), &weights, output_bias.data()).data(), expected.data(), 1e-5);
+                let output_bias = output_bias.data();
+                let kernel = ForwardProduct { beside: None, sums: sums(), weights: &weights, output_bias };
+                assert_close(product_on(isa, &kernel).data(), expected.data(), 1e-5);
+                let (beside, of_beside) = (random(n, 9, 9), random(9, 20, 10));
+                let weights = Matrix::new(9 + width, 20, [of_beside.data(), weights.data()].concat());
+                let further = naive_product(&beside, &of_beside);
+                let expected = Matrix::from_fn(n, 20, |n, c| expected.row(n)[c] + further.row(n)[c]);
+                let kernel = ForwardProduct { beside: Some(&beside), weights: &weights, ..kernel };
+                assert_close(product_on(isa, &kernel).data(), expected.data(), 1e-5);
             }
         }
     }

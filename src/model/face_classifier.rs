@@ -1,7 +1,8 @@
 //! The Face Classifier, Sec. 3.3: the probability that a candidate face belongs to the surface.
 
 use super::candidate_faces::barycenters;
-use super::{Affine, TriConv, tri_conv, triangle_positions};
+use super::tri_conv::tri_convs;
+use super::{Affine, TriConv, triangle_positions};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use crate::spatial::nearest_neighbours;
@@ -34,8 +35,7 @@ pub struct FaceClassifier<T> {
 pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> Csr {
     let neighbours = nearest_neighbours(&barycenters(points, triangles), k);
     let k = neighbours.len() / triangles.len().max(1);
-    let entries = neighbours.iter().enumerate().map(|(at, &j)| [(at / k) as u32, j]);
-    Csr::from_entries(triangles.len(), triangles.len(), entries)
+    Csr::from_equal_rows(triangles.len(), triangles.len(), k, neighbours)
 }
 
 /// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.
@@ -70,9 +70,7 @@ pub fn face_classifier(
     prior: &Value,
 ) -> Value {
     let positions = triangle_positions(tape, points, triangles);
-    let layers = net.tri_convs.iter();
-    let features = layers.fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, f, graph));
-    let logits = tape.affine(&features, &net.output.weights, &net.output.bias);
+    let logits = tri_convs(tape, (&net.tri_convs, &net.output), &positions, prior, graph);
     tape.sigmoid(&logits)
 }
 

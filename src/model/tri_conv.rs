@@ -81,6 +81,51 @@ pub fn tri_conv(
     tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
 }
 
+/// Applies one layer after the other as [`tri_conv`] does, and a linear map to the features of the last.
+///
+/// Nothing bends between the last map of a layer and the first of the next: with the first layer's `W_out` and `b_out`
+/// and the part `W_in` of the next one's `hidden` that acts on features, the two maps are one, `W_out W_in` and
+/// `b_out W_in`. Each pair of layers then costs one product per triangle in place of two, and the features between them
+/// are never computed.
+///
+/// # Shapes
+/// - `positions`: n x 9, `features`: n x n_in, `graph`: n x n, as for [`tri_conv`]
+/// - `last`: width to n_out
+/// - returns n x n_out
+pub(super) fn tri_convs(
+    tape: &mut Tape,
+    (layers, last): (&[TriConv<Value>], &Affine<Value>),
+    positions: &Value,
+    features: &Value,
+    graph: &Arc<Csr>,
+) -> Value {
+    let Some((mut layer, later)) = layers.split_first() else {
+        return tape.affine(features, &last.weights, &last.bias);
+    };
+    let mut mapped = tape.concat_product(positions, features, &layer.hidden.weights);
+    for next in later {
+        let [on_positions, on_features] = halves(tape, &next.hidden.weights, positions.matrix().n_cols());
+        let [weights, bias] = both_maps(tape, &layer.output, &on_features);
+        let weights = tape.stacked(&on_positions, &weights);
+        mapped = tape.concat_pair_relu_product(positions, [&mapped, &layer.hidden.bias], graph, [&weights, &bias]);
+        layer = next;
+    }
+    let [weights, bias] = both_maps(tape, &layer.output, &last.weights);
+    let result = tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, [&weights, &bias]);
+    tape.plus_row(&result, &last.bias)
+}
+
+/// The first rows of a matrix, and the others.
+fn halves(tape: &mut Tape, weights: &Value, n_first: usize) -> [Value; 2] {
+    let (n_first, n_rows) = (n_first as u32, weights.matrix().n_rows() as u32);
+    [0..n_first, n_first..n_rows].map(|rows| tape.gather(weights, &rows.collect::<Vec<_>>()))
+}
+
+/// Weights and bias of a map and then another without bias.
+fn both_maps(tape: &mut Tape, first: &Affine<Value>, second: &Value) -> [Value; 2] {
+    [&first.weights, &first.bias].map(|rows| tape.product(rows, second))
+}
+
 impl TriConv<[usize; 2]> {
     pub(super) fn shape(n_in: usize, width: usize) -> Self {
         Self { hidden: Affine::shape(9 + n_in, width), output: Affine::shape(width, width) }
@@ -103,6 +148,26 @@ mod tests {
     use super::*;
     use crate::linalg::Matrix;
     use crate::linalg::test_values::{assert_close, ragged_graph, random};
+
+    #[test]
+    fn layers_at_once_agree_with_one_after_the_other() {
+        let (graph, tape) = (Arc::new(ragged_graph(40)), &mut Tape::default());
+        let value = |n_rows, n_cols, seed| Value::constant(random(n_rows, n_cols, seed));
+        let affine = |n_in, n_out, seed| Affine { weights: value(n_in, n_out, seed), bias: value(1, n_out, seed + 1) };
+        let layer = |n_in: usize, seed| TriConv { hidden: affine(9 + n_in, 8, seed), output: affine(8, 8, seed + 2) };
+        let (positions, prior, last) = (value(40, 9, 1), value(40, 1, 2), affine(8, 3, 20));
+        for layers in [vec![], vec![layer(1, 3)], vec![layer(1, 3), layer(8, 7), layer(8, 11)]] {
+            let features = layers.iter().fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, f, &graph));
+            let last = if layers.is_empty() { affine(1, 3, 20) } else { last.clone() };
+            let expected = tape.affine(&features, &last.weights, &last.bias);
+            let result = tri_convs(tape, (&layers, &last), &positions, &prior, &graph);
+            // In units of the largest: what is left after sums have cancelled has the rounding of the sums.
+            let largest = expected.matrix().data().iter().fold(0.0, |largest: f32, x| largest.max(x.abs()));
+            let [result, expected] =
+                [result, expected].map(|value| value.matrix().data().iter().map(|x| x / largest).collect::<Vec<_>>());
+            assert_close(&result, &expected, 1e-5);
+        }
+    }
 
     #[test]
     fn agrees_with_the_equation_pair_by_pair() {

@@ -102,7 +102,8 @@ pub fn paper_stages(
     begin("scores", progress)?;
     let rings = Arc::new(edge_graph(mesh));
     let points = in_edge_lengths(mesh.positions(), &rings);
-    let scores = vertex_scores(weights, &points, Some(&vertex_normals(mesh)), &rings);
+    let normals = (weights.architecture().point_sampler_inputs == 6).then(|| vertex_normals(mesh));
+    let scores = vertex_scores(weights, &points, normals.as_deref(), &rings);
     begin("sample", progress)?;
     let samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
     begin("assign", progress)?;
