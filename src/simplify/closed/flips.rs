@@ -10,6 +10,7 @@ use rustc_hash::FxHashSet;
 
 use super::collapse::Remains;
 use super::corners::Corners;
+use super::diamond::{Diamond, diamonds};
 use super::faces_around::FacesAround;
 use super::facets::{Facet, Facets};
 use super::points::{Match, Points};
@@ -23,13 +24,6 @@ const LEAST_COSINE: f32 = 0.5;
 /// Cosine between the two faces above which their diagonals hardly differ.
 const FLAT: f32 = 0.998;
 
-/// An edge over which two faces meet: their corners `a b c` and `b a d`.
-struct Diamond {
-    faces: [u32; 2],
-    corners: [u32; 4],
-    gain: f32,
-}
-
 /// Flips edges of the faces, best gains first, each face once; returns how many were flipped.
 pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Option<&mut Corners>) -> usize {
     let Remains { positions, faces, normals, on_plane, .. } = remains;
@@ -39,25 +33,25 @@ pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Opti
     let facets = Facets::new(positions, faces, &around);
     let weighed = PointsOfFaces::new(points, &facets, faces.len());
     let rate = |f: u32| {
-        diamonds(faces, &around, f).filter_map(|diamond| {
-            let [f, g] = diamond.faces;
-            let meant = [normals[f as usize], normals[g as usize]];
-            let gain = weighed.gain(&facets, positions, &diamond, meant)?;
-            Some(Diamond { gain, ..diamond })
+        let later = diamonds(faces, &around, f).filter(move |diamond| diamond.faces[1] > f);
+        later.filter_map(|diamond| {
+            let meant = diamond.faces.map(|f| normals[f as usize]);
+            Some((weighed.gain(&facets, positions, &diamond, meant)?, diamond))
         })
     };
-    let mut worthwhile: Vec<Diamond> = (0..faces.len() as u32).into_par_iter().flat_map_iter(rate).collect();
-    worthwhile.sort_unstable_by(|x, y| y.gain.total_cmp(&x.gain).then(x.faces.cmp(&y.faces)));
+    let mut worthwhile: Vec<(f32, Diamond)> = (0..faces.len() as u32).into_par_iter().flat_map_iter(rate).collect();
+    worthwhile.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.faces.cmp(&y.1.faces)));
     let mut touched = vec![false; faces.len()];
     let mut made: FxHashSet<[u32; 2]> = FxHashSet::default();
     let mut n_flipped = 0;
-    for Diamond { faces: [f, g], corners: [a, b, c, d], .. } in worthwhile {
+    for (_, diamond) in worthwhile {
+        let Diamond { faces: [f, g], corners: [a, b, c, d] } = diamond;
         let is_seam = corners.as_ref().is_some_and(|corners| corners.is_seam(faces, [f, g], [a, b]));
         let (f, g) = (f as usize, g as usize);
         let is_held = is_seam || bridges(c, d);
         if !is_held && !touched[f] && !touched[g] && !around.joins(c, d) && made.insert([c.min(d), c.max(d)]) {
             corners.iter_mut().for_each(|corners| corners.flip(faces, [f as u32, g as u32], [a, b, c, d]));
-            (faces[f], faces[g]) = ([c, d, b], [d, c, a]);
+            [faces[f], faces[g]] = diamond.flipped();
             normals[f] = (normals[f] + normals[g]).normalize_or_zero();
             normals[g] = normals[f];
             (touched[f], touched[g]) = (true, true);
@@ -65,16 +59,6 @@ pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Opti
         }
     }
     n_flipped
-}
-
-/// The pairs of a face and a later one beyond an edge of it, consistently wound.
-fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterator<Item = Diamond> {
-    let [a, b, c] = faces[f as usize];
-    [(a, b, c), (b, c, a), (c, a, b)].into_iter().filter_map(move |(a, b, c)| {
-        let g = around.along(b, a).filter(|&g| g > f)?;
-        let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
-        (c != d).then_some(Diamond { faces: [f, g], corners: [a, b, c, d], gain: 0.0 })
-    })
 }
 
 /// A point of the original and its area.

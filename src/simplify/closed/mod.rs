@@ -6,6 +6,7 @@ mod corners;
 mod costly;
 mod darts;
 mod derivative;
+mod diamond;
 mod edge_lengths;
 mod faces_around;
 mod facets;
@@ -298,6 +299,7 @@ fn finished(
         corners: corners_now,
         fixed: &fixed,
         on_plane: on_plane.as_ref(),
+        is_coarse: coarse,
     };
     let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
     let is_on_plane = |x: usize| on_plane.as_ref().is_some_and(|on_plane| on_plane.has(x as u32));

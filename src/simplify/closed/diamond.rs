@@ -1,0 +1,53 @@
+//! Two faces over an edge, and the two that the other diagonal of their corners makes.
+
+use super::faces_around::FacesAround;
+
+/// An edge over which two faces meet, wound the same way: their corners `a b c` and `b a d`.
+#[derive(Clone, Copy)]
+pub(super) struct Diamond {
+    /// The faces.
+    pub faces: [u32; 2],
+    /// Their corners `a b c d`.
+    pub corners: [u32; 4],
+}
+
+impl Diamond {
+    /// The faces as they are; each begins with the edge.
+    pub fn pair(&self) -> [[u32; 3]; 2] {
+        let [a, b, c, d] = self.corners;
+        [[a, b, c], [b, a, d]]
+    }
+
+    /// The faces with the other diagonal; each begins with it.
+    pub fn flipped(&self) -> [[u32; 3]; 2] {
+        let [a, b, c, d] = self.corners;
+        [[c, d, b], [d, c, a]]
+    }
+}
+
+/// The edges of a face beyond which another one lies, in the order of its corners; `a b c` is that face.
+pub(super) fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterator<Item = Diamond> {
+    let [a, b, c] = faces[f as usize];
+    [(a, b, c), (b, c, a), (c, a, b)].into_iter().filter_map(move |(a, b, c)| {
+        let g = around.along(b, a)?;
+        let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
+        (c != d).then_some(Diamond { faces: [f, g], corners: [a, b, c, d] })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_diamond_flipped_twice_is_the_same_turned_round() {
+        let faces = [[0, 1, 2], [3, 1, 0], [2, 1, 4]];
+        let around = FacesAround::new(5, &faces);
+        let found: Vec<Diamond> = diamonds(&faces, &around, 0).collect();
+        assert_eq!(found.iter().map(|diamond| diamond.corners).collect::<Vec<_>>(), [[0, 1, 2, 3], [1, 2, 0, 4]]);
+        assert_eq!((found[0].pair(), found[0].flipped()), ([[0, 1, 2], [1, 0, 3]], [[2, 3, 1], [3, 2, 0]]));
+        let flipped = found[0].flipped();
+        let twice = diamonds(&flipped, &FacesAround::new(4, &flipped), 0).next().map(|diamond| diamond.flipped());
+        assert_eq!(twice, Some([[1, 0, 3], [0, 1, 2]]));
+    }
+}
