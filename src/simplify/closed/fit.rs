@@ -3,8 +3,9 @@
 //! A vertex at the minimum of its tangent planes lies too far inside a curved surface for the triangles around it
 //! to cut the surface. So centroids of input faces are sent to the output face that they lie over, and the output
 //! vertices move toward where the weighted squared heights over the faces are smallest: each in the direction of
-//! its own 3 x 3 system, all by the length that is best for them together. A step that turns a face or does not pay
-//! is not taken, and none at a border: heights over the faces say nothing about where the surface ends.
+//! its own 3 x 3 system, all by the length that is best for them together. Points of faces that lie far from them count
+//! less, so that a few do not decide for all. A step that turns a face, does not pay or goes far is not taken, and none at
+//! a border: heights over the faces say nothing about where the surface ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -18,8 +19,13 @@ use super::points::{Match, Points};
 use super::surface::outer;
 use crate::mesh::shares::{add_faces, cut, shares};
 
-/// Weight of staying in place against the points.
-pub(super) const STAY: f32 = 0.01;
+/// Weight of staying in place against the points, which say little along the surface: half of it lets the mean distance fall
+/// on and the largest grow.
+pub(super) const STAY: f32 = 0.002;
+/// Squared heights over a face, over their mean, up to about which all points count alike.
+const USUAL: f32 = 0.3;
+/// How far a vertex goes at most, over the root of a third of the area around it.
+const FARTHEST: f32 = 0.7;
 /// Least cosine between a face's normal before and after a step.
 const LEAST_COSINE: f32 = 0.7;
 /// Least cosine between a face's normal and where it is meant to look.
@@ -43,6 +49,8 @@ pub(super) struct Output<'a> {
 pub(super) struct Step {
     /// The points and where they belonged.
     pub matches: Vec<Match>,
+    /// For each output face how much its points count.
+    pub counts: Vec<f32>,
     /// For each output vertex whether it moved.
     pub moved: Vec<bool>,
 }
@@ -57,12 +65,13 @@ pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut
         add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
-    let steps = solve(output, &facets, &sums);
+    let counts = counts(&sums);
+    let steps = solve(output, &facets, &Weighed { sums: &sums, counts: &counts });
     let border = if points.have_border() { border_vertices(output, &around) } else { Vec::new() };
     let after = take_steps(output, &facets, &around, &steps, &border);
     if let (Some(history), Some(matches)) = (history, matches) {
         let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
-        history.push(Step { matches, moved });
+        history.push(Step { matches, counts, moved });
     }
     output.positions.copy_from_slice(&after);
 }
@@ -76,6 +85,14 @@ struct FaceSums {
     heights: [f32; 3],
     /// Products of weights: 00, 11, 22, 01, 12, 20.
     products: [f32; 6],
+    /// The squared heights.
+    squares: f32,
+}
+
+/// The sums over all faces, and how much each face counts.
+struct Weighed<'a> {
+    sums: &'a [FaceSums],
+    counts: &'a [f32],
 }
 
 /// Adds matches to the sums of their faces, in their order whatever the number of threads.
@@ -94,12 +111,18 @@ fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
 impl FaceSums {
     fn add(&mut self, Match { area, place: Place { weights, height, .. }, .. }: &Match) {
         let weighted = weights.map(|w| w * area);
+        self.squares += area * height * height;
         for i in 0..3 {
             self.weights[i] += weighted[i];
             self.heights[i] += weighted[i] * height;
             self.products[i] += weighted[i] * weights[i];
             self.products[3 + i] += weighted[i] * weights[(i + 1) % 3];
         }
+    }
+
+    /// Area of the points.
+    fn area(&self) -> f32 {
+        self.weights.iter().sum()
     }
 
     /// By how much the squared heights change when the corners rise by as much as this times t: the factors of
@@ -112,39 +135,60 @@ impl FaceSums {
     }
 }
 
+/// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
+/// not their squares.
+fn counts(sums: &[FaceSums]) -> Vec<f32> {
+    let [squares, area] = sums
+        .iter()
+        .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
+    let mean = (squares / area.max(f64::MIN_POSITIVE)) as f32;
+    let count = |sum: &FaceSums| {
+        let count = 1.0 / (sum.squares / (sum.area() * mean) + USUAL).sqrt();
+        // Without points or heights there is nothing to weigh.
+        if count.is_finite() { count } else { 1.0 }
+    };
+    sums.par_iter().map(count).collect()
+}
+
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
-/// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays.
-fn solve(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
-    let directions = directions(output, facets, sums);
+/// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays, and one that would go far.
+fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
+    let Weighed { sums, counts } = *weighed;
+    let directions = directions(output, facets, weighed);
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
-        sums[f].slope_and_curvature(output.faces[f].map(|v| normal.dot(directions[v as usize])))
+        let rises = output.faces[f].map(|v| normal.dot(directions[v as usize]));
+        sums[f].slope_and_curvature(rises).map(|change| counts[f] * change)
     };
     let changes: Vec<[f32; 2]> = (0..sums.len()).into_par_iter().map(change).collect();
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
     let total = [total(0), total(1)];
-    let mut gains = vec![[0.0f32; 2]; directions.len()];
+    // Slope, curvature and area.
+    let mut gains = vec![[0.0f32; 3]; directions.len()];
     let shares = |f: usize| {
-        let weights = sums[f].weights;
-        let whole: f32 = weights.iter().sum();
+        let whole = sums[f].area();
         let share = if whole > 0.0 { 1.0 / whole } else { 0.0 };
-        weights.map(|weight| changes[f].map(|change| weight * share * change))
+        let [slope, curvature] = changes[f];
+        sums[f].weights.map(|weight| [weight * share * slope, weight * share * curvature, weight])
     };
     add_faces(&mut gains, output.faces, shares, |gain, shares, corner| {
         gain.iter_mut().zip(shares[corner]).for_each(|(gain, share)| *gain += share);
     });
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
-    let pays = |[slope, curvature]: [f32; 2]| 2.0 * slope > length * curvature;
-    let step = |(d, gain): (&Vec3, [f32; 2])| if pays(gain) { *d * length } else { Vec3::ZERO };
+    let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
+        let step = *d * length;
+        let is_near = step.length_squared() <= FARTHEST * FARTHEST * area;
+        if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
+    };
     directions.par_iter().zip(gains).map(step).collect()
 }
 
 /// Each vertex's solution of its own lumped 3 x 3 system.
-fn directions(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> {
+fn directions(output: &Output, facets: &Facets, Weighed { sums, counts }: &Weighed) -> Vec<Vec3> {
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);
-        (normal, outer(normal, 1.0), &sums[f])
+        (normal * counts[f], outer(normal, counts[f]), &sums[f])
     };
     add_faces(&mut systems, output.faces, planes, |system, (normal, outer, sum), corner| {
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
@@ -155,18 +199,21 @@ fn directions(output: &Output, facets: &Facets, sums: &[FaceSums]) -> Vec<Vec3> 
 }
 
 /// Solution of `(A + STAY tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
+///
+/// By `L D L'`: cofactors in single precision would lose what the small weight of staying says.
 fn solve_block(system: &[f32; 9]) -> Vec3 {
-    let [xx, xy, xz, yy, yz, zz, ..] = *system;
+    let [xx, xy, xz, yy, yz, zz, bx, by, bz] = *system;
     let stay = STAY * (xx + yy + zz);
-    let (xx, yy, zz) = (xx + stay, yy + stay, zz + stay);
-    let b = Vec3::new(system[6], system[7], system[8]);
-    let rows = [
-        Vec3::new(yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy),
-        Vec3::new(xz * yz - xy * zz, xx * zz - xz * xz, xy * xz - xx * yz),
-        Vec3::new(xy * yz - xz * yy, xy * xz - xx * yz, xx * yy - xy * xy),
-    ];
-    let determinant = xx * rows[0].x + xy * rows[0].y + xz * rows[0].z;
-    let x = Vec3::new(rows[0].dot(b), rows[1].dot(b), rows[2].dot(b)) / determinant;
+    let (d0, yy, zz) = (xx + stay, yy + stay, zz + stay);
+    let (l10, l20) = (xy / d0, xz / d0);
+    let d1 = yy - l10 * xy;
+    let off = yz - l20 * xy;
+    let l21 = off / d1;
+    let d2 = zz - l20 * xz - l21 * off;
+    let y1 = by - l10 * bx;
+    let z = (bz - l20 * bx - l21 * y1) / d2;
+    let y = y1 / d1 - l21 * z;
+    let x = Vec3::new(bx / d0 - l10 * y - l20 * z, y, z);
     if x.is_finite() { x } else { Vec3::ZERO }
 }
 
@@ -267,7 +314,7 @@ mod tests {
 
     #[test]
     fn a_block_is_solved_and_an_empty_one_gives_no_step() {
-        let x = solve_block(&[2.0, 0.0, 0.0, 1.0, 0.0, 1.0, 4.08, 1.04, -2.08]);
+        let x = solve_block(&[2.0, 0.5, 0.0, 1.0, 0.0, 1.0, 4.516, 2.008, -2.016]);
         assert!(x.distance(Vec3::new(2.0, 1.0, -2.0)) < 1e-5, "{x}");
         assert_eq!(solve_block(&[0.0; 9]), Vec3::ZERO);
     }

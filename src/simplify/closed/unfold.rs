@@ -30,7 +30,7 @@ const MOST_LOSS: f32 = 1.5;
 const LEANING_LOSS: f32 = 0.7;
 /// Cosine between a face and the original below which it leans.
 const LEANING: f32 = 0.3;
-/// Share of its shortest edge that a corner may go: farther on it would stand for another place than the one that the collapse chose.
+/// Share of its shortest edge that a corner may go: farther on it would stand for another place than the collapse chose.
 const MOST_WAY: f32 = 0.75;
 /// Faces at a vertex up to which it is looked after: a hub of hundreds would take longer than all else.
 const MOST_FACES: usize = 24;

@@ -1,7 +1,7 @@
 //! One step of the fit as a function of the input's positions and of the output vertices, with derivative.
 //!
-//! Which point of the original belongs to which face, and to which place in it, is constant, and so is which vertices
-//! moved. (That the place in the face does not move with the vertices costs nothing in the heights: they are smallest
+//! Which point of the original belongs to which face, and to which place in it, is constant, and so is how much the points
+//! of a face count and which vertices moved. (That the place in the face does not move with the vertices costs nothing in the heights: they are smallest
 //! there.) Everything else, the common length of the step included, is differentiated.
 
 use glam::{DMat3, DVec3};
@@ -31,7 +31,7 @@ pub(super) struct FitStep<'a> {
 struct Row {
     /// Corners of the output face, and how much each has of the point.
     corners: [(usize, f64); 3],
-    /// Area of the input face.
+    /// Area of the input face, as much of it as counts.
     area: f64,
     /// From the place in the output face to the point.
     gap: DVec3,
@@ -91,6 +91,11 @@ impl FitStep<'_> {
         self.output_faces.iter().map(|face| area_normal_f64(corners(face))).collect()
     }
 
+    /// How much a point counts.
+    fn count(&self, m: &Match) -> f64 {
+        f64::from(self.step.counts[m.place.face as usize])
+    }
+
     fn row(&self, m: &Match, normals: &[DVec3]) -> Row {
         let point = self.input_faces[m.point as usize].map(|v| self.input[v as usize]);
         let face = self.output_faces[m.place.face as usize];
@@ -98,7 +103,7 @@ impl FitStep<'_> {
         let foot: DVec3 = corners.iter().map(|&(v, share)| self.output[v] * share).sum();
         let gap = (point[0] + point[1] + point[2]) / 3.0 - foot;
         let normal = normals[m.place.face as usize].normalize_or_zero();
-        let area = 0.5 * area_normal_f64(point).length();
+        let area = 0.5 * self.count(m) * area_normal_f64(point).length();
         Row { corners, area, gap, normal, height: normal.dot(gap) }
     }
 
@@ -132,7 +137,7 @@ impl FitStep<'_> {
             row.corners.iter().for_each(|&(v, share)| to_output[v] -= to_gap * share);
             let face = self.input_faces[m.point as usize];
             let corners = face.map(|v| self.input[v as usize]);
-            let to_normal = area_normal_f64(corners).normalize_or_zero() * (0.5 * to.area);
+            let to_normal = area_normal_f64(corners).normalize_or_zero() * (0.5 * self.count(m) * to.area);
             let to_corners = area_normal_backward(corners, to_normal);
             face.iter().zip(to_corners).for_each(|(&v, to)| to_input[v as usize] += to + to_gap / 3.0);
         }
