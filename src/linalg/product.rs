@@ -255,10 +255,10 @@ fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
     let mut sums = [[0.0f32; COLS]; ROWS];
     for k in 0..n_inner {
         let right = *window::<COLS>(right, k * n_out);
-        for row in 0..ROWS {
-            let factor = rows[row][k];
-            for col in 0..COLS {
-                sums[row][col] = fused::<FMA>(factor, right[col], sums[row][col]);
+        for (sums, row) in sums.iter_mut().zip(rows) {
+            let factor = row[k];
+            for (sum, right) in sums.iter_mut().zip(right) {
+                *sum = fused::<FMA>(factor, right, *sum);
             }
         }
     }

@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 /// Vertices from which on another thread pays.
 const LEAST: usize = 20_000;
+/// Items that one task looks at.
+const CHUNK: usize = 8192;
 
 /// Ranges of `0..n_vertices` in order, one per thread where there is enough to do for each; at least one.
 pub(crate) fn shares(n_vertices: usize) -> Vec<Range<usize>> {
@@ -69,6 +71,16 @@ pub(crate) fn add_to_rows<T: Send>(rows: &mut [T], row_of: &[u32], add: impl Fn(
     });
 }
 
+/// The indices of the items that are wanted, ascending.
+pub(crate) fn indices_where<T: Sync>(items: &[T], is_wanted: impl Fn(u32, &T) -> bool + Sync) -> Vec<u32> {
+    let of_chunk = |(chunk, items): (usize, &[T])| -> Vec<u32> {
+        let numbered = ((chunk * CHUNK) as u32..).zip(items);
+        numbered.filter(|&(i, item)| is_wanted(i, item)).map(|(i, _)| i).collect()
+    };
+    let parts: Vec<Vec<u32>> = items.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
+    parts.concat()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,6 +108,14 @@ mod tests {
         let mut rows = vec![Vec::new(); n];
         pool.install(|| add_to_rows(&mut rows, &row_of, |row, i| row.push(i)));
         assert_eq!(rows, naive);
+    }
+
+    #[test]
+    fn indices_are_those_that_a_look_at_all_finds() {
+        let items: Vec<u32> = (0..3 * CHUNK as u32 + 5).map(|i| i * i % 101).collect();
+        let naive: Vec<u32> = (0..items.len() as u32).filter(|&i| items[i as usize] < 7 && i % 3 > 0).collect();
+        assert_eq!(indices_where(&items, |i, &item| item < 7 && i % 3 > 0), naive);
+        assert!(indices_where(&[0; 0], |_, _| true).is_empty());
     }
 
     #[test]

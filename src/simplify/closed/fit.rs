@@ -17,7 +17,7 @@ use super::facets::{Facets, Place};
 use super::half::OnPlane;
 use super::points::{Match, Points};
 use super::surface::outer;
-use crate::mesh::shares::{add_faces, cut, shares};
+use crate::mesh::shares::{add_faces, cut, indices_where, shares};
 
 /// Weight of staying in place against the points, which say little along the surface: half of it lets the mean distance fall
 /// on and the largest grow.
@@ -224,7 +224,7 @@ fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[V
     fixed.for_each(|v| after[v] = output.positions[v]);
     border.iter().for_each(|&v| after[v as usize] = output.positions[v as usize]);
     let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
-    let mut turned: Vec<u32> = (0..output.faces.len() as u32).into_par_iter().filter(|f| turns(f, &after)).collect();
+    let mut turned = indices_where(output.faces, |f, _| turns(&f, &after));
     while !turned.is_empty() {
         let mut back = Vec::new();
         for &v in turned.iter().flat_map(|&f| &output.faces[f as usize]) {

@@ -11,9 +11,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::mesh::OneRings;
-use crate::mesh::shares::{add_faces, add_to_rows, shares};
+use crate::mesh::shares::{add_faces, add_to_rows, indices_where, shares};
 
-use super::PARALLEL;
 use super::darts::Assignment;
 use super::features::Features;
 use super::regions::Sum;
@@ -131,8 +130,8 @@ fn share_of_meeting_faces(
 ) -> (Vec<[u32; 3]>, Vec<i32>) {
     let mut meeting = Vec::new();
     let mut with_two = vec![0i32; if faces.is_empty() { 0 } else { n_regions }];
-    for face in faces {
-        let [a, b, c] = face.map(&label);
+    for &[a, b, c] in faces {
+        let [a, b, c] = [label(a), label(b), label(c)];
         let twice = if a == b || a == c { a } else { b };
         if a != b && b != c && c != a {
             meeting.push([a, b, c]);
@@ -159,9 +158,8 @@ fn mark_bridges(border: &[[u32; 3]], broken: &mut [bool]) {
 fn mark_flat_pillows(faces: &[[u32; 3]], n_regions: usize, broken: &mut [bool]) {
     let mut n_faces = vec![0u32; broken.len()];
     add_faces(&mut n_faces, faces, |_| (), |n_faces, (), _| *n_faces += 1);
-    let is_flat = |face: &&[u32; 3]| face.iter().any(|&r| n_faces[r as usize] < 3);
-    let flat: Vec<&[u32; 3]> = faces.par_iter().with_min_len(PARALLEL).filter(is_flat).collect();
-    flat.into_iter().flatten().for_each(|&r| broken[r as usize] = true);
+    let flat = indices_where(faces, |_, face| face.iter().any(|&r| n_faces[r as usize] < 3));
+    flat.into_iter().flat_map(|f| faces[f as usize]).for_each(|r| broken[r as usize] = true);
     n_faces[..n_regions].iter().zip(broken).for_each(|(&n, broken)| *broken |= n == 0);
 }
 
@@ -225,8 +223,8 @@ pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32,
         return BTreeMap::new();
     }
     let inside = |r: u32| wanted[r as usize];
-    let all = assignment.region.par_iter().enumerate().with_min_len(PARALLEL);
-    let mut pairs: Vec<(u32, u32)> = all.filter(|(_, r)| inside(**r)).map(|(v, &r)| (r, v as u32)).collect();
+    let members = indices_where(&assignment.region, |_, &r| inside(r));
+    let mut pairs: Vec<(u32, u32)> = members.into_iter().map(|v| (assignment.region[v as usize], v)).collect();
     pairs.sort_unstable();
     pairs.chunk_by(|x, y| x.0 == y.0).map(|list| (list[0].0, list.iter().map(|pair| pair.1).collect())).collect()
 }

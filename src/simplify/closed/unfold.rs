@@ -7,11 +7,10 @@
 //! so that the original's normal nearby decides.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
-use crate::mesh::shares::add_faces;
+use crate::mesh::shares::{add_faces, indices_where};
 
 use super::beneath::Beneath;
 use super::corners::Corners;
@@ -238,11 +237,10 @@ fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]], least: f32) -> Vec<u32> 
     let normal = |f: usize| area_normal(faces[f].map(|v| positions[v as usize]));
     let mut means = vec![Vec3::ZERO; positions.len()];
     add_faces(&mut means, faces, normal, |mean, normal, _| *mean += normal);
-    let is_folded = |f: &u32| {
-        let normal = normal(*f as usize);
-        faces[*f as usize].iter().any(|&v| turns(normal, means[v as usize], least))
-    };
-    (0..faces.len() as u32).into_par_iter().filter(is_folded).collect()
+    indices_where(faces, |f, face| {
+        let normal = normal(f as usize);
+        face.iter().any(|&v| turns(normal, means[v as usize], least))
+    })
 }
 
 /// Of the faces that were `folded` and those at `touched` vertices, the ones that are.

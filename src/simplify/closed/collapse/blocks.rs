@@ -32,7 +32,7 @@ pub(super) fn are_worth_it(n_vertices: usize) -> bool {
 pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
     let n_vertices = rings.n_vertices();
     let (apexes, n_faces) = apexes(rings);
-    let order = curve_order(n_vertices, |v| placed.position(v as u32).as_vec3().to_array());
+    let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array());
     let split = Split::new(order, n_vertices.div_ceil(BLOCK));
     let block = |i| split.block(i, placed, rings);
     let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();

@@ -21,6 +21,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
+use crate::mesh::shares::indices_where;
 
 use super::PARALLEL;
 use super::half::OnPlane;
@@ -205,14 +206,14 @@ impl Collapse {
 
     /// What is left, renumbered; each face begins with its first vertex.
     pub fn remains(&self) -> Remains {
-        let all = (0..self.n_inner as u32).into_par_iter().with_min_len(PARALLEL);
-        let living: Vec<u32> = all.filter(|&v| self.lives(v)).collect();
+        let living = indices_where(&self.merged, |v, &merged| v == merged);
         let mut number = vec![NONE; self.n_inner];
         (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
-        let living_in_chunks = living.par_iter().with_min_len(PARALLEL);
-        let positions: Vec<Vec3> = living_in_chunks.clone().map(|&v| self.positions[v as usize]).collect();
-        let faces = living_in_chunks.flat_map_iter(|&v| self.faces_from(v));
-        let faces: Vec<[u32; 3]> = faces.map(|face| face.map(|v| number[v as usize])).collect();
+        let place = |&v: &u32| self.positions[v as usize];
+        let positions: Vec<Vec3> = living.par_iter().with_min_len(PARALLEL).map(place).collect();
+        let faces: Vec<Vec<[u32; 3]>> =
+            living.par_chunks(PARALLEL).map(|chunk| self.faces_from(chunk, &number)).collect();
+        let faces = faces.concat();
         let normal = |face: &[u32; 3]| unit_normal(face.map(|v| positions[v as usize]));
         let normals = faces.par_iter().with_min_len(PARALLEL).map(normal).collect();
         let last = |v: u32| number[self.last(v) as usize];
@@ -227,13 +228,20 @@ impl Collapse {
         Remains { positions, faces, normals, vertex_of, fixed, origins, on_plane }
     }
 
-    /// The faces of which `v` is the first vertex, those at apexes left out.
-    fn faces_from(&self, v: u32) -> impl Iterator<Item = [u32; 3]> {
-        let span = self.nodes[v as usize].ring;
-        let last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
-        let before = std::iter::once(last).chain(self.links.of(span));
-        let sides = before.zip(self.links.of(span)).map(move |(last, w)| [v, last, w]);
-        sides.filter(|&[v, last, w]| v < last && v < w && !self.is_apex(last.max(w)))
+    /// The faces whose first vertices these are, those at apexes left out, by the numbers of their vertices.
+    fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
+        let mut faces = Vec::with_capacity(2 * vertices.len());
+        for &v in vertices {
+            let span = self.nodes[v as usize].ring;
+            let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
+            for w in self.links.of(span) {
+                if v < last && v < w && !self.is_apex(last.max(w)) {
+                    faces.push([v, last, w].map(|v| number[v as usize]));
+                }
+                last = w;
+            }
+        }
+        faces
     }
 
     /// The vertex that stands for `v` now.
@@ -245,11 +253,7 @@ impl Collapse {
     }
 
     fn living(&self) -> impl Iterator<Item = u32> {
-        (0..self.n_inner as u32).filter(|&v| self.lives(v))
-    }
-
-    fn lives(&self, v: u32) -> bool {
-        self.merged[v as usize] == v
+        (0..self.n_inner as u32).filter(|&v| self.merged[v as usize] == v)
     }
 
     fn ring(&self, v: u32) -> impl ExactSizeIterator<Item = u32> + Clone {
