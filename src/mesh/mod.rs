@@ -10,6 +10,7 @@ mod irregular_edges;
 mod looks;
 mod manifold;
 mod one_rings;
+#[cfg(feature = "gltf")]
 mod placed;
 mod point_cloud;
 mod polygon;
@@ -34,6 +35,7 @@ pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use looks::{BaseTexture, Look, Looks, Wrap, linear_light, srgb};
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
+#[cfg(feature = "gltf")]
 pub(crate) use placed::{PlacedMesh, side_by_side};
 pub use point_cloud::{PointCloud, point_cloud};
 pub use polygon::Fans;

@@ -21,7 +21,9 @@ use crate::mesh::shares::{add_faces, cut, indices_where, shares};
 
 /// Weight of staying in place against the points, which say little along the surface: half of it lets the mean distance fall
 /// on and the largest grow.
-pub(super) const STAY: f32 = 0.002;
+const STAY: f32 = 0.002;
+/// The same where there are curves to keep, which vertices would leave along the surface.
+const STAY_BY_CURVES: f32 = 0.01;
 /// Squared heights over a face, over their mean, up to about which all points count alike.
 const USUAL: f32 = 0.3;
 /// How far a vertex goes at most, over the root of a third of the area around it.
@@ -43,6 +45,15 @@ pub(super) struct Output<'a> {
     pub fixed: &'a [bool],
     /// What stays on the plane, where this is one half of a mirrored mesh.
     pub on_plane: Option<&'a OnPlane>,
+    /// Whether there are seams or creases to keep.
+    pub has_curves: bool,
+}
+
+impl Output<'_> {
+    /// Weight of staying in place against the points.
+    fn stay(&self) -> f32 {
+        if self.has_curves { STAY_BY_CURVES } else { STAY }
+    }
 }
 
 /// A step as it was taken.
@@ -53,6 +64,8 @@ pub(super) struct Step {
     pub counts: Vec<f32>,
     /// For each output vertex whether it moved.
     pub moved: Vec<bool>,
+    /// Weight of staying in place against the points.
+    pub stay: f32,
 }
 
 /// Moves the output vertices toward the points of the original by one step; appends it to `history`, if any.
@@ -71,7 +84,7 @@ pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut
     let after = take_steps(output, &facets, &around, &steps, &border);
     if let (Some(history), Some(matches)) = (history, matches) {
         let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
-        history.push(Step { matches, counts, moved });
+        history.push(Step { matches, counts, moved, stay: output.stay() });
     }
     output.positions.copy_from_slice(&after);
 }
@@ -195,15 +208,15 @@ fn directions(output: &Output, facets: &Facets, Weighed { sums, counts }: &Weigh
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
     output.on_plane.iter().for_each(|on_plane| on_plane.confine(&mut systems));
-    systems.par_iter().map(solve_block).collect()
+    systems.par_iter().map(|system| solve_block(system, output.stay())).collect()
 }
 
-/// Solution of `(A + STAY tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
+/// Solution of `(A + stay tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
 ///
 /// By `L D L'`: cofactors in single precision would lose what the small weight of staying says.
-fn solve_block(system: &[f32; 9]) -> Vec3 {
+fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     let [xx, xy, xz, yy, yz, zz, bx, by, bz] = *system;
-    let stay = STAY * (xx + yy + zz);
+    let stay = stay * (xx + yy + zz);
     let (d0, yy, zz) = (xx + stay, yy + stay, zz + stay);
     let (l10, l20) = (xy / d0, xz / d0);
     let d1 = yy - l10 * xy;
@@ -285,8 +298,14 @@ mod tests {
         let meant: Vec<Vec3> = coarse.faces().iter().map(normal).collect();
         let vertex_of = nearest_of(&surface, &before);
         let mut points = Points::new(&surface, &vertex_of, before.len());
-        let mut output =
-            Output { positions: &mut positions, faces: coarse.faces(), meant: &meant, fixed: &[], on_plane: None };
+        let mut output = Output {
+            positions: &mut positions,
+            faces: coarse.faces(),
+            meant: &meant,
+            fixed: &[],
+            on_plane: None,
+            has_curves: false,
+        };
         for _ in 0..n_steps {
             fit(&mut points, &mut output, None);
         }
@@ -314,8 +333,8 @@ mod tests {
 
     #[test]
     fn a_block_is_solved_and_an_empty_one_gives_no_step() {
-        let x = solve_block(&[2.0, 0.5, 0.0, 1.0, 0.0, 1.0, 4.516, 2.008, -2.016]);
+        let x = solve_block(&[2.0, 0.5, 0.0, 1.0, 0.0, 1.0, 4.516, 2.008, -2.016], 0.002);
         assert!(x.distance(Vec3::new(2.0, 1.0, -2.0)) < 1e-5, "{x}");
-        assert_eq!(solve_block(&[0.0; 9]), Vec3::ZERO);
+        assert_eq!(solve_block(&[0.0; 9], 0.002), Vec3::ZERO);
     }
 }

@@ -285,6 +285,7 @@ fn finished(
         meant: &normals,
         fixed: &fixed,
         on_plane: on_plane.as_ref(),
+        has_curves: !features.edges.is_empty(),
     };
     let mut steps = merges.as_ref().map(|_| Vec::new());
     if request.parts.fit && !subset {

@@ -10,7 +10,7 @@ use super::algebra::{
     Form, area_normal_backward, outer, solve, solve_backward, stiffened, stiffened_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::fit::{STAY, Step};
+use crate::simplify::closed::fit::Step;
 use crate::simplify::closed::points::Match;
 
 /// A step and the two surfaces between which it was taken.
@@ -47,6 +47,8 @@ struct Solved {
     /// Sums over the rows of `area height rise` and `area rise^2`.
     slope: f64,
     curvature: f64,
+    /// Weight of staying in place.
+    stay: f64,
 }
 
 impl Solved {
@@ -117,7 +119,8 @@ impl FitStep<'_> {
                 systems[v] += Form { a: whole.a * weight, b: whole.b * weight };
             }
         }
-        let direction = |system: &Form| solve(&stiffened(&system.a, f64::from(STAY)), system.b);
+        let stay = f64::from(self.step.stay);
+        let direction = |system: &Form| solve(&stiffened(&system.a, stay), system.b);
         let directions: Vec<DVec3> = systems.iter().map(direction).collect();
         let (mut slope, mut curvature) = (0.0, 0.0);
         for row in rows() {
@@ -125,7 +128,7 @@ impl FitStep<'_> {
             slope += row.area * row.height * rise;
             curvature += row.area * rise * rise;
         }
-        Solved { systems, directions, slope, curvature }
+        Solved { systems, directions, slope, curvature, stay }
     }
 
     /// Hands gradients of the rows to the points and vertices that they are made of.
@@ -202,8 +205,8 @@ impl Row {
 impl Solved {
     /// Gradient to the system of vertex `v` from that to its direction.
     fn system_backward(&self, v: usize, gradient: DVec3) -> Form {
-        let matrix: DMat3 = stiffened(&self.systems[v].a, f64::from(STAY));
+        let matrix: DMat3 = stiffened(&self.systems[v].a, self.stay);
         let Form { a, b } = solve_backward(&matrix, self.directions[v], gradient);
-        Form { a: stiffened_backward(&a, f64::from(STAY)), b }
+        Form { a: stiffened_backward(&a, self.stay), b }
     }
 }
