@@ -79,7 +79,8 @@ pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
     let counts = counts(&sums);
-    let steps = solve(output, &facets, &Weighed { sums: &sums, counts: &counts });
+    let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point() };
+    let steps = solve(output, &facets, &weighed);
     let border = if points.have_border() { border_vertices(output, &around) } else { Vec::new() };
     let after = take_steps(output, &facets, &around, &steps, &border);
     if let (Some(history), Some(matches)) = (history, matches) {
@@ -106,6 +107,8 @@ struct FaceSums {
 struct Weighed<'a> {
     sums: &'a [FaceSums],
     counts: &'a [f32],
+    /// Faces of the original for each point.
+    faces_per_point: f32,
 }
 
 /// Adds matches to the sums of their faces, in their order whatever the number of threads.
@@ -166,7 +169,7 @@ fn counts(sums: &[FaceSums]) -> Vec<f32> {
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
 /// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays, and one that would go far.
 fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
-    let Weighed { sums, counts } = *weighed;
+    let Weighed { sums, counts, faces_per_point } = *weighed;
     let directions = directions(output, facets, weighed);
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
@@ -176,7 +179,7 @@ fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     let changes: Vec<[f32; 2]> = (0..sums.len()).into_par_iter().map(change).collect();
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
     let total = [total(0), total(1)];
-    // Slope, curvature and area.
+    // Slope, curvature and the area of the points.
     let mut gains = vec![[0.0f32; 3]; directions.len()];
     let shares = |f: usize| {
         let whole = sums[f].area();
@@ -190,14 +193,14 @@ fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
-        let is_near = step.length_squared() <= FARTHEST * FARTHEST * area;
+        let is_near = step.length_squared() <= FARTHEST * FARTHEST * faces_per_point * area;
         if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
     };
     directions.par_iter().zip(gains).map(step).collect()
 }
 
 /// Each vertex's solution of its own lumped 3 x 3 system.
-fn directions(output: &Output, facets: &Facets, Weighed { sums, counts }: &Weighed) -> Vec<Vec3> {
+fn directions(output: &Output, facets: &Facets, Weighed { sums, counts, .. }: &Weighed) -> Vec<Vec3> {
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);

@@ -99,6 +99,11 @@ impl<'a> Points<'a> {
         }
     }
 
+    /// Faces of the original for each point.
+    pub fn faces_per_point(&self) -> f32 {
+        self.surface.faces.len() as f32 / self.faces.len().max(1) as f32
+    }
+
     /// Whether the original has a border.
     pub fn have_border(&self) -> bool {
         self.surface.rings.n_apexes() > 0
