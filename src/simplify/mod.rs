@@ -8,7 +8,6 @@ mod levels;
 mod map;
 mod mesh_points;
 mod network_scores;
-mod one_pass;
 mod options;
 pub mod paper;
 mod record;
@@ -35,10 +34,9 @@ pub use input::{Input, importance_of_channel, importance_of_groups};
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
-pub use one_pass::one_pass;
 pub use options::{
-    Assembly, Axis, Event, Map, MirrorPlane, Options, Outcome, Parts, Report, Samples, ScoreSource, Simplified,
-    SimplifyError, Symmetry, Target,
+    Assembly, Axis, Event, Map, MirrorPlane, Options, Outcome, Parts, Report, ScoreSource, Simplified, SimplifyError,
+    Symmetry, Target,
 };
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
@@ -327,7 +325,7 @@ fn without_unused(mesh: &TriMesh) -> Result<(Cow<'_, TriMesh>, Option<Vec<u32>>)
     }
     let used: Vec<AtomicBool> = (0..mesh.positions().len()).map(|_| AtomicBool::new(false)).collect();
     let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
-    mesh.faces().par_iter().with_min_len(closed::PARALLEL).for_each(mark);
+    mesh.faces().par_iter().with_min_len(crate::mesh::shares::PARALLEL).for_each(mark);
     if used.into_iter().all(AtomicBool::into_inner) {
         return Ok((Cow::Borrowed(mesh), None));
     }

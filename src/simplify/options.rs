@@ -129,28 +129,12 @@ pub enum Symmetry {
     Plane(MirrorPlane),
 }
 
-/// Where the samples of a pass come from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Samples<'a> {
-    /// Darts along the mesh, as the closed assembly throws them.
-    Darts {
-        /// How many at least.
-        n: usize,
-        /// Seed of their order.
-        seed: u64,
-    },
-    /// Distinct vertices of the mesh.
-    Vertices(&'a [u32]),
-}
-
 /// What the closed assembly does beside darts, quotient and collapse: switches for measuring what each is worth.
-/// [`simplify`](super::simplify) does all of it but the sweeps.
+/// [`simplify`](super::simplify) does all of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts {
     /// Draws more samples than vertices asked for, so that the collapse can choose.
     pub oversampling: bool,
-    /// Moves the borders of the regions: what [`simplify`](super::simplify) leaves out.
-    pub sweeps: bool,
     /// Flips edges whose other diagonal lies nearer to the original.
     pub flips: bool,
     /// Moves the vertices of the result toward the original.
@@ -158,9 +142,9 @@ pub struct Parts {
 }
 
 impl Default for Parts {
-    /// All but the sweeps.
+    /// All of it.
     fn default() -> Self {
-        Self { oversampling: true, sweeps: false, flips: true, fit: true }
+        Self { oversampling: true, flips: true, fit: true }
     }
 }
 

@@ -111,12 +111,8 @@ mod tests {
         let result = |parts| simplify_weighed(&mesh, 100, Importance::Even, 3, &parts).unwrap().mesh;
         let all = Parts::default();
         let whole = result(all);
-        let without = [
-            Parts { oversampling: false, ..all },
-            Parts { sweeps: true, ..all },
-            Parts { flips: false, ..all },
-            Parts { fit: false, ..all },
-        ];
+        let without =
+            [Parts { oversampling: false, ..all }, Parts { flips: false, ..all }, Parts { fit: false, ..all }];
         for parts in without {
             let mesh = result(parts);
             assert_ne!(mesh, whole, "{parts:?}");

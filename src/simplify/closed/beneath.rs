@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use crate::geometry::triangle::nearest_point;
 
 use super::nearest::{normal_at, sides};
-use super::surface::Surface;
+use super::prepare::surface::Surface;
 
 /// Points of the original that stand for the region of a vertex, at most.
 const POINTS: usize = 8;

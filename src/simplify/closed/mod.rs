@@ -1,63 +1,48 @@
 //! The closed assembly, ours: samples, regions, quotient, collapse, flips and fit. Closed in, closed out.
 
+mod attributes;
 mod beneath;
+mod cluster;
 mod collapse;
-mod corners;
-mod costly;
-mod darts;
 mod derivative;
-mod diamond;
-mod edge_lengths;
-mod faces_around;
-mod facets;
-mod features;
-mod fit;
-mod flips;
-mod half;
-mod holds;
-mod importance;
 mod nearest;
-mod placement;
-mod points;
-mod quotient;
-mod regions;
-mod separate;
-mod surface;
-mod uneven;
-mod unfold;
-mod values;
+mod pins;
+mod prepare;
+mod refine;
 
 use std::ops::ControlFlow;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::mesh::shares::PARALLEL;
 use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use crate::model::Weights;
 
-use super::options::{Event, Parts, Samples, SimplifyError};
+use super::options::{Event, Parts, SimplifyError};
+use attributes::corners::Corners;
+use cluster::darts::{self, Assignment};
+use cluster::edge_lengths::EdgeLengths;
+use cluster::placement::{self, Case};
+use cluster::sums::{self, Sum};
+use cluster::{cuts, importance, quotient};
+use collapse::constraints::Holds;
 use collapse::{Collapse, Merge, Remains};
-use corners::Corners;
-use darts::Assignment;
 use derivative::Choices;
-use edge_lengths::EdgeLengths;
-use features::Features;
-use half::OnPlane;
-use holds::Holds;
-use placement::Case;
-use points::Points;
-use regions::Sum;
-use surface::Surface;
+use pins::OnPlane;
+use prepare::features::Features;
+use prepare::surface::Surface;
+use prepare::uneven;
+use refine::points::Points;
+use refine::{duplicate_positions, fit, flips, foldovers};
 
+pub(super) use attributes::corners::{CornerMap, blend};
+pub use cluster::importance::importance_of_scores;
 pub(super) use collapse::{End, Limit};
-pub(super) use corners::{CornerMap, blend};
 pub(super) use derivative::Derivative;
-pub(super) use half::Half;
-pub use importance::importance_of_scores;
-pub(super) use separate::separate_twins;
+pub(super) use pins::Half;
+pub(super) use refine::duplicate_positions::separate_twins;
 
-/// Sweeps over the borders of the regions; more move hardly any vertex.
-const SWEEPS: usize = 2;
 /// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
 /// the diagonals.
 const COARSE: usize = 15;
@@ -67,8 +52,6 @@ const DARTS: f64 = 0.9;
 const EDGE_WEIGHT: f32 = 0.3;
 /// Above this share of the vertices the samples are all vertices.
 const NEARLY_ALL: f64 = 0.9;
-/// Vertices, regions or faces that a thread takes at once.
-pub(super) const PARALLEL: usize = 4096;
 
 /// What the closed assembly is asked.
 pub(super) struct Request<'a> {
@@ -230,10 +213,10 @@ fn begin<'a>(
     enter("scores")?;
     importance::weigh(&mut surface, &assignment, request.importance);
     enter("cuts")?;
-    let mut sums = sweep_and_cut(&surface, &mut assignment, n_samples, request.parts.sweeps);
+    let mut sums = cut_costly(&surface, &mut assignment, n_samples);
     enter("quotient")?;
     if features.set_apart(&mut assignment) {
-        sums = regions::sums(&surface, &assignment);
+        sums = sums::sums(&surface, &assignment);
     }
     let quotient = quotient::quotient(&surface, &features, &mut assignment, &mut sums);
     enter("placement")?;
@@ -294,7 +277,7 @@ fn finished(
     let fitted = merges.as_ref().map(|_| faces.clone());
     enter("finish")?;
     let (positions_now, corners_now) = (&mut positions, corners.as_mut());
-    let mut folded = unfold::Folded {
+    let mut folded = foldovers::Folded {
         positions: positions_now,
         faces: &mut faces,
         corners: corners_now,
@@ -302,7 +285,7 @@ fn finished(
         on_plane: on_plane.as_ref(),
         is_coarse: coarse,
     };
-    let flipped_edges = flipped_edges + unfold::unfold(surface, &vertex_of, &mut folded);
+    let flipped_edges = flipped_edges + foldovers::unfold(surface, &vertex_of, &mut folded);
     let is_on_plane = |x: usize| on_plane.as_ref().is_some_and(|on_plane| on_plane.has(x as u32));
     let is_fixed = |x: usize| fixed.get(x).is_some_and(|&fixed| fixed);
     let carried = corners.zip(attributes).map(|(corners, attributes)| {
@@ -318,7 +301,8 @@ fn finished(
     in_place.for_each(|x| positions[x] = mesh.positions()[source_vertices[x] as usize]);
     // The halves of a mirrored mesh come apart together.
     let stay = subset || on_plane.is_some();
-    let separated_vertices = if stay { 0 } else { separate::separate(&mut positions, &fixed, &request.frame) };
+    let separated_vertices =
+        if stay { 0 } else { duplicate_positions::separate(&mut positions, &fixed, &request.frame) };
     let derivative = match (&begun.cases, merges, fitted, steps) {
         (Some(cases), Some(merges), Some(faces), Some(steps)) => {
             let (region, cases) = (assignment.region.clone(), cases.clone());
@@ -369,7 +353,7 @@ fn holds(
 pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
     let topology = topology(mesh);
     topology.non_manifold_edges + topology.non_manifold_vertices + topology.inconsistent_edges == 0
-        && separate::are_apart(mesh.positions(), frame)
+        && duplicate_positions::are_apart(mesh.positions(), frame)
 }
 
 /// Samples per vertex asked for; as many as there are vertices where the surface asks for that.
@@ -407,42 +391,12 @@ fn samples(surface: &Surface, request: &Request, n_samples: usize) -> Assignment
     darts::throw_darts(surface, &lengths, n_darts, request.seed)
 }
 
-/// Cuts regions that cost too much; with sweeps, moves the borders of the regions before that, and those of the parts after
-/// it. Returns the sums of the regions; none where every vertex is one.
-fn sweep_and_cut(surface: &Surface, assignment: &mut Assignment, n_samples: usize, with_sweeps: bool) -> Vec<Sum> {
+/// Cuts regions that cost too much. Returns the sums of the regions; none where every vertex is one.
+fn cut_costly(surface: &Surface, assignment: &mut Assignment, n_samples: usize) -> Vec<Sum> {
     if assignment.n_regions == surface.n_vertices() {
         return Vec::new();
     }
-    let mut sums = regions::sums(surface, assignment);
-    if with_sweeps {
-        regions::sweep(surface, assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
-    }
-    let cut = costly::cut_costly(surface, assignment, &mut sums, n_samples);
-    if with_sweeps && !cut.is_empty() {
-        let mut due = vec![false; surface.n_vertices()];
-        for v in cut {
-            due[v as usize] = true;
-            surface.neighbors(v).iter().for_each(|&w| due[w as usize] = true);
-        }
-        regions::sweep(surface, assignment, &mut sums, 1, due);
-    }
+    let mut sums = sums::sums(surface, assignment);
+    cuts::cut_costly(surface, assignment, &mut sums, n_samples);
     sums
-}
-
-/// The mesh that the one pass leaves of `mesh`, before any collapse, from `samples` (vertices of the mesh).
-pub(super) fn one_pass(mesh: &TriMesh, samples: &Samples, with_sweeps: bool) -> Option<TriMesh> {
-    let surface = Surface::new(mesh);
-    let lengths = EdgeLengths::new(&surface);
-    let mut assignment = match *samples {
-        Samples::Darts { n, seed } => darts::throw_darts(&surface, &lengths, n, seed),
-        Samples::Vertices(samples) => darts::assign_to(&surface, &lengths, samples),
-    };
-    let mut sums = regions::sums(&surface, &assignment);
-    if with_sweeps {
-        regions::sweep(&surface, &mut assignment, &mut sums, SWEEPS, vec![true; surface.n_vertices()]);
-    }
-    let quotient = quotient::quotient(&surface, &Features::default(), &mut assignment, &mut sums);
-    let placed = placement::place(&surface, &assignment, &sums, &quotient.faces);
-    let positions = (0..assignment.n_regions as u32).map(|r| surface.scale.restore(placed.position(r))).collect();
-    TriMesh::new(positions, quotient.faces.into_owned()).ok()
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
 
-use super::surface::Surface;
+use super::prepare::surface::Surface;
 
 /// For each output vertex that is wanted the input vertex of its region that lies nearest to it; any for others.
 pub(super) fn anchors(surface: &Surface, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {

@@ -11,11 +11,11 @@ use glam::DVec3;
 use crate::geometry::Quadric;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 
-use super::super::corners::corner_orders;
-use super::super::darts::Assignment;
-use super::super::features::Features;
-use super::super::placement::Placement;
-use super::super::surface::Surface;
+use crate::simplify::closed::attributes::corners::corner_orders;
+use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::cluster::placement::Placement;
+use crate::simplify::closed::prepare::features::Features;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// Numbers of a colour, at most.
 const MOST: usize = 4;

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use crate::mesh::OneRings;
-use crate::simplify::closed::placement::Placement;
+use crate::simplify::closed::cluster::placement::Placement;
 use crate::spatial::curve_order;
 
 use super::links::Links;
@@ -203,10 +203,10 @@ impl Collapse {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes, topology};
+    use crate::simplify::closed::cluster::darts::Assignment;
+    use crate::simplify::closed::cluster::placement::place;
     use crate::simplify::closed::collapse::{End, Remains};
-    use crate::simplify::closed::darts::Assignment;
-    use crate::simplify::closed::placement::place;
-    use crate::simplify::closed::surface::Surface;
+    use crate::simplify::closed::prepare::surface::Surface;
 
     fn error(collapse: &Collapse) -> f64 {
         collapse.living().map(|v| f64::from(collapse.nodes[v as usize].quadric.c)).sum()

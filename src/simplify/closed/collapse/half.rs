@@ -3,8 +3,8 @@
 //! A merge within the cut takes one vertex of the whole, any other two. So the whole comes to its size but for one vertex
 //! first; where one is too many then, the cheapest merge within the cut takes it.
 
-use super::super::half::OnPlane;
 use super::{Collapse, End, Limit};
+use crate::simplify::closed::pins::OnPlane;
 
 impl Collapse {
     /// What stays on the plane, where this is the collapse of a half.

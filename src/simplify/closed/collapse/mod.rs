@@ -11,6 +11,7 @@
 mod at_height;
 mod attribute_quadrics;
 mod blocks;
+pub(super) mod constraints;
 mod half;
 mod links;
 mod pair;
@@ -23,11 +24,11 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
 use crate::mesh::shares::indices_where;
 
-use super::PARALLEL;
-use super::half::OnPlane;
-use super::holds::Holds;
-use super::placement::Placement;
+use crate::mesh::shares::PARALLEL;
+use crate::simplify::closed::cluster::placement::Placement;
+use crate::simplify::closed::pins::OnPlane;
 pub(super) use attribute_quadrics::{AttributeQuadrics, of_colours};
+use constraints::Holds;
 use links::{Links, Span};
 use pair::{LocalQuadric, Node};
 pub(super) use pair::{Pair, Place};
@@ -406,9 +407,9 @@ impl Collapse {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::darts::Assignment;
-    use crate::simplify::closed::placement::place;
-    use crate::simplify::closed::surface::Surface;
+    use crate::simplify::closed::cluster::darts::Assignment;
+    use crate::simplify::closed::cluster::placement::place;
+    use crate::simplify::closed::prepare::surface::Surface;
 
     fn begin(mesh: &TriMesh) -> (Surface<'_>, Collapse) {
         let surface = Surface::new(mesh);

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use crate::geometry::Quadric;
 
 use super::links::{Span, WIDTH};
-use crate::simplify::closed::placement::Placement;
+use crate::simplify::closed::cluster::placement::Placement;
 
 /// A merged vertex lies at most this many edge lengths from the middle of its edge.
 const REACH: f64 = 2.0;
@@ -285,9 +285,9 @@ pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::simplify::closed::darts::Assignment;
-    use crate::simplify::closed::placement::place;
-    use crate::simplify::closed::surface::Surface;
+    use crate::simplify::closed::cluster::darts::Assignment;
+    use crate::simplify::closed::cluster::placement::place;
+    use crate::simplify::closed::prepare::surface::Surface;
 
     fn nodes(surface: &Surface) -> Vec<Node> {
         let placed = place(surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);

@@ -10,8 +10,8 @@ use super::algebra::{
     Form, area_normal_backward, outer, solve, solve_backward, stiffened, stiffened_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::fit::Step;
-use crate::simplify::closed::points::Match;
+use crate::simplify::closed::refine::fit::Step;
+use crate::simplify::closed::refine::points::Match;
 
 /// A step and the two surfaces between which it was taken.
 pub(super) struct FitStep<'a> {

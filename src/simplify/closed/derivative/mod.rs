@@ -11,10 +11,10 @@ mod tree;
 
 use glam::DVec3;
 
-use super::collapse::Merge;
-use super::fit::Step;
-use super::placement::Case;
-use super::surface::{Normalisation, Surface};
+use crate::simplify::closed::cluster::placement::Case;
+use crate::simplify::closed::collapse::Merge;
+use crate::simplify::closed::prepare::surface::{Normalisation, Surface};
+use crate::simplify::closed::refine::fit::Step;
 use fit_step::FitStep;
 use planes::{Gathered, Planes};
 use tree::{Grown, Tree};

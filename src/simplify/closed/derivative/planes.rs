@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 use super::algebra::{area_normal_backward, outer, trace};
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::surface::{BORDER_WEIGHT, Surface, least_weight};
+use crate::simplify::closed::prepare::surface::{BORDER_WEIGHT, Surface, least_weight};
 
 /// The faces and border edges that count.
 pub(super) struct Planes {

@@ -6,8 +6,8 @@
 use glam::{DMat3, DVec3};
 
 use super::algebra::{Form, outer, solve, solve_backward, stiffened, stiffened_backward, trace};
+use crate::simplify::closed::cluster::placement::{Case, FIRM_PULL, PULL};
 use crate::simplify::closed::collapse::{Merge, Place};
-use crate::simplify::closed::placement::{Case, FIRM_PULL, PULL};
 
 /// Regions and their unions, constant.
 pub(super) struct Tree {

@@ -12,12 +12,12 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 
-use super::faces_around::FacesAround;
-use super::facets::{Facets, Place};
-use super::half::OnPlane;
-use super::points::{Match, Points};
-use super::surface::outer;
 use crate::mesh::shares::{add_faces, cut, indices_where, shares};
+use crate::simplify::closed::pins::OnPlane;
+use crate::simplify::closed::prepare::surface::outer;
+use crate::simplify::closed::refine::faces_around::FacesAround;
+use crate::simplify::closed::refine::facets::{Facets, Place};
+use crate::simplify::closed::refine::points::{Match, Points};
 
 /// Weight of staying in place against the points, which say little along the surface: half of it lets the mean distance fall
 /// on and the largest grow.
@@ -34,7 +34,7 @@ const LEAST_COSINE: f32 = 0.7;
 const LEAST_MEANT: f32 = 0.2;
 
 /// The output mesh as the fit moves it.
-pub(super) struct Output<'a> {
+pub struct Output<'a> {
     /// Normalised positions, n_vertices x 3.
     pub positions: &'a mut [Vec3],
     /// Faces, n_faces x 3.
@@ -57,7 +57,7 @@ impl Output<'_> {
 }
 
 /// A step as it was taken.
-pub(super) struct Step {
+pub struct Step {
     /// The points and where they belonged.
     pub matches: Vec<Match>,
     /// For each output face how much its points count.
@@ -69,7 +69,7 @@ pub(super) struct Step {
 }
 
 /// Moves the output vertices toward the points of the original by one step; appends it to `history`, if any.
-pub(super) fn fit(points: &mut Points, output: &mut Output, history: Option<&mut Vec<Step>>) {
+pub fn fit(points: &mut Points, output: &mut Output, history: Option<&mut Vec<Step>>) {
     let around = FacesAround::new(output.positions.len(), output.faces);
     let facets = Facets::new(output.positions, output.faces, &around);
     let mut matches = history.as_ref().map(|_| Vec::new());
@@ -274,9 +274,9 @@ fn turns(output: &Output, facets: &Facets, f: u32, after: &[Vec3]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::surface::Surface;
     use super::*;
     use crate::mesh::shapes;
+    use crate::simplify::closed::prepare::surface::Surface;
 
     /// For each input vertex the nearest of these.
     fn nearest_of(surface: &Surface, positions: &[Vec3]) -> Vec<u32> {

@@ -17,7 +17,7 @@ const BATCH: usize = 16_384;
 ///
 /// `positions` are local, n_vertices x 3; `frame` says how they will be written. Vertices that are `fixed` (none where that is
 /// empty) stay, whatever lies where they are.
-pub(super) fn separate(positions: &mut [[f32; 3]], fixed: &[bool], frame: &Frame) -> usize {
+pub fn separate(positions: &mut [[f32; 3]], fixed: &[bool], frame: &Frame) -> usize {
     if are_apart(positions, frame) {
         return 0;
     }
@@ -40,7 +40,7 @@ pub(super) fn separate(positions: &mut [[f32; 3]], fixed: &[bool], frame: &Frame
 /// As [`separate`] for one half of a mirrored mesh: no vertex and no image of one is written where another is. `image` gives the
 /// image of a position, that of a vertex on the plane being itself; `placed` moves a position of a vertex to the nearest one
 /// that the vertex may have.
-pub(in crate::simplify) fn separate_twins(
+pub fn separate_twins(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
     placed: &dyn Fn(usize, [f32; 3]) -> [f32; 3],
@@ -75,7 +75,7 @@ pub(in crate::simplify) fn separate_twins(
 }
 
 /// Whether no two vertices would be written at the same position.
-pub(super) fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
+pub fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
     let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);

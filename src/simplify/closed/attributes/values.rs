@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Channel, same_values};
 
-use super::corners::{Original, Place, blend};
+use crate::simplify::closed::attributes::corners::{Original, Place, blend};
 
 /// Places in a face, as weights of its corners, and what each of them counts: exact for polynomials of the fourth degree
 /// (Dunavant 1985, "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
@@ -33,7 +33,7 @@ const LEAST: f32 = 1e-30;
 const DAMPED: f32 = 0.7;
 
 /// The result's faces over the original.
-pub(super) struct Fit<'a> {
+pub struct Fit<'a> {
     /// The wedges of the faces' corners, n_faces x 3.
     wedges: &'a [[u32; 3]],
     /// The output vertex of each wedge.

@@ -8,12 +8,12 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::collapse::{Pair, Place};
-use super::features::Features;
-use super::half::OnPlane;
+use super::pair::{Pair, Place};
+use crate::simplify::closed::pins::OnPlane;
+use crate::simplify::closed::prepare::features::Features;
 
 /// The constraints of a collapse, over its vertices.
-pub(super) struct Holds {
+pub(in crate::simplify::closed) struct Holds {
     /// For each vertex on a kept curve its neighbours along it.
     along: FxHashMap<u32, Vec<u32>>,
     /// Whether each vertex stays where it is.

@@ -10,14 +10,14 @@ use rayon::prelude::*;
 
 use crate::mesh::shares::shares;
 
-use super::surface::Surface;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// The radius of curvature, in bounding-box diagonals, at which bending counts as much as length.
 const BEND: f32 = 2.0;
 
 /// A length for every ring entry, and each vertex's area in the same metric.
 #[derive(Default)]
-pub(super) struct EdgeLengths {
+pub struct EdgeLengths {
     lengths: Vec<f32>,
     /// Area of each vertex's cell, n_vertices.
     pub areas: Vec<f32>,

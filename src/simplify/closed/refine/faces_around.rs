@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::mesh::shares::{add_faces, cut, shares};
 
 /// The faces around each vertex as compressed rows.
-pub(super) struct FacesAround {
+pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<Corner>,
     /// Rows that are no longer what they were.
@@ -15,7 +15,7 @@ pub(super) struct FacesAround {
 
 /// A face at one of its corners.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Corner {
+pub struct Corner {
     /// The face.
     pub face: u32,
     /// The corner that follows in the face.

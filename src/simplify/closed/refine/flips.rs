@@ -8,12 +8,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::collapse::Remains;
-use super::corners::Corners;
-use super::diamond::{Diamond, diamonds};
-use super::faces_around::FacesAround;
-use super::facets::{Facet, Facets};
-use super::points::{Match, Points};
+use crate::simplify::closed::attributes::corners::Corners;
+use crate::simplify::closed::collapse::Remains;
+use crate::simplify::closed::refine::diamond::{Diamond, diamonds};
+use crate::simplify::closed::refine::faces_around::FacesAround;
+use crate::simplify::closed::refine::facets::{Facet, Facets};
+use crate::simplify::closed::refine::points::{Match, Points};
 
 /// Squared heights over the other two faces, over those over the two faces, below which a flip pays.
 const GAIN: f32 = 0.6;
@@ -25,7 +25,7 @@ const LEAST_COSINE: f32 = 0.5;
 const FLAT: f32 = 0.998;
 
 /// Flips edges of the faces, best gains first, each face once; returns how many were flipped.
-pub(super) fn flip(points: &mut Points, remains: &mut Remains, mut corners: Option<&mut Corners>) -> usize {
+pub fn flip(points: &mut Points, remains: &mut Remains, mut corners: Option<&mut Corners>) -> usize {
     let Remains { positions, faces, normals, on_plane, .. } = remains;
     let on_plane = on_plane.as_ref();
     let bridges = |c: u32, d: u32| on_plane.is_some_and(|on_plane| on_plane.has(c) && on_plane.has(d));
@@ -134,10 +134,10 @@ impl PointsOfFaces {
 
 #[cfg(test)]
 mod tests {
-    use super::super::surface::Surface;
     use super::*;
     use crate::geometry::triangle::area_normal;
     use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::prepare::surface::Surface;
 
     /// A gentle roof with its ridge along y, 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
     fn roof() -> TriMesh {

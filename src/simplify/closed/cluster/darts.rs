@@ -9,8 +9,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use super::edge_lengths::EdgeLengths;
-use super::surface::Surface;
+use crate::simplify::closed::cluster::edge_lengths::EdgeLengths;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// Area per dart in squares of its radius, as maximal dart throwing leaves it on fine meshes (measured).
 const AREA_PER_DART: f64 = 1.45;
@@ -24,7 +24,7 @@ const MOST_TRIES: usize = 40;
 const MOST_RADIUS: f64 = 1e3;
 
 /// Which sample each vertex belongs to.
-pub(super) struct Assignment {
+pub struct Assignment {
     /// For each vertex the index of its sample, below `n_regions`.
     pub region: Vec<u32>,
     /// Number of samples.
@@ -42,7 +42,7 @@ impl Assignment {
 }
 
 /// Throws at least `n_samples` darts, and not many more.
-pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {
+pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {
     let order = shuffled(surface.n_vertices(), seed);
     let mut radius = radius_for(lengths, n_samples);
     let mut field = Field::new(surface, lengths);
@@ -71,7 +71,8 @@ pub(super) fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: u
 }
 
 /// The assignment to given samples (distinct vertices); what none of them reaches becomes samples of its own.
-pub(super) fn assign_to(surface: &Surface, lengths: &EdgeLengths, samples: &[u32]) -> Assignment {
+#[cfg(test)]
+pub fn assign_to(surface: &Surface, lengths: &EdgeLengths, samples: &[u32]) -> Assignment {
     let mut field = Field::new(surface, lengths);
     field.plant(samples);
     let all: Vec<u32> = (0..surface.n_vertices() as u32).collect();
@@ -181,6 +182,7 @@ impl<'a> Field<'a> {
     }
 
     /// Lets each of these samples claim what is nearest to it.
+    #[cfg(test)]
     fn plant(&mut self, samples: &[u32]) {
         let mut whole = Run::new(self.surface, self.lengths, 0, &mut self.distance, &mut self.owner);
         samples.iter().for_each(|&v| whole.plant(v));

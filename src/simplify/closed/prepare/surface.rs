@@ -10,14 +10,14 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::shares::{cut, shares};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
-use super::PARALLEL;
+use crate::mesh::shares::PARALLEL;
 
 /// How much a border counts against the surface: weight of the squared distance from the line along a border edge at either
 /// end, over the edge's squared length.
-pub(super) const BORDER_WEIGHT: f32 = 3.0;
+pub const BORDER_WEIGHT: f32 = 3.0;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
-pub(super) struct Surface<'a> {
+pub struct Surface<'a> {
     /// Normalised positions, n_vertices x 3; vertices split off by the manifold stand last.
     pub positions: Vec<Vec3>,
     /// Faces, n_faces x 3; the mesh's own where the manifold changed none.
@@ -39,7 +39,7 @@ pub(super) struct Surface<'a> {
 
 /// The map between local and normalised coordinates: a shift and a power of two, so that little is rounded.
 #[derive(Clone, Copy)]
-pub(super) struct Normalisation {
+pub struct Normalisation {
     centre: DVec3,
     factor: f64,
 }
@@ -186,7 +186,7 @@ fn add_faces(
 /// The area normal of a face, and the quadric of its plane for each of its corners: a third of its area; `None` where it has
 /// no area.
 #[inline(always)]
-pub(super) fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
+pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     let normal = area_normal(corners);
     let double_area = normal.length();
     (double_area > 0.0).then(|| (normal, outer(normal, 1.0 / (6.0 * double_area))))
@@ -232,18 +232,18 @@ fn support_weightless(quadrics: &mut [[f32; 6]]) {
 }
 
 /// Below this weight a vertex of a surface with so much weight on so many vertices gets as much along each axis.
-pub(super) fn least_weight(total: f64, n_vertices: usize) -> f64 {
+pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
     (1e-4 * total / n_vertices as f64).max(1e-20)
 }
 
 /// Upper triangle of `weight n n'`.
-pub(super) fn outer(n: Vec3, weight: f32) -> [f32; 6] {
+pub fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     let m = n * weight;
     [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
 }
 
 /// Adds an upper triangle to another.
-pub(super) fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
+pub fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
     for (s, o) in sum.iter_mut().zip(other) {
         *s += o;
     }

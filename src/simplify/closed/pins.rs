@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::surface::{Surface, add, plane_of};
+use super::prepare::surface::{Surface, add, plane_of};
 
 /// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.
 #[derive(Clone, Copy, Debug)]

@@ -10,22 +10,22 @@ use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::shares::add_to_rows;
 
-use super::PARALLEL;
-use super::darts::Assignment;
-use super::regions::Sum;
-use super::surface::Surface;
+use crate::mesh::shares::PARALLEL;
+use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::cluster::sums::Sum;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes. More would round corners off,
 /// less would lose the places of vertices on flat parts in rounding.
-pub(super) const PULL: f32 = 1e-6;
+pub const PULL: f32 = 1e-6;
 /// The same where the minimum lies far outside the region.
-pub(super) const FIRM_PULL: f64 = 1e-3;
+pub const FIRM_PULL: f64 = 1e-3;
 /// How far outside is far, in standard deviations of the region's vertices.
 const FAR: f64 = 4.0;
 
 /// How the vertex of a region was placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Case {
+pub enum Case {
     /// At the minimum of its planes.
     Minimum,
     /// At the minimum with the harder pull.
@@ -37,7 +37,7 @@ pub(super) enum Case {
 }
 
 /// A vertex per region.
-pub(super) struct Placement<'a> {
+pub struct Placement<'a> {
     /// Positions, n_regions x 3; empty where every vertex is one and stays where it is.
     positions: Vec<DVec3>,
     surface: &'a Surface<'a>,
@@ -81,7 +81,7 @@ impl Placement<'_> {
 }
 
 /// Places a vertex for each region of `assignment`, of which the sums are given and the faces of the quotient.
-pub(super) fn place<'a>(
+pub fn place<'a>(
     surface: &'a Surface<'a>,
     assignment: &Assignment,
     sums: &'a [Sum],
@@ -108,7 +108,7 @@ pub(super) fn place<'a>(
 }
 
 /// How [`place`] came to these positions.
-pub(super) fn cases(assignment: &Assignment, placed: &Placement) -> Vec<Case> {
+pub fn cases(assignment: &Assignment, placed: &Placement) -> Vec<Case> {
     let Placement { positions, surface, sums } = placed;
     if assignment.n_regions == surface.n_vertices() {
         return (0..surface.n_vertices() as u32).map(Case::Vertex).collect();
@@ -122,7 +122,7 @@ pub(super) fn cases(assignment: &Assignment, placed: &Placement) -> Vec<Case> {
 }
 
 /// Moves the vertex of each region to the one of the region's own vertices that costs least; returns which these are.
-pub(super) fn to_own_vertices(surface: &Surface, assignment: &Assignment, placed: &mut Placement) -> Vec<u32> {
+pub fn to_own_vertices(surface: &Surface, assignment: &Assignment, placed: &mut Placement) -> Vec<u32> {
     let mut best = vec![(f64::INFINITY, 0); assignment.n_regions];
     for (v, &r) in assignment.region.iter().enumerate() {
         let cost = placed.quadric(r).value(surface.positions[v].as_dvec3());
@@ -178,9 +178,9 @@ fn turned_regions(positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::super::regions::sums;
     use super::*;
     use crate::mesh::shapes;
+    use crate::simplify::closed::cluster::sums::sums;
     use glam::Vec3;
 
     #[test]

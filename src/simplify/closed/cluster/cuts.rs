@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::PARALLEL;
-use super::darts::Assignment;
-use super::placement::PULL;
-use super::quotient::{far_half, members};
-use super::regions::Sum;
-use super::surface::Surface;
+use crate::mesh::shares::PARALLEL;
+use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::cluster::placement::PULL;
+use crate::simplify::closed::cluster::quotient::{far_half, members};
+use crate::simplify::closed::cluster::sums::Sum;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// A region is costly from this many times the mean error on.
 const COSTLY: f64 = 4.0;
@@ -22,14 +22,8 @@ const HEAVY: f64 = 0.2;
 const ROUNDS: usize = 8;
 
 /// Cuts costly regions in two while they hold much of the error, at most until there are `most_regions`, and keeps the
-/// sums of the regions in step. Returns the vertices of the regions that were cut; those cut twice come twice.
-pub(super) fn cut_costly(
-    surface: &Surface,
-    assignment: &mut Assignment,
-    sums: &mut Vec<Sum>,
-    most_regions: usize,
-) -> Vec<u32> {
-    let mut cut = Vec::new();
+/// sums of the regions in step.
+pub fn cut_costly(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec<Sum>, most_regions: usize) {
     let mut errors: Vec<f64> = sums.par_iter().with_min_len(PARALLEL).map(error).collect();
     // The vertices of the regions that were looked at.
     let mut vertices_of = BTreeMap::new();
@@ -49,13 +43,11 @@ pub(super) fn cut_costly(
             sums.push(far.sum);
             errors.push(error(&far.sum));
             vertices_of.extend([(old, near.vertices), (new, far.vertices)]);
-            cut.extend_from_slice(vertices);
         }
         if assignment.n_regions >= most_regions {
             break;
         }
     }
-    cut
 }
 
 /// The regions that cost far more than the mean; `None` where they hold little of the error.

@@ -6,13 +6,13 @@
 
 use rustc_hash::FxHashSet;
 
-use super::darts::Assignment;
-use super::half::OnPlane;
-use super::surface::Surface;
+use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::pins::OnPlane;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// What a result has to keep, over the vertices of the surface.
 #[derive(Default)]
-pub(super) struct Features {
+pub struct Features {
     /// Edges that stay edges, the smaller vertex first, each once.
     pub edges: Vec<[u32; 2]>,
     /// Whether each vertex stays where it is; empty where all may go.

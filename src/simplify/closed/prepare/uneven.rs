@@ -4,7 +4,7 @@
 //! Darts lie where a surface bends. On these it bends at corners and along creases alone, at a vertex or two each, and what
 //! the darts leave out there is far off when its turn comes; so the collapse looks at all vertices.
 
-use super::surface::Surface;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// Vertices that are looked at, about.
 const MEASURED: usize = 4096;
@@ -19,7 +19,7 @@ const MOST_FLAT: f64 = 0.3;
 const MOST_UNEVEN: f64 = 8.0;
 
 /// Whether a surface is mostly its corners and creases.
-pub(super) fn is_uneven(surface: &Surface) -> bool {
+pub fn is_uneven(surface: &Surface) -> bool {
     let looked_at = surface.quadrics.iter().step_by(surface.n_vertices() / MEASURED + 1);
     let (mut weights, mut n_flat): (Vec<f32>, usize) = (Vec::with_capacity(MEASURED), 0);
     for [xx, xy, xz, yy, yz, zz] in looked_at {

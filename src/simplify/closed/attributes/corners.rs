@@ -14,17 +14,17 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 
-use super::faces_around::FacesAround;
-use super::features::Features;
-use super::surface::Surface;
-use super::values::Fit;
+use crate::simplify::closed::attributes::values::Fit;
+use crate::simplify::closed::prepare::features::Features;
+use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::refine::faces_around::FacesAround;
 
 const NONE: u32 = u32::MAX;
 /// Squared distance over that of the nearest face so far, up to which a search for the nearest goes on from a face.
 const SLACK: f32 = 1.5;
 
 /// What each corner of the result has to do with the original.
-pub(super) struct Corners {
+pub struct Corners {
     /// The wedge of each corner, n_faces x 3, as the faces are; kept in step by whoever flips an edge.
     pub wedges: Vec<[u32; 3]>,
     /// The face of the original that each wedge first came of, and all others.
@@ -144,7 +144,7 @@ impl Corners {
 }
 
 /// Where on the mesh the corners of the result stand.
-pub(in crate::simplify) struct CornerMap {
+pub struct CornerMap {
     /// The face of the mesh for each corner, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
     /// The weights of its corners, n_faces x 3 x 3.
@@ -177,7 +177,7 @@ fn faces_they_came_of(surface: &Surface, vertex_of: &[u32], faces: &[[u32; 3]]) 
 }
 
 /// For each corner of the surface's faces which corner of the mesh's it is: some faces are wound the other way.
-pub(super) fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
+pub fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
     let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
         corners.map(|v| before.iter().position(|&w| w == surface.source(v)).unwrap_or(0) as u8)
     };
@@ -186,7 +186,7 @@ pub(super) fn corner_orders(surface: &Surface, mesh: &TriMesh) -> Vec<[u8; 3]> {
 
 /// A point of the original: a face and weights of the corners that it has in the mesh.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub struct Place {
     /// The face.
     pub face: u32,
     /// The weights of its corners.
@@ -194,7 +194,7 @@ pub(super) struct Place {
 }
 
 /// The original, walked over.
-pub(super) struct Original<'a> {
+pub struct Original<'a> {
     surface: &'a Surface<'a>,
     /// Which corner of the mesh each corner of the surface is, n_faces x 3.
     orders: Vec<[u8; 3]>,
@@ -260,7 +260,7 @@ fn carried(channel: &Channel, wedges: &[[u32; 3]], places: &[Place]) -> Channel 
 }
 
 /// The mean of three values under these weights, as their role has it.
-pub(in crate::simplify) fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
+pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     match role {
         Role::Skin => blend_joints(corners, weights, out),
         Role::Label => out.copy_from_slice(corners[heaviest(weights)]),

@@ -12,13 +12,13 @@ use rustc_hash::FxHashSet;
 use crate::geometry::triangle::{area_normal, nearest_point};
 use crate::mesh::shares::{add_faces, indices_where};
 
-use super::beneath::Beneath;
-use super::corners::Corners;
-use super::diamond::{Diamond, diamonds};
-use super::faces_around::FacesAround;
-use super::half::OnPlane;
-use super::nearest::{anchors, normal_near};
-use super::surface::Surface;
+use crate::simplify::closed::attributes::corners::Corners;
+use crate::simplify::closed::beneath::Beneath;
+use crate::simplify::closed::nearest::{anchors, normal_near};
+use crate::simplify::closed::pins::OnPlane;
+use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::refine::diamond::{Diamond, diamonds};
+use crate::simplify::closed::refine::faces_around::FacesAround;
 
 /// How often what is still folded is looked through.
 const ROUNDS: usize = 3;
@@ -37,7 +37,7 @@ const MOST_FACES: usize = 24;
 const ROUNDING: f32 = 1e-6;
 
 /// The result as far as folds are mended.
-pub(super) struct Folded<'a> {
+pub struct Folded<'a> {
     /// Normalised positions, n_vertices x 3.
     pub positions: &'a mut [Vec3],
     /// Faces, n_faces x 3.
@@ -53,7 +53,7 @@ pub(super) struct Folded<'a> {
 }
 
 /// Mends folded faces by flips, and by moving a corner where no flip helps; returns how many edges it flipped.
-pub(super) fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) -> usize {
+pub fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) -> usize {
     let Folded { positions, faces, corners, fixed, on_plane, is_coarse } = result;
     let (on_plane, least) = (*on_plane, if *is_coarse { LEANING } else { 0.0 });
     let mut folded = folded_faces(positions, faces, least);

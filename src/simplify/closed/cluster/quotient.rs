@@ -13,10 +13,10 @@ use rayon::prelude::*;
 use crate::mesh::OneRings;
 use crate::mesh::shares::{add_faces, add_to_rows, indices_where, shares};
 
-use super::darts::Assignment;
-use super::features::Features;
-use super::regions::Sum;
-use super::surface::Surface;
+use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::cluster::sums::Sum;
+use crate::simplify::closed::prepare::features::Features;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
 const HALVINGS: usize = 3;
@@ -27,7 +27,7 @@ const FEW: f64 = 1e-3;
 const MOST_SHARES: usize = 8;
 
 /// The quotient's faces over region indices.
-pub(super) struct Quotient<'a> {
+pub struct Quotient<'a> {
     /// Faces, n x 3, wound as in the input.
     pub faces: Cow<'a, [[u32; 3]]>,
     /// The rings over them.
@@ -37,7 +37,7 @@ pub(super) struct Quotient<'a> {
 }
 
 /// Builds the quotient, cutting regions of `assignment` where they stand in the way; keeps the sums of the regions in step.
-pub(super) fn quotient<'a>(
+pub fn quotient<'a>(
     surface: &'a Surface<'a>,
     features: &Features,
     assignment: &mut Assignment,
@@ -218,7 +218,7 @@ fn move_sums(surface: &Surface, assignment: &Assignment, sums: &mut Vec<Sum>, (r
 }
 
 /// The vertices of the regions that are wanted, n_regions or more, each list ascending.
-pub(super) fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32, Vec<u32>> {
+pub fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32, Vec<u32>> {
     if !wanted.contains(&true) {
         return BTreeMap::new();
     }
@@ -237,7 +237,7 @@ fn cut_region(surface: &Surface, assignment: &mut Assignment, vertices: &[u32]) 
 }
 
 /// Of a region's vertices (ascending) those nearer to its far end, or those that are cut off from the first one.
-pub(super) fn far_half(surface: &Surface, vertices: &[u32]) -> Vec<u32> {
+pub fn far_half(surface: &Surface, vertices: &[u32]) -> Vec<u32> {
     let whole = Region::of(vertices);
     let reached = whole.spread(surface, &[vertices[0]]);
     let with_side = |side: &[u32], wanted: u32| -> Vec<u32> {
@@ -300,9 +300,9 @@ impl<'a> Region<'a> {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes, topology};
-    use crate::simplify::closed::darts::assign_to;
-    use crate::simplify::closed::edge_lengths::EdgeLengths;
-    use crate::simplify::closed::regions::sums;
+    use crate::simplify::closed::cluster::darts::assign_to;
+    use crate::simplify::closed::cluster::edge_lengths::EdgeLengths;
+    use crate::simplify::closed::cluster::sums::sums;
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 

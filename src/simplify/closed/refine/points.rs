@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 
-use super::facets::{Facets, Place};
-use super::surface::Surface;
+use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::refine::facets::{Facets, Place};
 
 /// Input faces looked at per output vertex, at most.
 const POINTS_PER_VERTEX: usize = 14;
@@ -21,7 +21,7 @@ const NONE: u32 = u32::MAX;
 
 /// A point of the original over the output face that it belongs to.
 #[derive(Clone, Copy)]
-pub(super) struct Match {
+pub struct Match {
     /// The input face whose centroid the point is.
     pub point: u32,
     /// Area of the input face.
@@ -31,7 +31,7 @@ pub(super) struct Match {
 }
 
 /// Points spread evenly over the faces of the original.
-pub(super) struct Points<'a> {
+pub struct Points<'a> {
     surface: &'a Surface<'a>,
     /// For each input vertex the output vertex that its region became.
     vertex_of: &'a [u32],
@@ -121,10 +121,10 @@ fn centroid(corners: [Vec3; 3]) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::faces_around::FacesAround;
     use super::*;
     use crate::geometry::triangle::nearest_point;
     use crate::mesh::shapes;
+    use crate::simplify::closed::refine::faces_around::FacesAround;
 
     #[test]
     fn points_belong_to_the_faces_that_a_search_of_all_finds() {

@@ -13,9 +13,9 @@ use crate::linalg::{Csr, Stars};
 use crate::mesh::shares::add_to_rows;
 use crate::model::{Weights, star_scores, surface_scores};
 
-use super::Importance;
-use super::darts::Assignment;
-use super::surface::Surface;
+use crate::simplify::closed::Importance;
+use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::prepare::surface::Surface;
 
 /// Scores farther than this from their mean count as if they were not.
 const MOST_SCORE: f32 = 3.5;
@@ -26,7 +26,7 @@ const MEASURED: usize = 2048;
 const LARGE: usize = 4;
 
 /// Weighs the vertices of a surface.
-pub(super) fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance) {
+pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance) {
     let factors = match importance {
         Importance::Even => return,
         Importance::Network(weights) => importance_of_regions(surface, assignment, weights)

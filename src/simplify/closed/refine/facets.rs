@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::nearest_weights;
 
-use super::faces_around::FacesAround;
+use crate::simplify::closed::refine::faces_around::FacesAround;
 
 /// Cosine between the normals of point and face above which a walk is believed not to have strayed over a crease.
 const AGREES: f32 = 0.8;
@@ -20,7 +20,7 @@ const UNKNOWN: u32 = u32::MAX - 1;
 
 /// A face as functions of the point, one cache line.
 #[repr(align(64))]
-pub(super) struct Facet {
+pub struct Facet {
     /// Gradients of the barycentric weights of the first two corners.
     gradients: [Vec3; 2],
     /// Unit normal; zero where there is none, as the gradients are.
@@ -33,7 +33,7 @@ pub(super) struct Facet {
 
 /// A place of a point over a face.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Place {
+pub struct Place {
     /// The face.
     pub face: u32,
     /// Barycentric weights of about the nearest point in it, none negative, their sum 1.
@@ -67,7 +67,7 @@ impl Facet {
 }
 
 /// The faces of the output and their neighbourhoods.
-pub(super) struct Facets<'a> {
+pub struct Facets<'a> {
     facets: Vec<Facet>,
     positions: &'a [Vec3],
     faces: &'a [[u32; 3]],

@@ -1,10 +1,10 @@
 //! Two faces over an edge, and the two that the other diagonal of their corners makes.
 
-use super::faces_around::FacesAround;
+use crate::simplify::closed::refine::faces_around::FacesAround;
 
 /// An edge over which two faces meet, wound the same way: their corners `a b c` and `b a d`.
 #[derive(Clone, Copy)]
-pub(super) struct Diamond {
+pub struct Diamond {
     /// The faces.
     pub faces: [u32; 2],
     /// Their corners `a b c d`.
@@ -26,7 +26,7 @@ impl Diamond {
 }
 
 /// The edges of a face beyond which another one lies, in the order of its corners; `a b c` is that face.
-pub(super) fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterator<Item = Diamond> {
+pub fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterator<Item = Diamond> {
     let [a, b, c] = faces[f as usize];
     [(a, b, c), (b, c, a), (c, a, b)].into_iter().filter_map(move |(a, b, c)| {
         let g = around.along(b, a)?;
