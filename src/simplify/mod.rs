@@ -14,6 +14,7 @@ mod record;
 mod sample_vertices;
 mod scattered_samples;
 mod symmetric;
+mod versions;
 mod weighed;
 
 use std::borrow::Cow;
@@ -41,6 +42,7 @@ pub use options::{
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
+pub use versions::{CLOSED_VERSION, PAPER_VERSION};
 pub use weighed::{Weighed, simplify_weighed};
 
 /// Samples per vertex asked for at a ratio of 1, where the caller leaves the choice: the fewer are left, the more are

@@ -26,6 +26,13 @@ mod uniform_step;
 mod validation;
 mod watch;
 
+/// Version of the training: another number where the same data, settings and weights to begin with give other bits.
+///
+/// ```
+/// assert!(neural_mesh::train::VERSION >= 1);
+/// ```
+pub const VERSION: u32 = 1;
+
 pub use adam::{Moments, adam_step};
 pub use data::{DataFile, DataSet, Mesh, read_data};
 pub use epochs::{Ending, Event, Wish, train};
