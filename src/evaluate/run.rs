@@ -281,7 +281,11 @@ impl Run<'_> {
                 vertices_out: result.positions().len(),
                 faces_out: result.faces().len(),
                 seconds: median(seconds.clone()),
-                how: How { runs: seconds.len(), timed: timed.map_or(row.how.timed, |timed| timed.name().into()), ..row.how },
+                how: How {
+                    runs: seconds.len(),
+                    timed: timed.map_or(row.how.timed, |timed| timed.name().into()),
+                    ..row.how
+                },
                 figures: compared(original, &result, size.vertices, self.looks(mesh, &result).as_ref())
                     .into_iter()
                     .map(|figure| figure.value)

@@ -24,14 +24,8 @@ mod settings;
 mod step;
 mod uniform_step;
 mod validation;
+mod version;
 mod watch;
-
-/// Version of the training: another number where the same data, settings and weights to begin with give other bits.
-///
-/// ```
-/// assert!(neural_mesh::train::VERSION >= 1);
-/// ```
-pub const VERSION: u32 = 1;
 
 pub use adam::{Moments, adam_step};
 pub use data::{DataFile, DataSet, Mesh, read_data};
@@ -41,3 +35,4 @@ pub use objective::step_function;
 pub use run::{Request, Run, open};
 pub use settings::{DEFAULT_SETTINGS, Settings};
 pub use step::{Item, Step, StepFunction, gradients_of};
+pub use version::VERSION;

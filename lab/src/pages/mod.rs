@@ -8,7 +8,10 @@ mod performance;
 mod pictures;
 mod weights;
 
-use anyhow::{Result, ensure};
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
 use neural_mesh::io::write_path;
 
 use crate::bench::Bench;
@@ -28,6 +31,14 @@ struct Page {
     parts: &'static [Part],
     /// What it says under the title.
     make: fn(&Bench) -> Result<String>,
+}
+
+/// The program, built.
+fn program() -> Result<PathBuf> {
+    let mut cargo = Command::new("cargo");
+    cargo.args(["build", "--quiet", "--release", "-p", "neural-mesh-cli"]).current_dir(root());
+    ensure!(cargo.status().context("cargo")?.success(), "the program cannot be built");
+    Ok(root().join("target/release/neural-mesh"))
 }
 
 /// All of them, in the order in which they are made.

@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::process::Command;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use neural_mesh::baselines::{Baseline, Size, simplify_by};
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::TriMesh;
@@ -11,6 +12,7 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
 use neural_mesh::simplify::{Options, Target, simplify};
 
+use super::program;
 use crate::bench::Bench;
 use crate::markdown::count;
 use crate::meshes::{load, name};
@@ -25,6 +27,8 @@ const MESHES: [(&str, &str, f64); 6] = [
     ("train", "csg_engine_block", 0.1),
     ("train", "proc_gyroid_ball", 0.05),
 ];
+/// The picture of the README is that of its first command.
+const README: &str = "docs/pictures/spot.png";
 const HEIGHT: usize = 440;
 const SAMPLES: usize = 100_000;
 
@@ -37,10 +41,20 @@ pub fn page(bench: &Bench) -> Result<String> {
         let path = bench.set(set).join(mesh).with_extension("ply");
         page += &bench.kept(&format!("pictures/{mesh}"), || drawn(&path, ratio))?;
     }
+    bench.kept("pictures/readme", || of_readme(&bench.scratch("readme")?))?;
     Ok(page
         + "\n## Whose meshes these are\n\nSpot by Keenan Crane (CC0), the bust of Nefertiti by Nora Al-Badri and Jan Nikolai Nelles \
            (public domain), Suzanne of Blender (MIT, from the trimesh repository), the deer by Sizzler (CC0); the engine block and the \
            gyroid are made by formulas (CC0).\n")
+}
+
+/// Has the program draw the picture of the README.
+fn of_readme(folder: &Path) -> Result<()> {
+    let mut program = Command::new(program()?);
+    program.args(["simplify", "tests/meshes/spot.ply", "--ratio", "0.1", "--picture", README, "--force", "--quiet"]);
+    let status = program.arg("-o").arg(std::path::absolute(folder)?.join("spot.ply")).current_dir(root()).status()?;
+    ensure!(status.success(), "{README} cannot be made");
+    Ok(())
 }
 
 /// Draws one mesh; its part of the page.

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use anyhow::Result;
 
-use super::program;
+use super::super::program;
 use crate::bench::Bench;
 use crate::clock::{spread, timed_program};
 use crate::meshes::name;

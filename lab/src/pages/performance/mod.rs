@@ -8,14 +8,10 @@ mod paper;
 mod speed;
 mod whole;
 
-use std::path::PathBuf;
-use std::process::Command;
-
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::bench::Bench;
-use crate::root;
 
 pub use whole::{Other as WholeOther, other as whole_other};
 
@@ -37,12 +33,4 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 fn threads(n: usize) -> Result<ThreadPool> {
     Ok(ThreadPoolBuilder::new().num_threads(n).build()?)
-}
-
-/// The program, built.
-fn program() -> Result<PathBuf> {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["build", "--quiet", "--release", "-p", "neural-mesh-cli"]).current_dir(root());
-    ensure!(cargo.status().context("cargo")?.success(), "the program cannot be built");
-    Ok(root().join("target/release/neural-mesh"))
 }

@@ -10,8 +10,7 @@ use neural_mesh::evaluate::median;
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::{Frame, RawMesh, TriMesh, compact};
 
-use super::super::RATIOS;
-use super::program;
+use super::super::{RATIOS, program};
 use crate::bench::Bench;
 use crate::clock::{spread, timed_program};
 use crate::markdown::{count, table};
