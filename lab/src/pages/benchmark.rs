@@ -19,6 +19,9 @@ use crate::versions::{Part, TABLE_BEGINS, TABLE_ENDS, stamp};
 /// The method that all others are divided by.
 pub const REFERENCE: &str = "meshopt";
 
+/// Seconds that a run may take, on a machine that has other work, too.
+const TIME_LIMIT: f64 = 3600.0;
+
 /// Methods of the tables and what they are.
 const METHODS: [(&str, &str); 5] = [
     ("network", "neural-mesh"),
@@ -45,7 +48,8 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 /// The rows: everyone with one seed, what draws with three.
 pub fn measured(bench: &Bench) -> Result<Table> {
-    let settings = Settings { ratios: RATIOS.into(), repeats: 1, threads: 1, ..Settings::default() };
+    let settings =
+        Settings { ratios: RATIOS.into(), repeats: 1, threads: 1, time_limit: TIME_LIMIT, ..Settings::default() };
     let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
     let all = Settings {
         methods: names(&["network", "geometry", REFERENCE, "meshopt-update"]),
