@@ -5,7 +5,7 @@
 pub(crate) mod golden {
     use std::path::PathBuf;
     use std::process::Command;
-    use std::sync::OnceLock;
+    use std::sync::{Mutex, OnceLock};
 
     use super::super::Isa;
 
@@ -86,7 +86,7 @@ pub(crate) mod golden {
             }
         }
         if std::env::var(WISH).is_ok_and(|wish| wish == "write") {
-            write(known, part, *version, new);
+            write(part, *version, new);
         } else {
             let names: Vec<&str> = new.iter().map(|row| row[3].as_str()).collect();
             assert!(
@@ -108,13 +108,14 @@ pub(crate) mod golden {
     }
 
     /// The file with new rows, without those of other versions of the part.
-    fn write(known: &[[String; 5]], part: &str, version: u32, new: Vec<[String; 5]>) {
+    fn write(part: &str, version: u32, new: Vec<[String; 5]>) {
+        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+        let _alone = ONE_AT_A_TIME.lock();
         let mut rows: Vec<[String; 5]> = read();
         rows.extend(new);
         rows.retain(|row| row[0] != part || row[1] == version.to_string());
         rows.sort();
         rows.dedup();
-        assert!(rows.len() >= known.iter().filter(|row| row[0] != part).count());
         let lines: Vec<String> = rows.iter().map(|row| row.join(",") + "\n").collect();
         std::fs::write(path(), format!("part,version,instructions,result,hash\n{}", lines.concat())).unwrap();
     }

@@ -26,14 +26,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let data = folder.path().join("data");
         std::fs::create_dir(&data).unwrap();
-        let meshes = [("ball", shapes::wavy_sphere(3, 4.0)), ("ring", shapes::torus(24, 12, 2.0, 0.6))];
-        for (name, mesh) in meshes.into_iter().chain([("held", shapes::bolt(12))]) {
+        let meshes = [("ball", shapes::wavy_sphere(4, 4.0)), ("ring", shapes::torus(36, 18, 2.0, 0.6))];
+        for (name, mesh) in meshes.into_iter().chain([("held", shapes::bolt(24))]) {
             let bytes = crate::io::write(&mesh, &Frame::default(), Format::Ply).unwrap();
             write_path(&data.join(name).with_extension("ply"), &bytes, true).unwrap();
         }
         let objective = |objective: &'static str| {
             let settings = format!(
-                "objective = \"{objective}\"\nepochs = 1\nvalidation = [\"held\"]\nvalidation_ratios = [0.2]\n\
+                "objective = \"{objective}\"\nepochs = 1\nvalidation = [\"held\"]\nvalidation_ratios = [0.3]\nratio_min = 0.3\n\
                  point_sampler_layers = 1\npoint_sampler_width = 8\nedge_predictor_width = 8\nattention_width = 8\n\
                  face_classifier_layers = 1\nface_classifier_width = 8\nclouds = 0.5\n"
             );
