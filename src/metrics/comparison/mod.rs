@@ -3,7 +3,15 @@
 //! The order and the names of the figures are fixed, so that they can be columns of a table. What a figure is made of
 //! stands in the files of `metrics`; here they are put together and named.
 
+#[cfg(feature = "spectrum")]
 mod along_surface;
+#[cfg(not(feature = "spectrum"))]
+#[path = "no_along_surface.rs"]
+mod along_surface;
+mod figure;
+#[cfg(feature = "spectrum")]
+mod intrinsic;
+mod judging;
 mod on_surface;
 mod original;
 mod shape;
@@ -11,24 +19,14 @@ mod shape;
 use crate::mesh::{TriMesh, topology};
 use crate::metrics::Surface;
 
+pub use along_surface::MEASURES_ALONG_SURFACE;
+pub use figure::Figure;
+pub use judging::Judging;
+pub use original::Original;
 use original::scaled;
-pub use original::{Judging, Original};
-
-/// One figure of a comparison.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figure {
-    /// Name in snake case; never changes.
-    pub name: &'static str,
-    /// What the value counts in, such as "% of diagonal" or "degrees"; empty for plain numbers.
-    pub unit: &'static str,
-    /// What it is, in a few words.
-    pub about: &'static str,
-    /// The value; `None` where it cannot be measured or was not asked for.
-    pub value: Option<f64>,
-}
 
 /// Measures a simplified mesh, which was asked to have `n_asked` vertices, against its original: always the same figures in the
-/// same order.
+/// same order. Without the feature `spectrum` those along the surface are missing: the Laplacian's, geodesic and biharmonic ones.
 ///
 /// What it was asked for decides how many eigenpairs are compared, so that methods that were asked for the same are judged by
 /// the same number, also those that lost vertices.
@@ -49,15 +47,11 @@ pub fn compare(original: &Original, simplified: &TriMesh, n_asked: usize) -> Vec
     let mut figures = Vec::new();
     figures.extend(shape::sizes(simplified));
     figures.extend(on_surface::figures(original, simplified, &surface));
-    figures.extend(along_surface::figures(original, simplified, &surface, n_asked));
+    figures.extend(original.along_surface.figures(simplified, &surface, n_asked));
     figures.extend(shape::edges(original, simplified, &found));
     figures.extend(shape::topology(original, simplified, &surface, &found));
     figures.extend(shape::triangles(simplified));
     figures
-}
-
-fn figure(name: &'static str, unit: &'static str, about: &'static str, value: Option<f64>) -> Figure {
-    Figure { name, unit, about, value: value.filter(|value| value.is_finite()) }
 }
 
 #[cfg(test)]

@@ -1,18 +1,21 @@
 //! `neural-mesh train`: learn, say how it goes, draw the curves.
 
+mod args;
+mod curves;
+mod progress;
+
 use std::path::Path;
 
 use neural_mesh::train::{Ending, Request, Run, TrainError, open, step_function, train};
 
-use crate::args::TrainArgs;
-use crate::curves;
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::interrupt;
 use crate::request::check_threads;
 use crate::simplify::in_pool;
-use crate::train_progress::TrainProgress;
+use crate::stopping;
 use crate::words::{Voice, complain};
+pub use args::TrainArgs;
+use progress::TrainProgress;
 
 /// Trains, or draws the curves of a training.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
@@ -30,7 +33,7 @@ fn checked(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     if args.epochs == Some(0) {
         return Err(Failure::Usage("--epochs 0 is no training: ask for at least 1".into()));
     }
-    interrupt::watch_for_a_good_end();
+    stopping::watch_for_a_good_end();
     in_pool(args.threads, || learn(args, data, out))
 }
 

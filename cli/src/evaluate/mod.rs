@@ -1,19 +1,23 @@
 //! `neural-mesh evaluate`: measure, say how it goes, write tables and draw pictures.
 
+mod args;
+mod chart;
+mod progress;
+
 use std::io::{BufRead, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use neural_mesh::evaluate::{Ending, EvaluateError, Request, Settings, Tool, Worker, answer, charts, evaluate, report};
 
-use crate::args::EvaluateArgs;
-use crate::chart::draw;
-use crate::evaluate_progress::EvaluateProgress;
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::interrupt;
 use crate::request::check_threads;
+use crate::stopping;
 use crate::words::{Voice, complain};
+pub use args::EvaluateArgs;
+use chart::draw;
+use progress::EvaluateProgress;
 
 /// The hidden command that does one job for an evaluation, in a process that can be killed.
 pub const WORKER: &str = "evaluate-one";
@@ -34,12 +38,12 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
         return Err(Failure::Usage(format!("--relative-to {other}: it does not take part: add it to --methods")));
     }
-    interrupt::watch_for_a_good_end();
+    stopping::watch_for_a_good_end();
     let mut progress = EvaluateProgress::new(voice(args));
     let stop_or_go = |stopping| if stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let ending = evaluate(&request, &mut |event| {
         progress.hear(event);
-        stop_or_go(interrupt::is_stopping())
+        stop_or_go(stopping::is_stopping())
     });
     drop(progress);
     let ending = ending.map_err(refused)?;
