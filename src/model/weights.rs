@@ -51,7 +51,7 @@ impl std::fmt::Display for WeightsError {
         match self {
             Self::NotSafetensors(why) => write!(f, "not a safetensors file ({why}): give weights of this program"),
             Self::BadArchitecture(why) => write!(f, "the weights' metadata `{ARCHITECTURE_KEY}` {why}"),
-            Self::Missing(name) => write!(f, "the weights lack the tensor `{name}`: they are of another network"),
+            Self::Missing(name) => write!(f, "the tensor `{name}` is missing: these weights belong to another network"),
             Self::NotF32(name) => write!(f, "the tensor `{name}` is not of type F32: convert the weights"),
             Self::WrongShape { name, expected, found } => {
                 write!(f, "the tensor `{name}` has shape {found:?}, the network's sizes ask for {expected:?}")

@@ -23,7 +23,7 @@ impl Weights {
         let not_safetensors = |error: safetensors::SafeTensorError| WeightsError::NotSafetensors(error.to_string());
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
         let text = metadata.metadata().as_ref().and_then(|entries| entries.get(ARCHITECTURE_KEY));
-        let text = text.ok_or(WeightsError::BadArchitecture("is missing: they are of another program".into()))?;
+        let text = text.ok_or(WeightsError::BadArchitecture("is missing: another program wrote them".into()))?;
         let architecture = Architecture::from_text(text).map_err(WeightsError::BadArchitecture)?;
         let file = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
         let tensors = architecture.shapes().try_map(|name, &shape| read_tensor(&file, name, shape))?;

@@ -135,6 +135,8 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::metrics::comparison::tests::{JUDGING, compared, value};
+    use crate::metrics::{Original, compare};
 
     #[test]
     fn what_is_broken_off_is_infinitely_far() {
@@ -147,5 +149,63 @@ mod tests {
         let laplacian = Laplacian::new(&TriMesh::new(positions, faces).unwrap()).unwrap();
         let distances = within_piece(vec![1.0; 2 * n], &laplacian, 0);
         assert_eq!(distances.iter().filter(|distance| distance.is_infinite()).count(), n);
+    }
+
+    const NAMES: [&str; 5] =
+        ["laplacian_functions", "laplacian_span", "laplacian_values", "geodesic_error", "biharmonic_error"];
+
+    #[test]
+    fn a_mesh_differs_from_itself_in_nothing() {
+        let bolt = shapes::bolt(32);
+        let figures = compared(&bolt, &bolt);
+        for name in NAMES {
+            let value = value(&figures, name).unwrap();
+            assert!(value.abs() < 1e-6, "{name} {value}");
+        }
+    }
+
+    #[test]
+    fn coarser_spheres_are_farther() {
+        let sphere = shapes::icosphere(4);
+        let figures = [3, 2, 1].map(|level| compared(&sphere, &shapes::icosphere(level)));
+        for name in NAMES.into_iter().filter(|name| *name != "laplacian_span") {
+            let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
+            assert!(values.is_sorted_by(|a, b| a < b), "{name} {values:?}");
+        }
+    }
+
+    /// Half a sphere must not be judged by fewer eigenfunctions than the whole one.
+    #[test]
+    fn lost_vertices_do_not_make_the_spectrum_better() {
+        let sphere = shapes::icosphere(4);
+        let judging = Judging { eigenpairs: 100, geodesics: false, ..JUDGING };
+        let original = Original::new(&sphere, &judging);
+        let coarse = shapes::icosphere(2);
+        let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
+        let errors = [320, 160, 20, 1].map(|n| {
+            let figures = compare(&original, &few(n), coarse.positions().len());
+            ["laplacian_functions", "laplacian_span", "laplacian_values"].map(|name| value(&figures, name).unwrap())
+        });
+        for figure in 0..3 {
+            assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
+        }
+        // Of 40 functions one face has three.
+        assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
+        assert_eq!((original.eigenpairs(162), original.eigenpairs(100_000)), (40, 100));
+    }
+
+    #[test]
+    fn a_source_that_no_face_uses_is_none() {
+        let sphere = shapes::icosphere(3);
+        let mut positions = sphere.positions().to_vec();
+        positions.push([9.0; 3]);
+        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
+        let from = |source| {
+            let judging = Judging { source, eigenpairs: 0, ..JUDGING };
+            let figures = compare(&Original::new(&with_point, &judging), &shapes::icosphere(2), 162);
+            value(&figures, "geodesic_error").unwrap()
+        };
+        assert_eq!(from(Some(642)), from(None));
+        assert_eq!(from(Some(100_000)), from(None));
     }
 }
