@@ -300,10 +300,7 @@ fn written(
             continue;
         };
         if let Some(file) = files.beside.iter().find(|file| Some(file.path.as_os_str()) == path.file_name()) {
-            return Err(Failure::of(
-                &file.path,
-                "is what the mesh names a file of its own: choose another name for OUT",
-            ));
+            return Err(Failure::of(&file.path, "the mesh refers to a file of that name: choose another name for OUT"));
         }
         done.pending.push(files::prepare(path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();

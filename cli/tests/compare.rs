@@ -61,6 +61,17 @@ fn the_json_holds_every_figure_with_its_unit_for_every_result() {
     assert_eq!(json["settings"]["samples"], 500);
 }
 
+#[cfg(feature = "spectrum")]
+#[test]
+fn with_the_spectrum_nothing_is_left_out() {
+    let folder = folder_of_octahedra();
+    let table = words(&run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "500", "--json", "a.json"]));
+    assert!(table.contains("\nspectrum  from the first") && !table.contains("left out"), "{table}");
+    let json = json(&folder.path().join("a.json"));
+    assert!(json["left_out"].is_null());
+    assert_eq!(json["results"][0]["values"]["geodesic_error"], 0.0);
+}
+
 #[test]
 fn the_figures_are_the_same_on_any_number_of_threads() {
     let folder = folder();

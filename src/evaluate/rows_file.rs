@@ -95,12 +95,12 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Table, EvaluateError> {
     let mut records = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes).into_records();
     let header = records.next().transpose().map_err(|error| broken(error.to_string()))?.unwrap_or_default();
     let header: Vec<String> = header.iter().map(String::from).collect();
-    let figures = figures_of(&header).ok_or_else(|| broken("is no table of this program".into()))?;
+    let figures = figures_of(&header).ok_or_else(|| broken("is not a table of this program".into()))?;
     let mut rows = Vec::new();
     for (index, record) in records.enumerate() {
         let record = record.map_err(|error| broken(error.to_string()))?;
         let fields: Vec<String> = record.iter().map(String::from).collect();
-        rows.push(Row::of_fields(&fields).ok_or_else(|| broken(format!("line {}: is no row", index + 2)))?);
+        rows.push(Row::of_fields(&fields).ok_or_else(|| broken(format!("line {} is not a row", index + 2)))?);
     }
     Ok(Table { figures, rows })
 }

@@ -15,7 +15,7 @@ pub const DEFAULT_SETTINGS: &str = include_str!("settings.toml");
 /// let settings = Settings::from_toml("epochs = 3 # few")?;
 /// assert_eq!((settings.epochs, settings.learning_rate_decay), (3, 0.99));
 /// let error = Settings::from_toml("epoch = 3").unwrap_err();
-/// assert!(error.to_string().contains("there is no setting `epoch`"));
+/// assert!(error.to_string().contains("unknown setting `epoch`"));
 /// # Ok::<(), TrainError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -83,7 +83,7 @@ impl Settings {
         for (name, value) in parsed(text)? {
             let Some(default) = table.get_mut(&name) else {
                 return refused(format!(
-                    "there is no setting `{name}`: see config.toml of a training, or src/train/settings.toml, for those there are"
+                    "unknown setting `{name}`: see src/train/settings.toml, or config.toml of a training"
                 ));
             };
             *default = of_kind(&name, value, default)?;

@@ -86,7 +86,7 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
 /// The mesh files that a pattern matches, but for those in OUTDIR.
 fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem =
-        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: mend the pattern", name(pattern)));
+        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: correct the pattern", name(pattern)));
     let paths = glob::glob(&pattern.to_string_lossy()).map_err(|error| problem(&error))?;
     let paths = paths.flatten().filter(|path| is_mesh(path) && !normal(path).starts_with(out));
     found.extend(paths);

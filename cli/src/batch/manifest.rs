@@ -211,7 +211,7 @@ impl Manifest {
 
 /// The rows of an earlier run, by the names of their meshes.
 fn read(path: &Path) -> Result<HashMap<String, Row>, Failure> {
-    let problem = |error| Failure::of(path, format!("is no manifest of a batch: {error}: give another folder"));
+    let problem = |error| Failure::of(path, format!("is not the manifest of a batch: {error}: choose another folder"));
     let rows = csv::Reader::from_path(path).map_err(problem)?.into_deserialize();
     rows.map(|row: Result<Row, csv::Error>| row.map(|row| (row.name.clone(), row)).map_err(problem)).collect()
 }

@@ -141,7 +141,7 @@ impl Batch {
     fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
         let began = Instant::now();
         let done = catch_unwind(AssertUnwindSafe(|| self.simplify_one(i)));
-        let done = done.unwrap_or_else(|_| Err(Failure::Failed("a fault of this program: please report it".into())));
+        let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
             self.bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));

@@ -62,7 +62,7 @@ fn fitted(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>,
     }
     let mut notes = Vec::new();
     if fitted.iter().any(Option::is_none) {
-        notes.push("a texture is no PNG or JPEG that can be read: the page shows the mesh without it".into());
+        notes.push("a texture is not a readable PNG or JPEG: the page shows the mesh without it".into());
     }
     let is_changed = |(image, fitted): (&Arc<[u8]>, &Option<FittedImage>)| {
         fitted.as_ref().is_some_and(|fitted| fitted.bytes[..] != image[..])

@@ -28,7 +28,7 @@ pub(super) fn files(
 ) -> Result<Vec<OutputFile>, WriteError> {
     let path = Path::new(name);
     if path.file_name().is_none_or(|only| only != path.as_os_str()) {
-        return Err(WriteError { what: format!("{name:?} is no file name: give one without folders") });
+        return Err(WriteError { what: format!("{name:?} is not a file name: give one without folders") });
     }
     let mut beside = Vec::new();
     if layout == Layout::Beside && !buffer.is_empty() {

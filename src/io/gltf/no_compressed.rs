@@ -17,7 +17,7 @@ pub(super) fn decompress(root: &Root, _: &[Cow<[u8]>]) -> Result<Vec<Option<Vec<
     if let Some(name) = root.extensions_required.iter().find(|name| names.contains(&name.as_str())) {
         let n_views = root.buffer_views.iter().filter(|view| view.extensions.compressed().is_some()).count();
         let what = format!("needs the extension {name} (compressed buffer views: {n_views})");
-        return Err(ReadError::file(what, "build with the feature meshopt or export the asset without it"));
+        return Err(ReadError::file(what, "build with `--features meshopt` or export the asset without it"));
     }
     Ok(Vec::new())
 }
