@@ -14,6 +14,7 @@ mod interrupt;
 mod memory;
 mod mesh_points;
 mod progress;
+mod read;
 mod report;
 mod request;
 mod simplify;

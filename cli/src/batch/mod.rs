@@ -20,7 +20,7 @@ use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, weld_near};
 use crate::words::Voice;
-use crate::{files, interrupt, simplify};
+use crate::{files, interrupt, read, simplify};
 use inputs::Input;
 use manifest::{Manifest, Row};
 
@@ -38,7 +38,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let rows = Row::all(&inputs, &places::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: go on with --resume".into()));
-    let weights = args.weights.as_deref().map(simplify::read_weights).transpose()?;
+    let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
