@@ -99,7 +99,7 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let mut notes = [subject.notes.clone(), written.notes].concat();
     let shown = shown(request, &subject, first, &mut notes)?;
-    let report = told(request, (&subject, first), levels, Told { notes, certified: lighter.certified, seconds })?;
+    let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, seconds })?;
     progress.show("picture", 0.0);
     let drawn = drawn(request, shown.as_ref(), &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
@@ -318,7 +318,8 @@ struct Told {
 
 fn told(
     request: &Request,
-    (subject, result): (&Subject, &Simplified),
+    subject: &Subject,
+    result: &Simplified,
     levels: Vec<Level>,
     Told { notes, certified, seconds }: Told,
 ) -> Result<Report, Failure> {
