@@ -14,7 +14,7 @@ fn lengths(code: &str) -> Vec<(usize, String, usize)> {
         let closes =
             |line: &&str| line.len() > indent && line[..indent].trim().is_empty() && line[indent..].starts_with('}');
         let is_whole = |line: &str| line.trim_end().ends_with(['}', ';']);
-        if is_whole(lines[at]) { Some(0) } else { lines[at..].iter().position(|line| closes(line)) }
+        if is_whole(lines[at]) { Some(0) } else { lines[at..].iter().position(closes) }
     };
     begins.filter_map(|(at, name)| Some((at + 1, name, length(at)? + 1))).collect()
 }
