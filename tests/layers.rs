@@ -5,6 +5,11 @@ use std::path::{Path, PathBuf};
 
 use neural_mesh::mesh::TriMesh;
 
+#[path = "layers/circles.rs"]
+mod circles;
+#[path = "layers/lengths.rs"]
+mod lengths;
+
 /// A source file without its comments and without its tests.
 struct Source {
     /// Path from the root of the repository, with `/` between names.

@@ -17,6 +17,7 @@ mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
 mod missing;
 mod progress;
+mod read;
 mod report;
 mod request;
 mod simplify;

@@ -12,8 +12,8 @@ use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pair
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
 use crate::failure::Failure;
+use crate::read::{cleaned, parsed};
 use crate::request::{Bound, Request, Source};
-use crate::simplify::{cleaned, parsed};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::foreign::{self, Foreign};
 use super::job::{self, Job, Work};
 use super::limited::{Unfinished, run_limited, with_last_words};
-use super::tool::Places;
+use super::tool::Placeholders;
 use super::{Method, Tool};
 use crate::baselines::Size;
 use crate::mesh::TriMesh;
@@ -119,8 +119,8 @@ impl Engine<'_> {
         // Files of its own: what it does to them does nothing to the others.
         let place = self.place_for(tool).map_err(|error| Unfinished::Failed(format!("a place for it: {error}")))?;
         let [input, output] = ["original", "result"].map(|name| place.path().join(name));
-        let places = Places { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
-        let foreign = Foreign { words: tool.words(&places), threads: self.threads };
+        let given = Placeholders { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
+        let foreign = Foreign { words: tool.words(&given), threads: self.threads };
         let seconds = match self.worker {
             Some(worker) => self.ask(worker, &Work::Foreign(foreign), wait)?,
             None => {

@@ -181,7 +181,18 @@ impl Settings {
         for (name, beta) in [("adam_beta1", self.adam_beta1), ("adam_beta2", self.adam_beta2)] {
             within(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
         }
-        let positive = [
+        for (name, x) in self.positive() {
+            within(name, x, x > 0.0 && x.is_finite(), "above 0")?;
+        }
+        for (name, x) in self.not_negative() {
+            within(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
+        }
+        self.check_sizes()
+    }
+
+    /// What has to be above 0, by name.
+    fn positive(&self) -> [(&'static str, f64); 7] {
+        [
             ("learning_rate", self.learning_rate),
             ("learning_rate_decay", self.learning_rate_decay),
             ("adam_epsilon", self.adam_epsilon),
@@ -189,11 +200,12 @@ impl Settings {
             ("probe_cell", self.probe_cell as f64),
             ("probe_step", self.probe_step),
             ("epochs", self.epochs as f64),
-        ];
-        for (name, x) in positive {
-            within(name, x, x > 0.0 && x.is_finite(), "above 0")?;
-        }
-        let not_negative = [
+        ]
+    }
+
+    /// What has to be 0 or above, by name.
+    fn not_negative(&self) -> [(&'static str, f64); 17] {
+        [
             ("gradient_clip", self.gradient_clip),
             ("explosion", self.explosion),
             ("checkpoint_minutes", self.checkpoint_minutes),
@@ -211,11 +223,7 @@ impl Settings {
             ("lambda_overlap", self.lambda_overlap),
             ("lambda_closure", self.lambda_closure),
             ("lambda_agreement", self.lambda_agreement),
-        ];
-        for (name, x) in not_negative {
-            within(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
-        }
-        self.check_sizes()
+        ]
     }
 
     fn check_sizes(&self) -> Result<(), TrainError> {

@@ -26,9 +26,9 @@ const REACHED: &str = "reached";
 /// What became of a mesh.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Row {
-    /// The mesh, by its place below the folder of all of them.
+    /// The mesh, by its path below the folder of all of them.
     name: String,
-    /// The result, by its place below OUTDIR.
+    /// The result, by its path below OUTDIR.
     output: String,
     vertices: Option<usize>,
     faces: Option<usize>,
@@ -53,7 +53,7 @@ impl Row {
 
     fn pending(input: &Input, output: &Path, request: &str) -> Self {
         Self {
-            name: slashed(&input.place),
+            name: slashed(&input.below),
             output: slashed(output),
             vertices: None,
             faces: None,
@@ -98,9 +98,9 @@ impl Row {
     }
 }
 
-/// A place with the same separators everywhere.
-fn slashed(place: &Path) -> String {
-    let names: Vec<_> = place.iter().map(|name| name.to_string_lossy()).collect();
+/// A path with the same separators everywhere.
+fn slashed(path: &Path) -> String {
+    let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
     names.join("/")
 }
 
@@ -164,7 +164,7 @@ impl Manifest {
         self.held().rows[i].name.clone()
     }
 
-    /// The place of the result below OUTDIR.
+    /// The path of the result below OUTDIR.
     pub fn output(&self, i: usize) -> PathBuf {
         PathBuf::from(&self.held().rows[i].output)
     }

@@ -11,7 +11,7 @@ use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
 use super::{DRACO, REMEDY, refuse};
-use crate::io::path::bytes_of;
+use crate::io::read_path::bytes_of;
 use crate::io::uri::{fetch, path_inside};
 use crate::io::{Format, OutputFile, ReadError};
 

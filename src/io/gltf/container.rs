@@ -37,7 +37,8 @@ impl<'a> Container<'a> {
             (None, None) => Err(ReadError::file("a buffer without bytes", REMEDY)),
         };
         let buffers: Vec<Cow<[u8]>> = root.buffers.iter().map(load).collect::<Result<_, _>>()?;
-        let decompressed = compressed::decompress(&root, &buffers)?;
+        let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
+        let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         Ok(Self { root, buffers, decompressed })
     }
 
