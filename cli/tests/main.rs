@@ -1,0 +1,15 @@
+//! The tests of the program, in one program of their own: each program more is linked anew with all that it uses.
+
+mod assets;
+mod batch;
+mod common;
+mod compare;
+mod compressed;
+mod degenerate;
+#[cfg(unix)] // The tools are shell scripts.
+mod evaluate;
+mod files;
+mod mesh_points;
+mod simplify;
+mod train;
+mod usage;
