@@ -8,6 +8,7 @@ mod bad_files;
 #[cfg(all(feature = "baselines", feature = "gltf"))]
 mod baselines;
 mod common;
+#[cfg(all(feature = "gltf", feature = "picture"))]
 mod conversions;
 mod equations;
 #[cfg(feature = "gltf")]
