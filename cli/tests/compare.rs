@@ -1,11 +1,9 @@
 //! `neural-mesh compare`: the table, the JSON and the page of several results, and what is refused.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::*;
+use crate::common::*;
 
 /// A folder with an octahedron, one without a face and one that is twice as large.
 fn folder_of_octahedra() -> tempfile::TempDir {

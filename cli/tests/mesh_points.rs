@@ -1,8 +1,6 @@
 //! A cloud in, a mesh out, whatever the cloud's file: what the network makes of it is judged in the library.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 

@@ -1,8 +1,6 @@
 //! What is wrong with the arguments is found before any file is opened: exit code 2, and a reason.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 
 /// Runs `simplify missing.ply`: with a usage error the file that does not exist is never looked for.
 fn refused(arguments: &[&str]) -> Run {

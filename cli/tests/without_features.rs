@@ -1,11 +1,8 @@
 //! What the program says where a build lacks a feature: which one, and how to get it.
-#![cfg(not(any(feature = "evaluate", feature = "meshopt", feature = "spectrum", feature = "train")))]
-
-mod common;
 
 use std::fs;
 
-use common::*;
+use crate::common::*;
 
 #[test]
 fn commands_that_are_not_there_say_how_to_get_them() {
