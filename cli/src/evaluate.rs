@@ -32,7 +32,7 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     let request = request(args, data, out)?;
     let methods = request.settings.checked().map_err(refused)?;
     if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
-        return Err(Failure::Usage(format!("--relative-to {other}: it does not take part: add it to --methods")));
+        return Err(Failure::Usage(format!("--relative-to {other}: not among the methods: add it to --methods")));
     }
     interrupt::watch_for_a_good_end();
     let mut progress = EvaluateProgress::new(voice(args));
@@ -47,7 +47,7 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     match ending {
         Ending::Finished => Ok(()),
         Ending::Stopped => {
-            let what = format!("interrupted: the rows so far are kept in {}: go on with --resume", name(out));
+            let what = format!("interrupted: the rows so far are kept in {}: continue with --resume", name(out));
             Err(Failure::Stopped(what))
         }
     }
@@ -111,7 +111,7 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
 /// any more.
 pub fn work() -> Result<(), Failure> {
     let problem =
-        |error: std::io::Error| Failure::Failed(format!("standard input: {error}: this is no command to type"));
+        |error: std::io::Error| Failure::Failed(format!("standard input: {error}: this command is for internal use"));
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line).map_err(problem)?;
     std::thread::spawn(|| {

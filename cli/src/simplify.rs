@@ -219,7 +219,7 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
 fn importance_of_part(subject: &Subject, part: &str, factor: &str) -> Result<Vec<f32>, Failure> {
     let refused = |why: String| Failure::Usage(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());
-    let number = number.ok_or_else(|| refused("needs a number above 0 behind the last =".into()))?;
+    let number = number.ok_or_else(|| refused("needs a number above 0 after the last =".into()))?;
     let names = subject.group_names();
     let groups: Vec<u32> = names.iter().filter(|(name, _)| name == part).map(|(_, group)| *group).collect();
     if groups.is_empty() {
@@ -300,10 +300,7 @@ fn written(
             continue;
         };
         if let Some(file) = files.beside.iter().find(|file| Some(file.path.as_os_str()) == path.file_name()) {
-            return Err(Failure::of(
-                &file.path,
-                "is what the mesh names a file of its own: choose another name for OUT",
-            ));
+            return Err(Failure::of(&file.path, "is also a file that the mesh names: choose another name for OUT"));
         }
         done.pending.push(files::prepare(path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();

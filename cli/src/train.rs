@@ -28,7 +28,7 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
 fn checked(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     check_threads(args.threads)?;
     if args.epochs == Some(0) {
-        return Err(Failure::Usage("--epochs 0 is no training: ask for at least 1".into()));
+        return Err(Failure::Usage("--epochs 0: give at least 1".into()));
     }
     interrupt::watch_for_a_good_end();
     in_pool(args.threads, || learn(args, data, out))
@@ -68,7 +68,7 @@ fn voice(args: &TrainArgs) -> Voice {
 }
 
 fn read_text(path: &Path) -> Result<String, Failure> {
-    String::from_utf8(files::read(path)?).map_err(|_| Failure::of(path, "is no text in UTF-8: save it as such"))
+    String::from_utf8(files::read(path)?).map_err(|_| Failure::of(path, "is not UTF-8 text: save it as UTF-8"))
 }
 
 /// The library's refusal as the program's: settings carry the name of their file.
@@ -82,7 +82,7 @@ fn refused(error: TrainError, args: &TrainArgs) -> Failure {
 fn stopped(run: &Run) -> Failure {
     let (epochs, steps) = run.position();
     let place = format!("{epochs} epochs and {steps} steps are done");
-    Failure::Stopped(format!("interrupted: {place} and kept in {}: go on with --resume", name(&run.folder)))
+    Failure::Stopped(format!("interrupted: {place} and kept in {}: continue with --resume", name(&run.folder)))
 }
 
 fn say_what_is_there(run: &Run, voice: Voice) {

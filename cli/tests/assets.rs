@@ -69,7 +69,7 @@ fn a_texture_that_cannot_be_drawn_is_said() {
     let folder = folder();
     textured(folder.path());
     let run = simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
-    assert!(said(&run).contains("a texture is no PNG or JPEG that can be read"), "{}", said(&run));
+    assert!(said(&run).contains("a texture is not a readable PNG or JPEG"), "{}", said(&run));
 }
 
 #[test]

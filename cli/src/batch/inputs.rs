@@ -47,7 +47,7 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     inputs.dedup_by(|a, b| a.place == b.place);
     if inputs.is_empty() {
         let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
-        let what = format!("{}: no mesh files there: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
+        let what = format!("{}: no mesh files found: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
         return Err(Failure::Failed(what));
     }
     Ok(inputs)
@@ -86,7 +86,7 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
 /// The mesh files that a pattern matches, but for those in OUTDIR.
 fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem =
-        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: mend the pattern", name(pattern)));
+        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: correct the pattern", name(pattern)));
     let paths = glob::glob(&pattern.to_string_lossy()).map_err(|error| problem(&error))?;
     let paths = paths.flatten().filter(|path| is_mesh(path) && !normal(path).starts_with(out));
     found.extend(paths);

@@ -37,7 +37,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let folder = places::open(&args.output)?;
     let rows = Row::all(&inputs, &places::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
-    interrupt::watch(Failure::Stopped("interrupted: go on with --resume".into()));
+    interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let weights = args.weights.as_deref().map(simplify::read_weights).transpose()?;
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
     let began = Instant::now();
@@ -54,7 +54,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
         return usage("--report, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv");
     }
     if !args.lods.is_empty() {
-        return usage("--lods: a batch makes one result of each mesh: give one of the other sizes");
+        return usage("--lods: a batch makes one result per mesh: give another size");
     }
     if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
         return usage(
@@ -141,7 +141,7 @@ impl Batch {
     fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
         let began = Instant::now();
         let done = catch_unwind(AssertUnwindSafe(|| self.simplify_one(i)));
-        let done = done.unwrap_or_else(|_| Err(Failure::Failed("a fault of this program: please report it".into())));
+        let done = done.unwrap_or_else(|_| Err(Failure::Failed("a bug in this program: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
             self.bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 
 /// Makes OUTDIR where there is none yet; gives its path without links.
 pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
-    let problem = |error| Failure::of(folder, format!("is no folder to write to: {error}: choose another"));
+    let problem = |error| Failure::of(folder, format!("is not a folder to write to: {error}: choose another"));
     std::fs::create_dir_all(folder).map_err(problem)?;
     folder.canonicalize().map_err(problem)
 }
@@ -78,13 +78,13 @@ pub fn ready(folder: &Path, place: &Path) -> Result<PathBuf, Failure> {
     let mut path = folder.to_path_buf();
     let names = place.components().all(|part| matches!(part, Component::Normal(_)));
     if !names || place.file_name().is_none() {
-        return Err(Failure::of(place, "leads out of the folder of the results: name the mesh otherwise"));
+        return Err(Failure::of(place, "leads out of the output folder: rename the mesh"));
     }
     for part in place.parent().into_iter().flat_map(Path::components) {
         path.push(part);
         match std::fs::symlink_metadata(&path) {
             Ok(found) if found.is_dir() => {}
-            Ok(_) => return Err(Failure::of(&path, "is no folder: move it away")),
+            Ok(_) => return Err(Failure::of(&path, "is not a folder: move it away")),
             Err(_) => make_folder(&path)?,
         }
     }
@@ -99,7 +99,7 @@ pub fn ready(folder: &Path, place: &Path) -> Result<PathBuf, Failure> {
 fn make_folder(path: &Path) -> Result<(), Failure> {
     match std::fs::create_dir(path) {
         Err(error) if !path.is_dir() => {
-            Err(Failure::of(path, format!("cannot be made: {error}: check the folder and the disk")))
+            Err(Failure::of(path, format!("cannot be created: {error}: check the folder and the disk")))
         }
         _ => Ok(()),
     }

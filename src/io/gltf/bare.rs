@@ -48,7 +48,7 @@ fn write_with_looks(
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
-        return Err(WriteError { what: format!("{} is no glTF: choose gltf or glb", format.name()) });
+        return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
