@@ -299,8 +299,8 @@ fn n_bytes(text: &str) -> Result<usize, Failure> {
 /// Scores from the geometry leave a network nothing to do.
 fn check_no_network(args: &SimplifyArgs) -> Result<(), Failure> {
     let why = match (args.assembly, &args.weights) {
-        (AssemblyArg::Paper, _) => "its faces are a network's choice: use --assembly closed",
-        (_, Some(_)) => "it asks no network: leave --weights out",
+        (AssemblyArg::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
+        (_, Some(_)) => "it uses no network: leave --weights out",
         _ => return Ok(()),
     };
     Err(Failure::Usage(format!("--scores geometry: {why}")))

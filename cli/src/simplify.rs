@@ -185,7 +185,7 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
 fn importance_of_part(subject: &Subject, part: &str, factor: &str) -> Result<Vec<f32>, Failure> {
     let refused = |why: String| Failure::Usage(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());
-    let number = number.ok_or_else(|| refused("needs a number above 0 behind the last =".into()))?;
+    let number = number.ok_or_else(|| refused("needs a number above 0 after the last =".into()))?;
     let names = subject.group_names();
     let groups: Vec<u32> = names.iter().filter(|(name, _)| name == part).map(|(_, group)| *group).collect();
     if groups.is_empty() {

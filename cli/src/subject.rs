@@ -186,7 +186,7 @@ impl Subject {
     pub fn symmetry(&self, symmetry: Symmetry) -> Result<Symmetry, Failure> {
         let Kind::Scene { united, pieces, .. } = &self.kind else { return Ok(symmetry) };
         if pieces.iter().flatten().count() > 1 {
-            let what = "--symmetric: a scene of several meshes has no one plane: give a file for each";
+            let what = "--symmetric: a scene of several meshes has no single plane: give a file for each";
             return Err(Failure::Usage(what.into()));
         }
         Ok(match symmetry {

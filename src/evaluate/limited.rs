@@ -92,7 +92,8 @@ fn ended(
     wait: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<ExitStatus, Option<Unfinished>> {
     loop {
-        let status = child.try_wait().map_err(|error| Some(Unfinished::Failed(format!("is lost: {error}"))))?;
+        let status =
+            child.try_wait().map_err(|error| Some(Unfinished::Failed(format!("cannot be waited for: {error}"))))?;
         if let Some(status) = status {
             return Ok(status);
         }

@@ -45,7 +45,7 @@ impl Tool {
         let (name, command) = text.split_once('=').ok_or_else(|| refusal("give NAME='command {in} {out}'"))?;
         let is_name = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || !name.chars().all(is_name) {
-            return Err(refusal("a name is of letters, digits, - _ and ."));
+            return Err(refusal("a name consists of letters, digits, - _ and ."));
         }
         if shlex::split(command).is_none_or(|words| words.is_empty()) {
             return Err(refusal("the command is empty or its quotes do not close: check it"));

@@ -52,7 +52,7 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     let placed = if force { file.persist(path) } else { file.persist_noclobber(path) };
     match placed {
         Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
-            Err(WriteError { what: "exists already: choose another name or force it".into() })
+            Err(WriteError { what: "exists already: choose another name or allow replacing it".into() })
         }
         placed => placed.map(drop).map_err(|error| problem(error.error)),
     }

@@ -229,7 +229,7 @@ impl Settings {
     fn check_sizes(&self) -> Result<(), TrainError> {
         match self.architecture().bad_size() {
             None => Ok(()),
-            Some((name, size)) => refused(format!("`{name}` is {size}: no size of the network")),
+            Some((name, size)) => refused(format!("`{name}` is {size}: not a size of a network")),
         }
     }
 }

@@ -47,7 +47,7 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     inputs.dedup_by(|a, b| a.below == b.below);
     if inputs.is_empty() {
         let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
-        let what = format!("{}: no mesh files there: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
+        let what = format!("{}: no mesh files found: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
         return Err(Failure::Failed(what));
     }
     Ok(inputs)

@@ -74,7 +74,8 @@ impl Row {
     /// Takes over what an earlier run came to; whether a file in the place of the result is that run's.
     fn go_on(&mut self, old: &Self, folder: &Path, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
-            let what = format!("is of another batch ({}): ask for the same, or give another folder", old.request);
+            let what =
+                format!("belongs to another batch ({}): ask for the same, or choose another folder", old.request);
             return Err(Failure::of(manifest, what));
         }
         if old.is_done() && folder.join(&old.output).is_file() {
@@ -224,5 +225,5 @@ fn refuse_existing(mut paths: impl Iterator<Item = PathBuf>) -> Result<(), Failu
 }
 
 fn exists(path: &Path) -> Failure {
-    Failure::of(path, "exists already: go on with --resume, replace with --force, or choose another folder")
+    Failure::of(path, "exists already: continue with --resume, replace with --force, or choose another folder")
 }

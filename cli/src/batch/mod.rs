@@ -54,7 +54,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
         return usage("--report, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv");
     }
     if !args.lods.is_empty() {
-        return usage("--lods: a batch makes one result of each mesh: give one of the other sizes");
+        return usage("--lods: a batch makes one result per mesh: give another size");
     }
     if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
         return usage(

@@ -99,7 +99,7 @@ pub fn ready(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
 fn make_folder(path: &Path) -> Result<(), Failure> {
     match std::fs::create_dir(path) {
         Err(error) if !path.is_dir() => {
-            Err(Failure::of(path, format!("cannot be made: {error}: check the folder and the disk")))
+            Err(Failure::of(path, format!("cannot be created: {error}: check the folder and the disk")))
         }
         _ => Ok(()),
     }

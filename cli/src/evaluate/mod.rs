@@ -51,7 +51,7 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     match ending {
         Ending::Finished => Ok(()),
         Ending::Stopped => {
-            let what = format!("interrupted: the rows so far are kept in {}: go on with --resume", name(out));
+            let what = format!("interrupted: the rows so far are kept in {}: continue with --resume", name(out));
             Err(Failure::Stopped(what))
         }
     }

@@ -85,7 +85,7 @@ fn refused(error: TrainError, args: &TrainArgs) -> Failure {
 fn stopped(run: &Run) -> Failure {
     let (epochs, steps) = run.position();
     let place = format!("{epochs} epochs and {steps} steps are done");
-    Failure::Stopped(format!("interrupted: {place} and kept in {}: go on with --resume", name(&run.folder)))
+    Failure::Stopped(format!("interrupted: {place} and kept in {}: continue with --resume", name(&run.folder)))
 }
 
 fn say_what_is_there(run: &Run, voice: Voice) {

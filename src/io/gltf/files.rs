@@ -88,7 +88,7 @@ fn text(document: &Value) -> Result<Vec<u8>, WriteError> {
 /// A GLB: a header of 12 bytes, then chunks that begin at multiples of four.
 fn glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     let json = text(document)?;
-    let too_large = || WriteError { what: "more than 4 GiB are too many for GLB: write .gltf".into() };
+    let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };
     let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
     let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];
     for (kind, chunk, padding) in chunks.into_iter().filter(|(_, chunk, _)| !chunk.is_empty()) {
