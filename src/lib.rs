@@ -15,6 +15,7 @@ pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
 pub mod linalg;
+#[cfg(feature = "loss")]
 pub mod loss;
 pub mod mesh;
 pub mod metrics;

@@ -1,10 +1,8 @@
 //! What the fuzzer found in the simplifier, each find by the name of what it guards.
 
-mod common;
-
 use std::ops::ControlFlow;
 
-use common::{assert_closed_manifold, assert_manifold, assert_same_topology};
+use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{RawMesh, TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};

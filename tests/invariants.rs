@@ -1,10 +1,8 @@
 //! What always holds of a result, over shapes and random closed meshes that are meshed very unevenly.
 
-mod common;
-
 use std::ops::ControlFlow;
 
-use common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
+use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};

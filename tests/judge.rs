@@ -1,8 +1,6 @@
 //! The judge judged: whole meshes, random ones too, against what must be true of them.
 
-mod common;
-
-use common::{assert_close, assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
+use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, self_intersecting_faces, turned_faces};
 use proptest::prelude::*;

@@ -4,6 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::mesh::TriMesh;
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+mod circles;
+mod lengths;
 
 /// A source file without its comments and without its tests.
 struct Source {
@@ -186,6 +192,27 @@ fn files_say_what_they_are() {
             assert!(!source.text.contains(word), "{}: {word}", source.path);
         }
     }
+}
+
+#[test]
+fn every_file_of_tests_is_compiled() {
+    for folder in ["tests", "cli/tests"] {
+        let main = std::fs::read_to_string(root().join(folder).join("main.rs")).unwrap();
+        for source in sources(folder) {
+            let inside = source.path[folder.len() + 1..].trim_end_matches(".rs");
+            let name = inside.split('/').next().unwrap();
+            assert!(name == "main" || main.contains(&format!("mod {name};\n")), "{folder}/main.rs lacks {name}");
+        }
+    }
+}
+
+#[test]
+fn property_tests_draw_the_same_cases_every_time() {
+    let settings = std::fs::read_to_string(root().join(".cargo/config.toml")).unwrap();
+    assert!(settings.contains("\n[env]\n") && settings.contains("\nPROPTEST_RNG_SEED = \""), "{settings}");
+    let mut runners = [(); 2].map(|()| TestRunner::default());
+    let drawn = runners.each_mut().map(|runner| any::<[u64; 4]>().new_tree(runner).unwrap().current());
+    assert_eq!(drawn[0], drawn[1], "cargo sets the seed: run the tests by it");
 }
 
 #[test]

@@ -1,11 +1,9 @@
 //! Parts that careless simplifiers break: flat sides beside fine fillets, thin sheets, touching and many pieces,
 //! surfaces with borders or with one side only.
 
-mod common;
-
 use std::ops::ControlFlow;
 
-use common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions};
+use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, ScoreSource, Simplified, Target, simplify};
 

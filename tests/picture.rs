@@ -1,5 +1,4 @@
 //! Pictures show what is there: nearer faces hide others, backs are red, lines lie on edges, nothing panics.
-#![cfg(feature = "picture")]
 
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::picture::{Image, PictureOptions, encode_png, render};

@@ -12,8 +12,7 @@ use neural_mesh::simplify::{
     simplify_levels_of_detail,
 };
 
-mod common;
-use common::{assert_closed_manifold, assert_manifold, assert_same_topology};
+use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology};
 
 fn go_on(_: neural_mesh::simplify::Event) -> ControlFlow<()> {
     ControlFlow::Continue(())

@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
 
+use crate::evaluate::EvaluateArgs;
+use crate::train::TrainArgs;
+
 /// Simplifies triangle meshes: closed stays closed, and the result lies close to the original.
 #[derive(Debug, Parser)]
 #[command(name = "neural-mesh", version, arg_required_else_help = true)]
@@ -18,15 +21,14 @@ pub struct Args {
 pub enum Command {
     /// Write a lighter mesh
     Simplify(SimplifyArgs),
-    /// Make a mesh of a cloud of points, with a trained network
+    /// Mesh a point cloud with a trained network
     MeshPoints(MeshPointsArgs),
-    /// Say what a mesh is: counts, bounds, closed, manifold, components, genus, what was cleaned
+    /// Describe a mesh: counts, bounds, closed, manifold, components, genus, what was cleaned
     Info(InfoArgs),
-    /// Say and show how simplified meshes differ from their original
+    /// Measure and show how simplified meshes differ from their original
     Compare(CompareArgs),
-    /// Learn weights from a folder of meshes
+    // What these two are for stands with their arguments, which a build without them does not have.
     Train(TrainArgs),
-    /// Measure methods at several sizes on a folder of meshes: tables, plots
     Evaluate(EvaluateArgs),
     /// Do one job for an evaluation
     #[command(hide = true)]
@@ -38,15 +40,15 @@ Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). V
 sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
 carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
 
-Scores: the density of the vertices follows scores, those of a small network that comes with the program, or of yours with \
---weights FILE. With --scores geometry no network is asked and every vertex counts by its area. The report says which \
+Scores decide where vertices go. They come from a small network that ships with the program, or from yours with \
+--weights FILE. With --scores geometry there is no network and every vertex counts by its area. The report says which \
 (\"scores\": \"network\").
 
-Batches: meshes are simplified side by side, each into a file of its own name below OUT and a row of OUT/manifest.csv. One \
-that fails is a row too, and the others go on; the exit code is then 1. Folders are searched with those within. With \
---format all results are of one format.
+Batches: meshes are simplified in parallel, each into a file of its name below OUT, with a row in OUT/manifest.csv. A mesh \
+that fails is a row too; the others continue, and the exit code is 1. Folders are searched with all folders below. \
+--format writes all results in one format.
 
-Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted. Where a constraint stops the simplification \
+Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted. If a constraint stops the simplification \
 before the size asked for, the mesh is written, the exit code is 0, and a line and the report say what stopped it.";
 
 /// Arguments of `simplify`.
@@ -56,19 +58,19 @@ pub struct SimplifyArgs {
     /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
     pub inputs: Vec<PathBuf>,
-    /// The mesh to write; - for standard output (then all words go to standard error). For a batch the folder
+    /// The mesh to write; - for standard output (messages then go to standard error). For a batch, the folder
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// File that names the meshes of a batch, one on each line; - for standard input
+    /// File that names the meshes of a batch, one per line; - for standard input
     #[arg(long, value_name = "FILE", conflicts_with = "inputs")]
     pub list: Option<PathBuf>,
-    /// Go on with a batch: meshes that are done are not done again
+    /// Continue a batch: meshes that are done are skipped
     #[arg(long)]
     pub resume: bool,
-    /// Memory that the meshes of a batch may take together [default: half of what is free]
+    /// Memory that the meshes of a batch may use together [default: half of what is free]
     #[arg(long, value_name = "GIB")]
     pub memory: Option<f64>,
-    /// Share of the vertices that stay, above 0 and at most 1
+    /// Share of the vertices to keep, above 0 and at most 1
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub ratio: Option<f64>,
     /// Number of vertices
@@ -77,50 +79,50 @@ pub struct SimplifyArgs {
     /// Number of faces
     #[arg(long, value_name = "N")]
     pub faces: Option<usize>,
-    /// Largest distance from the original, proved in both directions: the smallest mesh found that holds it. In the unit
-    /// of the mesh, or with % in percent of its diagonal
+    /// Largest distance from the original, proved in both directions: finds the smallest mesh within it. In the unit of
+    /// the mesh, or with % in percent of its diagonal
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub error: Option<String>,
-    /// Bytes of the mesh file, also as 500kB or 2MB: the largest mesh found that fits
+    /// Bytes of the mesh file, also as 500kB or 2MB: finds the largest mesh that fits
     #[arg(long, value_name = "BYTES")]
     pub size: Option<String>,
-    /// Levels of detail: shares of the vertices, falling, as 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on in
-    /// the name, those of a glTF scene into one file (MSFT_lod)
+    /// Levels of detail: falling shares of the vertices, such as 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on
+    /// in the name, of a glTF scene as one file (MSFT_lod)
     #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
     pub lods: Vec<f64>,
-    /// Keep the borders, vertices and edges, bit for bit, so that tiles fit together
+    /// Keep the vertices and edges of the boundary bit for bit, so that tiles fit together
     #[arg(long)]
     pub lock_borders: bool,
-    /// Leave vertices where they are: those of the result are vertices of the input
+    /// Do not move vertices: those of the result are vertices of the input
     #[arg(long)]
     pub subset: bool,
     /// Keep edges where faces meet at more than 30 degrees
     #[arg(long)]
     pub keep_features: bool,
-    /// Keep edges where faces meet at more than so many degrees
+    /// Keep edges where faces meet at more than DEGREES
     #[arg(long, value_name = "DEGREES", conflicts_with = "keep_features")]
     pub crease_angle: Option<f32>,
-    /// Make the result its own mirror image, as the mesh has to be: positions and faces, exactly. About the plane that fits
-    /// best, or about x, y, z (through 0 or the middle), or one like x=0.5
+    /// Make the result its own mirror image, exactly; the mesh must be one. About x, y or z (through 0 or the middle), or a
+    /// plane like x=0.5 [default: the plane that fits best]
     #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true)]
     pub symmetric: Option<Option<String>>,
     /// Attribute of one number, such as a property of a PLY, that says how much each vertex counts: twice the number, twice
-    /// as much. Or NAME=FACTOR: the faces of this material, group or object count so many times as much as others
+    /// as much. Or NAME=FACTOR: faces of this material, group or object count FACTOR times as much
     #[arg(long, value_name = "NAME")]
     pub importance: Option<String>,
-    /// Write which vertex went where, and where each corner came from, as JSON
+    /// Write as JSON which vertex went where, and where each corner came from
     #[arg(long, value_name = "FILE.json")]
     pub map: Option<PathBuf>,
-    /// Say what holds the result: kept edges, locked vertices, components, and how many vertices they take
+    /// Say what holds the result: kept edges, locked vertices, components
     #[arg(long)]
     pub explain: bool,
-    /// Read files that the mesh names (materials, textures) from outside its folder too
+    /// Also read files that the mesh names (materials, textures) outside its folder
     #[arg(long)]
     pub allow_outside: bool,
     /// How sampled vertices become a surface
     #[arg(long, value_enum, default_value = "closed")]
     pub assembly: AssemblyArg,
-    /// Where the scores come from that say where more vertices stay
+    /// Where the scores come from, which decide where vertices go
     #[arg(long, value_enum, default_value = "network")]
     pub scores: ScoresArg,
     /// Weights of a trained network (safetensors) [default: those that come with the program]
@@ -135,33 +137,33 @@ pub struct SimplifyArgs {
     /// Threads to use [default: one per core]; the result is the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Drop components too small for the size asked for, instead of keeping their smallest closed form. With a size: drop
+    /// Drop components too small for the size asked for, instead of keeping their smallest closed form. With SIZE: drop
     /// those whose bounding box has a smaller diagonal, in the unit of the mesh, or with % in percent of its diagonal
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]
     pub prune: Option<Option<String>>,
-    /// Leave vertices at equal positions apart
+    /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
-    /// Make one of vertices nearer than that, before all else; in the unit of the mesh, or with % in percent of its diagonal
+    /// Merge vertices nearer than DISTANCE before all else; in the unit of the mesh, or with % in percent of its diagonal
     #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld")]
     pub weld: Option<String>,
     /// Do not measure the distance from the original
     #[arg(long)]
     pub no_check: bool,
-    /// Format to write where the name of OUT does not say, else the one to read:
+    /// Format to write if the name of OUT does not say, else the one to read:
     /// obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write what was done as JSON
+    /// Write a report as JSON
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Draw the mesh before and after, side by side
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Replace files that exist
+    /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
 }
@@ -171,7 +173,7 @@ pub struct SimplifyArgs {
 pub enum AssemblyArg {
     /// Closed where the input is closed
     Closed,
-    /// As the paper prints it: the network's most probable faces; leaves holes
+    /// As in the paper: the network's most probable faces; leaves holes
     Paper,
 }
 
@@ -180,14 +182,14 @@ pub enum AssemblyArg {
 pub enum ScoresArg {
     /// From a trained network
     Network,
-    /// From the areas of the faces alone; no network is asked
+    /// No network: every vertex counts by its area
     Geometry,
 }
 
 const MESH_POINTS_NOTES: &str = "\
 Reads the vertices of OBJ, PLY, STL, OFF and GLB, faces or not, and text with x y z on each line; writes OBJ, PLY, STL and \
-OFF. Points keep their positions; points at equal positions are one. The result may have holes: what came of it is said \
-and, with --report, written down. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+OFF. Points keep their positions; points at equal positions are merged. The result may have holes: the program says \
+so, and --report writes it down. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
 
 /// Arguments of `mesh-points`.
 #[derive(Debug, Parser)]
@@ -196,7 +198,7 @@ pub struct MeshPointsArgs {
     /// The cloud; - for standard input
     #[arg(value_name = "CLOUD")]
     pub input: PathBuf,
-    /// The mesh to write; - for standard output (then all words go to standard error)
+    /// The mesh to write; - for standard output (messages then go to standard error)
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// Share of the points that become vertices, above 0 and at most 1 [default: all]
@@ -214,16 +216,16 @@ pub struct MeshPointsArgs {
     /// Threads to use [default: one per core]; the result is the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Format to write where the name of OUT does not say: obj, ply, ply-ascii, stl, stl-ascii, off
+    /// Format to write if the name of OUT does not say: obj, ply, ply-ascii, stl, stl-ascii, off
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write what was done as JSON
+    /// Write a report as JSON
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Replace files that exist
+    /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
 }
@@ -237,7 +239,7 @@ pub struct InfoArgs {
     /// Format of standard input, or of a file whose name does not say
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Leave vertices at equal positions apart
+    /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
     /// Answer in JSON
@@ -247,32 +249,32 @@ pub struct InfoArgs {
 
 const COMPARE_NOTES: &str = "\
 Reads OBJ, PLY, STL, OFF, glTF and GLB. The page of --html is one file that needs no network: the meshes side by side in \
-3-D under one camera, with the distance from the other surface painted on and the numbers beside. What the figures mean is \
-in the JSON and on the page. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+3-D under one camera, with the distance from the other surface painted on and the figures beside. The JSON and the page \
+explain the figures. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
 
 /// Arguments of `compare`.
 #[derive(Debug, Parser)]
 #[command(after_help = COMPARE_NOTES)]
 pub struct CompareArgs {
-    /// The mesh that others were made of; - for standard input
+    /// The mesh that the others were made from; - for standard input
     #[arg(value_name = "ORIGINAL")]
     pub original: PathBuf,
     /// Meshes to compare with it, in the order of the columns
     #[arg(value_name = "SIMPLIFIED", required = true)]
     pub simplified: Vec<PathBuf>,
-    /// Write a page to look at the meshes, for any browser
+    /// Write a page that shows the meshes in any browser
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
     /// Write all figures with their names and units
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
-    /// Samples on each surface, from which distances and normals are measured
+    /// Samples on each surface, for distances and normals
     #[arg(long, value_name = "N", default_value_t = 50_000)]
     pub samples: usize,
     /// Seed of the samples; the same seed gives the same figures
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Leave out what takes longest: the spectrum, and distances along the surface
+    /// Leave out the slowest figures: the spectrum, and distances along the surface
     #[arg(long)]
     pub quick: bool,
     /// Draw the meshes from six sides and measure how alike the pictures are
@@ -281,13 +283,13 @@ pub struct CompareArgs {
     /// Threads to use [default: one per core]; the figures are the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Leave vertices at equal positions apart
+    /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Replace files that exist
+    /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
 }
@@ -297,132 +299,4 @@ impl CompareArgs {
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.original).chain(&self.simplified).map(PathBuf::as_path)
     }
-}
-
-const TRAIN_NOTES: &str = "\
-RUN is made, and filled with: config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
-epochs.csv (the losses), best.safetensors and last.safetensors (weights for --weights), checkpoint.safetensors (to go \
-on from), curves.svg (the losses as a picture). docs/training.md explains them and every setting.
-
-A training that was killed at any moment goes on with the same command and --resume, and ends in the same bits as one \
-that was not. Ctrl-C stops it after the step at hand, with a checkpoint. With --resume, --epochs may ask for more.
-
-Exit codes: 0 done, 1 the input, the disk or a loss that is not finite, 2 usage, 130 interrupted.";
-
-/// Arguments of `train`.
-#[derive(Debug, Parser)]
-#[command(after_help = TRAIN_NOTES, override_usage = "neural-mesh train --data DIR --out RUN [OPTIONS]
-       neural-mesh train --plot RUN")]
-pub struct TrainArgs {
-    /// Folder of meshes to learn from: OBJ, PLY, STL, OFF, glTF, GLB
-    #[arg(long, value_name = "DIR", required_unless_present = "plot")]
-    pub data: Option<PathBuf>,
-    /// Folder for all that comes of it
-    #[arg(long, value_name = "RUN", required_unless_present = "plot")]
-    pub out: Option<PathBuf>,
-    /// Settings; what the file leaves out has its default
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
-    /// Times that every mesh is seen, instead of the settings' number
-    #[arg(long, value_name = "N")]
-    pub epochs: Option<usize>,
-    /// Go on from the checkpoint in RUN; begin where there is none yet
-    #[arg(long)]
-    pub resume: bool,
-    /// Weights to start from, for fine-tuning; the sizes of the network are theirs
-    #[arg(long, value_name = "WEIGHTS")]
-    pub init: Option<PathBuf>,
-    /// Threads to use [default: one per core]; the result is the same with any number
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Say nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// Draw the curves of a training, finished or not, and do nothing else
-    #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "config", "epochs", "resume", "init"])]
-    pub plot: Option<PathBuf>,
-}
-
-const EVALUATE_NOTES: &str = "\
-Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
-assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; tools; all.
-
-Places in the command of a tool: {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on where it wants \
-others), {ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one. A line `seconds: 0.25` on its \
-standard output is its time; without one, that of the whole process counts.
-
-RUN is made, and filled with: settings.json (what was asked), rows.csv and rows.json (a row for each mesh, ratio, method \
-and seed), tables.md, error-size.svg, time-size.svg and error-time.svg. docs/evaluate.md explains them.
-
-Killed at any moment, it loses the case at hand; the same command and --resume goes on. A method that fails or takes too \
-long is a row with its error. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
-
-/// Arguments of `evaluate`.
-#[derive(Debug, Parser)]
-#[command(after_help = EVALUATE_NOTES, override_usage = "neural-mesh evaluate --data DIR --out RUN [OPTIONS]
-       neural-mesh evaluate --report RUN [--relative-to METHOD]")]
-pub struct EvaluateArgs {
-    /// Folder of meshes: OBJ, PLY, STL, OFF, glTF, GLB
-    #[arg(long, value_name = "DIR", required_unless_present = "report")]
-    pub data: Option<PathBuf>,
-    /// Folder for all that comes of it
-    #[arg(long, value_name = "RUN", required_unless_present = "report")]
-    pub out: Option<PathBuf>,
-    /// Methods, with commas between them
-    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "all")]
-    pub methods: Vec<String>,
-    /// A program of others as a method, as often as wanted
-    #[arg(long = "tool", value_name = "NAME='cmd {in} {out} {ratio}'")]
-    pub tools: Vec<String>,
-    /// Shares of the vertices that stay, each above 0 and at most 1
-    #[arg(
-        long,
-        value_name = "R,R",
-        value_delimiter = ',',
-        default_value = "0.05,0.1,0.2,0.5",
-        allow_hyphen_values = true
-    )]
-    pub ratios: Vec<f64>,
-    /// Seeds of the sampling
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0")]
-    pub seeds: Vec<u64>,
-    /// Timed runs of each method; the median counts
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    pub repeat: usize,
-    /// Seconds that a run may take
-    #[arg(long, value_name = "SECONDS", default_value_t = 600.0)]
-    pub time_limit: f64,
-    /// Only meshes whose file names begin with one of these
-    #[arg(long, value_name = "PREFIX,PREFIX", value_delimiter = ',')]
-    pub only: Vec<String>,
-    /// Weights for the method network [default: those that come with the program]
-    #[arg(long, value_name = "FILE")]
-    pub weights: Option<PathBuf>,
-    /// Weights for the method paper [default: those that come with the program]
-    #[arg(long, value_name = "FILE")]
-    pub paper_weights: Option<PathBuf>,
-    /// Measure the spectrum too (the paper's LE), which takes longer than all the rest
-    #[arg(long)]
-    pub spectrum: bool,
-    /// Draw the meshes from six sides and measure how alike the pictures are
-    #[arg(long)]
-    pub appearance: bool,
-    /// Samples on each surface
-    #[arg(long, value_name = "N", default_value_t = 50_000)]
-    pub samples: usize,
-    /// Threads that a method may use [default: one per core]; figures do not depend on it, times do
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Go on with the rows in RUN
-    #[arg(long)]
-    pub resume: bool,
-    /// Method that the others are divided by in the tables [default: qem, where it takes part]
-    #[arg(long, value_name = "METHOD")]
-    pub relative_to: Option<String>,
-    /// Say nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// Write tables and plots of an evaluation, finished or not, and do nothing else
-    #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "methods", "tools", "ratios", "seeds", "resume"])]
-    pub report: Option<PathBuf>,
 }

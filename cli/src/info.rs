@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::failure::{Failure, name};
+use crate::read::{cleaned, read};
 use crate::report;
 use crate::request::{Source, format_of};
-use crate::simplify::{cleaned, read};
 use crate::words::{Voice, grouped};
 
 /// All that is said of a mesh, in the order of the JSON.

@@ -1,7 +1,6 @@
 //! Ctrl-C: the temporary files go, the program ends with 130, and no result appears by half.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
@@ -24,25 +23,6 @@ pub fn watch(ending: Failure) {
         complain(&ending);
         std::process::exit(130);
     });
-}
-
-/// Whether a long work was asked to stop.
-static STOP: AtomicBool = AtomicBool::new(false);
-
-/// Watches for Ctrl-C and termination from here on, for work that comes to a good end by itself: the first one is
-/// noted for [`is_stopping`], the second ends the program.
-pub fn watch_for_a_good_end() {
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::SeqCst) {
-            complain(&Failure::Stopped("interrupted twice: go on with --resume".into()));
-            std::process::exit(130);
-        }
-    });
-}
-
-/// Whether Ctrl-C or termination came.
-pub fn is_stopping() -> bool {
-    STOP.load(Ordering::SeqCst)
 }
 
 /// Makes a temporary file that goes if the program is interrupted.

@@ -2,24 +2,33 @@
 
 mod args;
 mod batch;
-mod chart;
 mod compare;
-mod curves;
+#[cfg(feature = "evaluate")]
 mod evaluate;
-mod evaluate_progress;
+#[cfg(not(feature = "evaluate"))]
+#[path = "no_evaluate.rs"]
+mod evaluate;
 mod failure;
 mod files;
 mod info;
 mod interrupt;
 mod memory;
 mod mesh_points;
+#[cfg(not(all(feature = "evaluate", feature = "train")))]
+mod missing;
 mod progress;
+mod read;
 mod report;
 mod request;
 mod simplify;
+#[cfg(any(feature = "evaluate", feature = "train"))]
+mod stopping;
 mod subject;
+#[cfg(feature = "train")]
 mod train;
-mod train_progress;
+#[cfg(not(feature = "train"))]
+#[path = "no_train.rs"]
+mod train;
 mod words;
 
 use std::process::ExitCode;

@@ -14,8 +14,9 @@ use crate::failure::Failure;
 use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::read::read_weights;
 use crate::request::{check_threads, format_of, is_stream, output_format};
-use crate::simplify::{in_pool, read_weights};
+use crate::simplify::in_pool;
 use crate::words::{Voice, grouped};
 
 /// One run, complete and consistent.

@@ -159,7 +159,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
 
 /// The format with that name.
 pub fn format_of(name: &str) -> Result<Format, Failure> {
-    let unknown = || format!("--format {name}: no such format: give one of {}", Format::NAMES.join(", "));
+    let unknown = || format!("--format {name}: unknown format: choose from {}", Format::NAMES.join(", "));
     Format::from_name(name).ok_or_else(|| Failure::Usage(unknown()))
 }
 
@@ -231,7 +231,7 @@ fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--map", args.map.is_some()),
     ];
     match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
-        Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric do not go together: leave one out"))),
+        Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric cannot be combined: leave one out"))),
         None => Ok(()),
     }
 }
@@ -251,9 +251,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--lods", args.lods.len() > 1),
     ];
     match named.into_iter().find(|(_, is_given)| *is_given && matches!(args.assembly, AssemblyArg::Paper)) {
-        Some((name, _)) => {
-            Err(Failure::Usage(format!("{name}: the paper's assembly has no such: leave one of them out")))
-        }
+        Some((name, _)) => Err(Failure::Usage(format!("{name}: not available with --assembly paper: leave one out"))),
         None => Ok(()),
     }
 }
@@ -301,8 +299,8 @@ fn n_bytes(text: &str) -> Result<usize, Failure> {
 /// Scores from the geometry leave a network nothing to do.
 fn check_no_network(args: &SimplifyArgs) -> Result<(), Failure> {
     let why = match (args.assembly, &args.weights) {
-        (AssemblyArg::Paper, _) => "its faces are a network's choice: use --assembly closed",
-        (_, Some(_)) => "it asks no network: leave --weights out",
+        (AssemblyArg::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
+        (_, Some(_)) => "it uses no network: leave --weights out",
         _ => return Ok(()),
     };
     Err(Failure::Usage(format!("--scores geometry: {why}")))
@@ -323,7 +321,7 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
         (Some(ratio), _, _) => Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1"))),
         (_, Some(n), _) if n > 0 => Ok(Target::Vertices(n)),
         (_, _, Some(n)) if n > 0 => Ok(Target::Faces(n)),
-        _ => Err(Failure::Usage("a mesh of size 0 is none: give --ratio R, --vertices N or --faces N above 0".into())),
+        _ => Err(Failure::Usage("invalid size 0: give --ratio R, --vertices N or --faces N above 0".into())),
     }
 }
 
@@ -331,7 +329,7 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
 pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
     let format = named(output).or(given).ok_or_else(|| {
         let where_to = if is_stream(output) { "standard output".into() } else { output.display().to_string() };
-        Failure::Usage(format!("{where_to}: the format is not known: give --format obj, ply, stl, off or glb"))
+        Failure::Usage(format!("{where_to}: unknown format: give --format obj, ply, stl, off or glb"))
     })?;
     // `--format ply-ascii -o x.ply` asks for the text variant of what the name says.
     Ok(given.filter(|given| family(*given) == family(format)).unwrap_or(format))

@@ -5,9 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use neural_mesh::io::{self, Format, OutputFile, ReadError};
-use neural_mesh::mesh::RawMesh;
-use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
+use neural_mesh::io::{self, Format, OutputFile};
 use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
@@ -21,8 +19,9 @@ use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::read::read_weights;
 use crate::report::{self, Certified, Distance, Level, MapFile, Output, Report, Seconds, Size};
-use crate::request::{Goal, Request, Source, is_stream};
+use crate::request::{Goal, Request};
 use crate::subject::{Seen, Subject};
 use crate::words::{self, Voice};
 
@@ -100,7 +99,7 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let mut notes = [subject.notes.clone(), written.notes].concat();
     let shown = shown(request, &subject, first, &mut notes)?;
-    let report = told(request, (&subject, first), levels, Told { notes, certified: lighter.certified, seconds })?;
+    let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, seconds })?;
     progress.show("picture", 0.0);
     let drawn = drawn(request, shown.as_ref(), &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
@@ -115,39 +114,6 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     let result = work();
     *seconds += began.elapsed().as_secs_f64();
     result
-}
-
-/// Reads the weights of a network.
-pub fn read_weights(path: &Path) -> Result<Weights, Failure> {
-    Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))
-}
-
-/// Reads and parses a mesh.
-pub fn read(source: &Source) -> Result<RawMesh, Failure> {
-    parsed(source, io::read, io::read_path)
-}
-
-/// Parses what the source names: bytes of standard input, or the file at a path.
-pub fn parsed<T>(
-    source: &Source,
-    parse: fn(&[u8], Option<Format>) -> Result<T, ReadError>,
-    parse_path: fn(&Path, Option<Format>) -> Result<T, ReadError>,
-) -> Result<T, Failure> {
-    let bytes = is_stream(&source.path).then(|| files::read(&source.path)).transpose()?;
-    let parse = |format| match &bytes {
-        Some(bytes) => parse(bytes, format),
-        None => parse_path(&source.path, format),
-    };
-    let mesh = match (parse(source.format), source.last_resort) {
-        (Err(ReadError { format: None, .. }), Some(format)) => parse(Some(format)),
-        (mesh, _) => mesh,
-    };
-    mesh.map_err(|error| Failure::of(&source.path, error))
-}
-
-/// Welds and cleans a mesh as read.
-pub fn cleaned(raw: RawMesh, source: &Source) -> Result<Cleaned, Failure> {
-    clean(raw, &CleanOptions { weld: source.weld }).map_err(|error| Failure::of(&source.path, error))
 }
 
 /// The results of a run.
@@ -219,7 +185,7 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
 fn importance_of_part(subject: &Subject, part: &str, factor: &str) -> Result<Vec<f32>, Failure> {
     let refused = |why: String| Failure::Usage(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());
-    let number = number.ok_or_else(|| refused("needs a number above 0 behind the last =".into()))?;
+    let number = number.ok_or_else(|| refused("needs a number above 0 after the last =".into()))?;
     let names = subject.group_names();
     let groups: Vec<u32> = names.iter().filter(|(name, _)| name == part).map(|(_, group)| *group).collect();
     if groups.is_empty() {
@@ -300,10 +266,7 @@ fn written(
             continue;
         };
         if let Some(file) = files.beside.iter().find(|file| Some(file.path.as_os_str()) == path.file_name()) {
-            return Err(Failure::of(
-                &file.path,
-                "is what the mesh names a file of its own: choose another name for OUT",
-            ));
+            return Err(Failure::of(&file.path, "the mesh refers to a file of that name: choose another name for OUT"));
         }
         done.pending.push(files::prepare(path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -352,7 +315,8 @@ struct Told {
 
 fn told(
     request: &Request,
-    (subject, result): (&Subject, &Simplified),
+    subject: &Subject,
+    result: &Simplified,
     levels: Vec<Level>,
     Told { notes, certified, seconds }: Told,
 ) -> Result<Report, Failure> {

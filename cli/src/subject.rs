@@ -12,8 +12,8 @@ use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pair
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
 use crate::failure::Failure;
+use crate::read::{cleaned, parsed};
 use crate::request::{Bound, Request, Source};
-use crate::simplify::{cleaned, parsed};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -186,7 +186,7 @@ impl Subject {
     pub fn symmetry(&self, symmetry: Symmetry) -> Result<Symmetry, Failure> {
         let Kind::Scene { united, pieces, .. } = &self.kind else { return Ok(symmetry) };
         if pieces.iter().flatten().count() > 1 {
-            let what = "--symmetric: a scene of several meshes has no one plane: give a file for each";
+            let what = "--symmetric: a scene of several meshes has no single plane: give a file for each";
             return Err(Failure::Usage(what.into()));
         }
         Ok(match symmetry {

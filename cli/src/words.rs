@@ -45,12 +45,15 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
         notes.push(format!("pruned    {}{all} components", output.components_pruned));
     }
     if output.components_at_minimum > 0 {
-        notes.push(format!("smallest  {} components stand in their smallest form", output.components_at_minimum));
+        notes.push(format!(
+            "smallest  {} components are as small as their topology allows",
+            output.components_at_minimum
+        ));
     }
     if report.outcome != "reached" {
         notes.push(format!("stopped   {}", report.outcome));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
-        notes.push("reached   the mesh is no larger than asked: written as it is".into());
+        notes.push("reached   the mesh is already no larger than asked: unchanged".into());
     }
     notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
@@ -60,17 +63,17 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
 pub fn explained(report: &Report) -> Vec<String> {
     let Report { input, output, .. } = report;
     let held = [
-        (output.kept_edges, "edges of the input stay edges: seams, borders between materials, creases"),
-        (output.locked_vertices, "vertices of the input stay where they are: borders"),
-        (output.components_at_minimum, "components stand in their smallest form"),
-        (output.split_vertices, "vertices were split where parts only touch or more than two sheets meet"),
-        (output.refined_regions, "regions were cut to keep the surface, its seams and creases whole"),
-        (output.components_pruned, "components were dropped"),
+        (output.kept_edges, "kept edges: seams, edges between materials, creases"),
+        (output.locked_vertices, "locked vertices on the boundary"),
+        (output.components_at_minimum, "components as small as their topology allows"),
+        (output.split_vertices, "vertices split where parts only touch or more than two sheets meet"),
+        (output.refined_regions, "regions cut to keep the surface, its seams and creases whole"),
+        (output.components_pruned, "components dropped"),
     ];
     let mut lines: Vec<String> =
         held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("held      {} {what}", grouped(n))).collect();
     if lines.is_empty() {
-        lines.push("held      nothing but the shape".into());
+        lines.push("held      by nothing but its shape".into());
     }
     let asked = match report.outcome.as_str() {
         "reached" => "the size asked for was reached".to_string(),

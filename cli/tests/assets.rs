@@ -1,10 +1,8 @@
 //! `neural-mesh simplify` of assets: what a mesh carries comes back, in files beside it or within it.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Run, folder, json, run, shipped};
+use crate::common::{Run, folder, json, run, shipped};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
@@ -69,7 +67,7 @@ fn a_texture_that_cannot_be_drawn_is_said() {
     let folder = folder();
     textured(folder.path());
     let run = simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
-    assert!(said(&run).contains("a texture is no PNG or JPEG that can be read"), "{}", said(&run));
+    assert!(said(&run).contains("a texture is not a readable PNG or JPEG"), "{}", said(&run));
 }
 
 #[test]
@@ -250,10 +248,12 @@ fn a_mirrored_result_is_one_in_its_file_too() {
         simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--symmetric=y", "--report", "out.json"]);
     assert!(said(&run).contains("mirrored  about y = 10, exactly"), "{}", said(&run));
     assert_eq!(json(&folder.path().join("out.json"))["mirror"], "y = 10");
-    let glb = common::run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
+    let glb = crate::common::run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
     assert_eq!(glb.code, Some(0), "{}", glb.words);
-    let scene =
-        common::run(folder.path(), &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"]);
+    let scene = crate::common::run(
+        folder.path(),
+        &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"],
+    );
     assert_eq!(scene.code, Some(0), "{}", scene.words);
     for name in ["out.obj", "out.glb"] {
         let mesh = io::read_path(&folder.path().join(name), None).unwrap();
@@ -265,7 +265,7 @@ fn a_mirrored_result_is_one_in_its_file_too() {
         assert!(positions.iter().all(|&[x, y, z]| all.contains(&bits([x, 20.0 - y, z]))), "{name}");
     }
     let lopsided =
-        common::run(folder.path(), &["simplify", "plate.obj", "-o", "x.obj", "--ratio", "0.5", "--symmetric=x"]);
+        crate::common::run(folder.path(), &["simplify", "plate.obj", "-o", "x.obj", "--ratio", "0.5", "--symmetric=x"]);
     assert_eq!(lopsided.code, Some(1));
-    assert!(common::the_line(&lopsided).contains("not symmetric about x = "), "{}", lopsided.words);
+    assert!(crate::common::the_line(&lopsided).contains("not symmetric about x = "), "{}", lopsided.words);
 }

@@ -1,13 +1,10 @@
 //! `neural-mesh simplify` of many meshes: every mesh a row, whatever becomes of it, and nothing outside the folder.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
-use common::*;
+use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
@@ -126,16 +123,18 @@ fn killed_and_resumed_it_has_the_same_files_and_rows() {
         let mesh = shapes::wavy_sphere(4, 2.0 + f64::from(i));
         put(&folder.path().join(format!("in/{i}.ply")), &mesh, Format::Ply);
     }
-    let began = Instant::now();
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "whole", "--ratio", "0.1"]).code, Some(0));
-    let took = began.elapsed();
-    for share in [0.2, 0.5, 0.35] {
-        let mut child =
+    let n_results = || {
+        let there = |i: &u32| folder.path().join(format!("out/{i}.ply")).exists();
+        (0..12).filter(there).count()
+    };
+    let mut n_killed = 0;
+    for (n_done, milliseconds) in [(0, 3), (1, 0), (4, 7), (7, 11)] {
+        let child =
             program(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"]).spawn().unwrap();
-        std::thread::sleep(took.mul_f64(share));
-        child.kill().unwrap();
-        child.wait().unwrap();
+        n_killed += usize::from(kill_after(child, milliseconds, || n_results() >= n_done));
     }
+    assert!(n_killed >= 2, "killed only {n_killed} times");
     let resumed = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"]);
     assert_eq!(resumed.code, Some(0), "{}", resumed.words);
     let [whole, out] = ["whole", "out"].map(|name| folder.path().join(name));
@@ -244,15 +243,9 @@ fn ctrl_c_leaves_a_batch_that_goes_on() {
         put(&folder.path().join(format!("in/{i}.ply")), &shapes::wavy_sphere(4, 3.0), Format::Ply);
     }
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"];
-    let mut child = program(folder.path(), &arguments).spawn().unwrap();
+    let child = program(folder.path(), &arguments).spawn().unwrap();
     let out = folder.path().join("out");
-    let began = Instant::now();
-    while !(out.exists() && files(&out).iter().any(|name| name.ends_with(".ply"))) {
-        assert!(began.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none());
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let stopped = finish(child);
+    let stopped = interrupt_once(child, || out.exists() && files(&out).iter().any(|name| name.ends_with(".ply")));
     assert_eq!(stopped.code, Some(130), "{}", stopped.words);
     assert!(the_line(&stopped).contains("--resume"));
     assert!(files(&out).iter().all(|name| !name.starts_with('.')), "{:?}", files(&out));

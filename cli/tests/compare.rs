@@ -1,11 +1,9 @@
 //! `neural-mesh compare`: the table, the JSON and the page of several results, and what is refused.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::*;
+use crate::common::*;
 
 /// A folder with an octahedron, one without a face and one that is twice as large.
 fn folder_of_octahedra() -> tempfile::TempDir {
@@ -59,6 +57,17 @@ fn the_json_holds_every_figure_with_its_unit_for_every_result() {
     assert_eq!(results[1]["name"], "open.obj");
     assert_eq!(results[1]["values"]["border_edges"], 3.0);
     assert_eq!(json["settings"]["samples"], 500);
+}
+
+#[cfg(feature = "spectrum")]
+#[test]
+fn with_the_spectrum_nothing_is_left_out() {
+    let folder = folder_of_octahedra();
+    let table = words(&run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "500", "--json", "a.json"]));
+    assert!(table.contains("\nspectrum  from the first") && !table.contains("left out"), "{table}");
+    let json = json(&folder.path().join("a.json"));
+    assert!(json["left_out"].is_null());
+    assert_eq!(json["results"][0]["values"]["geodesic_error"], 0.0);
 }
 
 #[test]

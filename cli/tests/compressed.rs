@@ -1,10 +1,8 @@
 //! Compressed meshes (`.gz`) as input and output, alone, from standard input and in a batch.
 
-mod common;
-
 use std::fs;
 
-use common::*;
+use crate::common::*;
 
 #[test]
 fn compressed_meshes_go_in_and_out() {

@@ -1,8 +1,6 @@
 //! Requests and meshes at the edge of sense get sensible answers: never a panic, never an empty file.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use serde_json::Value;
 
 /// Simplifies an OBJ text; the exit code, the report, and what `info` says of the result.

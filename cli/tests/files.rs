@@ -1,11 +1,8 @@
 //! What the program does to the disk: whole files or none, nothing replaced unasked, nothing left behind.
 
-mod common;
-
 use std::fs;
-use std::time::{Duration, Instant};
 
-use common::*;
+use crate::common::*;
 
 #[test]
 fn existing_files_are_refused_without_force() {
@@ -128,14 +125,7 @@ fn ctrl_c_leaves_nothing_behind() {
     ];
     let mut child = program(folder.path(), &arguments).spawn().unwrap();
     let unread = child.stdout.take();
-    let began = Instant::now();
-    while files(folder.path()).len() < 2 {
-        assert!(began.elapsed() < Duration::from_secs(60), "no temporary file appeared");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let run = finish(child);
+    let run = interrupt_once(child, || files(folder.path()).len() >= 2);
     drop(unread);
     assert_eq!(run.code, Some(130), "{}", run.words);
     assert_eq!(files(folder.path()), Vec::<String>::new());

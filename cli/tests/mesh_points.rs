@@ -1,8 +1,6 @@
 //! A cloud in, a mesh out, whatever the cloud's file: what the network makes of it is judged in the library.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
@@ -76,8 +74,7 @@ fn points_far_from_the_origin_are_written_as_they_were_read() {
 #[test]
 fn what_is_wrong_is_one_line() {
     let folder = prepared();
-    for (content, reason) in
-        [("", "no points"), ("1 2 3\n4 5\n", "line 2"), ("1 2 3\n4 5 6\n", "2 points make no surface")]
+    for (content, reason) in [("", "no points"), ("1 2 3\n4 5\n", "line 2"), ("1 2 3\n4 5 6\n", "2 points are too few")]
     {
         std::fs::write(folder.path().join("ball.xyz"), content).unwrap();
         let run = run(folder.path(), &[&CALL[..], &["ball.ply"]].concat());

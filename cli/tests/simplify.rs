@@ -1,8 +1,6 @@
 //! `simplify` from file to file: the mesh, the words, the report, the picture, the standard streams.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 
 /// Arguments that simplify the cow to a fifth.
 fn cow(rest: &[&str]) -> Vec<String> {

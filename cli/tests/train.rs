@@ -1,11 +1,8 @@
 //! `neural-mesh train`: killed and resumed, refused, what it leaves.
 
-mod common;
-
 use std::path::Path;
-use std::time::{Duration, Instant};
 
-use common::*;
+use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
@@ -47,18 +44,14 @@ fn left(folder: &Path, run: &str) -> Vec<Vec<u8>> {
 #[test]
 fn killed_at_any_moment_it_ends_in_the_same_bits() {
     let folder = prepared();
-    let began = Instant::now();
     let whole = run(folder.path(), &training("whole", &["--threads", "1"]));
     assert_eq!(whole.code, Some(0), "{}", whole.words);
-    let took = began.elapsed();
-    // Shares of the time of a whole training after which the program is killed, in no order.
+    // Rows of the table of epochs, of 41, and milliseconds after which the program is killed.
     let mut n_killed = 0;
-    for share in [0.02, 0.37, 0.11, 0.53, 0.26, 0.44, 0.19, 0.31] {
-        let mut child = program(folder.path(), &training("killed", &["--resume"])).spawn().unwrap();
-        std::thread::sleep(took.mul_f64(share).max(Duration::from_millis(2)));
-        n_killed += usize::from(child.try_wait().unwrap().is_none());
-        child.kill().unwrap();
-        child.wait().unwrap();
+    let epochs = folder.path().join("killed/epochs.csv");
+    for (n_rows, milliseconds) in [(0, 2), (0, 30), (2, 0), (6, 13), (11, 5), (18, 0), (24, 21), (29, 9)] {
+        let child = program(folder.path(), &training("killed", &["--resume"])).spawn().unwrap();
+        n_killed += usize::from(kill_after(child, milliseconds, || n_lines(&epochs) >= n_rows));
     }
     assert!(n_killed >= 3, "killed only {n_killed} times");
     let finished = run(folder.path(), &training("killed", &["--resume", "--threads", "2"]));
@@ -143,14 +136,10 @@ fn ctrl_c_stops_after_the_step_with_a_checkpoint() {
     std::fs::write(folder.path().join("small.toml"), SETTINGS.replace("epochs = 40", "epochs = 100000")).unwrap();
     let child = program(folder.path(), &training("run", &[])).spawn().unwrap();
     let epochs = folder.path().join("run/epochs.csv");
-    while std::fs::metadata(&epochs).map_or(0, |file| file.len()) < 200 {
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    let stopped = finish(child);
+    let stopped = interrupt_once(child, || n_lines(&epochs) >= 4);
     assert_eq!(stopped.code, Some(130), "{}", stopped.words);
     assert!(the_line(&stopped).contains("--resume"));
-    let rows = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap().lines().count();
+    let rows = |name: &str| n_lines(&folder.path().join(name));
     let steps = rows("run/steps.csv");
     let done = (rows("run/epochs.csv") - 1).to_string();
     let resumed = run(folder.path(), &training("run", &["--resume", "--epochs", &done]));

@@ -1,8 +1,6 @@
 //! What is wrong with the arguments is found before any file is opened: exit code 2, and a reason.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 
 /// Runs `simplify missing.ply`: with a usage error the file that does not exist is never looked for.
 fn refused(arguments: &[&str]) -> Run {
@@ -96,8 +94,8 @@ fn help_says_where_the_scores_come_from() {
     let help = run(folder.path(), &["simplify", "--help"]);
     assert_eq!(help.code, Some(0));
     let words = String::from_utf8(help.out).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("those of a small network that comes with the program"), "{words}");
-    assert!(words.contains("With --scores geometry no network is asked"), "{words}");
+    assert!(words.contains("a small network that ships with the program"), "{words}");
+    assert!(words.contains("With --scores geometry there is no network"), "{words}");
     assert_eq!(run(folder.path(), &["--version"]).code, Some(0));
     assert_eq!(run(folder.path(), &[]).code, Some(2));
 }

@@ -2,14 +2,12 @@
 //!
 //! Both are drawn from six fixed places with the same camera, which the original decides.
 
-#[cfg(feature = "spectrum")]
 mod figures;
 
 use crate::mesh::TriMesh;
 use crate::metrics::{psnr, silhouette_iou, ssim};
 use crate::picture::{Image, View, view};
 
-#[cfg(feature = "spectrum")]
 pub use figures::figures;
 
 /// Height of pictures that is enough to tell meshes of some ten thousand faces apart, in pixels.

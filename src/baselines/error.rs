@@ -18,7 +18,7 @@ impl std::fmt::Display for BaselineError {
         match self {
             Self::Empty => write!(f, "the mesh has no faces: there is nothing to simplify"),
             Self::NothingLeft => write!(f, "the method left no face: ask for a larger mesh"),
-            Self::Invalid(error) => write!(f, "the method's result is no mesh: {error}"),
+            Self::Invalid(error) => write!(f, "the method's result is not a mesh: {error}"),
         }
     }
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::foreign::{self, Foreign};
 use super::job::{self, Job, Work};
 use super::limited::{Unfinished, run_limited, with_last_words};
-use super::tool::Places;
+use super::tool::Placeholders;
 use super::{Method, Tool};
 use crate::baselines::Size;
 use crate::mesh::TriMesh;
@@ -140,9 +140,9 @@ impl Engine<'_> {
         // Files of its own: what it does to them does nothing to the others.
         let place = self.place_for(tool).map_err(|error| Unfinished::Failed(format!("a place for it: {error}")))?;
         let [input, output] = ["original", "result"].map(|name| place.path().join(name));
-        let places = Places { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
+        let given = Placeholders { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
         let said = place.path().join("stdout");
-        let foreign = Foreign { words: tool.words(&places), threads: self.threads, out: said.clone() };
+        let foreign = Foreign { words: tool.words(&given), threads: self.threads, out: said.clone() };
         let (seconds, said) = match self.worker {
             Some(worker) => {
                 let seconds = self.ask(worker, &Work::Foreign(foreign), wait)?;

@@ -31,7 +31,7 @@ impl std::fmt::Display for EvaluateError {
             Self::Settings(what) => write!(f, "{what}"),
             Self::File { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Differs(what) => {
-                write!(f, "the rows were measured with something else: {what}: use the same again, or start anew")
+                write!(f, "the rows do not match: {what}: use the same again, or start over")
             }
         }
     }

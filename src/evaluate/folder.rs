@@ -25,7 +25,7 @@ pub(super) fn open_folder(
     let settings = folder.join(SETTINGS);
     if settings.exists() {
         if !resume {
-            let what = "holds an evaluation already: go on with --resume, or choose another folder";
+            let what = "holds an evaluation already: continue with --resume, or choose another folder";
             return Err(EvaluateError::file(folder, what));
         }
         if let Some(difference) = read_origin(&settings)?.difference(origin) {
@@ -33,7 +33,7 @@ pub(super) fn open_folder(
         }
     } else {
         check_is_empty(folder)?;
-        let problem = |error| EvaluateError::file(folder, format!("cannot be made: {error}: choose another folder"));
+        let problem = |error| EvaluateError::file(folder, format!("cannot be created: {error}: choose another folder"));
         std::fs::create_dir_all(folder).map_err(problem)?;
         let text = serde_json::to_string_pretty(origin).map_err(|error| EvaluateError::file(&settings, error))?;
         write_whole(&settings, &(text + "\n"))?;
@@ -44,7 +44,7 @@ pub(super) fn open_folder(
 }
 
 fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {
-    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start anew"));
+    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start over"));
     let text = std::fs::read_to_string(path).map_err(|error| broken(format!("cannot be read: {error}")))?;
     serde_json::from_str(&text).map_err(|error| broken(error.to_string()))
 }
@@ -65,7 +65,7 @@ fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     let other = entries(folder).into_iter().find(|path| !is_temporary(path));
     other.map_or(Ok(()), |path| {
         let name = path.file_name().unwrap_or_default().display();
-        let what = format!("holds {name}, but no evaluation: choose another folder or empty it");
+        let what = format!("holds {name} but no evaluation: choose another folder or empty it");
         Err(EvaluateError::file(folder, what))
     })
 }

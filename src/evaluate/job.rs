@@ -62,7 +62,7 @@ pub fn answer(line: &str) -> String {
 /// thread those of the processor.
 pub(super) fn run(job: &Job) -> Result<f64, String> {
     let mesh = read_mesh(&job.input)?;
-    let method = Method::from_name(&job.method).ok_or_else(|| format!("{}: no such method", job.method))?;
+    let method = Method::from_name(&job.method).ok_or_else(|| format!("unknown method {}", job.method))?;
     let weights = job.weights.as_deref().map(read_weights).transpose()?;
     // Those that ship are parsed when first asked for: not while the clock runs.
     let _ = (Weights::shipped_default(), Weights::shipped_paper_open());

@@ -106,7 +106,7 @@ fn check_tools(tools: &[Tool]) -> Result<(), EvaluateError> {
 fn unknown(name: &str, tools: &[Tool]) -> EvaluateError {
     let tools = tools.iter().map(|tool| tool.name.as_str());
     let known: Vec<&str> = Method::names().into_iter().chain(tools).chain(["all"]).collect();
-    EvaluateError::Settings(format!("method {name}: there is none of that name: give some of {}", known.join(", ")))
+    EvaluateError::Settings(format!("unknown method {name}: choose from {}", known.join(", ")))
 }
 
 #[cfg(test)]

@@ -91,7 +91,7 @@ fn lock_problem(error: &TryLockError) -> String {
     match error {
         TryLockError::WouldBlock => "is in use by another evaluation: wait for its end".into(),
         TryLockError::Error(error) => {
-            format!("cannot be locked: {error}: choose a folder on a disk that has locks, such as a local one")
+            format!("cannot be locked: {error}: choose a folder on a file system with locks, such as a local disk")
         }
     }
 }
@@ -106,16 +106,16 @@ pub(super) fn read_rows(path: &Path) -> Result<Table, EvaluateError> {
 }
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<Table, EvaluateError> {
-    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start anew"));
+    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start over"));
     let mut records = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes).into_records();
     let header = records.next().transpose().map_err(|error| broken(error.to_string()))?.unwrap_or_default();
     let header: Vec<String> = header.iter().map(String::from).collect();
-    let figures = figures_of(&header).ok_or_else(|| broken("is no table of this program".into()))?;
+    let figures = figures_of(&header).ok_or_else(|| broken("is not a table of this program".into()))?;
     let mut rows = Vec::new();
     for (index, record) in records.enumerate() {
         let record = record.map_err(|error| broken(error.to_string()))?;
         let fields: Vec<String> = record.iter().map(String::from).collect();
-        rows.push(Row::of_fields(&fields).ok_or_else(|| broken(format!("line {}: is no row", index + 2)))?);
+        rows.push(Row::of_fields(&fields).ok_or_else(|| broken(format!("line {} is not a row", index + 2)))?);
     }
     Ok(Table { figures, rows })
 }

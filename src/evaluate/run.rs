@@ -157,6 +157,13 @@ struct Run<'a> {
     scratch: &'a Path,
 }
 
+/// What all methods are asked for at once: a mesh by name, the share of its vertices to keep, a seed.
+struct Trial<'a> {
+    mesh: &'a str,
+    ratio: f64,
+    seed: u64,
+}
+
 impl Run<'_> {
     /// Every case of a mesh that is not in the table yet.
     fn mesh(
@@ -167,21 +174,23 @@ impl Run<'_> {
         hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, EvaluateError> {
         let Settings { ratios, seeds, .. } = &self.request.settings;
-        let cases: Vec<(f64, u64)> =
-            ratios.iter().flat_map(|&ratio| seeds.iter().map(move |&seed| (ratio, seed))).collect();
+        let mesh = &file.name;
+        let cases: Vec<Trial> =
+            ratios.iter().flat_map(|&ratio| seeds.iter().map(move |&seed| Trial { mesh, ratio, seed })).collect();
         let (n_cases, n_files) = (cases.len(), n_files * cases.len());
         let mut ready = None;
-        for (at, &(ratio, seed)) in cases.iter().enumerate() {
-            let missing = self.missing(&file.name, ratio, seed);
-            let event = Event::Case { mesh: &file.name, ratio, seed, n_done: index * n_cases + at, n_cases: n_files };
+        for (at, trial) in cases.iter().enumerate() {
+            let missing = self.missing(trial);
+            let &Trial { mesh, ratio, seed } = trial;
+            let event = Event::Case { mesh, ratio, seed, n_done: index * n_cases + at, n_cases: n_files };
             if hear(event).is_break() {
                 return Ok(ControlFlow::Break(()));
             }
             if missing.is_empty() {
                 continue;
             }
-            let mesh = ready.get_or_insert_with(|| self.made_ready(file));
-            let Some(rows) = self.case(&file.name, mesh, (ratio, seed), &missing, hear) else {
+            let subject = ready.get_or_insert_with(|| self.made_ready(file));
+            let Some(rows) = self.case(trial, subject, &missing, hear) else {
                 return Ok(ControlFlow::Break(()));
             };
             self.rows.push(rows.clone())?;
@@ -193,12 +202,12 @@ impl Run<'_> {
     }
 
     /// The methods whose rows are not there yet.
-    fn missing(&self, mesh: &str, ratio: f64, seed: u64) -> Vec<Method> {
-        let is_there = |method: &&Method| self.row(mesh, ratio, seed, method).is_none();
+    fn missing(&self, trial: &Trial) -> Vec<Method> {
+        let is_there = |method: &&Method| self.row(trial, method).is_none();
         self.methods.iter().filter(is_there).cloned().collect()
     }
 
-    fn row(&self, mesh: &str, ratio: f64, seed: u64, method: &Method) -> Option<&Row> {
+    fn row(&self, &Trial { mesh, ratio, seed }: &Trial, method: &Method) -> Option<&Row> {
         self.rows.table.rows.iter().find(|row| row.is_of(mesh, ratio, seed, method.name()))
     }
 
@@ -228,14 +237,14 @@ impl Run<'_> {
     /// The rows of a case; `None` where `hear` asked to stop.
     fn case(
         &self,
-        name: &str,
+        trial: &Trial,
         subject: &Result<Subject, String>,
-        (ratio, seed): (f64, u64),
         methods: &[Method],
         hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Option<Vec<Row>> {
+        let &Trial { mesh, ratio, seed } = trial;
         let blank = |method: &Method| Row {
-            mesh: name.into(),
+            mesh: mesh.into(),
             ratio,
             seed,
             method: method.name().into(),
@@ -251,7 +260,7 @@ impl Run<'_> {
             }
         };
         let leader = self.methods.iter().find(|method| method.is_ours());
-        let known = leader.and_then(|leader| self.row(name, ratio, seed, leader)).filter(|row| row.error.is_empty());
+        let known = leader.and_then(|leader| self.row(trial, leader)).filter(|row| row.error.is_empty());
         let n_faces = known.map(|row| row.faces_out);
         let case = Case { mesh: &subject.mesh, ratio, seed, leader, n_faces };
         let repeats = self.request.settings.repeats;

@@ -1,4 +1,4 @@
-//! A program of others as a method: a name and a command line with places for files and sizes.
+//! A program of others as a method: a name and a command line with placeholders for files and sizes.
 
 use std::path::Path;
 
@@ -19,8 +19,8 @@ pub struct Tool {
     pub command: String,
 }
 
-/// What stands in the places of a command line.
-pub(super) struct Places<'a> {
+/// What the placeholders of a command line stand for.
+pub(super) struct Placeholders<'a> {
     /// Path without an ending, of the mesh to simplify.
     pub input: &'a Path,
     /// Path without an ending, where the result goes.
@@ -33,7 +33,7 @@ impl Tool {
     /// A tool as typed: `NAME=command {in} {out} {ratio}`.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] where the name is none, quotes do not close, or a place for a file is missing.
+    /// [`EvaluateError::Settings`] where the name is none, quotes do not close, or a placeholder for a file is missing.
     ///
     /// ```
     /// use neural_mesh::evaluate::Tool;
@@ -45,42 +45,42 @@ impl Tool {
         let (name, command) = text.split_once('=').ok_or_else(|| refusal("give NAME='command {in} {out}'"))?;
         let is_name = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || !name.chars().all(is_name) {
-            return Err(refusal("a name is of letters, digits, - _ and ."));
+            return Err(refusal("a name consists of letters, digits, - _ and ."));
         }
         if shlex::split(command).is_none_or(|words| words.is_empty()) {
             return Err(refusal("the command is empty or its quotes do not close: check it"));
         }
         let tool = Self { name: name.into(), command: command.into() };
         for place in ["in", "out"] {
-            tool.ending(place).ok_or_else(|| refusal(&format!("it has no {{{place}}}: say where the file goes")))?;
+            tool.ending(place).ok_or_else(|| refusal(&format!("it has no {{{name}}}: say where the file goes")))?;
         }
         Ok(tool)
     }
 
-    /// The ending of the file for `in` or `out`; `None` where the command has no such place.
-    pub(super) fn ending(&self, place: &str) -> Option<&'static str> {
-        let asks = |ending: &&str| self.command.contains(&format!("{{{place}.{ending}}}"));
-        let plain = self.command.contains(&format!("{{{place}}}")).then_some("ply");
+    /// The ending of the file for `in` or `out`; `None` where the command has no such placeholder.
+    pub(super) fn ending(&self, name: &str) -> Option<&'static str> {
+        let asks = |ending: &&str| self.command.contains(&format!("{{{name}.{ending}}}"));
+        let plain = self.command.contains(&format!("{{{name}}}")).then_some("ply");
         plain.or_else(|| ENDINGS.into_iter().find(asks))
     }
 
     /// Program and arguments.
-    pub(super) fn words(&self, places: &Places) -> Vec<String> {
+    pub(super) fn words(&self, given: &Placeholders) -> Vec<String> {
         let words = shlex::split(&self.command).unwrap_or_default();
-        words.into_iter().map(|word| filled(word, places)).collect()
+        words.into_iter().map(|word| filled(word, given)).collect()
     }
 }
 
-fn filled(word: String, places: &Places) -> String {
-    let Places { input, output, ratio, size } = places;
+fn filled(word: String, given: &Placeholders) -> String {
+    let Placeholders { input, output, ratio, size } = given;
     let mut word = word.replace("{ratio}", &ratio.to_string());
     word = word.replace("{faces}", &size.faces.to_string()).replace("{vertices}", &size.vertices.to_string());
-    for (place, path) in [("in", input), ("out", output)] {
+    for (name, path) in [("in", input), ("out", output)] {
         for ending in ENDINGS {
             let file = path.with_extension(ending).display().to_string();
-            word = word.replace(&format!("{{{place}.{ending}}}"), &file);
+            word = word.replace(&format!("{{{name}.{ending}}}"), &file);
         }
-        word = word.replace(&format!("{{{place}}}"), &path.with_extension("ply").display().to_string());
+        word = word.replace(&format!("{{{name}}}"), &path.with_extension("ply").display().to_string());
     }
     word
 }
@@ -90,12 +90,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_filled_and_words_kept_together() {
+    fn placeholders_are_filled_and_words_kept_together() {
         let tool = Tool::parse("mine='a b' -r {ratio} {in.obj} --out={out} -n{faces}:{vertices}").unwrap();
         assert_eq!((tool.ending("in"), tool.ending("out")), (Some("obj"), Some("ply")));
         let size = Size { vertices: 12, faces: 20 };
-        let places = Places { input: "/x y/in".as_ref(), output: "out".as_ref(), ratio: 0.5, size };
-        assert_eq!(tool.words(&places), ["a b", "-r", "0.5", "/x y/in.obj", "--out=out.ply", "-n20:12"]);
+        let given = Placeholders { input: "/x y/in".as_ref(), output: "out".as_ref(), ratio: 0.5, size };
+        assert_eq!(tool.words(&given), ["a b", "-r", "0.5", "/x y/in.obj", "--out=out.ply", "-n20:12"]);
     }
 
     #[test]

@@ -85,7 +85,7 @@ fn refuse(root: &Root, refused: &[&'static str]) -> Result<(), ReadError> {
 fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
     *budget = budget
         .checked_sub(n)
-        .ok_or_else(|| ReadError::file("the asset repeats its meshes to an extreme size", "export fewer instances"))?;
+        .ok_or_else(|| ReadError::file("the asset repeats its meshes too often", "export fewer instances"))?;
     Ok(())
 }
 

@@ -35,7 +35,7 @@ fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
         decoder.by_ref().take(room).read_to_end(&mut out).map_err(damaged)?;
         if out.len() > most {
             let what = format!("the gzip data unpacks to more than {most} bytes");
-            return Err(ReadError::file(what, "unpack the file first if it is what it should be"));
+            return Err(ReadError::file(what, "unpack the file first if it is genuine"));
         }
         rest = decoder.into_inner();
     }

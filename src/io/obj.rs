@@ -16,7 +16,7 @@ pub(super) use write::{write, write_attributed};
 /// An index that no vertex has: faces with it are for cleanup to drop.
 const NOWHERE: u32 = u32::MAX;
 
-const REMEDY: &str = "mend the line or export the mesh again";
+const REMEDY: &str = "fix the line or export the mesh again";
 
 /// Reads the geometry of an OBJ text: BOM, CRLF, continued lines, relative indices and comments in any encoding are fine.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {

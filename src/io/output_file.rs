@@ -65,9 +65,7 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
 }
 
 fn outside(path: &Path) -> WriteError {
-    WriteError {
-        what: format!("{} leads out of the folder of the output: rename what the asset names", path.display()),
-    }
+    WriteError { what: format!("{} leads out of the output folder: rename it in the asset", path.display()) }
 }
 
 #[cfg(test)]

@@ -107,7 +107,7 @@ impl std::fmt::Display for CleanError {
             }
             Self::NoFaces { n_vertices, n_faces, counts } => {
                 let n_faces = n_faces + counts.dropped_faces;
-                write!(f, "no usable face (faces: {n_faces}, vertices: {n_vertices}, {counts}): mend the mesh")
+                write!(f, "no usable face (faces: {n_faces}, vertices: {n_vertices}, {counts}): repair the mesh")
             }
             Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
             Self::UnfitAttributes => write!(f, "the attributes are not those of the faces: give one row for each face"),

@@ -1,6 +1,7 @@
 //! The edges of a mesh, each once, with the faces that run along it.
 
 use super::TriMesh;
+use super::half_edges::for_each_edge;
 
 /// An edge and its faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,59 +32,11 @@ impl Edge {
 /// ```
 pub fn edges(mesh: &TriMesh) -> Vec<Edge> {
     let mut edges = Vec::with_capacity(3 * mesh.faces().len() / 2);
-    for_each_edge(mesh, |half_edges| {
-        let start = |half_edge: u32| mesh.faces()[half_edge as usize / 3][half_edge as usize % 3];
-        let (first, end) = (half_edges[0].half_edge, half_edges[0].end);
-        let up = half_edges.iter().filter(|half_edge| start(half_edge.half_edge) != end).count() as u32;
-        let low = if start(first) == end { start(next_corner(first)) } else { start(first) };
-        edges.push(Edge { ends: [low, end], up, down: half_edges.len() as u32 - up, face: first / 3 });
+    for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
+        let up = half_edges.iter().filter(|half_edge| half_edge.runs_up(mesh.faces())).count() as u32;
+        edges.push(Edge { ends, up, down: half_edges.len() as u32 - up, face: half_edges[0].face() });
     });
     edges
-}
-
-/// Half-edge `3 * face + corner` runs from that corner to the next; `end` is its vertex with the larger index.
-#[derive(Clone, Copy, Default)]
-pub(super) struct HalfEdge {
-    pub end: u32,
-    pub half_edge: u32,
-}
-
-/// Calls `visit` with the half-edges of every edge, edges ascending by their ends, half-edges by their number.
-pub(super) fn for_each_edge(mesh: &TriMesh, mut visit: impl FnMut(&[HalfEdge])) {
-    let (starts, mut half_edges) = half_edges_by_smaller_vertex(mesh);
-    for range in starts.windows(2) {
-        let bucket = &mut half_edges[range[0] as usize..range[1] as usize];
-        bucket.sort_unstable_by_key(|h| (h.end, h.half_edge));
-        bucket.chunk_by(|x, y| x.end == y.end).for_each(&mut visit);
-    }
-}
-
-/// All half-edges, those of vertex `v` (the smaller of the two) at `starts[v]..starts[v + 1]`.
-fn half_edges_by_smaller_vertex(mesh: &TriMesh) -> (Vec<u32>, Vec<HalfEdge>) {
-    let mut starts = vec![0u32; mesh.positions().len() + 2];
-    for [a, b] in ends_of_half_edges(mesh) {
-        starts[a.min(b) as usize + 2] += 1;
-    }
-    for v in 2..starts.len() {
-        starts[v] += starts[v - 1];
-    }
-    let mut half_edges = vec![HalfEdge::default(); 3 * mesh.faces().len()];
-    for ([a, b], half_edge) in ends_of_half_edges(mesh).zip(0..) {
-        let slot = &mut starts[a.min(b) as usize + 1];
-        half_edges[*slot as usize] = HalfEdge { end: a.max(b), half_edge };
-        *slot += 1;
-    }
-    starts.pop();
-    (starts, half_edges)
-}
-
-fn ends_of_half_edges(mesh: &TriMesh) -> impl Iterator<Item = [u32; 2]> {
-    mesh.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-}
-
-/// Corner of the vertex where the half-edge ends: the next one of the same face.
-pub(super) fn next_corner(half_edge: u32) -> u32 {
-    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@
 use std::borrow::Cow;
 
 use super::OneRings;
-use super::crowded_edges::{Partners, partners};
+use super::half_edges::{NO_TWIN, next, start, twins};
+use super::non_manifold_edges::{Partners, partners};
 use super::union_find::UnionFind;
 
 /// A manifold with the same faces as the input, its rings, and where its vertices come from.
@@ -38,7 +39,7 @@ pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'
     let mut faces = Cow::Borrowed(faces);
     let mut copies = Vec::new();
     let mut turned_faces = None;
-    // Faces that are joined over a crowded edge may still meet at both its ends: a second time such edges part all.
+    // Faces that are joined over a non-manifold edge may still meet at both its ends: a second time such edges part all.
     let mut joined = None;
     loop {
         match OneRings::new(n_vertices + copies.len(), &faces) {
@@ -106,7 +107,7 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
             continue;
         }
         // The half-edges of these faces over the edge from the vertex to its neighbour.
-        let half = |i: u32| half_edge(faces, corners[i as usize], spoke[0].0);
+        let half = |i: u32| half_edge(faces, corners[i as usize].1, spoke[0].0);
         let mut halves: Vec<(u32, u32)> = spoke.iter().map(|&(_, i)| (half(i), i)).collect();
         halves.sort_unstable();
         for &(half, i) in &halves {
@@ -120,10 +121,9 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
     fans
 }
 
-/// The half-edge (3 x face + place) between a corner (vertex, 3 x face + place) and another vertex of its face.
-fn half_edge(faces: &[[u32; 3]], (_, corner): (u32, u32), other: u32) -> u32 {
-    let (face, place) = (corner / 3, corner % 3);
-    if faces[face as usize][(place as usize + 1) % 3] == other { corner } else { 3 * face + (place + 2) % 3 }
+/// The half-edge between a corner and another vertex of its face.
+fn half_edge(faces: &[[u32; 3]], corner: u32, other: u32) -> u32 {
+    if start(faces, next(corner)) == other { corner } else { next(next(corner)) }
 }
 
 /// Turns faces of a manifold so that neighbours agree wherever they can, most faces staying; returns how many turned.
@@ -159,48 +159,13 @@ fn spread_side(seed: usize, faces: &[[u32; 3]], twins: &[u32], side: &mut [Optio
         next += 1;
         for half in 3 * f..3 * f + 3 {
             let twin = twins[half as usize];
-            if twin != u32::MAX && side[twin as usize / 3].is_none() {
-                let opposed = faces.as_flattened()[half as usize] == faces.as_flattened()[twin as usize];
+            if twin != NO_TWIN && side[twin as usize / 3].is_none() {
+                let opposed = start(faces, half) == start(faces, twin);
                 side[twin as usize / 3] = side[f as usize].map(|side| side != opposed);
                 component.push(twin / 3);
             }
         }
     }
-}
-
-/// For each half-edge (3 x face + place) the other one over the same edge, `u32::MAX` at borders.
-fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
-    let ends = |face: [u32; 3], i: usize| (face[i].min(face[(i + 1) % 3]), face[i].max(face[(i + 1) % 3]));
-    let mut next = vec![0u32; n_vertices];
-    for &face in faces {
-        (0..3).for_each(|i| next[ends(face, i).0 as usize] += 1);
-    }
-    let mut n_before = 0;
-    for start in &mut next {
-        n_before += std::mem::replace(start, n_before);
-    }
-    // Half-edges by their smaller vertex, each with its larger one.
-    let mut rows = vec![(0u32, 0u32); 3 * faces.len()];
-    for (f, &face) in faces.iter().enumerate() {
-        for i in 0..3 {
-            let (low, high) = ends(face, i);
-            rows[next[low as usize] as usize] = (high, (3 * f + i) as u32);
-            next[low as usize] += 1;
-        }
-    }
-    let mut twins = vec![u32::MAX; rows.len()];
-    let mut begin = 0;
-    for end in next {
-        let row = &mut rows[begin..end as usize];
-        row.sort_unstable();
-        for edge in row.chunk_by(|a, b| a.0 == b.0) {
-            if let &[(_, g), (_, h)] = edge {
-                (twins[g as usize], twins[h as usize]) = (h, g);
-            }
-        }
-        begin = end as usize;
-    }
-    twins
 }
 
 #[cfg(test)]

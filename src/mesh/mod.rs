@@ -3,12 +3,13 @@
 mod attributes;
 pub mod cleanup;
 mod compact;
-mod crowded_edges;
 mod edges;
 mod first_equal;
+pub(crate) mod half_edges;
 mod irregular_edges;
 mod looks;
 mod manifold;
+mod non_manifold_edges;
 mod one_rings;
 #[cfg(feature = "gltf")]
 mod placed;
@@ -19,6 +20,7 @@ mod repeated_faces;
 mod seams;
 pub mod shapes;
 pub(crate) mod shares;
+mod sides;
 mod snap;
 pub mod surface_samples;
 mod topology;

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::edges::{HalfEdge, for_each_edge, next_corner};
+use super::half_edges::{for_each_edge, next, start};
 use super::{Attributes, Channel, Role, TriMesh};
 
 /// Normals of two corners at a vertex that are farther apart (degrees) make a hard edge; less is the rounding of facets.
@@ -30,9 +30,9 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<[u32; 2]> {
     if attributes.is_empty() {
         return seams;
     }
-    for_each_edge(mesh, |half_edges| {
+    for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
         if let &[a, b] = half_edges {
-            seams.extend((!joins(mesh, attributes, a.half_edge, b.half_edge)).then(|| ends(mesh, half_edges)));
+            seams.extend((!joins(mesh, attributes, a.half_edge, b.half_edge)).then_some(ends));
         }
     });
     seams
@@ -47,11 +47,11 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<[u32; 2]> {
 pub fn creases(mesh: &TriMesh, degrees: f32) -> Vec<[u32; 2]> {
     let least_cosine = degrees.to_radians().cos();
     let mut creases = Vec::new();
-    for_each_edge(mesh, |half_edges| {
+    for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
         if let &[a, b] = half_edges {
-            let [m, n] = [a, b].map(|half_edge| normal(mesh, half_edge.half_edge / 3));
+            let [m, n] = [a, b].map(|half_edge| normal(mesh, half_edge.face()));
             let is_sharp = m.dot(n) < least_cosine * m.length() * n.length();
-            creases.extend(is_sharp.then(|| ends(mesh, half_edges)));
+            creases.extend(is_sharp.then_some(ends));
         }
     });
     creases
@@ -63,18 +63,11 @@ fn normal(mesh: &TriMesh, face: u32) -> Vec3 {
     )
 }
 
-/// The vertices of the edge, the smaller first.
-fn ends(mesh: &TriMesh, half_edges: &[HalfEdge]) -> [u32; 2] {
-    let HalfEdge { end, half_edge } = half_edges[0];
-    let [a, b] = [half_edge, next_corner(half_edge)].map(|corner| mesh.faces().as_flattened()[corner as usize]);
-    [a.min(b), end]
-}
-
 /// Whether two faces carry the same along the edge that two of their half-edges are.
 fn joins(mesh: &TriMesh, attributes: &Attributes, first: u32, second: u32) -> bool {
-    let vertex = |corner: u32| mesh.faces().as_flattened()[corner as usize];
+    let vertex = |corner: u32| start(mesh.faces(), corner);
     let wedge = |corner: u32| attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0);
-    let [here, there] = [first, second].map(|half_edge| [half_edge, next_corner(half_edge)]);
+    let [here, there] = [first, second].map(|half_edge| [half_edge, next(half_edge)]);
     let partner = |corner: u32| there.into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner);
     let same_wedge = |corner: u32| same(attributes, wedge(corner), wedge(partner(corner)));
     attributes.group(first / 3) == attributes.group(second / 3) && here.into_iter().all(same_wedge)

@@ -1,7 +1,8 @@
 //! What a mesh is as a surface: closed or not, manifold or not, its pieces, holes and handles.
 
 use super::TriMesh;
-use super::edges::{HalfEdge, for_each_edge, next_corner};
+use super::half_edges::{HalfEdge, for_each_edge, next, start};
+use super::sides::Sides;
 use super::union_find::UnionFind;
 
 /// The topology figures of a mesh.
@@ -56,7 +57,7 @@ impl Topology {
 /// ```
 pub fn topology(mesh: &TriMesh) -> Topology {
     let mut links = Links::new(mesh);
-    for_each_edge(mesh, |half_edges| links.join(half_edges));
+    for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| links.join(half_edges));
     links.summarise()
 }
 
@@ -88,10 +89,6 @@ impl<'a> Links<'a> {
         }
     }
 
-    fn start(&self, half_edge: u32) -> u32 {
-        self.mesh.faces()[half_edge as usize / 3][half_edge as usize % 3]
-    }
-
     /// Takes in the half-edges of one edge.
     fn join(&mut self, half_edges: &[HalfEdge]) {
         self.edges += 1;
@@ -103,10 +100,10 @@ impl<'a> Links<'a> {
         for pair in half_edges.windows(2) {
             let [x, y] = [pair[0].half_edge, pair[1].half_edge];
             self.faces.union(x / 3, y / 3);
-            let agree = self.start(x) != self.start(y);
-            let (at_start, at_end) = if agree { (next_corner(y), y) } else { (y, next_corner(y)) };
+            let agree = start(self.mesh.faces(), x) != start(self.mesh.faces(), y);
+            let (at_start, at_end) = if agree { (next(y), y) } else { (y, next(y)) };
             self.corners.union(x, at_start);
-            self.corners.union(next_corner(x), at_end);
+            self.corners.union(next(x), at_end);
             if !agree && half_edges.len() == 2 {
                 self.disagreeing.push([x / 3, y / 3]);
             }
@@ -145,7 +142,7 @@ impl<'a> Links<'a> {
         let mut fans = vec![0u32; self.mesh.positions().len()];
         for corner in 0..3 * self.mesh.faces().len() as u32 {
             if self.corners.find(corner) == corner {
-                fans[self.start(corner) as usize] += 1;
+                fans[start(self.mesh.faces(), corner) as usize] += 1;
             }
         }
         let count = |wanted: fn(u32) -> bool| fans.iter().filter(|&&n| wanted(n)).count();
@@ -156,7 +153,7 @@ impl<'a> Links<'a> {
     fn count_loops(&mut self) -> usize {
         let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
         for &half_edge in &self.boundary {
-            ends.push([self.corners.find(half_edge), self.corners.find(next_corner(half_edge))]);
+            ends.push([self.corners.find(half_edge), self.corners.find(next(half_edge))]);
         }
         let mut fans: Vec<u32> = ends.iter().flatten().copied().collect();
         fans.sort_unstable();
@@ -170,19 +167,16 @@ impl<'a> Links<'a> {
     }
 }
 
-/// Whether the faces can be turned so that all agree: face `f` as it is and turned over are `2f` and `2f + 1`.
+/// Whether the faces can be turned so that all agree over the edges with two.
 fn is_orientable(mesh: &TriMesh) -> bool {
-    let mut sides = UnionFind::new(2 * mesh.faces().len());
-    let start = |h: HalfEdge| mesh.faces()[h.half_edge as usize / 3][h.half_edge as usize % 3];
-    for_each_edge(mesh, |half_edges| {
-        if let &[x, y] = half_edges {
-            let turned = u32::from(start(x) == start(y));
-            let (f, g) = (2 * (x.half_edge / 3), 2 * (y.half_edge / 3));
-            sides.union(f, g + turned);
-            sides.union(f + 1, g + 1 - turned);
+    let mut sides = Sides::new(mesh.faces().len());
+    let mut all_agree = true;
+    for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| {
+        if let &[g, h] = half_edges {
+            all_agree &= sides.join([g.face(), h.face()], g.runs_up(mesh.faces()) == h.runs_up(mesh.faces()));
         }
     });
-    (0..mesh.faces().len() as u32).all(|face| sides.find(2 * face) != sides.find(2 * face + 1))
+    all_agree
 }
 
 #[cfg(test)]

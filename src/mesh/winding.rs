@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
+use super::half_edges::{NO_TWIN, twins};
+
 /// Turns faces over until any two that share an edge with no third run along it in opposite directions, as far as that
 /// can be, and every component outward.
 ///
@@ -26,12 +28,12 @@ use glam::DVec3;
 /// assert_eq!(faces, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
 /// ```
 pub fn consistently_wound(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let across = faces_across(faces);
+    let twins = twins(positions.len(), faces);
     let mut wound = faces.to_vec();
     let mut is_reached = vec![false; faces.len()];
     for first in 0..faces.len() {
         if !is_reached[first] {
-            let component = wind_component(first, &across, &mut wound, &mut is_reached);
+            let component = wind_component(first, &twins, &mut wound, &mut is_reached);
             if spanned_volume(positions, &wound, &component) < 0.0 {
                 component.iter().for_each(|&face| turn(&mut wound[face]));
             }
@@ -40,35 +42,19 @@ pub fn consistently_wound(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u3
     wound
 }
 
-/// For each side of each face the face that shares it with no third, n_faces x 3; none is the face itself.
-fn faces_across(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * faces.len());
-    for (face, &corners) in (0..).zip(faces) {
-        sides.extend((0..3u8).zip(edges_of(corners)).map(|(side, [a, b])| ([a.min(b), a.max(b)], face, side)));
-    }
-    sides.sort_unstable();
-    let mut across: Vec<[u32; 3]> = (0..faces.len() as u32).map(|face| [face; 3]).collect();
-    for same_edge in sides.chunk_by(|a, b| a.0 == b.0) {
-        if let [(_, f, side_of_f), (_, g, side_of_g)] = *same_edge {
-            across[f as usize][usize::from(side_of_f)] = g;
-            across[g as usize][usize::from(side_of_g)] = f;
-        }
-    }
-    across
-}
-
 fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }
 
 /// Turns the faces that hang together with the first to agree with it; returns them.
-fn wind_component(first: usize, across: &[[u32; 3]], wound: &mut [[u32; 3]], is_reached: &mut [bool]) -> Vec<usize> {
+fn wind_component(first: usize, twins: &[u32], wound: &mut [[u32; 3]], is_reached: &mut [bool]) -> Vec<usize> {
     let mut component = Vec::new();
     let mut queue = VecDeque::from([first]);
     is_reached[first] = true;
     while let Some(face) = queue.pop_front() {
         component.push(face);
-        for other in across[face].map(|other| other as usize) {
+        let beyond = twins[3 * face..3 * face + 3].iter().filter(|&&twin| twin != NO_TWIN);
+        for other in beyond.map(|twin| *twin as usize / 3) {
             if !std::mem::replace(&mut is_reached[other], true) {
                 if runs_along(wound[face], wound[other]) {
                     turn(&mut wound[other]);

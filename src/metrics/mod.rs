@@ -2,7 +2,6 @@
 
 mod certified_distance;
 mod chamfer;
-#[cfg(feature = "spectrum")]
 mod comparison;
 mod curvature_error;
 mod image_likeness;
@@ -22,8 +21,7 @@ mod volume;
 
 pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance};
 pub use chamfer::{Chamfer, chamfer};
-#[cfg(feature = "spectrum")]
-pub use comparison::{Figure, Judging, Original, compare};
+pub use comparison::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
 pub use curvature_error::curvature_error;
 pub use image_likeness::{psnr, silhouette_iou, ssim};
 #[cfg(feature = "spectrum")]

@@ -118,14 +118,7 @@ impl Architecture {
         sum
     }
 
-    /// The sizes as `name=size` words, for the metadata of a weights file.
-    pub(super) fn to_text(self) -> String {
-        let words = self.clone().fields().map(|(name, size)| format!("{name}={size}"));
-        words.join(" ")
-    }
-
-    /// Reads what [`Architecture::to_text`] writes; each size must be there once, in its range. `Err` names the
-    /// trouble.
+    /// Reads `name=size` words; each size must be there once, in its range. `Err` names the trouble.
     pub(super) fn from_text(text: &str) -> Result<Self, String> {
         let mut sizes = Self::default();
         for (name, size) in sizes.fields() {
@@ -147,8 +140,13 @@ impl Architecture {
     }
 
     /// The first size that is out of range, if there is one.
-    pub fn bad_size(mut self) -> Option<(&'static str, usize)> {
-        self.fields().map(|(name, size)| (name, *size)).into_iter().find(|&(name, size)| !is_size(name, size))
+    pub fn bad_size(self) -> Option<(&'static str, usize)> {
+        self.sizes().into_iter().find(|&(name, size)| !is_size(name, size))
+    }
+
+    /// All sizes with their names.
+    pub(super) fn sizes(mut self) -> [(&'static str, usize); 10] {
+        self.fields().map(|(name, size)| (name, *size))
     }
 
     fn fields(&mut self) -> [(&'static str, &mut usize); 10] {
@@ -180,10 +178,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_round_trips_and_bad_text_is_named() {
+    fn text_is_read_and_bad_text_is_named() {
         let sizes = Architecture { edge_knn: 7, ..Architecture::default() };
-        assert_eq!(Architecture::from_text(&sizes.to_text()), Ok(sizes));
-        let text = sizes.to_text();
+        let text = sizes.sizes().map(|(name, size)| format!("{name}={size}")).join(" ");
+        assert_eq!(Architecture::from_text(&text), Ok(sizes));
         assert!(Architecture::from_text(&text.replace("edge_knn=7", "")).unwrap_err().contains("edge_knn"));
         for bad in ["edge_knn=0", "edge_knn=99999999999", "edge_knn=-1", "edge_knn=7 edge_knn=8"] {
             assert!(Architecture::from_text(&text.replace("edge_knn=7", bad)).unwrap_err().contains("edge_knn"));

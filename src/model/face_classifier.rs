@@ -1,7 +1,7 @@
 //! The Face Classifier, Sec. 3.3: the probability that a candidate face belongs to the surface.
 
 use super::candidate_faces::barycenters;
-use super::tri_conv::tri_convs;
+use super::tri_conv::{Layers, tri_convs};
 use super::{Affine, TriConv, triangle_positions};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
@@ -70,7 +70,8 @@ pub fn face_classifier(
     prior: &Value,
 ) -> Value {
     let positions = triangle_positions(tape, points, triangles);
-    let logits = tri_convs(tape, (&net.tri_convs, &net.output), &positions, prior, graph);
+    let layers = Layers { tri_convs: &net.tri_convs, last: &net.output };
+    let logits = tri_convs(tape, layers, &positions, prior, graph);
     tape.sigmoid(&logits)
 }
 

@@ -21,6 +21,8 @@ mod shipped;
 mod sparse_attention;
 mod tri_conv;
 mod weights;
+#[cfg(feature = "weights")]
+mod weights_file;
 
 pub use affine::Affine;
 pub use architecture::Architecture;

@@ -1,13 +1,21 @@
-//! The weights that ship with the library: embedded as the bytes of their files, parsed when first asked for.
+//! The weights that ship with the library: embedded as the bytes of their files, read when first asked for.
 //!
-//! How they were trained is in `docs/training.md`; nothing in the code depends on their values.
+//! The files are those that `Weights::to_bytes` writes, read here without a JSON parser: the header states the sizes as one
+//! string without escapes, and the tensors follow in the order of their names. How they were trained is in
+//! `docs/training.md`; nothing in the code depends on their values.
 
-use super::Weights;
-use std::sync::LazyLock;
+use super::{Architecture, Network, Weights};
+use crate::linalg::Matrix;
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
 
-static DEFAULT: LazyLock<Weights> = LazyLock::new(|| parsed(include_bytes!("../../weights/default.safetensors")));
+const DEFAULT_FILE: &[u8] = include_bytes!("../../weights/default.safetensors");
 
-static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| parsed(include_bytes!("../../weights/paper-open.safetensors")));
+const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-open.safetensors");
+
+static DEFAULT: LazyLock<Weights> = LazyLock::new(|| shipped(DEFAULT_FILE));
+
+static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| shipped(PAPER_OPEN_FILE));
 
 impl Weights {
     /// The network whose scores steer the closed assembly where the caller gives no weights.
@@ -34,8 +42,39 @@ impl Weights {
     }
 }
 
-fn parsed(bytes: &[u8]) -> Weights {
-    Weights::from_bytes(bytes).expect("weights that ship are weights")
+fn shipped(file: &[u8]) -> Weights {
+    own_file(file).expect("weights that ship are weights")
+}
+
+/// Reads a file that this program has written; `None` where it is another.
+fn own_file(bytes: &[u8]) -> Option<Weights> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let (header, data) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    let (_, sizes) = str::from_utf8(header).ok()?.split_once(r#""architecture":""#)?;
+    let architecture = Architecture::from_text(sizes.split('"').next()?).ok()?;
+    let (words, []) = data.as_chunks() else { return None };
+    if words.len() != architecture.n_parameters() {
+        return None;
+    }
+    let shapes = architecture.shapes();
+    let starts = starts(&shapes);
+    let tensors = shapes.map(|name, &[n_rows, n_cols]| {
+        let words = &words[starts[name]..][..n_rows * n_cols];
+        Arc::new(Matrix::new(n_rows, n_cols, words.iter().map(|word| f32::from_le_bytes(*word)).collect()))
+    });
+    Weights::from_tensors(architecture, tensors).ok()
+}
+
+/// Where the entries of each tensor begin: the tensors lie one after another in the order of their names.
+fn starts(shapes: &Network<[usize; 2]>) -> BTreeMap<String, usize> {
+    let mut sizes = BTreeMap::new();
+    shapes.map(|name, [n_rows, n_cols]| sizes.insert(name.to_string(), n_rows * n_cols));
+    let mut end = 0;
+    for size in sizes.values_mut() {
+        end += *size;
+        *size = end - *size;
+    }
+    sizes
 }
 
 #[cfg(test)]
@@ -43,12 +82,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_ships_parses_and_is_small() {
+    fn what_ships_is_read_and_small() {
         for (weights, most_parameters) in
             [(Weights::shipped_default(), 2_000), (Weights::shipped_paper_open(), 150_000)]
         {
-            assert!(weights.to_bytes().len() < 1_000_000);
             assert!(weights.architecture().n_parameters() < most_parameters);
+        }
+    }
+
+    #[cfg(feature = "weights")]
+    #[test]
+    fn what_ships_is_what_the_files_hold_bit_for_bit() {
+        for file in [DEFAULT_FILE, PAPER_OPEN_FILE] {
+            assert_eq!(shipped(file).to_bytes(), Weights::from_bytes(file).unwrap().to_bytes());
+        }
+    }
+
+    #[test]
+    fn other_files_are_none() {
+        let at = DEFAULT_FILE.len() - 4;
+        let width = b"edge_predictor_width=";
+        let digit = DEFAULT_FILE.windows(width.len()).position(|words| words == width).unwrap() + width.len();
+        let mut wider = DEFAULT_FILE.to_vec();
+        wider[digit] = b'2';
+        let nan = [&DEFAULT_FILE[..at], &f32::NAN.to_le_bytes()].concat();
+        for other in [&b""[..], b"12345678", &DEFAULT_FILE[..at], &DEFAULT_FILE[..at + 3], &wider, &nan] {
+            assert_eq!(own_file(other), None);
         }
     }
 }

@@ -81,6 +81,15 @@ pub fn tri_conv(
     tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
 }
 
+/// Layers one after the other, and the linear map behind them.
+#[derive(Clone, Copy)]
+pub(super) struct Layers<'a> {
+    /// Each over the features of the one before.
+    pub tri_convs: &'a [TriConv<Value>],
+    /// width to n_out.
+    pub last: &'a Affine<Value>,
+}
+
 /// Applies one layer after the other as [`tri_conv`] does, and a linear map to the features of the last.
 ///
 /// Nothing bends between the last map of a layer and the first of the next: with the first layer's `W_out` and `b_out`
@@ -90,16 +99,10 @@ pub fn tri_conv(
 ///
 /// # Shapes
 /// - `positions`: n x 9, `features`: n x n_in, `graph`: n x n, as for [`tri_conv`]
-/// - `last`: width to n_out
 /// - returns n x n_out
-pub(super) fn tri_convs(
-    tape: &mut Tape,
-    (layers, last): (&[TriConv<Value>], &Affine<Value>),
-    positions: &Value,
-    features: &Value,
-    graph: &Arc<Csr>,
-) -> Value {
-    let Some((mut layer, later)) = layers.split_first() else {
+pub(super) fn tri_convs(tape: &mut Tape, net: Layers, positions: &Value, features: &Value, graph: &Arc<Csr>) -> Value {
+    let Layers { tri_convs, last } = net;
+    let Some((mut layer, later)) = tri_convs.split_first() else {
         return tape.affine(features, &last.weights, &last.bias);
     };
     let mut mapped = tape.concat_product(positions, features, &layer.hidden.weights);
@@ -160,7 +163,7 @@ mod tests {
             let features = layers.iter().fold(prior.clone(), |f, layer| tri_conv(tape, layer, &positions, f, &graph));
             let last = if layers.is_empty() { affine(1, 3, 20) } else { last.clone() };
             let expected = tape.affine(&features, &last.weights, &last.bias);
-            let result = tri_convs(tape, (&layers, &last), &positions, &prior, &graph);
+            let result = tri_convs(tape, Layers { tri_convs: &layers, last: &last }, &positions, &prior, &graph);
             // In units of the largest: what is left after sums have cancelled has the rounding of the sums.
             let largest = expected.matrix().data().iter().fold(0.0, |largest: f32, x| largest.max(x.abs()));
             let [result, expected] =

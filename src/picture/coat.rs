@@ -127,7 +127,7 @@ impl Coat {
         let decoded = |image: &Arc<[u8]>| Some(Texture::new(&decode_image(image)?));
         let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
         let is_missing = textures.iter().any(Option::is_none);
-        let notes = is_missing.then(|| "a texture is no PNG or JPEG that can be read: drawn without it".into());
+        let notes = is_missing.then(|| "a texture is not a readable PNG or JPEG: drawn without it".into());
         (Some(Self { cover, textures }), notes.into_iter().collect())
     }
 

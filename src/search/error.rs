@@ -57,15 +57,45 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let n_all = input.mesh.positions().len();
-    let mut levels = |sizes: &[usize]| {
-        let first = sizes.iter().copied().fold((WHOLE * n_all as f64) as usize, usize::max).max(1);
-        let options = Options { target: Target::Vertices(first), ..options.clone() };
-        let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
-        let results = simplify_levels_of_detail(input, weights, &options, &sizes, progress);
-        results.map(|mut results| results.split_off(1))
+    let mut levels = |sizes: &[usize]| at_sizes(input, weights, options, sizes, progress);
+    let (best, n_tries) = smallest_that_holds(input.mesh, error, &mut levels)?;
+    let is_proved = best.is_some();
+    let simplified = match best {
+        Some(best) => best,
+        None => levels(&[input.mesh.positions().len()])?.pop().ok_or(SimplifyError::Empty)?,
     };
-    let mut range = Range { too_few: 0, enough: n_all };
+    // How far below the half it lies is of no interest, and takes long to say of flat parts.
+    let asked = Sharpness { enough: 0.5 * error, ..Sharpness::default() };
+    let sharp = certified_distance(input.mesh, &simplified.mesh, &asked).unwrap_or_default();
+    let upper = if is_proved { sharp.upper.min(error) } else { sharp.upper };
+    Ok(Bounded { simplified, distance: CertifiedDistance { upper, ..sharp }, n_tries })
+}
+
+/// Results with so many vertices, falling, from one collapse.
+type Levels<'a> = dyn FnMut(&[usize]) -> Result<Vec<Simplified>, SimplifyError> + 'a;
+
+fn at_sizes(
+    input: &Input,
+    weights: Option<&Weights>,
+    options: &Options,
+    sizes: &[usize],
+    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Vec<Simplified>, SimplifyError> {
+    let whole = (WHOLE * input.mesh.positions().len() as f64) as usize;
+    let first = sizes.iter().copied().fold(whole, usize::max).max(1);
+    let options = Options { target: Target::Vertices(first), ..options.clone() };
+    let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
+    let mut results = simplify_levels_of_detail(input, weights, &options, &sizes, progress)?;
+    Ok(results.split_off(1))
+}
+
+/// The smallest result found that holds the error, if one does, and how many were made.
+fn smallest_that_holds(
+    original: &TriMesh,
+    error: f64,
+    levels: &mut Levels,
+) -> Result<(Option<Simplified>, usize), SimplifyError> {
+    let mut range = Range { too_few: 0, enough: original.positions().len() };
     let (mut best, mut n_tries) = (None, 0);
     for _ in 0..MOST_ROUNDS {
         let sizes = range.sizes();
@@ -74,7 +104,7 @@ pub fn simplify_to_error(
         }
         let mut results = levels(&sizes)?;
         n_tries += results.len();
-        let n_hold = holding(&results, |result| holds(input.mesh, &result.mesh, error));
+        let n_hold = holding(&results, |result| holds(original, &result.mesh, error));
         range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);
         if n_hold > 0 {
             results.truncate(n_hold);
@@ -86,16 +116,7 @@ pub fn simplify_to_error(
             break;
         }
     }
-    let is_proved = best.is_some();
-    let simplified = match best {
-        Some(best) => best,
-        None => levels(&[n_all])?.pop().ok_or(SimplifyError::Empty)?,
-    };
-    // How far below the half it lies is of no interest, and takes long to say of flat parts.
-    let asked = Sharpness { enough: 0.5 * error, ..Sharpness::default() };
-    let sharp = certified_distance(input.mesh, &simplified.mesh, &asked).unwrap_or_default();
-    let upper = if is_proved { sharp.upper.min(error) } else { sharp.upper };
-    Ok(Bounded { simplified, distance: CertifiedDistance { upper, ..sharp }, n_tries })
+    Ok((best, n_tries))
 }
 
 /// How many of the results, the largest first, hold what they have to, if all do that are larger than one that does.

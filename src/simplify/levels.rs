@@ -2,14 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use crate::mesh::TriMesh;
 use crate::model::Weights;
 
-use super::closed::{Limit, is_sound};
-use super::{
-    Assembly, Event, Input, Options, Simplified, SimplifyError, Target, Task, closed_results, from_caller, is_met_by,
-    resolve_limit, resolve_oversample, symmetric, unchanged, without_unused,
-};
+use super::assemblies::Task;
+use super::driver::run_levels;
+use super::input::Input;
+use super::options::{Event, Options, Simplified, SimplifyError, Target};
 
 /// Levels of detail: as [`simplify_input`](super::simplify_input) to the target of `options`, and from there on to the `further` ones, each no
 /// larger than the one before. What they share is done once.
@@ -37,44 +35,9 @@ pub fn simplify_levels_of_detail(
     further: &[Target],
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    let caller = input;
-    caller.check()?;
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
     let task = Task { options, differentiable: false, half: None };
-    if let Some(symmetry) = options.symmetric {
-        return symmetric::levels(input, weights, &task, (symmetry, &targets), progress);
-    }
-    let (mesh, sources) = without_unused(caller.mesh)?;
-    let importance = input.importance_of(sources.as_deref());
-    let input = Input { mesh: &mesh, importance: &importance, ..*input };
-    let limits = resolve_levels(&mesh, &targets, options)?;
-    let oversample = resolve_oversample(&mesh, limits[0], options)?;
-    // What is as large as the mesh is the mesh, as where there is one target.
-    let is_sound = is_sound(&mesh, &options.frame);
-    let n_unchanged = limits.iter().take_while(|limit| is_sound && is_met_by(&mesh, limit)).count();
-    let n_vertices = caller.mesh.positions().len();
-    let same = (0..n_unchanged).map(|_| unchanged(&input, options, oversample));
-    let lighter = closed_results(&input, weights, &task, (&limits[n_unchanged..], oversample), progress)?;
-    let levels = same.chain(lighter.into_iter().map(|made| made.simplified));
-    Ok(levels.map(|simplified| from_caller(simplified, sources.clone(), n_vertices)).collect())
-}
-
-/// The sizes of levels of detail, each no larger than the one before.
-pub(super) fn resolve_levels(
-    mesh: &TriMesh,
-    targets: &[Target],
-    options: &Options,
-) -> Result<Vec<Limit>, SimplifyError> {
-    let mut limits: Vec<Limit> = Vec::with_capacity(targets.len());
-    for &target in targets {
-        let limit = resolve_limit(mesh, &Options { target, ..options.clone() })?;
-        let size = |limit: &Limit| limit.vertices.min(limit.faces / 2 + 2);
-        if options.assembly == Assembly::Paper || limits.last().is_some_and(|last| size(&limit) > size(last)) {
-            return Err(SimplifyError::BadTarget(target));
-        }
-        limits.push(limit);
-    }
-    Ok(limits)
+    run_levels(input, weights, &task, &targets, progress)
 }
 
 #[cfg(test)]

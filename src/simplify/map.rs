@@ -4,25 +4,22 @@ use glam::Vec3;
 
 use crate::mesh::TriMesh;
 
-use super::closed::{Closed, CornerMap};
 use super::components::Pruned;
 use super::options::Map;
 
 const NONE: u32 = u32::MAX;
 
-/// The map of a result of the closed assembly.
-pub(super) fn of(mesh: &TriMesh, closed: &Closed, corners: CornerMap) -> Map {
-    let output_vertices = closed.vertex_of[..mesh.positions().len()].to_vec();
-    let mut nearest = vec![(f32::INFINITY, NONE); closed.mesh.positions().len()];
-    for (v, &x) in (0u32..).zip(&output_vertices) {
-        let [p, q] = [mesh.positions()[v as usize], closed.mesh.positions()[x as usize]].map(Vec3::from);
+/// The input vertex nearest to each output vertex (`NONE` where there is none) of those that went into it, by `outputs`.
+pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32]) -> Vec<u32> {
+    let mut nearest = vec![(f32::INFINITY, NONE); lighter.positions().len()];
+    for (v, &x) in (0u32..).zip(outputs) {
+        let [p, q] = [mesh.positions()[v as usize], lighter.positions()[x as usize]].map(Vec3::from);
         let distance = p.distance_squared(q);
         if distance < nearest[x as usize].0 || nearest[x as usize].1 == NONE {
             nearest[x as usize] = (distance, v);
         }
     }
-    let input_vertices = nearest.into_iter().map(|(_, v)| v).collect();
-    Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
+    nearest.into_iter().map(|(_, v)| v).collect()
 }
 
 /// The map of a mesh to itself.
@@ -37,16 +34,13 @@ pub(super) fn of_unchanged(mesh: &TriMesh) -> Map {
     }
 }
 
-/// The map from a mesh of which some components were dropped before.
-pub(super) fn of_pruned(mut map: Map, mesh: &TriMesh, pruned: Option<&Pruned>) -> Map {
-    if let Some(Pruned { sources, faces, .. }) = pruned {
-        widen_vertices(&mut map, sources, mesh.positions().len());
-        map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
-    }
-    map
+/// Widens the map of what some components were dropped of to all of the mesh.
+pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, Pruned { sources, faces, .. }: &Pruned) {
+    widen_vertices(map, sources, mesh.positions().len());
+    map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }
 
-/// The map from a mesh of more vertices, of which `sources` are those of the map.
+/// Widens the map to a mesh of more vertices, of which `sources` are those of the map.
 pub(super) fn widen_vertices(map: &mut Map, sources: &[u32], n_vertices: usize) {
     let mut outputs = vec![NONE; n_vertices];
     sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);

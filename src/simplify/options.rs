@@ -2,6 +2,8 @@
 
 use crate::mesh::{Attributes, Frame, TriMesh};
 
+use super::components::count_components;
+
 /// How large the result should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
@@ -198,6 +200,27 @@ pub struct Report {
     pub mirror: Option<MirrorPlane>,
 }
 
+impl Report {
+    /// Of a mesh to which nothing was done.
+    pub(super) fn of(mesh: &TriMesh) -> Self {
+        Self {
+            outcome: Outcome::Reached,
+            scores: ScoreSource::Network,
+            oversample: 1.0,
+            vertices_after_pass: mesh.positions().len(),
+            components_at_minimum: count_components(mesh).1,
+            components_pruned: 0,
+            kept_edges: 0,
+            locked_vertices: 0,
+            split_vertices: 0,
+            refined_regions: 0,
+            flipped_edges: 0,
+            separated_vertices: 0,
+            mirror: None,
+        }
+    }
+}
+
 /// The result: a mesh and what was done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simplified {
@@ -277,36 +300,36 @@ pub enum SimplifyError {
 impl std::fmt::Display for SimplifyError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Empty => write!(f, "the mesh has no face: nothing to simplify"),
-            Self::TooFewPoints(n) => write!(f, "{n} points make no surface: give three or more"),
+            Self::Empty => write!(f, "the mesh has no faces: nothing to simplify"),
+            Self::TooFewPoints(n) => write!(f, "{n} points are too few for a surface: give at least 3"),
             Self::BadTarget(target) => {
-                write!(f, "{target:?} is no size: give a ratio above 0 and at most 1, or a count of at least 1")
+                write!(f, "invalid size {target:?}: must be a ratio above 0 and at most 1, or a count of at least 1")
             }
-            Self::BadError(x) => write!(f, "a largest distance of {x} is none: give a number of at least 0"),
-            Self::BadOversample(x) => write!(f, "oversample {x} is outside 1 to 4"),
+            Self::BadError(x) => write!(f, "invalid distance {x}: must be at least 0"),
+            Self::BadOversample(x) => write!(f, "invalid oversample {x}: must be from 1 to 4"),
             Self::BadInput => write!(
                 f,
-                "attributes or importance are not those of the mesh: give a row for each face, a positive number for each vertex"
+                "attributes or importance do not match the mesh: give one row per face and one positive number per vertex"
             ),
             Self::NotSymmetric { plane, vertices: 0, faces } => write!(
                 f,
-                "not symmetric about {plane}: {faces} faces have no mirror image: give another plane, or do without symmetry"
+                "not symmetric about {plane}: {faces} faces have no mirror image: choose another plane or turn symmetry off"
             ),
             Self::NotSymmetric { plane, vertices, .. } => write!(
                 f,
-                "not symmetric about {plane}: {vertices} vertices have no mirror image: give another plane, or do without symmetry"
+                "not symmetric about {plane}: {vertices} vertices have no mirror image: choose another plane or turn symmetry off"
             ),
             Self::InMirrorPlane(n) => {
-                write!(f, "{n} faces lie in the plane of the symmetry itself: take them out, or do without symmetry")
+                write!(f, "{n} faces lie in the mirror plane: remove them or turn symmetry off")
             }
-            Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry do not go together: leave one of them out"),
+            Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
             Self::BadImportance => {
                 write!(
                     f,
-                    "the importance must be one positive number for every vertex, each on a face: check its length"
+                    "invalid importance: must be one positive number per vertex, and every vertex must be on a face"
                 )
             }
-            Self::NothingKept => write!(f, "the network kept no face: these weights do not fit this mesh"),
+            Self::NothingKept => write!(f, "the network kept no faces: these weights do not fit this mesh"),
             Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),
             Self::Interrupted => write!(f, "interrupted"),
         }

@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 
 use crate::mesh::{Frame, TriMesh};
 
-use super::closed::{Importance, Keep, Limit, Request, simplify_closed};
-use super::{Parts, SimplifyError, oversample_of_pass, ratio};
+use super::closed::{Importance, Keep, Request, simplify_levels};
+use super::limits::{Limit, oversample_of_pass, ratio};
+use super::options::{Parts, SimplifyError};
 
 /// What an importance leads to.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +51,6 @@ pub fn simplify_weighed(
     }
     let limit = Limit { vertices: n_vertices.max(1), faces: usize::MAX };
     let request = Request {
-        limit,
         oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
         all_if_uneven: false,
         importance,
@@ -60,10 +60,9 @@ pub fn simplify_weighed(
         differentiable: false,
         keep: Keep::default(),
     };
-    let closed = simplify_closed(mesh, &request, &mut |_| ControlFlow::Continue(()))?;
-    let mut vertex_of = closed.vertex_of;
-    vertex_of.truncate(n);
-    Ok(Weighed { mesh: closed.mesh, vertex_of })
+    let levels = simplify_levels(mesh, &request, &[limit], &mut |_| ControlFlow::Continue(()))?;
+    let closed = levels.into_iter().next().ok_or(SimplifyError::Empty)?;
+    Ok(Weighed { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
 
 /// Whether factors that are given are one positive number per vertex.

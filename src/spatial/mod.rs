@@ -1,6 +1,7 @@
 //! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles; knows no
 //! meshes.
 
+mod bounds;
 mod curve_order;
 mod face_tree;
 mod farthest_points;
@@ -11,6 +12,7 @@ mod point_grid;
 mod triangle_pieces;
 mod triangle_tree;
 
+pub use bounds::Bounds;
 pub(crate) use curve_order::curve_order;
 pub use face_tree::FaceTree;
 pub use farthest_points::farthest_points;
@@ -18,4 +20,3 @@ pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use point_curvature::point_curvature;
 pub use point_grid::PointGrid;
-pub use triangle_tree::Bounds;

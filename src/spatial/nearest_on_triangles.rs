@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::triangle_tree::{Bounds, NO_CHILD, Node, TriangleTree};
+use super::Bounds;
+use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 /// Triangles made ready for nearest-point queries.

@@ -4,6 +4,7 @@
 
 use rayon::prelude::*;
 
+use super::Bounds;
 use super::triangle_pieces::boxes;
 
 /// Most triangles in a leaf.
@@ -14,44 +15,6 @@ const BINS: usize = 16;
 const DEPTH: usize = 40;
 /// Ranges longer than this grow on several threads.
 const PARALLEL: usize = 8192;
-
-/// An axis-parallel box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Smallest coordinates.
-    pub low: [f32; 3],
-    /// Largest coordinates.
-    pub high: [f32; 3],
-}
-
-impl Bounds {
-    /// The box that holds nothing.
-    pub const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
-
-    /// The box of some points.
-    pub fn of(points: &[[f32; 3]]) -> Self {
-        points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(&Self { low: p, high: p }))
-    }
-
-    /// The smallest box around two.
-    pub fn union(&self, other: &Self) -> Self {
-        Self {
-            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
-            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
-        }
-    }
-
-    /// Whether two boxes share a point.
-    pub fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
-    }
-
-    /// Half the surface of the box; 0 for the empty one.
-    pub(super) fn half_area(&self) -> f32 {
-        let [x, y, z]: [f32; 3] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));
-        x * y + y * z + z * x
-    }
-}
 
 /// Up to four children with their boxes, coordinate by coordinate so that all four are tested at once.
 #[derive(Clone, Copy)]

@@ -83,11 +83,11 @@ pub(super) fn read_checkpoint(
     path: &Path,
     architecture: impl FnOnce(&Origin) -> Result<Architecture, TrainError>,
 ) -> Result<Checkpoint, TrainError> {
-    let broken = |what: String| TrainError::file(path, format!("is no whole checkpoint ({what}): start anew"));
+    let broken = |what: String| TrainError::file(path, format!("is not a complete checkpoint ({what}): start over"));
     let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| broken(error.to_string()))?;
     let state = metadata.metadata().as_ref().and_then(|entries| entries.get(STATE_KEY));
-    let state = state.ok_or_else(|| broken("it says nothing of a training".into()))?;
+    let state = state.ok_or_else(|| broken("it holds no training state".into()))?;
     let State { origin, position, adam_steps } =
         serde_json::from_str(state).map_err(|error| broken(error.to_string()))?;
     let sizes = architecture(&origin)?;
@@ -182,7 +182,7 @@ mod tests {
         for broken in [&bytes[..bytes.len() / 2], b"", &written.weights.to_bytes()] {
             std::fs::write(&path, broken).unwrap();
             let error = read_checkpoint(&path, |_| Ok(*written.weights.architecture())).unwrap_err();
-            assert!(error.to_string().contains("no whole checkpoint"), "{error}");
+            assert!(error.to_string().contains("not a complete checkpoint"), "{error}");
         }
     }
 }

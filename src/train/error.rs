@@ -42,10 +42,7 @@ impl std::fmt::Display for TrainError {
             Self::Settings(what) => write!(f, "settings: {what}"),
             Self::File { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Differs(what) => {
-                write!(
-                    f,
-                    "the checkpoint was made with something else: {what}: use what it was made with, or start anew"
-                )
+                write!(f, "the checkpoint does not match: {what}: use the same again, or start over")
             }
             Self::Diverged { step, mesh, what } => {
                 write!(f, "step {step}, mesh {mesh}: {what}: lower `learning_rate`, or look at the mesh")

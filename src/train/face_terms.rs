@@ -2,7 +2,7 @@
 //! samples.
 
 use super::Settings;
-use super::paper_step::{Candidates, Drawn};
+use super::drawn::{Candidates, Drawn};
 use crate::linalg::Csr;
 use crate::loss::{self, FaceObjective, NamedTerm, face_geometry};
 use crate::mesh::TriMesh;

@@ -3,25 +3,21 @@
 //! The Point Sampler learns from its own term alone; samples, candidates and their graph are drawn and then held, so
 //! that the gradient reaches Edge Predictor and Face Classifier through the probabilities of the faces.
 
+use super::drawn::{classified, draw};
 use super::face_terms::{Faces, face_terms, judges_faces};
 use super::patch::patch;
 use super::random::{below, uniform};
 use super::sampler_terms::{Surface, sampler_terms};
-use super::scored::{Scored, constant, scored, scored_along};
+use super::scored::{Scored, scored, scored_along};
 use super::{Item, Settings, Step, gradients_of};
-use crate::autodiff::{Tape, Value};
-use crate::linalg::{Csr, Matrix};
+use crate::autodiff::Value;
+use crate::linalg::Matrix;
 use crate::loss::{NamedTerm, total};
 use crate::mesh::TriMesh;
-use crate::model::{
-    CandidateFaces, EdgeFrame, Network, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
-    prior, triangle_graph,
-};
-use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
-use crate::simplify::{cloud_graph, edge_graph, region_graph, scattered_samples};
+use crate::model::Weights;
+use crate::simplify::{cloud_graph, edge_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
-use std::sync::Arc;
 
 /// Fewer samples than this make no surface to learn from.
 const LEAST_SAMPLES: usize = 16;
@@ -74,57 +70,6 @@ fn unknown_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
     vec![[0.0; 3]; mesh.positions().len()]
 }
 
-/// Samples and what the mesh says of them.
-pub(super) struct Drawn {
-    /// The frame in which the network sees the samples.
-    pub frame: EdgeFrame,
-    /// The samples in that frame, n_samples x 3.
-    pub points: Vec<[f32; 3]>,
-    /// A of Eq. (3): which of their regions touch.
-    pub edges: Csr,
-    /// The triangles that the mesh spans between their regions.
-    pub spanned: Vec<[u32; 3]>,
-    /// Whether only A_s says which triangles are candidates.
-    as_cloud: bool,
-}
-
-fn draw(mesh: &TriMesh, points: &[[f32; 3]], rings: &Csr, samples: &[u32], as_cloud: bool) -> Drawn {
-    let assignment = assign_to_samples(points, rings, samples);
-    let Quotient { edges, triangles: spanned, .. } =
-        quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
-    let edges = if as_cloud { region_graph(rings, &assignment, samples.len()) } else { edges };
-    let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    let frame = EdgeFrame::of(&sampled, &edges);
-    Drawn { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
-}
-
-/// Candidate faces, what they are joined with, and G_ext.
-pub(super) struct Candidates {
-    /// The candidates.
-    pub faces: CandidateFaces,
-    /// G_ext, whose entries they name.
-    pub extended: Arc<Csr>,
-    /// The nearest of them to each.
-    pub neighbours: Arc<Csr>,
-}
-
-/// The Edge Predictor and the Face Classifier on the tape: the probabilities, and of what.
-fn classified(tape: &mut Tape, net: &Network<Value>, drawn: &Drawn, weights: &Weights) -> (Value, Candidates) {
-    let original = Arc::new(drawn.edges.clone());
-    let sizes = weights.architecture();
-    let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
-    let edges = edge_predictor(tape, &net.edge_predictor, &constant(&drawn.points), &extended, &original);
-    let given: &[[u32; 3]] = if drawn.as_cloud { &[] } else { &drawn.spanned };
-    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), given);
-    let faces = faces.in_coherent_order(&drawn.points);
-    let neighbours = Arc::new(triangle_graph(&drawn.points, &faces.triangles, sizes.face_knn));
-    let prior = prior(tape, &edges.adjacency, &faces);
-    let net = &net.face_classifier;
-    let points = constant(&drawn.points);
-    let probabilities = face_classifier(tape, net, &points, &faces.triangles, &neighbours, &prior);
-    (probabilities, Candidates { faces, extended, neighbours })
-}
-
 /// The gradient of the weighted sum of terms to a column of values.
 fn gradient(values: &Value, terms: &[NamedTerm]) -> Matrix {
     let n = values.matrix().n_rows();
@@ -135,7 +80,6 @@ fn gradient(values: &Value, terms: &[NamedTerm]) -> Matrix {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::model::Weights;
     use rand_xoshiro::rand_core::SeedableRng;
 
     fn terms(toml: &str) -> Vec<(&'static str, f64)> {

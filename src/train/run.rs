@@ -66,7 +66,7 @@ pub fn open(request: &Request) -> Result<Run, TrainError> {
     let checkpoint = request.folder.join("checkpoint.safetensors");
     let (state, settings, data) = if checkpoint.exists() {
         if !request.resume {
-            let what = "holds a training already: go on with --resume, or choose another folder";
+            let what = "holds a training already: continue with --resume, or choose another folder";
             return Err(TrainError::file(request.folder, what));
         }
         taken_up(request, &checkpoint)?
@@ -138,7 +138,8 @@ fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, 
     };
     let moments = Moments::zero(&settings.architecture().shapes());
     let state = Checkpoint { origin, position: start(settings.seed), weights, moments };
-    let problem = |error| TrainError::file(request.folder, format!("cannot be made: {error}: choose another folder"));
+    let problem =
+        |error| TrainError::file(request.folder, format!("cannot be created: {error}: choose another folder"));
     std::fs::create_dir_all(request.folder).map_err(problem)?;
     write_checkpoint(checkpoint, &state)?;
     Ok((state, settings, data))
@@ -204,7 +205,7 @@ fn check_is_empty(folder: &Path) -> Result<(), TrainError> {
     let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
     match names.into_iter().find(|name| !name.starts_with(TEMPORARY)) {
         Some(name) => {
-            let what = format!("holds {name}, but no checkpoint of a training: choose another folder or empty it");
+            let what = format!("holds {name} but no checkpoint: choose another folder or empty it");
             Err(TrainError::file(folder, what))
         }
         None => Ok(()),

@@ -15,7 +15,7 @@ pub const DEFAULT_SETTINGS: &str = include_str!("settings.toml");
 /// let settings = Settings::from_toml("epochs = 3 # few")?;
 /// assert_eq!((settings.epochs, settings.learning_rate_decay), (3, 0.99));
 /// let error = Settings::from_toml("epoch = 3").unwrap_err();
-/// assert!(error.to_string().contains("there is no setting `epoch`"));
+/// assert!(error.to_string().contains("unknown setting `epoch`"));
 /// # Ok::<(), TrainError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -83,7 +83,7 @@ impl Settings {
         for (name, value) in parsed(text)? {
             let Some(default) = table.get_mut(&name) else {
                 return refused(format!(
-                    "there is no setting `{name}`: see config.toml of a training, or src/train/settings.toml, for those there are"
+                    "unknown setting `{name}`: see src/train/settings.toml, or config.toml of a training"
                 ));
             };
             *default = of_kind(&name, value, default)?;
@@ -181,7 +181,18 @@ impl Settings {
         for (name, beta) in [("adam_beta1", self.adam_beta1), ("adam_beta2", self.adam_beta2)] {
             within(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
         }
-        let positive = [
+        for (name, x) in self.positive() {
+            within(name, x, x > 0.0 && x.is_finite(), "above 0")?;
+        }
+        for (name, x) in self.not_negative() {
+            within(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
+        }
+        self.check_sizes()
+    }
+
+    /// What has to be above 0, by name.
+    fn positive(&self) -> [(&'static str, f64); 7] {
+        [
             ("learning_rate", self.learning_rate),
             ("learning_rate_decay", self.learning_rate_decay),
             ("adam_epsilon", self.adam_epsilon),
@@ -189,11 +200,12 @@ impl Settings {
             ("probe_cell", self.probe_cell as f64),
             ("probe_step", self.probe_step),
             ("epochs", self.epochs as f64),
-        ];
-        for (name, x) in positive {
-            within(name, x, x > 0.0 && x.is_finite(), "above 0")?;
-        }
-        let not_negative = [
+        ]
+    }
+
+    /// What has to be 0 or above, by name.
+    fn not_negative(&self) -> [(&'static str, f64); 17] {
+        [
             ("gradient_clip", self.gradient_clip),
             ("explosion", self.explosion),
             ("checkpoint_minutes", self.checkpoint_minutes),
@@ -211,17 +223,13 @@ impl Settings {
             ("lambda_overlap", self.lambda_overlap),
             ("lambda_closure", self.lambda_closure),
             ("lambda_agreement", self.lambda_agreement),
-        ];
-        for (name, x) in not_negative {
-            within(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
-        }
-        self.check_sizes()
+        ]
     }
 
     fn check_sizes(&self) -> Result<(), TrainError> {
         match self.architecture().bad_size() {
             None => Ok(()),
-            Some((name, size)) => refused(format!("`{name}` is {size}: no size of the network")),
+            Some((name, size)) => refused(format!("`{name}` is {size}: not a size of a network")),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The validation: the same step function over meshes that are never trained on, unchanged, at fixed ratios.
 
-use super::epochs::{Event, Wish};
+use super::event::{Event, Wish};
 use super::{Item, Run, Step, StepFunction, TrainError};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;

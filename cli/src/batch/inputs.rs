@@ -1,4 +1,4 @@
-//! The meshes of a batch: from folders, patterns and lists to files, each with its place below OUTDIR.
+//! The meshes of a batch: from folders, patterns and lists to files, each with its path below OUTDIR.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub struct Input {
     /// Where it lies.
     pub path: PathBuf,
     /// Its path below the folder that all of them lie in: names alone, nothing that leads out.
-    pub place: PathBuf,
+    pub below: PathBuf,
 }
 
 /// Whether a path that is no file stands for those it matches.
@@ -43,11 +43,11 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
         _ => common_folder(&paths),
     };
     let mut inputs: Vec<Input> = paths.into_iter().map(|path| input(path, &root)).collect();
-    inputs.sort_by(|a, b| a.place.cmp(&b.place));
-    inputs.dedup_by(|a, b| a.place == b.place);
+    inputs.sort_by(|a, b| a.below.cmp(&b.below));
+    inputs.dedup_by(|a, b| a.below == b.below);
     if inputs.is_empty() {
         let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
-        let what = format!("{}: no mesh files there: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
+        let what = format!("{}: no mesh files found: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
         return Err(Failure::Failed(what));
     }
     Ok(inputs)
@@ -86,7 +86,7 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
 /// The mesh files that a pattern matches, but for those in OUTDIR.
 fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem =
-        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: mend the pattern", name(pattern)));
+        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: correct the pattern", name(pattern)));
     let paths = glob::glob(&pattern.to_string_lossy()).map_err(|error| problem(&error))?;
     let paths = paths.flatten().filter(|path| is_mesh(path) && !normal(path).starts_with(out));
     found.extend(paths);
@@ -99,9 +99,9 @@ fn is_mesh(path: &Path) -> bool {
 
 fn input(path: PathBuf, root: &Path) -> Input {
     let absolute = normal(&path);
-    let place = absolute.strip_prefix(root).unwrap_or(&absolute);
-    let place = place.components().filter(|part| matches!(part, Component::Normal(_))).collect();
-    Input { path, place }
+    let below = absolute.strip_prefix(root).unwrap_or(&absolute);
+    let below = below.components().filter(|part| matches!(part, Component::Normal(_))).collect();
+    Input { path, below }
 }
 
 /// The deepest folder that all files lie in.
@@ -133,10 +133,10 @@ mod tests {
 
     #[test]
     fn places_hold_names_alone() {
-        for (path, root, place) in
+        for (path, root, below) in
             [("/a/b/c.ply", "/a", "b/c.ply"), ("/a/../x/c.ply", "/a", "x/c.ply"), ("/x/c.ply", "/", "x/c.ply")]
         {
-            assert_eq!(input(path.into(), Path::new(root)).place, Path::new(place), "{path}");
+            assert_eq!(input(path.into(), Path::new(root)).below, Path::new(below), "{path}");
         }
     }
 

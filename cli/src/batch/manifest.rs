@@ -26,9 +26,9 @@ const REACHED: &str = "reached";
 /// What became of a mesh.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Row {
-    /// The mesh, by its place below the folder of all of them.
+    /// The mesh, by its path below the folder of all of them.
     name: String,
-    /// The result, by its place below OUTDIR.
+    /// The result, by its path below OUTDIR.
     output: String,
     vertices: Option<usize>,
     faces: Option<usize>,
@@ -53,7 +53,7 @@ impl Row {
 
     fn pending(input: &Input, output: &Path, request: &str) -> Self {
         Self {
-            name: slashed(&input.place),
+            name: slashed(&input.below),
             output: slashed(output),
             vertices: None,
             faces: None,
@@ -74,7 +74,8 @@ impl Row {
     /// Takes over what an earlier run came to; whether a file in the place of the result is that run's.
     fn go_on(&mut self, old: &Self, folder: &Path, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
-            let what = format!("is of another batch ({}): ask for the same, or give another folder", old.request);
+            let what =
+                format!("belongs to another batch ({}): ask for the same, or choose another folder", old.request);
             return Err(Failure::of(manifest, what));
         }
         if old.is_done() && folder.join(&old.output).is_file() {
@@ -98,9 +99,9 @@ impl Row {
     }
 }
 
-/// A place with the same separators everywhere.
-fn slashed(place: &Path) -> String {
-    let names: Vec<_> = place.iter().map(|name| name.to_string_lossy()).collect();
+/// A path with the same separators everywhere.
+fn slashed(path: &Path) -> String {
+    let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
     names.join("/")
 }
 
@@ -164,7 +165,7 @@ impl Manifest {
         self.held().rows[i].name.clone()
     }
 
-    /// The place of the result below OUTDIR.
+    /// The path of the result below OUTDIR.
     pub fn output(&self, i: usize) -> PathBuf {
         PathBuf::from(&self.held().rows[i].output)
     }
@@ -211,7 +212,7 @@ impl Manifest {
 
 /// The rows of an earlier run, by the names of their meshes.
 fn read(path: &Path) -> Result<HashMap<String, Row>, Failure> {
-    let problem = |error| Failure::of(path, format!("is no manifest of a batch: {error}: give another folder"));
+    let problem = |error| Failure::of(path, format!("is not the manifest of a batch: {error}: choose another folder"));
     let rows = csv::Reader::from_path(path).map_err(problem)?.into_deserialize();
     rows.map(|row: Result<Row, csv::Error>| row.map(|row| (row.name.clone(), row)).map_err(problem)).collect()
 }
@@ -224,5 +225,5 @@ fn refuse_existing(mut paths: impl Iterator<Item = PathBuf>) -> Result<(), Failu
 }
 
 fn exists(path: &Path) -> Failure {
-    Failure::of(path, "exists already: go on with --resume, replace with --force, or choose another folder")
+    Failure::of(path, "exists already: continue with --resume, replace with --force, or choose another folder")
 }

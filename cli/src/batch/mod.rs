@@ -3,7 +3,7 @@
 mod inputs;
 mod manifest;
 mod memory;
-mod places;
+mod outputs;
 mod schedule;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,7 +20,7 @@ use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, weld_near};
 use crate::words::Voice;
-use crate::{files, interrupt, simplify};
+use crate::{files, interrupt, read, simplify};
 use inputs::Input;
 use manifest::{Manifest, Row};
 
@@ -34,11 +34,11 @@ pub fn is_meant(args: &SimplifyArgs) -> bool {
 pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let format = checked(&args)?;
     let inputs = inputs::find(&args)?;
-    let folder = places::open(&args.output)?;
-    let rows = Row::all(&inputs, &places::names(&inputs, format), &request_words(&args));
+    let folder = outputs::open(&args.output)?;
+    let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: go on with --resume".into()));
-    let weights = args.weights.as_deref().map(simplify::read_weights).transpose()?;
+    let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
@@ -54,7 +54,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
         return usage("--report, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv");
     }
     if !args.lods.is_empty() {
-        return usage("--lods: a batch makes one result of each mesh: give one of the other sizes");
+        return usage("--lods: a batch makes one result per mesh: give another size");
     }
     if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
         return usage(
@@ -141,7 +141,7 @@ impl Batch {
     fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
         let began = Instant::now();
         let done = catch_unwind(AssertUnwindSafe(|| self.simplify_one(i)));
-        let done = done.unwrap_or_else(|_| Err(Failure::Failed("a fault of this program: please report it".into())));
+        let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
             self.bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
@@ -151,7 +151,7 @@ impl Batch {
     }
 
     fn simplify_one(&self, i: usize) -> Result<Report, Failure> {
-        let output = places::ready(&self.folder, &self.manifest.output(i))?;
+        let output = outputs::ready(&self.folder, &self.manifest.output(i))?;
         let request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
         request.output.iter().try_for_each(|path| files::check_place(path, request.force))?;
         let done = simplify::simplify_file(&request, self.weights.as_ref(), &mut Progress::new(true))?;
@@ -161,7 +161,7 @@ impl Batch {
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
         Ok(Request {
             source: Source::new(input.path.clone(), None, !self.args.no_weld).welded(weld_near(&self.args)?),
-            output_format: self.format.unwrap_or_else(|| places::format_for(input)),
+            output_format: self.format.unwrap_or_else(|| outputs::format_for(input)),
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,

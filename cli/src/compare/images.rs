@@ -62,13 +62,13 @@ fn fitted(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>,
     }
     let mut notes = Vec::new();
     if fitted.iter().any(Option::is_none) {
-        notes.push("a texture is no PNG or JPEG that can be read: the page shows the mesh without it".into());
+        notes.push("a texture is not a readable PNG or JPEG: the page shows the mesh without it".into());
     }
     let is_changed = |(image, fitted): (&Arc<[u8]>, &Option<FittedImage>)| {
         fitted.as_ref().is_some_and(|fitted| fitted.bytes[..] != image[..])
     };
     if images.iter().zip(&fitted).any(is_changed) {
-        notes.push(format!("textures are made smaller for the page: {smallest} pixels a side at most"));
+        notes.push(format!("textures are scaled down for the page: at most {smallest} pixels a side"));
     }
     if n_bytes(&fitted) > most_bytes {
         fitted = vec![(); images.len()].into_iter().map(|()| None).collect();

@@ -3,7 +3,7 @@
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
-use super::{Comparison, Judged, Named};
+use super::{Comparison, Judged, LEFT_OUT, Named};
 
 /// The file that `--json` writes.
 pub fn bytes(comparison: &Comparison) -> Vec<u8> {
@@ -22,6 +22,7 @@ pub fn value(comparison: &Comparison) -> Value {
             "eigenpairs": comparison.n_eigenpairs,
             "geodesics": judging.geodesics,
         },
+        "left_out": LEFT_OUT,
         "original": size(original),
         "figures": figures.iter().map(described).collect::<Vec<_>>(),
         "results": results.iter().map(result).collect::<Vec<_>>(),

@@ -9,8 +9,8 @@ use neural_mesh::mesh::{Frame, Looks, RawMesh, TriMesh};
 use super::worn::{Worn, only_texture, worn};
 use crate::args::CompareArgs;
 use crate::failure::{Failure, name};
+use crate::read::{cleaned, parsed, read};
 use crate::request::Source;
-use crate::simplify::{cleaned, parsed, read};
 
 /// A mesh and what people call it.
 pub struct Named {

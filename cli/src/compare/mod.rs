@@ -13,7 +13,7 @@ mod worn;
 use std::path::Path;
 
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
-use neural_mesh::metrics::{Figure, Judging, Original, compare};
+use neural_mesh::metrics::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
 
 use crate::args::CompareArgs;
 use crate::failure::Failure;
@@ -30,6 +30,13 @@ const MOST_SAMPLES: usize = 10_000_000;
 
 /// The eigenpairs of a mesh of so many vertices take about 3 GB and some minutes: of larger ones they are left out.
 const MOST_FOR_SPECTRUM: usize = 400_000;
+
+/// What a build without the feature `spectrum` leaves out of every comparison.
+const LEFT_OUT: Option<&str> = if MEASURES_ALONG_SURFACE {
+    None
+} else {
+    Some("the spectrum, geodesic and biharmonic distances: build with `--features spectrum`")
+};
 
 /// An original, what was made of it, and how each result was judged.
 struct Comparison {
@@ -73,7 +80,7 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
 
 fn judging<'a>(args: &CompareArgs, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
     let all = Judging { samples: args.samples, seed: args.seed, ..Judging::default() };
-    if args.quick {
+    if args.quick || !MEASURES_ALONG_SURFACE {
         Judging { eigenpairs: 0, geodesics: false, ..all }
     } else if meshes.any(|named| named.mesh.positions().len() > MOST_FOR_SPECTRUM) {
         Judging { eigenpairs: 0, ..all }
@@ -157,6 +164,7 @@ mod tests {
         assert_eq!(size_for_all(&[]), 0);
     }
 
+    #[cfg(feature = "spectrum")]
     #[test]
     fn the_spectrum_of_huge_meshes_is_left_out() {
         let words = ["neural-mesh", "compare", "a.ply", "b.ply"];

@@ -2,7 +2,7 @@
 
 use neural_mesh::metrics::Figure;
 
-use super::{Comparison, Judged, MOST_FOR_SPECTRUM, Named};
+use super::{Comparison, Judged, LEFT_OUT, MOST_FOR_SPECTRUM, Named};
 use crate::words::{grouped, shortened};
 
 /// The lines of the table, columns aligned.
@@ -13,6 +13,7 @@ pub fn lines(comparison: &Comparison) -> Vec<String> {
         format!("original  {}: {}", original.name, counts(original)),
         format!("judged    from {samples} samples on each surface, seed {}", judging.seed),
     ];
+    lines.extend(LEFT_OUT.map(|what| format!("left out  {what}")));
     lines.extend(spectrum(comparison));
     lines.push(String::new());
     lines.extend(aligned(&rows(results)));

@@ -1,9 +1,9 @@
 //! Running the program and looking at what it leaves.
-#![allow(dead_code)] // Each test file uses a part.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -56,6 +56,43 @@ pub fn finish(child: Child) -> Run {
     let words = String::from_utf8(output.stderr).unwrap();
     assert!(!words.contains("panicked"), "{words}");
     Run { code: output.status.code(), out: output.stdout, words }
+}
+
+/// Waits until something holds. The bound is a guard against hanging alone: a busy machine fails no test.
+#[track_caller]
+pub fn wait_until(mut holds: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !holds() {
+        assert!(began.elapsed() < Duration::from_secs(600), "what was waited for never came");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Kills the program a few milliseconds after something first holds, unless it ends before. Whether it was killed.
+#[track_caller]
+pub fn kill_after(mut child: Child, milliseconds: u64, holds: impl Fn() -> bool) -> bool {
+    wait_until(|| holds() || child.try_wait().unwrap().is_some());
+    std::thread::sleep(Duration::from_millis(milliseconds));
+    child.kill().unwrap();
+    !child.wait().unwrap().success()
+}
+
+/// Sends the program what Ctrl-C sends, once something holds, and waits for its end.
+#[cfg(unix)]
+#[track_caller]
+pub fn interrupt_once(mut child: Child, holds: impl Fn() -> bool) -> Run {
+    use nix::sys::signal::{Signal, kill};
+    wait_until(|| {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it was interrupted");
+        holds()
+    });
+    kill(nix::unistd::Pid::from_raw(child.id() as i32), Signal::SIGINT).unwrap();
+    finish(child)
+}
+
+/// Lines of a text file; 0 where there is none yet.
+pub fn n_lines(path: &Path) -> usize {
+    std::fs::read_to_string(path).map_or(0, |text| text.lines().count())
 }
 
 /// Names of the files in a folder, hidden ones too.

@@ -29,12 +29,13 @@ function start() {
   wireSlider(scene, comparison, data, panes);
 }
 
-function writeWords({ original, results, settings, program, figures }) {
+function writeWords({ original, results, settings, program, figures, left_out: leftOut }) {
   at('name').textContent = original.name;
   at('how-many').textContent = results.length === 1 ? 'and one simplified mesh' : `and ${results.length} simplified meshes`;
   fillTable(at('figures'), { figures, results });
   fillMeanings(at('meanings'), figures);
-  at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`;
+  at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`
+    + (leftOut ? `; left out: ${leftOut}` : '');
 }
 
 /** Shows the switch of textures where a mesh has one; a surface has one kind of colours at a time. */

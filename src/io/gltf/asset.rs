@@ -11,7 +11,7 @@ use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
 use super::{DRACO, REMEDY, refuse};
-use crate::io::path::bytes_of;
+use crate::io::read_path::bytes_of;
 use crate::io::uri::{fetch, path_inside};
 use crate::io::{Format, OutputFile, ReadError};
 
@@ -72,7 +72,7 @@ impl Asset {
     ) -> Result<Self, ReadError> {
         refuse(&container.root, &[DRACO])?;
         let (json, _) = container::chunks(bytes)?;
-        let broken = |error| ReadError::file(format!("not the JSON of glTF ({error})"), REMEDY);
+        let broken = |error| ReadError::file(format!("not valid glTF JSON ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
         let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(has_its_bytes);
         let mut notes = Vec::new();
@@ -118,7 +118,7 @@ fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Resu
         }
     }
     if mended.n_not_finite > 0 {
-        notes.push(format!("vertex attributes that are no numbers become 0 (values: {})", mended.n_not_finite));
+        notes.push(format!("vertex attributes that are not numbers become 0 (values: {})", mended.n_not_finite));
     }
     Ok((meshes, parts))
 }

@@ -37,18 +37,19 @@ pub fn write_gltf(
     group_names: &[String],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    write_with_looks(part, origin, (group_names, &[]), format)
+    write_with_looks(part, origin, group_names, &[], format)
 }
 
 /// As [`write_gltf`], with what each group looks like, as far as that is known.
 fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
-    (group_names, looks): (&[String], &[Look]),
+    group_names: &[String],
+    looks: &[Look],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
-        return Err(WriteError { what: format!("{} is no glTF: choose gltf or glb", format.name()) });
+        return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
@@ -93,7 +94,7 @@ pub(in crate::io) fn write_attributed(
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
     let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, (group_names, looks), format)
+    write_with_looks(part, origin, group_names, looks, format)
 }
 
 /// Positions and faces alone.

@@ -10,7 +10,6 @@ use meshopt::{
 use serde::Deserialize;
 
 use super::REMEDY;
-use super::schema::Root;
 use crate::io::ReadError;
 
 /// How often decompressed bytes may repeat the compressed ones, and how many are always granted.
@@ -30,19 +29,23 @@ pub(super) struct Compressed {
     pub filter: Option<String>,
 }
 
-/// Of each buffer view its bytes, where it is compressed.
-pub(super) fn decompress(root: &Root, buffers: &[Cow<[u8]>]) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
+/// Of each buffer view its bytes, where `views` says that it is compressed. Which extensions the asset needs does not matter.
+pub(super) fn decompress(
+    views: &[Option<&Compressed>],
+    buffers: &[Cow<[u8]>],
+    _: &[String],
+) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
     let n_bytes: usize = buffers.iter().map(|buffer| buffer.len()).sum();
     let mut budget = GROWTH.0.saturating_mul(n_bytes) + GROWTH.1;
-    let mut decode = |(index, view): (usize, &super::schema::BufferView)| {
-        let Some(view) = view.extensions.compressed() else { return Ok(None) };
+    let mut decode = |(index, view): (usize, &Option<&Compressed>)| {
+        let Some(view) = view else { return Ok(None) };
         let broken = || ReadError::file(format!("buffer view {index} cannot be decompressed"), REMEDY);
         let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= budget).ok_or_else(broken)?;
         budget -= size;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
         bytes.and_then(|bytes| decoded(view, bytes)).map(Some).ok_or_else(broken)
     };
-    root.buffer_views.iter().enumerate().map(&mut decode).collect()
+    views.iter().enumerate().map(&mut decode).collect()
 }
 
 /// The elements of a view, count x byte_stride; `None` where the description or the bytes are broken.

@@ -28,7 +28,7 @@ impl<'a> Container<'a> {
         let root: Root = serde_json::from_slice(json).map_err(|error| {
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
-            ReadError::line(json, before, format!("not the JSON of glTF ({error})"), REMEDY)
+            ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
         })?;
         let load = |buffer: &Buffer| match (&buffer.uri, embedded) {
             _ if buffer.extensions.is_fallback() => Ok(Cow::Borrowed(&[][..])),
@@ -37,7 +37,8 @@ impl<'a> Container<'a> {
             (None, None) => Err(ReadError::file("a buffer without bytes", REMEDY)),
         };
         let buffers: Vec<Cow<[u8]>> = root.buffers.iter().map(load).collect::<Result<_, _>>()?;
-        let decompressed = compressed::decompress(&root, &buffers)?;
+        let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
+        let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         Ok(Self { root, buffers, decompressed })
     }
 

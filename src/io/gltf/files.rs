@@ -28,7 +28,7 @@ pub(super) fn files(
 ) -> Result<Vec<OutputFile>, WriteError> {
     let path = Path::new(name);
     if path.file_name().is_none_or(|only| only != path.as_os_str()) {
-        return Err(WriteError { what: format!("{name:?} is no file name: give one without folders") });
+        return Err(WriteError { what: format!("{name:?} is not a file name: give one without folders") });
     }
     let mut beside = Vec::new();
     if layout == Layout::Beside && !buffer.is_empty() {
@@ -88,7 +88,7 @@ fn text(document: &Value) -> Result<Vec<u8>, WriteError> {
 /// A GLB: a header of 12 bytes, then chunks that begin at multiples of four.
 fn glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     let json = text(document)?;
-    let too_large = || WriteError { what: "more than 4 GiB are too many for GLB: write .gltf".into() };
+    let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };
     let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
     let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];
     for (kind, chunk, padding) in chunks.into_iter().filter(|(_, chunk, _)| !chunk.is_empty()) {

@@ -4,20 +4,23 @@ use std::borrow::Cow;
 
 use serde::Deserialize;
 
-use super::schema::Root;
 use crate::io::ReadError;
 
 /// That a view is compressed; how does not matter here.
 #[derive(Deserialize)]
 pub(super) struct Compressed {}
 
-/// Refuses assets with compressed buffer views; gives nothing decompressed of others.
-pub(super) fn decompress(root: &Root, _: &[Cow<[u8]>]) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
+/// Refuses assets with compressed buffer views that they need, by the extensions needed; gives nothing decompressed of others.
+pub(super) fn decompress(
+    views: &[Option<&Compressed>],
+    _: &[Cow<[u8]>],
+    extensions_required: &[String],
+) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
     let names = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
-    if let Some(name) = root.extensions_required.iter().find(|name| names.contains(&name.as_str())) {
-        let n_views = root.buffer_views.iter().filter(|view| view.extensions.compressed().is_some()).count();
+    if let Some(name) = extensions_required.iter().find(|name| names.contains(&name.as_str())) {
+        let n_views = views.iter().flatten().count();
         let what = format!("needs the extension {name} (compressed buffer views: {n_views})");
-        return Err(ReadError::file(what, "build with the feature meshopt or export the asset without it"));
+        return Err(ReadError::file(what, "build with `--features meshopt` or export the asset without it"));
     }
     Ok(Vec::new())
 }

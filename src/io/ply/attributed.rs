@@ -176,8 +176,8 @@ impl Reader {
     }
 }
 
-/// Where a number of a channel stands in a row.
-struct Place {
+/// A number of a channel: where it stands in a row, and how.
+struct Number {
     property: usize,
     /// In bytes from the start of the row, where rows are of one length.
     offset: usize,
@@ -185,17 +185,17 @@ struct Place {
     unit: f64,
 }
 
-fn scalars(plan: &Plan, element: &Element, offsets: Option<&[usize]>) -> Vec<Place> {
-    let place = |&property: &usize| {
+fn scalars(plan: &Plan, element: &Element, offsets: Option<&[usize]>) -> Vec<Number> {
+    let number = |&property: &usize| {
         let scalar = element.properties[property].scalar;
         let offset = offsets.map_or(0, |offsets| offsets[property]);
-        Place { property, offset, scalar, unit: unit(plan.role, scalar) }
+        Number { property, offset, scalar, unit: unit(plan.role, scalar) }
     };
-    plan.properties.iter().map(place).collect()
+    plan.properties.iter().map(number).collect()
 }
 
 /// The values of a channel in binary rows.
-fn decode_channel(records: &[u8], stride: usize, columns: &[Place], big: bool) -> Vec<f32> {
+fn decode_channel(records: &[u8], stride: usize, columns: &[Number], big: bool) -> Vec<f32> {
     let width = columns.len();
     let mut values = vec![0.0; records.len() / stride * width];
     let rows = values.par_chunks_exact_mut(width).with_min_len(BLOCK).zip(records.par_chunks_exact(stride));

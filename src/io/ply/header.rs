@@ -85,38 +85,48 @@ impl Header {
         }
         // With bare carriage returns a line feed behind the header already belongs to the values.
         let pairs = bytes.get(first.0..first.1) != Some(b"\r");
-        let (mut encoding, mut elements, mut comments) = (None, Vec::new(), Vec::new());
+        let mut said = Said::default();
         at = first.1;
         while at < bytes.len() {
             let (end, next) = line_end(bytes, at, pairs);
-            let line = String::from_utf8_lossy(&bytes[at..end]);
-            let mut words = line.split_ascii_whitespace();
             let problem = |what: &str| ReadError::line(bytes, at, what, REMEDY);
-            match words.next() {
-                Some("format") => {
-                    encoding = Some(parse_encoding(words.next()).ok_or_else(|| problem("unknown encoding"))?)
-                }
-                Some("element") => {
-                    elements.push(parse_element(words).ok_or_else(|| problem("an element needs a name and a count"))?);
-                }
-                Some("property") => {
-                    let property =
-                        parse_property(words).ok_or_else(|| problem("a property needs a kind and a name"))?;
-                    let element: &mut Element =
-                        elements.last_mut().ok_or_else(|| problem("a property before the first element"))?;
-                    element.properties.push(property);
-                }
-                Some("end_header") => {
-                    let encoding = encoding.ok_or_else(|| problem("the header does not name its encoding"))?;
-                    return Ok(Self { encoding, elements, comments, body: next });
-                }
-                Some("comment" | "obj_info") => comments.push(decoded(bytes[at..end].trim_ascii())),
-                None => {}
-                Some(_) => return Err(problem("unknown word in the header")),
+            if said.ends_with(&bytes[at..end]).map_err(problem)? {
+                let encoding = said.encoding.ok_or_else(|| problem("the header does not name its encoding"))?;
+                return Ok(Self { encoding, elements: said.elements, comments: said.comments, body: next });
             }
             at = next;
         }
         Err(ReadError::byte(bytes.len(), "the header has no end", "the file is cut, export the mesh again"))
+    }
+}
+
+/// What the lines of a header said so far.
+#[derive(Default)]
+struct Said {
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+    comments: Vec<String>,
+}
+
+impl Said {
+    /// Takes in a line; whether the header ends with it, or what is wrong with it.
+    fn ends_with(&mut self, line: &[u8]) -> Result<bool, &'static str> {
+        let text = String::from_utf8_lossy(line);
+        let mut words = text.split_ascii_whitespace();
+        match words.next() {
+            Some("format") => self.encoding = Some(parse_encoding(words.next()).ok_or("unknown encoding")?),
+            Some("element") => self.elements.push(parse_element(words).ok_or("an element needs a name and a count")?),
+            Some("property") => {
+                let property = parse_property(words).ok_or("a property needs a kind and a name")?;
+                let element = self.elements.last_mut().ok_or("a property before the first element")?;
+                element.properties.push(property);
+            }
+            Some("end_header") => return Ok(true),
+            Some("comment" | "obj_info") => self.comments.push(decoded(line.trim_ascii())),
+            None => {}
+            Some(_) => return Err("unknown word in the header"),
+        }
+        Ok(false)
     }
 }
 

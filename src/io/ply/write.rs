@@ -66,6 +66,13 @@ pub(in crate::io) fn write_attributed(
     }
     let mut out = header(content, extra, &columns, rows.sources.len(), as_text).into_bytes();
     let mut put = Put { out: &mut out, as_text };
+    put_vertices(&mut put, content, &rows, &columns);
+    put_faces(&mut put, &rows, &columns, attributes, extra);
+    out
+}
+
+/// The rows of the vertices: where each stands and what it carries.
+fn put_vertices(put: &mut Put, content: &Content, rows: &Rows, columns: &Columns) {
     for &(vertex, wedge) in &rows.sources {
         put.position(content, vertex as usize);
         for (channel, layout) in &columns.of_vertices {
@@ -77,6 +84,10 @@ pub(in crate::io) fn write_attributed(
         }
         put.end_of_row();
     }
+}
+
+/// The rows of the faces: their corners, what these carry, and what the group of the face does.
+fn put_faces(put: &mut Put, rows: &Rows, columns: &Columns, attributes: &Attributes, extra: &Extra) {
     for (face, corners) in rows.faces.iter().enumerate() {
         put.value(Scalar::U8, 3.0);
         corners.iter().for_each(|&row| put.value(Scalar::I32, f64::from(row)));
@@ -91,7 +102,6 @@ pub(in crate::io) fn write_attributed(
         }
         put.end_of_row();
     }
-    out
 }
 
 /// The channels and how they stand in the file.

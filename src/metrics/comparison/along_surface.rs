@@ -1,10 +1,25 @@
 //! Figures of the surface as seen from within: eigenpairs of the Laplacian, and distances along it.
 
-use super::original::Intrinsic;
-use super::{Figure, Original, figure};
+use glam::DVec3;
+
+use super::figure::{Figure, figure};
+use super::intrinsic::Intrinsic;
+use super::judging::Judging;
 use crate::mesh::TriMesh;
 use crate::metrics::spectrum::{Carried, spectrum_error};
 use crate::metrics::{Laplacian, Surface};
+
+/// Whether this build measures the spectrum and distances along the surface: whether the feature `spectrum` is on.
+pub const MEASURES_ALONG_SURFACE: bool = true;
+
+/// The original as seen from within.
+pub struct AlongSurface {
+    judging: Judging,
+    /// Nothing where it is not asked for, or the surface has no area.
+    original: Option<Intrinsic>,
+    /// Where the distances along the surface begin.
+    source: DVec3,
+}
 
 /// The original, the simplified mesh, and how values of the second come to the vertices of the first.
 struct Pair<'a> {
@@ -17,38 +32,69 @@ struct Pair<'a> {
     sources: [u32; 2],
 }
 
-/// Errors of the eigenpairs (the paper's LE), of geodesic and of biharmonic distances.
-pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> [Figure; 5] {
-    let pair = pair(original, simplified, surface, n_asked);
-    let spectrum = pair.as_ref().and_then(|pair| {
-        let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
-        let area = pair.simplified.laplacian.mass.iter().sum();
-        let mass = &pair.original.laplacian.mass;
-        (pair.n_pairs > 0).then(|| spectrum_error(mass, pairs, others, &pair.carried, area, pair.n_pairs))
-    });
-    let functions = "mean squared error of the Laplacian's eigenfunctions, each of mean square 1 (the paper's LE)";
-    let span = "share of the carried eigenfunctions outside of the span of the original's";
-    let unit = "% of the largest";
-    let geodesic = "mean error of the distances along the surface from one point";
-    let biharmonic = "mean error of the biharmonic distances from one point";
-    [
-        figure("laplacian_functions", "", functions, spectrum.map(|error| error.functions)),
-        figure("laplacian_span", "%", span, spectrum.map(|error| 100.0 * error.span)),
-        figure("laplacian_values", "%", "mean error of the eigenvalues", spectrum.map(|error| 100.0 * error.values)),
-        figure("geodesic_error", unit, geodesic, pair.as_ref().and_then(geodesic_error)),
-        figure("biharmonic_error", unit, biharmonic, pair.as_ref().and_then(biharmonic_error)),
-    ]
+impl AlongSurface {
+    /// Solves for what [`Judging`] asks for, of an original with so many vertices in use.
+    pub fn new(mesh: &TriMesh, judging: &Judging, n_vertices: usize) -> Self {
+        let original = Intrinsic::new(mesh, judging, n_vertices);
+        let source = original.as_ref().map(|original| source(mesh, judging, &original.points)).unwrap_or_default();
+        Self { judging: *judging, original, source }
+    }
+
+    /// Eigenpairs that are compared with a mesh that was asked to have so many vertices.
+    pub fn eigenpairs(&self, n_asked: usize) -> usize {
+        let known = self.original.as_ref().and_then(|intrinsic| intrinsic.pairs.as_ref());
+        known.map_or(0, |pairs| pairs.values.len().min(n_asked / 4))
+    }
+
+    /// Errors of the eigenpairs (the paper's LE), of geodesic and of biharmonic distances.
+    pub fn figures(&self, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> [Figure; 5] {
+        let pair = self.pair(simplified, surface, n_asked);
+        let spectrum = pair.as_ref().and_then(|pair| {
+            let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
+            let area = pair.simplified.laplacian.mass.iter().sum();
+            let mass = &pair.original.laplacian.mass;
+            (pair.n_pairs > 0).then(|| spectrum_error(mass, pairs, others, &pair.carried, area, pair.n_pairs))
+        });
+        let functions = "mean squared error of the Laplacian's eigenfunctions, each of mean square 1 (the paper's LE)";
+        let span = "share of the carried eigenfunctions outside of the span of the original's";
+        let unit = "% of the largest";
+        let geodesic = "mean error of the distances along the surface from one point";
+        let biharmonic = "mean error of the biharmonic distances from one point";
+        [
+            figure("laplacian_functions", "", functions, spectrum.map(|error| error.functions)),
+            figure("laplacian_span", "%", span, spectrum.map(|error| 100.0 * error.span)),
+            figure(
+                "laplacian_values",
+                "%",
+                "mean error of the eigenvalues",
+                spectrum.map(|error| 100.0 * error.values),
+            ),
+            figure("geodesic_error", unit, geodesic, pair.as_ref().and_then(geodesic_error)),
+            figure("biharmonic_error", unit, biharmonic, pair.as_ref().and_then(biharmonic_error)),
+        ]
+    }
+
+    fn pair(&self, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> Option<Pair<'_>> {
+        let first = self.original.as_ref()?;
+        let n_pairs = self.eigenpairs(n_asked);
+        let second = Intrinsic::new(simplified, &self.judging, 4 * n_pairs)?;
+        let carried = Carried::new(&first.points, simplified, &second.laplacian, surface)?;
+        // Both begin at about the same place: the vertex of the simplified mesh decides, as there are fewer.
+        let source = second.nearest(self.source);
+        let sources = [first.nearest(second.points[source as usize]), source];
+        Some(Pair { original: first, simplified: second, carried, n_pairs, sources })
+    }
 }
 
-fn pair<'a>(original: &'a Original, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> Option<Pair<'a>> {
-    let first = original.intrinsic.as_ref()?;
-    let n_pairs = original.eigenpairs(n_asked);
-    let second = Intrinsic::new(simplified, &original.judging, 4 * n_pairs)?;
-    let carried = Carried::new(&first.points, simplified, &second.laplacian, surface)?;
-    // Both begin at about the same place: the vertex of the simplified mesh decides, as there are fewer.
-    let source = second.nearest(original.source(&first.points));
-    let sources = [first.nearest(second.points[source as usize]), source];
-    Some(Pair { original: first, simplified: second, carried, n_pairs, sources })
+/// The vertex asked for, else the point farthest from the middle of the bounding box.
+fn source(mesh: &TriMesh, judging: &Judging, points: &[DVec3]) -> DVec3 {
+    let is_used = |v: &u32| mesh.faces().as_flattened().contains(v);
+    let chosen = judging.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
+    let low = points.iter().copied().reduce(DVec3::min).unwrap_or_default();
+    let high = points.iter().copied().reduce(DVec3::max).unwrap_or_default();
+    let middle = low.midpoint(high);
+    let farthest = || points.iter().copied().max_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)));
+    chosen.map(|p| DVec3::from_array(p.map(f64::from))).or_else(farthest).unwrap_or_default()
 }
 
 fn geodesic_error(pair: &Pair) -> Option<f64> {
@@ -89,6 +135,8 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::metrics::comparison::tests::{JUDGING, compared, value};
+    use crate::metrics::{Original, compare};
 
     #[test]
     fn what_is_broken_off_is_infinitely_far() {
@@ -101,5 +149,63 @@ mod tests {
         let laplacian = Laplacian::new(&TriMesh::new(positions, faces).unwrap()).unwrap();
         let distances = within_piece(vec![1.0; 2 * n], &laplacian, 0);
         assert_eq!(distances.iter().filter(|distance| distance.is_infinite()).count(), n);
+    }
+
+    const NAMES: [&str; 5] =
+        ["laplacian_functions", "laplacian_span", "laplacian_values", "geodesic_error", "biharmonic_error"];
+
+    #[test]
+    fn a_mesh_differs_from_itself_in_nothing() {
+        let bolt = shapes::bolt(32);
+        let figures = compared(&bolt, &bolt);
+        for name in NAMES {
+            let value = value(&figures, name).unwrap();
+            assert!(value.abs() < 1e-6, "{name} {value}");
+        }
+    }
+
+    #[test]
+    fn coarser_spheres_are_farther() {
+        let sphere = shapes::icosphere(4);
+        let figures = [3, 2, 1].map(|level| compared(&sphere, &shapes::icosphere(level)));
+        for name in NAMES.into_iter().filter(|name| *name != "laplacian_span") {
+            let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
+            assert!(values.is_sorted_by(|a, b| a < b), "{name} {values:?}");
+        }
+    }
+
+    /// Half a sphere must not be judged by fewer eigenfunctions than the whole one.
+    #[test]
+    fn lost_vertices_do_not_make_the_spectrum_better() {
+        let sphere = shapes::icosphere(4);
+        let judging = Judging { eigenpairs: 100, geodesics: false, ..JUDGING };
+        let original = Original::new(&sphere, &judging);
+        let coarse = shapes::icosphere(2);
+        let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
+        let errors = [320, 160, 20, 1].map(|n| {
+            let figures = compare(&original, &few(n), coarse.positions().len());
+            ["laplacian_functions", "laplacian_span", "laplacian_values"].map(|name| value(&figures, name).unwrap())
+        });
+        for figure in 0..3 {
+            assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
+        }
+        // Of 40 functions one face has three.
+        assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
+        assert_eq!((original.eigenpairs(162), original.eigenpairs(100_000)), (40, 100));
+    }
+
+    #[test]
+    fn a_source_that_no_face_uses_is_none() {
+        let sphere = shapes::icosphere(3);
+        let mut positions = sphere.positions().to_vec();
+        positions.push([9.0; 3]);
+        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
+        let from = |source| {
+            let judging = Judging { source, eigenpairs: 0, ..JUDGING };
+            let figures = compare(&Original::new(&with_point, &judging), &shapes::icosphere(2), 162);
+            value(&figures, "geodesic_error").unwrap()
+        };
+        assert_eq!(from(Some(642)), from(None));
+        assert_eq!(from(Some(100_000)), from(None));
     }
 }

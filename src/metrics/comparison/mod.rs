@@ -3,7 +3,15 @@
 //! The order and the names of the figures are fixed, so that they can be columns of a table. What a figure is made of
 //! stands in the files of `metrics`; here they are put together and named.
 
+#[cfg(feature = "spectrum")]
 mod along_surface;
+#[cfg(not(feature = "spectrum"))]
+#[path = "no_along_surface.rs"]
+mod along_surface;
+mod figure;
+#[cfg(feature = "spectrum")]
+mod intrinsic;
+mod judging;
 mod on_surface;
 mod original;
 mod shape;
@@ -11,24 +19,14 @@ mod shape;
 use crate::mesh::{TriMesh, topology};
 use crate::metrics::Surface;
 
+pub use along_surface::MEASURES_ALONG_SURFACE;
+pub use figure::Figure;
+pub use judging::Judging;
+pub use original::Original;
 use original::scaled;
-pub use original::{Judging, Original};
-
-/// One figure of a comparison.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figure {
-    /// Name in snake case; never changes.
-    pub name: &'static str,
-    /// What the value counts in, such as "% of diagonal" or "degrees"; empty for plain numbers.
-    pub unit: &'static str,
-    /// What it is, in a few words.
-    pub about: &'static str,
-    /// The value; `None` where it cannot be measured or was not asked for.
-    pub value: Option<f64>,
-}
 
 /// Measures a simplified mesh, which was asked to have `n_asked` vertices, against its original: always the same figures in the
-/// same order.
+/// same order. Without the feature `spectrum` those along the surface are missing: the Laplacian's, geodesic and biharmonic ones.
 ///
 /// What it was asked for decides how many eigenpairs are compared, so that methods that were asked for the same are judged by
 /// the same number, also those that lost vertices.
@@ -49,29 +47,25 @@ pub fn compare(original: &Original, simplified: &TriMesh, n_asked: usize) -> Vec
     let mut figures = Vec::new();
     figures.extend(shape::sizes(simplified));
     figures.extend(on_surface::figures(original, simplified, &surface));
-    figures.extend(along_surface::figures(original, simplified, &surface, n_asked));
+    figures.extend(original.along_surface.figures(simplified, &surface, n_asked));
     figures.extend(shape::edges(original, simplified, &found));
     figures.extend(shape::topology(original, simplified, &surface, &found));
     figures.extend(shape::triangles(simplified));
     figures
 }
 
-fn figure(name: &'static str, unit: &'static str, about: &'static str, value: Option<f64>) -> Figure {
-    Figure { name, unit, about, value: value.filter(|value| value.is_finite()) }
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    const JUDGING: Judging = Judging { samples: 3000, seed: 0, eigenpairs: 20, geodesics: true, source: None };
+    pub const JUDGING: Judging = Judging { samples: 3000, seed: 0, eigenpairs: 20, geodesics: true, source: None };
 
-    fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
+    pub fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
         compare(&Original::new(original, &JUDGING), simplified, simplified.positions().len())
     }
 
-    fn value(figures: &[Figure], name: &str) -> Option<f64> {
+    pub fn value(figures: &[Figure], name: &str) -> Option<f64> {
         figures.iter().find(|figure| figure.name == name).unwrap().value
     }
 
@@ -86,11 +80,6 @@ mod tests {
             "normal_angle",
             "curvature_error",
             "turned_faces",
-            "laplacian_functions",
-            "laplacian_span",
-            "laplacian_values",
-            "geodesic_error",
-            "biharmonic_error",
             "edges_without_two_faces",
             "open_edges",
             "area_change",
@@ -116,10 +105,6 @@ mod tests {
             "normal_error",
             "normal_angle",
             "curvature_error",
-            "laplacian_functions",
-            "laplacian_values",
-            "geodesic_error",
-            "biharmonic_error",
         ];
         for name in growing {
             let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
@@ -146,26 +131,6 @@ mod tests {
         assert_eq!(names(compare(&Original::new(&sphere, &little), &sphere, 42)), all);
     }
 
-    /// Half a sphere must not be judged by fewer eigenfunctions than the whole one.
-    #[test]
-    fn lost_vertices_do_not_make_the_spectrum_better() {
-        let sphere = shapes::icosphere(4);
-        let judging = Judging { eigenpairs: 100, geodesics: false, ..JUDGING };
-        let original = Original::new(&sphere, &judging);
-        let coarse = shapes::icosphere(2);
-        let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
-        let errors = [320, 160, 20, 1].map(|n| {
-            let figures = compare(&original, &few(n), coarse.positions().len());
-            ["laplacian_functions", "laplacian_span", "laplacian_values"].map(|name| value(&figures, name).unwrap())
-        });
-        for figure in 0..3 {
-            assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
-        }
-        // Of 40 functions one face has three.
-        assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
-        assert_eq!((original.eigenpairs(162), original.eigenpairs(100_000)), (40, 100));
-    }
-
     #[test]
     fn figures_do_not_depend_on_the_unit() {
         let [fine, coarse] = [3, 2].map(shapes::icosphere);
@@ -178,21 +143,6 @@ mod tests {
             let by = 2f32.powi(power);
             assert_eq!(compared(&scaled(&fine, by), &scaled(&coarse, by)), usual);
         }
-    }
-
-    #[test]
-    fn a_source_that_no_face_uses_is_none() {
-        let sphere = shapes::icosphere(3);
-        let mut positions = sphere.positions().to_vec();
-        positions.push([9.0; 3]);
-        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
-        let from = |source| {
-            let judging = Judging { source, eigenpairs: 0, ..JUDGING };
-            let figures = compare(&Original::new(&with_point, &judging), &shapes::icosphere(2), 162);
-            value(&figures, "geodesic_error").unwrap()
-        };
-        assert_eq!(from(Some(642)), from(None));
-        assert_eq!(from(Some(100_000)), from(None));
     }
 
     #[test]

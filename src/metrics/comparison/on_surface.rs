@@ -1,6 +1,7 @@
 //! Figures of where the surfaces lie and which way they look.
 
-use super::{Figure, Original, figure};
+use super::figure::{Figure, figure};
+use super::original::Original;
 use crate::mesh::TriMesh;
 use crate::metrics::{Surface, chamfer, curvature_error, surface_distance, turned_faces};
 

@@ -1,6 +1,7 @@
 //! Figures of the mesh as such: size, edges, topology, triangles.
 
-use super::{Figure, Original, figure};
+use super::figure::{Figure, figure};
+use super::original::Original;
 use crate::mesh::{Topology, TriMesh};
 use crate::metrics::{Surface, open_edges, self_intersecting_faces, triangle_quality, volume};
 

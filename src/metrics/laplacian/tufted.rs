@@ -4,77 +4,58 @@
 //! edges of many faces and faces that disagree on the side, its cover is closed, oriented and edge-manifold.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::glued::Glued;
 use crate::mesh::TriMesh;
-
-/// One side of a face, under the edge that it lies on.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
-    low: u32,
-    high: u32,
-    face: u32,
-    side: u8,
-}
+use crate::mesh::half_edges::{HalfEdge, for_each_edge, next, start};
 
 /// Glues two copies of each face: `2 face` as it is and `2 face + 1` turned over.
 ///
 /// Around an edge the copies that look at each other are glued; at a border that is a face and its own other side.
 pub fn tufted_cover(mesh: &TriMesh) -> Glued {
-    let sides = sorted_sides(mesh);
     let n_half_edges = 6 * mesh.faces().len();
     let mut cover = Glued { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
-    for around in sides.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
-        let length = point(mesh, around[0].low).distance(point(mesh, around[0].high));
-        let order = by_angle(mesh, around);
+    for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
+        let [from, to] = ends.map(|end| point(mesh, end));
+        let length = from.distance(to);
+        let order = by_angle(mesh, [from, to], half_edges);
         for (at, &side) in order.iter().enumerate() {
             let (here, there) = (upward(mesh, side), downward(mesh, order[(at + 1) % order.len()]));
             (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
             (cover.length[here], cover.length[there]) = (length, length);
         }
-    }
+    });
     cover
-}
-
-fn sorted_sides(mesh: &TriMesh) -> Vec<Side> {
-    let side = |face: usize, side: usize| {
-        let [a, b] = [mesh.faces()[face][side], mesh.faces()[face][(side + 1) % 3]];
-        Side { low: a.min(b), high: a.max(b), face: face as u32, side: side as u8 }
-    };
-    let mut sides: Vec<Side> = (0..mesh.faces().len()).flat_map(|face| [0, 1, 2].map(|k| side(face, k))).collect();
-    sides.par_sort_unstable();
-    sides
 }
 
 fn starts(mesh: &TriMesh) -> Vec<u32> {
     mesh.faces().iter().flat_map(|&[a, b, c]| [a, b, c, a, c, b]).collect()
 }
 
-/// The half-edge that runs along a side from the smaller vertex to the larger.
-fn upward(mesh: &TriMesh, Side { low, face, side, .. }: Side) -> usize {
-    copy_of(face, side, mesh.faces()[face as usize][usize::from(side)] == low)
+/// The half-edge of the cover that runs along a side from the smaller vertex to the larger.
+fn upward(mesh: &TriMesh, side: HalfEdge) -> usize {
+    copy_of(side.half_edge, side.runs_up(mesh.faces()))
 }
 
 /// The half-edge of the other copy, which runs the other way.
-fn downward(mesh: &TriMesh, Side { low, face, side, .. }: Side) -> usize {
-    copy_of(face, side, mesh.faces()[face as usize][usize::from(side)] != low)
+fn downward(mesh: &TriMesh, side: HalfEdge) -> usize {
+    copy_of(side.half_edge, !side.runs_up(mesh.faces()))
 }
 
-fn copy_of(face: u32, side: u8, as_it_is: bool) -> usize {
-    6 * face as usize + if as_it_is { usize::from(side) } else { 5 - usize::from(side) }
+fn copy_of(half_edge: u32, as_it_is: bool) -> usize {
+    let (face, side) = (half_edge as usize / 3, half_edge as usize % 3);
+    6 * face + if as_it_is { side } else { 5 - side }
 }
 
 /// The sides of one edge in the order in which their faces stand around it.
-fn by_angle(mesh: &TriMesh, around: &[Side]) -> Vec<Side> {
+fn by_angle(mesh: &TriMesh, [from, to]: [DVec3; 2], around: &[HalfEdge]) -> Vec<HalfEdge> {
     let mut order = around.to_vec();
     if order.len() > 2 {
-        let from = point(mesh, order[0].low);
-        let axis = (point(mesh, order[0].high) - from).normalize_or_zero();
+        let axis = (to - from).normalize_or_zero();
         let x = axis.any_orthogonal_vector().normalize_or_zero();
         let y = axis.cross(x);
-        let angle = |side: &Side| {
-            let away = point(mesh, mesh.faces()[side.face as usize][(usize::from(side.side) + 2) % 3]) - from;
+        let angle = |side: &HalfEdge| {
+            let away = point(mesh, start(mesh.faces(), next(next(side.half_edge)))) - from;
             away.dot(y).atan2(away.dot(x))
         };
         order.sort_by(|a, b| angle(a).total_cmp(&angle(b)));

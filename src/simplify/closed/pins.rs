@@ -1,47 +1,145 @@
-//! One half of a mesh that is its own mirror image: what keeps the vertices of the cut on the plane, so that the half and
-//! its image make one surface.
+//! What may not move: vertices that are locked, all vertices where the result is a subset of the mesh's, and the vertices on
+//! the plane of a half, which stay on it.
 //!
-//! The two make a manifold where no edge but those of the cut joins two vertices of the plane: every other such edge would
-//! coincide with its own image. The half begins so, and no merge and no flip makes such an edge.
+//! Pins begin over the vertices of the surface and are carried over to those of the collapse and of the output.
 
 use glam::DVec3;
 
-use super::prepare::surface::{Surface, add, plane_of};
+use super::prepare::surface::Surface;
+use super::request::{Half, Keep};
 
-/// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::simplify) struct Half<'a> {
-    /// The axis: 0, 1 or 2.
-    pub axis: usize,
-    /// Whether each vertex lies on the cut, n_vertices; such a vertex has an edge of the cut.
-    pub on_plane: &'a [bool],
+/// Which vertices may not move, over those of the surface, of a collapse or of an output.
+#[derive(Clone, Debug, Default)]
+pub struct Pins {
+    /// Whether each vertex stays where it is; empty where all may go.
+    locked: Vec<bool>,
+    /// Whether the vertices have to lie on vertices of the mesh.
+    subset: bool,
+    /// The vertex of the surface that each vertex lies on, while it lies on one; empty over the surface itself.
+    origin: Vec<u32>,
+    plane: Option<PlaneVertices>,
 }
 
-/// The vertices that stay on the plane, over those of the surface, of a collapse or of a result.
+impl Pins {
+    /// Takes what has to stay over to the vertices of the surface, where some are copies.
+    pub fn on(surface: &Surface, keep: &Keep) -> Self {
+        let is_locked = |v: u32| keep.locked[v as usize];
+        let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
+        let plane = keep.half.map(|half| PlaneVertices::of(surface, &half));
+        Self { locked, subset: keep.subset, origin: Vec::new(), plane }
+    }
+
+    /// Whether nothing is pinned.
+    pub fn is_empty(&self) -> bool {
+        self.locked.is_empty() && !self.subset && self.plane.is_none()
+    }
+
+    /// For the vertices that `region` says the surface's became, each on the vertex of the surface that is its `origin`.
+    pub fn of_regions(&self, region: &[u32], origin: Vec<u32>) -> Self {
+        let n_regions = origin.len();
+        let mut locked = vec![false; n_regions];
+        self.locked_vertices().for_each(|v| locked[region[v as usize] as usize] = true);
+        let plane = self.plane.as_ref().map(|plane| plane.of_regions(region, n_regions));
+        Self { locked, subset: self.subset, origin, plane }
+    }
+
+    /// For some of the vertices, in this order.
+    pub fn of_living(&self, living: &[u32]) -> Self {
+        Self {
+            locked: living.iter().map(|&v| self.is_locked(v)).collect(),
+            subset: self.subset,
+            origin: living.iter().map(|&v| self.origin[v as usize]).collect(),
+            plane: self.plane.as_ref().map(|plane| plane.of_living(living)),
+        }
+    }
+
+    /// The vertices that stay where they are.
+    pub fn locked_vertices(&self) -> impl Iterator<Item = u32> {
+        (0..self.locked.len() as u32).filter(|&v| self.locked[v as usize])
+    }
+
+    /// Whether a vertex stays where it is.
+    pub fn is_locked(&self, v: u32) -> bool {
+        self.locked.get(v as usize).is_some_and(|&locked| locked)
+    }
+
+    /// Whether a vertex stays where it is, or on the plane.
+    pub fn has(&self, v: u32) -> bool {
+        self.is_locked(v) || self.is_on_cut(v)
+    }
+
+    /// Whether the vertices have to lie on vertices of the mesh.
+    pub fn is_subset(&self) -> bool {
+        self.subset
+    }
+
+    /// Whether the vertices may move apart where their positions coincide: of the halves of a mirrored mesh they do so together,
+    /// and those of a subset stay.
+    pub fn let_duplicates_move(&self) -> bool {
+        !self.subset && self.plane.is_none()
+    }
+
+    /// The vertices on the plane, where this is one half of a mirrored mesh.
+    pub fn plane(&self) -> Option<&PlaneVertices> {
+        self.plane.as_ref()
+    }
+
+    /// Whether a vertex stays on the plane.
+    pub fn is_on_cut(&self, v: u32) -> bool {
+        self.plane.as_ref().is_some_and(|plane| plane.has(v))
+    }
+
+    /// Whether two vertices stay on the plane: their edge is one of the cut, and no other may join them.
+    pub fn are_on_cut(&self, u: u32, v: u32) -> bool {
+        self.is_on_cut(u) && self.is_on_cut(v)
+    }
+
+    /// The vertex of the surface that each vertex lies on, while it lies on one; empty where nothing is pinned.
+    pub fn origins(&self) -> &[u32] {
+        &self.origin
+    }
+
+    /// Takes note that `v` was merged into `u`, and whether `u` then went to where `v` was.
+    pub fn merge(&mut self, u: u32, v: u32, goes_to_v: bool) {
+        self.locked[u as usize] |= self.locked[v as usize];
+        if goes_to_v {
+            self.origin[u as usize] = self.origin[v as usize];
+        }
+        self.plane.iter_mut().for_each(|plane| plane.merge(u, v));
+    }
+
+    /// Whether each vertex stays on the plane, where this is one half of a mirrored mesh; else empty.
+    pub fn into_plane_flags(self) -> Vec<bool> {
+        self.plane.map(|plane| plane.is_on).unwrap_or_default()
+    }
+}
+
+/// The vertices that stay on the plane of a half.
+///
+/// The half and its image make a manifold where no edge but those of the cut joins two vertices of the plane: every other such
+/// edge would coincide with its own image. The half begins so, and no merge and no flip makes such an edge.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct OnPlane {
+pub struct PlaneVertices {
     axis: usize,
     is_on: Vec<bool>,
     n_on: usize,
 }
 
-impl OnPlane {
+impl PlaneVertices {
     /// Takes the vertices over to those of the surface, where some are copies.
     pub fn of(surface: &Surface, half: &Half) -> Self {
         let is_on = |(v, source): (u32, u32)| half.on_plane[source as usize] && surface.rings.apex(v).is_some();
         Self::new(half.axis, (0..).zip(surface.sources()).map(is_on).collect())
     }
 
-    /// For the vertices that `region` says the surface's became.
-    pub fn of_regions(&self, region: &[u32], n_regions: usize) -> Self {
+    fn of_regions(&self, region: &[u32], n_regions: usize) -> Self {
         let mut is_on = vec![false; n_regions];
         region.iter().zip(&self.is_on).for_each(|(&r, on)| is_on[r as usize] |= on);
         Self::new(self.axis, is_on)
     }
 
-    /// For some of the vertices.
-    pub fn of_living(&self, living: impl Iterator<Item = u32>) -> Self {
-        Self::new(self.axis, living.map(|v| self.has(v)).collect())
+    fn of_living(&self, living: &[u32]) -> Self {
+        Self::new(self.axis, living.iter().map(|&v| self.has(v)).collect())
     }
 
     fn new(axis: usize, is_on: Vec<bool>) -> Self {
@@ -54,7 +152,7 @@ impl OnPlane {
         self.axis
     }
 
-    /// Whether a vertex stays on the plane; no apex of a border does.
+    /// Whether a vertex stays on the plane; no ghost vertex does.
     pub fn has(&self, v: u32) -> bool {
         self.is_on.get(v as usize).copied().unwrap_or(false)
     }
@@ -64,13 +162,7 @@ impl OnPlane {
         self.n_on
     }
 
-    /// Whether each vertex stays on the plane.
-    pub fn into_flags(self) -> Vec<bool> {
-        self.is_on
-    }
-
-    /// Takes note that `v` was merged into `u`.
-    pub fn merge(&mut self, u: u32, v: u32) {
+    fn merge(&mut self, u: u32, v: u32) {
         let both = self.has(u) && self.has(v);
         self.n_on -= usize::from(both);
         self.is_on[u as usize] |= self.is_on[v as usize];
@@ -96,45 +188,6 @@ impl OnPlane {
         }
     }
 
-    /// Lets the vertices of the plane count as they do in the whole mesh: the planes of their faces and borders and the images of
-    /// these, and none that stand on the cut; and their normals lie in the plane.
-    pub fn complete(&self, surface: &mut Surface) {
-        let mut sums = vec![[0.0f32; 6]; if self.n_on > 0 { surface.n_vertices() } else { 0 }];
-        for face in surface.faces.iter().filter(|face| face.iter().any(|&v| self.has(v))) {
-            if let Some((_, plane)) = plane_of(face.map(|v| surface.positions[v as usize])) {
-                let plane = self.with_image(plane);
-                let corners = face.iter().filter(|&&v| self.has(v));
-                corners.for_each(|&v| add(&mut sums[v as usize], &plane));
-            }
-        }
-        for v in (0..sums.len()).filter(|&v| self.is_on[v]) {
-            surface.normals[v][self.axis] = 0.0;
-            surface.normals[v] = surface.normals[v].normalize_or_zero();
-        }
-        self.add_borders(surface, &mut sums);
-        for v in (0..sums.len()).filter(|&v| self.is_on[v]) {
-            let weight = sums[v][0] + sums[v][3] + sums[v][5];
-            if weight > 0.0 {
-                surface.quadrics[v] = sums[v];
-            }
-        }
-    }
-
-    /// Adds the lines along borders of the whole mesh, where these meet the plane, and their images.
-    fn add_borders(&self, surface: &Surface, sums: &mut [[f32; 6]]) {
-        let borders = if sums.is_empty() { Vec::new() } else { surface.rings.apex_faces() };
-        for [a, b, _] in borders.into_iter().filter(|&[a, b, _]| self.has(a) != self.has(b)) {
-            let v = if self.has(a) { a } else { b };
-            let line = self.with_image(surface.line_along_border([a, b]));
-            add(&mut sums[v as usize], &line);
-        }
-    }
-
-    /// The sum of a quadric and its image, upper triangles.
-    fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
-        self.without_slant(quadric.map(|x| 2.0 * x))
-    }
-
     /// Lets the solutions of the systems of the vertices, an upper triangle and a right side each, stay on the plane.
     pub fn confine(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
@@ -145,38 +198,9 @@ impl OnPlane {
     }
 
     /// An upper triangle whose axis has nothing to do with the two others.
-    fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
+    pub fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
         let slanted = [[1, 2], [1, 4], [2, 4]][self.axis];
         slanted.into_iter().for_each(|entry| a[entry] = 0.0);
         a
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::shapes;
-
-    #[test]
-    fn a_vertex_of_the_cut_counts_as_in_the_whole() {
-        let whole = shapes::torus(24, 12, 1.0, 0.4);
-        let x = |v: u32| whole.positions()[v as usize][0];
-        let faces: Vec<[u32; 3]> =
-            whole.faces().iter().copied().filter(|face| face.iter().all(|&v| x(v) > -1e-6)).collect();
-        let (half, sources) = crate::mesh::compact(whole.positions(), faces).unwrap();
-        let on_plane: Vec<bool> = half.positions().iter().map(|p| p[0].abs() < 1e-6).collect();
-        assert_eq!(on_plane.iter().filter(|&&on| on).count(), 24);
-        let (mut surface, of_whole) = (Surface::new(&half), Surface::new(&whole));
-        let plane = OnPlane::of(&surface, &Half { axis: 0, on_plane: &on_plane });
-        plane.complete(&mut surface);
-        // The halves are normalised by other powers of two.
-        let ratio = (surface.scale.to_unit([1.0, 0.0, 0.0]) - surface.scale.to_unit([0.0; 3])).x
-            / (of_whole.scale.to_unit([1.0, 0.0, 0.0]) - of_whole.scale.to_unit([0.0; 3])).x;
-        for v in (0..on_plane.len()).filter(|&v| on_plane[v]) {
-            let meant = of_whole.quadrics[sources[v] as usize].map(|x| x * (ratio * ratio) as f32);
-            for (here, there) in surface.quadrics[v].iter().zip(meant) {
-                assert!((here - there).abs() < 1e-5, "{:?} {meant:?}", surface.quadrics[v]);
-            }
-        }
     }
 }

@@ -7,9 +7,15 @@ use std::collections::BinaryHeap;
 /// Marks vertices that no sample can be reached from.
 pub const NO_SAMPLE: u32 = u32::MAX;
 
-/// Finds for every vertex the sample that is nearest along the edges of the mesh, of equally near ones the first.
+/// Finds for every vertex the sample that is nearest along the edges of the mesh.
 ///
 /// One search from all samples at once (Dijkstra), O(n log n).
+///
+/// # Ties
+/// The length of a path is added up from its sample on, edge by edge, in double precision. The distance of a vertex is the
+/// least length of all paths to it. An edge is tight where the distance of its start plus its length, rounded, is the distance
+/// of its end. A vertex belongs to the first sample that a path of tight edges leads from. The order in which edges are
+/// visited decides nothing.
 ///
 /// # Shapes
 /// - `positions`: n x 3, `rings`: n x n
@@ -76,20 +82,27 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Shortest ways from each sample by relaxing all edges until nothing changes.
+    /// Distances by relaxing all edges until nothing changes, then the first samples along tight edges in the same way.
     fn naive(positions: &[[f32; 3]], rings: &Csr, samples: &[u32]) -> Vec<u32> {
-        let mut nearest = vec![(f64::INFINITY, NO_SAMPLE); positions.len()];
-        samples.iter().zip(0..).for_each(|(&vertex, sample)| nearest[vertex as usize] = (0.0, sample));
+        let (mut distances, mut first) = (vec![f64::INFINITY; positions.len()], vec![NO_SAMPLE; positions.len()]);
+        for (&vertex, sample) in samples.iter().zip(0..) {
+            (distances[vertex as usize], first[vertex as usize]) = (0.0, sample);
+        }
         for _ in 0..positions.len() {
             for [a, b] in rings.entries() {
-                let (distance, sample) = nearest[a as usize];
-                let reached = (distance + edge_length(positions, a, b), sample);
-                if reached < nearest[b as usize] {
-                    nearest[b as usize] = reached;
+                let reached = distances[a as usize] + edge_length(positions, a, b);
+                distances[b as usize] = distances[b as usize].min(reached);
+            }
+        }
+        for _ in 0..positions.len() {
+            for [a, b] in rings.entries() {
+                let is_tight = distances[a as usize] + edge_length(positions, a, b) == distances[b as usize];
+                if is_tight {
+                    first[b as usize] = first[b as usize].min(first[a as usize]);
                 }
             }
         }
-        nearest.into_iter().map(|(_, sample)| sample).collect()
+        first
     }
 
     proptest! {
@@ -107,5 +120,36 @@ mod tests {
             let samples: Vec<u32> = (0..n).step_by(n_samples).collect();
             prop_assert_eq!(assign_to_samples(&positions, &rings, &samples), naive(&positions, &rings, &samples));
         }
+    }
+
+    /// Found by cases drawn at random: the paths from both samples to the middle have equal edges in different orders, whose
+    /// sums differ in the last bit. One edge farther on both sums round to the same number.
+    #[test]
+    fn a_path_that_is_longer_by_a_rounding_decides_nothing_farther_on() {
+        let xy = [[-5, -2], [-2, -1], [-1, 0], [0, 0], [2, 1], [3, 1], [4, 1], [5, 2]];
+        let positions = [0, 1, 2, 3, 4, 5, 6, 7].map(|v| [xy[v][0] as f32, xy[v][1] as f32, f32::from(v == 4)]);
+        let length = |path: [u32; 4]| path.windows(2).fold(0.0, |sum, e| sum + edge_length(&positions, e[0], e[1]));
+        let [first, second] = [[0, 1, 2, 3], [7, 6, 5, 3]].map(length);
+        let last = edge_length(&positions, 3, 4);
+        assert!(first > second && first + last == second + last);
+        let edges = [[0, 1], [1, 2], [2, 3], [3, 4], [3, 5], [5, 6], [6, 7]];
+        // Vertices in this order and in the opposite one.
+        for renamed in [|v: u32| v, |v: u32| 7 - v] {
+            let positions: Vec<[f32; 3]> = (0..8).map(|v| positions[renamed(v) as usize]).collect();
+            let (rings, samples) = (Csr::from_edges(8, edges.map(|e| e.map(renamed))), [0, 7].map(renamed));
+            let found = assign_to_samples(&positions, &rings, &samples);
+            assert_eq!((0..8).map(|v| found[renamed(v) as usize]).collect::<Vec<_>>(), [0, 0, 0, 1, 1, 1, 1, 1]);
+            assert_eq!(found, naive(&positions, &rings, &samples));
+        }
+    }
+
+    #[test]
+    fn of_equally_near_samples_the_first_has_the_vertex() {
+        let positions = [[-1.0, 0.0, 0.0], [0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        let path = Csr::from_edges(4, [[0, 1], [1, 2], [2, 3]]);
+        assert_eq!(assign_to_samples(&positions, &path, &[0, 2]), [0, 0, 1, 1]);
+        assert_eq!(assign_to_samples(&positions, &path, &[2, 0]), [1, 0, 0, 0]);
+        // Also a vertex that is a sample itself, where an earlier one has its position and an edge to it.
+        assert_eq!(assign_to_samples(&positions, &path, &[2, 3]), [0; 4]);
     }
 }

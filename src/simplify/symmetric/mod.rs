@@ -15,12 +15,13 @@ use std::ops::ControlFlow;
 
 use crate::model::Weights;
 
-use super::closed::Half;
-use super::levels::resolve_levels;
-use super::{
-    Assembly, Event, Input, Made, Options, Report, Simplified, SimplifyError, Symmetry, Target, Task, closed_results,
-    count_components, without_unused,
-};
+use super::assemblies::{Sizes, Task, closed_levels};
+use super::closed::{Closed, Half};
+use super::components::count_components;
+use super::driver::Used;
+use super::input::Input;
+use super::limits::resolve_levels;
+use super::options::{Assembly, Event, Options, Report, Simplified, SimplifyError, Symmetry, Target};
 use pairs::Pairs;
 use plane::Plane;
 use twofold::GroupPairs;
@@ -31,26 +32,27 @@ pub(super) fn levels(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    (symmetry, targets): (Symmetry, &[Target]),
+    symmetry: Symmetry,
+    targets: &[Target],
     progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     check(task)?;
     if progress(Event { stage: "symmetry", done: 0.0 }).is_break() {
         return Err(SimplifyError::Interrupted);
     }
-    let (mesh, sources) = without_unused(input.mesh)?;
+    let Used { mesh, sources, .. } = &Used::of(input.mesh)?;
     let importance = input.importance_of(sources.as_deref());
-    let limits = resolve_levels(&mesh, targets, task.options)?;
+    let limits = resolve_levels(mesh, targets, task.options)?;
     let frame = &task.options.frame;
-    let plane = plane::find(&mesh, symmetry, frame)?;
-    let pairs = Pairs::new(&mesh, &plane, frame)?;
+    let plane = plane::find(mesh, symmetry, frame)?;
+    let pairs = Pairs::new(mesh, &plane, frame)?;
     let (attributes, groups) = twofold::twofold(input.attributes, &pairs);
-    let mut half = cut::cut((&mesh, attributes, &importance), &plane, &pairs)?;
+    let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
     twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
     let input = Input { mesh: &half.mesh, attributes: &half.attributes, importance: &half.importance };
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
-    let made = closed_results(&input, weights, &task, (&limits, 1.0), progress)?;
-    made.into_iter().map(|made| mirrored(made, &plane, &groups, task.options)).collect()
+    let halves = closed_levels(&input, weights, &task, &Sizes { limits: &limits, oversample: 1.0 }, progress)?;
+    halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()
 }
 
 /// Refuses what is not there for mirrored results.
@@ -71,9 +73,8 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
 }
 
 /// The whole result of a half.
-fn mirrored(made: Made, plane: &Plane, groups: &GroupPairs, options: &Options) -> Result<Simplified, SimplifyError> {
-    let Made { simplified, on_plane, .. } = made;
-    let Simplified { mesh, attributes, report, .. } = simplified;
+fn mirrored(half: Closed, plane: &Plane, groups: &GroupPairs, options: &Options) -> Result<Simplified, SimplifyError> {
+    let Closed { mesh, attributes, report, on_plane, .. } = half;
     let half = Lighter { mesh: &mesh, attributes, on_plane: &on_plane };
     let (mesh, attributes, separated_vertices) = whole::whole(half, plane, groups, &options.frame)?;
     let report = Report {

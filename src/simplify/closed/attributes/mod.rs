@@ -1,4 +1,5 @@
 //! What the corners of the result carry.
 
-pub(super) mod corners;
-pub(super) mod values;
+pub mod blend;
+pub mod corners;
+mod values;

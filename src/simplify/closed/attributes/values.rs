@@ -10,12 +10,14 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Channel, same_values};
+use crate::simplify::closed::original::{SidesOfSeams, SurfacePoint};
+use crate::simplify::closed::pins::Pins;
 
-use crate::simplify::closed::attributes::corners::{Original, Place, blend};
+use super::blend::blend;
 
 /// Places in a face, as weights of its corners, and what each of them counts: exact for polynomials of the fourth degree
 /// (Dunavant 1985, "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
-const PLACES: [([f32; 3], f32); 6] = [
+const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.108_103, 0.445_948_5, 0.445_948_5], 0.223_382),
     ([0.445_948_5, 0.108_103, 0.445_948_5], 0.223_382),
     ([0.445_948_5, 0.445_948_5, 0.108_103], 0.223_382),
@@ -32,38 +34,40 @@ const LEAST: f32 = 1e-30;
 /// Length of a step, over that of Jacobi's: the system's eigenvalues, over its diagonal, lie between a half and two.
 const DAMPED: f32 = 0.7;
 
+/// The wedges of a result.
+#[derive(Clone, Copy)]
+pub struct Wedges<'a> {
+    /// The wedges of the faces' corners, n_faces x 3.
+    pub of_faces: &'a [[u32; 3]],
+    /// The output vertex of each wedge.
+    pub vertices: &'a [u32],
+    /// The point of the original at which each wedge has its values.
+    pub places: &'a [SurfacePoint],
+}
+
 /// The result's faces over the original.
 pub struct Fit<'a> {
-    /// The wedges of the faces' corners, n_faces x 3.
-    wedges: &'a [[u32; 3]],
-    /// The output vertex of each wedge.
-    vertices: &'a [u32],
-    /// Where on the original the places of the faces lie.
-    places: Vec<[Place; PLACES.len()]>,
+    wedges: Wedges<'a>,
+    /// Where on the original the quadrature points of the faces lie.
+    points: Vec<[SurfacePoint; QUADRATURE.len()]>,
     /// Twice the areas of the faces.
     areas: Vec<f32>,
-    /// Whether the values of each vertex stay what they are.
-    stays: &'a [bool],
+    /// At vertices that are pinned the values stay what they are.
+    pins: &'a Pins,
 }
 
 impl<'a> Fit<'a> {
-    /// Looks the places up, from those of the wedges; the output vertices lie at `positions`.
-    pub fn new(
-        original: &Original,
-        (wedges, vertices): (&'a [[u32; 3]], &'a [u32]),
-        of_wedges: &[Place],
-        positions: &[Vec3],
-        stays: &'a [bool],
-    ) -> Self {
-        let corners = |wedges: &[u32; 3]| wedges.map(|wedge| positions[vertices[wedge as usize] as usize]);
-        let look_up = |wedges: &[u32; 3]| {
-            let starts = wedges.map(|wedge| of_wedges[wedge as usize].face);
-            let [a, b, c] = corners(wedges);
-            PLACES.map(|(at, _)| original.place(a * at[0] + b * at[1] + c * at[2], &starts))
+    /// Looks the quadrature points up, from those of the wedges; the output vertices lie at `positions`.
+    pub fn new(original: &SidesOfSeams, wedges: Wedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
+        let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
+        let look_up = |of: &[u32; 3]| {
+            let starts = of.map(|wedge| wedges.places[wedge as usize].face);
+            let [a, b, c] = corners(of);
+            QUADRATURE.map(|(at, _)| original.closest_point(a * at[0] + b * at[1] + c * at[2], &starts))
         };
-        let double_area = |wedges: &[u32; 3]| area_normal(corners(wedges)).length();
-        let places = wedges.par_iter().map(look_up).collect();
-        Self { wedges, vertices, places, areas: wedges.iter().map(double_area).collect(), stays }
+        let double_area = |of: &[u32; 3]| area_normal(corners(of)).length();
+        let points = wedges.of_faces.par_iter().map(look_up).collect();
+        Self { wedges, points, areas: wedges.of_faces.iter().map(double_area).collect(), pins }
     }
 
     /// The channel with the best values for the faces, or as it is where something is no number; `nearest` has those at the
@@ -75,9 +79,9 @@ impl<'a> Fit<'a> {
         }
         let one = self.ones(&nearest);
         let mut values = nearest.values.clone();
-        let diagonal = self.diagonal(&one);
+        let system = System { diagonal: self.diagonal(&one), meant, one };
         for _ in 0..STEPS {
-            self.step(&mut values, &nearest, (&meant, &one, &diagonal));
+            self.step(&mut values, &nearest, &system);
         }
         keep_within(&mut values, original);
         Channel { values, ..nearest }
@@ -85,8 +89,8 @@ impl<'a> Fit<'a> {
 
     /// What the original's values are at the places, n_faces x 6 x width.
     fn meant(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
-        let mut meant = vec![0.0; self.places.len() * PLACES.len() * original.width];
-        let places = self.places.as_flattened().par_iter();
+        let mut meant = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
+        let places = self.points.as_flattened().par_iter();
         meant.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
             let corners = wedges[place.face as usize].map(|wedge| original.of(wedge));
             blend(original.role, corners, place.weights, out);
@@ -96,10 +100,10 @@ impl<'a> Fit<'a> {
 
     /// For each wedge the first one at its vertex that has the same values: what is one value stays one.
     fn ones(&self, channel: &Channel) -> Vec<u32> {
-        let mut order: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        order.sort_by_key(|&wedge| self.vertices[wedge as usize]);
+        let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
+        order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
         let mut one = vec![0; order.len()];
-        for around in order.chunk_by(|&w, &x| self.vertices[w as usize] == self.vertices[x as usize]) {
+        for around in order.chunk_by(|&w, &x| self.wedges.vertices[w as usize] == self.wedges.vertices[x as usize]) {
             for (n_before, &wedge) in around.iter().enumerate() {
                 let is_same = |other: u32| same_values(channel.role, channel.of(wedge), channel.of(other));
                 let mut before = around[..n_before].iter().copied();
@@ -112,8 +116,8 @@ impl<'a> Fit<'a> {
     /// The diagonal of the system: what each wedge's own share weighs.
     fn diagonal(&self, one: &[u32]) -> Vec<f32> {
         let mut diagonal = vec![0.0; one.len()];
-        for (wedges, area) in self.wedges.iter().zip(&self.areas) {
-            for (at, weight) in PLACES {
+        for (wedges, area) in self.wedges.of_faces.iter().zip(&self.areas) {
+            for (at, weight) in QUADRATURE {
                 (0..3).for_each(|k| diagonal[one[wedges[k] as usize] as usize] += area * weight * at[k] * at[k]);
             }
         }
@@ -121,16 +125,16 @@ impl<'a> Fit<'a> {
     }
 
     /// One damped step of Jacobi's.
-    fn step(&self, values: &mut [f32], nearest: &Channel, (meant, one, diagonal): (&[f32], &[u32], &[f32])) {
+    fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
         let width = nearest.width;
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
         rest.chunks_exact_mut(width)
             .zip(diagonal)
             .for_each(|(row, weight)| row.iter_mut().for_each(|x| *x *= STAY * weight));
-        let meant = meant.chunks_exact(PLACES.len() * width);
-        for ((wedges, area), meant) in self.wedges.iter().zip(&self.areas).zip(meant) {
+        let meant = meant.chunks_exact(QUADRATURE.len() * width);
+        for ((wedges, area), meant) in self.wedges.of_faces.iter().zip(&self.areas).zip(meant) {
             let rows = wedges.map(|wedge| one[wedge as usize] as usize * width);
-            for ((at, weight), meant) in PLACES.into_iter().zip(meant.chunks_exact(width)) {
+            for ((at, weight), meant) in QUADRATURE.into_iter().zip(meant.chunks_exact(width)) {
                 for (i, meant) in meant.iter().enumerate() {
                     let now: f32 = (0..3).map(|k| at[k] * values[rows[k] + i]).sum();
                     let missing = area * weight * (meant - now);
@@ -140,7 +144,7 @@ impl<'a> Fit<'a> {
         }
         for wedge in 0..one.len() {
             let first = one[wedge] as usize;
-            if !self.stays[self.vertices[wedge] as usize] && diagonal[first] > LEAST && first == wedge {
+            if !self.pins.has(self.wedges.vertices[wedge]) && diagonal[first] > LEAST && first == wedge {
                 let length = DAMPED / (diagonal[first] * (1.0 + STAY));
                 (0..width).for_each(|i| values[wedge * width + i] += length * rest[wedge * width + i]);
             }
@@ -150,6 +154,16 @@ impl<'a> Fit<'a> {
             values.copy_within(first..first + width, wedge * width);
         });
     }
+}
+
+/// The least-squares system of a channel.
+struct System {
+    /// What the original's values are at the quadrature points, n_faces x 6 x width.
+    meant: Vec<f32>,
+    /// For each wedge the first one at its vertex that has the same values.
+    one: Vec<u32>,
+    /// What each wedge's own share weighs.
+    diagonal: Vec<f32>,
 }
 
 /// Keeps each number between the least and the largest of the original.

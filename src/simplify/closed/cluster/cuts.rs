@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::assignment::Assignment;
+use super::placement::PULL;
+use super::quotient::{far_half, members};
+use super::sums::Sum;
 use crate::mesh::shares::PARALLEL;
-use crate::simplify::closed::cluster::darts::Assignment;
-use crate::simplify::closed::cluster::placement::PULL;
-use crate::simplify::closed::cluster::quotient::{far_half, members};
-use crate::simplify::closed::cluster::sums::Sum;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// A region is costly from this many times the mean error on.

@@ -9,7 +9,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use crate::simplify::closed::cluster::edge_lengths::EdgeLengths;
+use super::assignment::Assignment;
+use super::edge_lengths::EdgeLengths;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Area per dart in squares of its radius, as maximal dart throwing leaves it on fine meshes (measured).
@@ -22,24 +23,6 @@ const RUN: usize = 16 * BLOCK;
 const MOST_TRIES: usize = 40;
 /// A radius beyond which more changes nothing once it has changed nothing: every component holds one dart.
 const MOST_RADIUS: f64 = 1e3;
-
-/// Which sample each vertex belongs to.
-pub struct Assignment {
-    /// For each vertex the index of its sample, below `n_regions`.
-    pub region: Vec<u32>,
-    /// Number of samples.
-    pub n_regions: usize,
-    /// The vertex that each region grew from, as the darts left them.
-    pub samples: Vec<u32>,
-}
-
-impl Assignment {
-    /// Every vertex its own sample.
-    pub fn identity(n_vertices: usize) -> Self {
-        let region: Vec<u32> = (0..n_vertices as u32).collect();
-        Self { samples: region.clone(), region, n_regions: n_vertices }
-    }
-}
 
 /// Throws at least `n_samples` darts, and not many more.
 pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {

@@ -13,9 +13,9 @@ use crate::linalg::{Csr, Stars};
 use crate::mesh::shares::add_to_rows;
 use crate::model::{Weights, star_scores, surface_scores};
 
-use crate::simplify::closed::Importance;
-use crate::simplify::closed::cluster::darts::Assignment;
+use super::assignment::Assignment;
 use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::request::Importance;
 
 /// Scores farther than this from their mean count as if they were not.
 const MOST_SCORE: f32 = 3.5;

@@ -1,9 +1,11 @@
 //! From many vertices to fewer in one pass: samples, their regions, one vertex for each, and the faces between them.
 
-pub(super) mod cuts;
-pub(super) mod darts;
-pub(super) mod edge_lengths;
-pub(super) mod importance;
-pub(super) mod placement;
-pub(super) mod quotient;
-pub(super) mod sums;
+pub mod assignment;
+mod cuts;
+mod darts;
+mod edge_lengths;
+pub mod importance;
+pub mod placement;
+pub mod quotient;
+pub mod samples;
+pub mod sums;

@@ -10,9 +10,9 @@ use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::shares::add_to_rows;
 
+use super::assignment::Assignment;
+use super::sums::Sum;
 use crate::mesh::shares::PARALLEL;
-use crate::simplify::closed::cluster::darts::Assignment;
-use crate::simplify::closed::cluster::sums::Sum;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes. More would round corners off,

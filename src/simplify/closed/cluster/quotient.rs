@@ -13,9 +13,9 @@ use rayon::prelude::*;
 use crate::mesh::OneRings;
 use crate::mesh::shares::{add_faces, add_to_rows, indices_where, shares};
 
-use crate::simplify::closed::cluster::darts::Assignment;
-use crate::simplify::closed::cluster::sums::Sum;
-use crate::simplify::closed::prepare::features::Features;
+use super::assignment::Assignment;
+use super::sums::Sum;
+use crate::simplify::closed::prepare::feature_edges::FeatureEdges;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
@@ -39,52 +39,77 @@ pub struct Quotient<'a> {
 /// Builds the quotient, cutting regions of `assignment` where they stand in the way; keeps the sums of the regions in step.
 pub fn quotient<'a>(
     surface: &'a Surface<'a>,
-    features: &Features,
+    features: &FeatureEdges,
     assignment: &mut Assignment,
     sums: &mut Vec<Sum>,
 ) -> Quotient<'a> {
     let apex_faces = surface.rings.apex_faces();
     let n_before = assignment.n_regions;
-    let mut rounds = 0;
-    loop {
+    for round in 0.. {
         if assignment.n_regions == surface.n_vertices() {
             // Every region is a vertex, but not necessarily that of its own number.
             *assignment = Assignment::identity(surface.n_vertices());
-            let (faces, rings) = (Cow::Borrowed(&*surface.faces), Cow::Borrowed(&surface.rings));
-            return Quotient { faces, rings, n_refined: surface.n_vertices() - n_before };
+            break;
         }
-        let (meeting, mut broken) = meeting_faces(surface, assignment, &apex_faces);
-        features.mark_broken(assignment, &mut broken);
-        let n_inner = meeting.inner.len();
-        let mut closed = meeting.inner;
-        closed.extend(meeting.border);
-        let n_nodes = assignment.n_regions + surface.rings.n_apexes();
-        mark_flat_pillows(&closed, assignment.n_regions, &mut broken);
-        let is_many = |broken: &[bool]| {
-            let n_broken = broken.iter().filter(|broken| **broken).count();
-            n_broken as f64 > FEW * assignment.n_regions as f64
-        };
-        // While many are broken, the rings would be made for nothing.
-        let rings = if is_many(&broken) { None } else { Some(OneRings::new(n_nodes, &closed)) };
-        if let Some(Err(error)) = &rings {
-            error.vertices.iter().for_each(|&r| broken[r as usize] = true);
-        }
-        let parts = if rounds < HALVINGS && is_many(&broken) { Parts::Halves } else { Parts::Vertices };
-        rounds += 1;
-        if !refine(surface, assignment, sums, &broken, parts, &closed) {
-            let is_closed = n_inner == closed.len();
-            closed.truncate(n_inner);
-            let rings = match rings {
-                Some(Ok(rings)) if is_closed => Some(rings),
-                _ => OneRings::new(assignment.n_regions, &closed).ok(),
-            };
+        let attempt = Attempt::new(surface, features, assignment, &apex_faces);
+        let parts = if round < HALVINGS && attempt.is_many() { Parts::Halves } else { Parts::Vertices };
+        if !refine(surface, assignment, sums, &attempt.broken, parts, &attempt.faces) {
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
-            if let (Some(rings), false) = (rings, broken.contains(&true)) {
-                let (faces, rings) = (Cow::Owned(closed), Cow::Owned(rings));
+            if let Some((faces, rings)) = attempt.into_rings(assignment.n_regions) {
+                let (faces, rings) = (Cow::Owned(faces), Cow::Owned(rings));
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
             }
             *assignment = Assignment::identity(surface.n_vertices());
         }
+    }
+    let (faces, rings) = (Cow::Borrowed(&*surface.faces), Cow::Borrowed(&surface.rings));
+    Quotient { faces, rings, n_refined: surface.n_vertices() - n_before }
+}
+
+/// The quotient over the regions as they are, and which of them break it.
+struct Attempt {
+    /// Faces over regions, those over the cones of the boundaries last.
+    faces: Vec<[u32; 3]>,
+    /// How many of them are the surface's.
+    n_inner: usize,
+    /// Number of regions.
+    n_regions: usize,
+    /// Whether each region, and each ghost vertex, breaks the quotient.
+    broken: Vec<bool>,
+    /// The rings over all faces; while many regions are broken, they would be made for nothing.
+    rings: Option<OneRings>,
+}
+
+impl Attempt {
+    fn new(surface: &Surface, features: &FeatureEdges, assignment: &Assignment, apex_faces: &[[u32; 3]]) -> Self {
+        let (meeting, mut broken) = meeting_faces(surface, assignment, apex_faces);
+        features.mark_broken(assignment, &mut broken);
+        let (n_inner, n_regions) = (meeting.inner.len(), assignment.n_regions);
+        let mut faces = meeting.inner;
+        faces.extend(meeting.border);
+        mark_flat_pillows(&faces, n_regions, &mut broken);
+        let mut attempt = Self { faces, n_inner, n_regions, broken, rings: None };
+        if !attempt.is_many() {
+            match OneRings::new(n_regions + surface.rings.n_apexes(), &attempt.faces) {
+                Ok(rings) => attempt.rings = Some(rings),
+                Err(error) => error.vertices.iter().for_each(|&r| attempt.broken[r as usize] = true),
+            }
+        }
+        attempt
+    }
+
+    /// Whether many regions are broken.
+    fn is_many(&self) -> bool {
+        let n_broken = self.broken.iter().filter(|broken| **broken).count();
+        n_broken as f64 > FEW * self.n_regions as f64
+    }
+
+    /// The faces of the surface and the rings over them; `None` where regions are broken.
+    fn into_rings(mut self, n_regions: usize) -> Option<(Vec<[u32; 3]>, OneRings)> {
+        let is_closed = self.n_inner == self.faces.len();
+        self.faces.truncate(self.n_inner);
+        let rings = self.rings.filter(|_| is_closed).or_else(|| OneRings::new(n_regions, &self.faces).ok())?;
+        (!self.broken.contains(&true)).then_some((self.faces, rings))
     }
 }
 
@@ -309,7 +334,7 @@ mod tests {
     /// The quotient judged by the naive figures: the same surface as the mesh.
     fn assert_same_surface(mesh: &TriMesh, surface: &Surface, mut assignment: Assignment) {
         let mut sums = sums(surface, &assignment);
-        let quotient = quotient(surface, &Features::default(), &mut assignment, &mut sums);
+        let quotient = quotient(surface, &FeatureEdges::default(), &mut assignment, &mut sums);
         let places = (0..assignment.n_regions).map(|r| [r as f32, 0.0, 0.0]).collect();
         let (before, after) = (topology(mesh), topology(&TriMesh::new(places, quotient.faces.to_vec()).unwrap()));
         assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
@@ -360,7 +385,7 @@ mod tests {
         let corners: Vec<u32> = (0..12).collect();
         let mut assignment = assign_to(&surface, &lengths, &corners);
         let mut sums = sums(&surface, &assignment);
-        let quotient = quotient(&surface, &Features::default(), &mut assignment, &mut sums);
+        let quotient = quotient(&surface, &FeatureEdges::default(), &mut assignment, &mut sums);
         assert_eq!((quotient.n_refined, quotient.faces.len(), assignment.n_regions), (0, 20, 12));
     }
 
@@ -372,7 +397,7 @@ mod tests {
         let mut assignment =
             Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };
         let mut sums = sums(&surface, &assignment);
-        let quotient = quotient(&surface, &Features::default(), &mut assignment, &mut sums);
+        let quotient = quotient(&surface, &FeatureEdges::default(), &mut assignment, &mut sums);
         assert_eq!(*quotient.faces, *surface.faces);
         assert_eq!(assignment.region, Assignment::identity(n_regions).region);
     }

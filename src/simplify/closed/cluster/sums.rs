@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::geometry::Quadric;
 use crate::mesh::shares::add_to_rows;
 
-use crate::simplify::closed::cluster::darts::Assignment;
+use super::assignment::Assignment;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Weighted sums over the vertices of a region.

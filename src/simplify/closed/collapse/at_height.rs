@@ -2,13 +2,13 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::pair::{Pair, Place};
+use super::pair::{MergedVertex, Pair, Place};
 
 impl Pair {
     /// As [`Pair::placement`], with the merged vertex at this height along an axis, where one of the ends lies at least.
-    pub fn placement_at(&self, axis: usize, height: f64) -> (Place, DVec3, f64) {
+    pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
         match self.minimum_at(axis, height).filter(|(x, _)| self.is_within_reach(*x)) {
-            Some((x, cost)) => (Place::Minimum, x, cost),
+            Some((offset, price)) => MergedVertex { place: Place::Minimum, offset, price },
             None => self.best_at(axis, height),
         }
     }
@@ -31,10 +31,10 @@ impl Pair {
     }
 
     /// The best of the ends that lie at this height and, where both do, their middle.
-    fn best_at(&self, axis: usize, height: f64) -> (Place, DVec3, f64) {
+    fn best_at(&self, axis: usize, height: f64) -> MergedVertex {
         let places = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
-        let fit = places.into_iter().filter(|(_, x, _)| x[axis] == height);
-        fit.min_by(|x, y| x.2.total_cmp(&y.2)).unwrap_or(places[0])
+        let fit = places.into_iter().filter(|merged| merged.offset[axis] == height);
+        fit.min_by(|x, y| x.price.total_cmp(&y.price)).unwrap_or(places[0])
     }
 }
 
@@ -49,17 +49,17 @@ mod tests {
         let of = |(n, w): ([f64; 3], f64)| Quadric::of_plane(DVec3::from(n).normalize(), DVec3::new(0.2, 0.1, 0.3), w);
         let sum = planes.into_iter().map(of).fold(Quadric::default(), |x, y| x + y);
         let pair = Pair::about(sum, DVec3::new(0.0, 1.0, 0.0));
-        let (place, x, cost) = pair.placement_at(0, 0.0);
+        let MergedVertex { place, offset: x, price } = pair.placement_at(0, 0.0);
         assert_eq!((place, x.x), (Place::Minimum, 0.0));
         for step in [[0.0, 1e-3, 0.0], [0.0, -1e-3, 0.0], [0.0, 0.0, 1e-3], [0.0, 0.0, -1e-3]] {
-            assert!(sum.value(x + DVec3::from(step)) > cost);
+            assert!(sum.value(x + DVec3::from(step)) > price);
         }
     }
 
     #[test]
     fn where_there_is_no_minimum_it_is_an_end_on_the_plane() {
         let pair = Pair::about(Quadric::default(), DVec3::new(0.5, 1.0, 0.0));
-        assert_eq!(pair.placement_at(0, 0.0).0, Place::Kept);
-        assert_eq!(pair.placement_at(0, 0.5).0, Place::Gone);
+        assert_eq!(pair.placement_at(0, 0.0).place, Place::Kept);
+        assert_eq!(pair.placement_at(0, 0.5).place, Place::Gone);
     }
 }

@@ -9,13 +9,11 @@
 use glam::DVec3;
 
 use crate::geometry::Quadric;
-use crate::mesh::{Attributes, Channel, Role, TriMesh};
+use crate::mesh::{Attributes, Channel, Role};
 
-use crate::simplify::closed::attributes::corners::corner_orders;
-use crate::simplify::closed::cluster::darts::Assignment;
+use crate::simplify::closed::cluster::assignment::Assignment;
 use crate::simplify::closed::cluster::placement::Placement;
-use crate::simplify::closed::prepare::features::Features;
-use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::original::Original;
 
 /// Numbers of a colour, at most.
 const MOST: usize = 4;
@@ -83,20 +81,20 @@ fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
 }
 
 /// The quadrics of the regions' colours about their placed vertices; none where the corners carry no colour.
-pub(in crate::simplify::closed) fn of_colours(
-    (mesh, surface): (&TriMesh, &Surface),
-    features: &Features,
+pub fn of_colours(
+    original: &Original,
     assignment: &Assignment,
     placed: &Placement,
     attributes: &Attributes,
 ) -> AttributeQuadrics {
     let is_colour = |channel: &&Channel| channel.role == Role::Colour;
     let Some(channel) = attributes.channels.iter().find(is_colour) else { return AttributeQuadrics::default() };
+    let surface = &original.surface;
     let region = |v: u32| assignment.region[v as usize] as usize;
     let mut at_seam = vec![false; assignment.n_regions];
-    features.edges.iter().flatten().for_each(|&v| at_seam[region(v)] = true);
+    original.features.edges.iter().flatten().for_each(|&v| at_seam[region(v)] = true);
     let mut quadrics = vec![AttributeQuadric::default(); assignment.n_regions];
-    let wedges = attributes.wedges.iter().zip(corner_orders(surface, mesh));
+    let wedges = attributes.wedges.iter().zip(original.corner_orders());
     for (face, (wedges, order)) in surface.faces.iter().zip(wedges) {
         let colours = order.map(|corner| channel.of(wedges[corner as usize]));
         let Some(weights) = Weights::new(face.map(|v| surface.positions[v as usize].as_dvec3())) else { continue };
@@ -112,7 +110,7 @@ pub(in crate::simplify::closed) fn of_colours(
 
 /// The quadric of each vertex of a collapse; none where the corners carry nothing that counts.
 #[derive(Default)]
-pub(in crate::simplify::closed) struct AttributeQuadrics(Vec<AttributeQuadric>);
+pub struct AttributeQuadrics(Vec<AttributeQuadric>);
 
 impl AttributeQuadrics {
     /// Whether nothing counts.
@@ -121,7 +119,7 @@ impl AttributeQuadrics {
     }
 
     /// What a merge of two vertices costs, about the first one; `other` is where the second is from there.
-    pub(super) fn cost(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
+    pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
         self.0[u as usize].united(&self.0[v as usize], other).cost()
     }
 

@@ -9,12 +9,13 @@ use rayon::prelude::*;
 
 use crate::mesh::OneRings;
 use crate::simplify::closed::cluster::placement::Placement;
+use crate::simplify::limits::Limit;
 use crate::spatial::curve_order;
 
+use super::complex::{Collapse, NONE, apexes, merges_to};
 use super::links::Links;
 use super::pair::Node;
 use super::rounds::price_of_round;
-use super::{Collapse, Limit, NONE, apexes, merges_to};
 
 /// Vertices of a block.
 const BLOCK: usize = 32_768;
@@ -23,13 +24,18 @@ const LEAST_BLOCKS: usize = 2;
 /// Share of the merges that are left to the whole.
 const LEFT: f64 = 0.02;
 
-/// Whether so many vertices are worth blocks.
-pub(super) fn are_worth_it(n_vertices: usize) -> bool {
-    n_vertices >= LEAST_BLOCKS * BLOCK
+impl Collapse {
+    /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
+    pub fn toward(limit: Limit, placed: &Placement, rings: &OneRings) -> Self {
+        if rings.n_vertices() >= LEAST_BLOCKS * BLOCK {
+            return collapse_in_blocks(placed, rings, limit);
+        }
+        Self::new(placed, rings)
+    }
 }
 
 /// A complex over these positions, quadrics and rings, most of the way down to the limit.
-pub(super) fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
+fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
     let n_vertices = rings.n_vertices();
     let (apexes, n_faces) = apexes(rings);
     let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array());
@@ -133,33 +139,37 @@ impl Split {
         };
         let part = |((_, block), numbers): ((u32, Collapse), &Vec<u32>)| block.part(numbers, elsewhere);
         let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
-        let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
-        let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
-        for part in parts {
-            nodes_of.push((n_blocks, part.nodes));
-            n_blocks += part.links.n_blocks();
-            links_of.push(part.links);
-            least.extend(part.least);
-            unpriced.extend(part.unpriced);
-        }
-        let all_nodes = || {
-            let mut nodes = Vec::with_capacity(n_inner + apexes.len());
-            for (n_before, part) in nodes_of {
-                nodes.extend(part.into_iter().map(|node| Node { ring: node.ring.after(n_before), ..node }));
-            }
-            nodes.extend(apexes);
-            nodes
-        };
-        let all_links = || {
-            let mut links = Links::with_capacity(n_inner);
-            links_of.into_iter().for_each(|part| links.append(part));
-            links
-        };
-        let (nodes, links) = rayon::join(all_nodes, all_links);
         let n_merged = self.order.len() - n_inner;
-        let whole = Collapse::of(nodes, links, n_inner, n_faces - 2 * n_merged);
-        Collapse { begun, least, unpriced: Some(unpriced), ..whole }
+        Collapse { begun, ..whole_of(parts, apexes, n_inner, n_faces - 2 * n_merged) }
     }
+}
+
+/// The complex of these parts and the apexes, with so many vertices and faces.
+fn whole_of(parts: Vec<Part>, apexes: Vec<Node>, n_inner: usize, n_faces: usize) -> Collapse {
+    let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
+    let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
+    for part in parts {
+        nodes_of.push((n_blocks, part.nodes));
+        n_blocks += part.links.n_blocks();
+        links_of.push(part.links);
+        least.extend(part.least);
+        unpriced.extend(part.unpriced);
+    }
+    let all_nodes = || {
+        let mut nodes = Vec::with_capacity(n_inner + apexes.len());
+        for (n_before, part) in nodes_of {
+            nodes.extend(part.into_iter().map(|node| Node { ring: node.ring.after(n_before), ..node }));
+        }
+        nodes.extend(apexes);
+        nodes
+    };
+    let all_links = || {
+        let mut links = Links::with_capacity(n_inner);
+        links_of.into_iter().for_each(|part| links.append(part));
+        links
+    };
+    let (nodes, links) = rayon::join(all_nodes, all_links);
+    Collapse { least, unpriced: Some(unpriced), ..Collapse::of(nodes, links, n_inner, n_faces) }
 }
 
 /// What lives of a block, in the numbers of the whole.
@@ -203,9 +213,9 @@ impl Collapse {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes, topology};
-    use crate::simplify::closed::cluster::darts::Assignment;
+    use crate::simplify::closed::cluster::assignment::Assignment;
     use crate::simplify::closed::cluster::placement::place;
-    use crate::simplify::closed::collapse::{End, Remains};
+    use crate::simplify::closed::collapse::End;
     use crate::simplify::closed::prepare::surface::Surface;
 
     fn error(collapse: &Collapse) -> f64 {
@@ -216,7 +226,7 @@ mod tests {
     fn in_blocks_and_whole(mesh: &TriMesh) -> [Collapse; 2] {
         let surface = Surface::new(mesh);
         let n_vertices = surface.n_vertices();
-        assert!(are_worth_it(n_vertices));
+        assert!(n_vertices >= LEAST_BLOCKS * BLOCK);
         let placed = place(&surface, &Assignment::identity(n_vertices), &[], &surface.faces);
         let limit = Limit { vertices: n_vertices / 5, faces: usize::MAX };
         let mut whole = Collapse::new(&placed, &surface.rings);
@@ -234,7 +244,8 @@ mod tests {
             let [in_blocks, whole] = in_blocks_and_whole(&mesh);
             assert_eq!(in_blocks.n_vertices, whole.n_vertices);
             assert!(error(&in_blocks) < 1.08 * error(&whole) + 1e-12, "{} {}", error(&in_blocks), error(&whole));
-            let Remains { positions, faces, vertex_of, .. } = in_blocks.remains();
+            let output = in_blocks.output(&Assignment::identity(mesh.positions().len()));
+            let (faces, positions, vertex_of) = (output.faces().to_vec(), output.positions, output.vertex_of);
             assert_eq!((faces.len(), vertex_of.len()), (in_blocks.n_faces, mesh.positions().len()));
             let mut is_used = vec![false; positions.len()];
             vertex_of.iter().for_each(|&v| is_used[v as usize] = true);
@@ -252,8 +263,9 @@ mod tests {
         let mesh = shapes::torus(380, 200, 1.0, 0.4);
         let surface = Surface::new(&mesh);
         let [in_blocks, _] = in_blocks_and_whole(&mesh);
-        let Remains { positions, vertex_of, .. } = in_blocks.remains();
-        let far = surface.positions.iter().zip(&vertex_of).map(|(p, &v)| p.distance(positions[v as usize]));
+        let output = in_blocks.output(&Assignment::identity(surface.n_vertices()));
+        let far = surface.positions.iter().zip(&output.vertex_of);
+        let far = far.map(|(p, &v)| p.distance(output.positions[v as usize]));
         let farthest = far.fold(0.0, f32::max);
         assert!(farthest < 0.1, "{farthest}");
     }

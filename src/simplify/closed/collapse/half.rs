@@ -3,19 +3,21 @@
 //! A merge within the cut takes one vertex of the whole, any other two. So the whole comes to its size but for one vertex
 //! first; where one is too many then, the cheapest merge within the cut takes it.
 
-use super::{Collapse, End, Limit};
-use crate::simplify::closed::pins::OnPlane;
+use crate::simplify::closed::pins::PlaneVertices;
+use crate::simplify::limits::Limit;
+
+use super::complex::{Collapse, End};
 
 impl Collapse {
-    /// What stays on the plane, where this is the collapse of a half.
-    pub(super) fn on_plane(&self) -> Option<&OnPlane> {
-        self.holds.as_ref().and_then(|holds| holds.on_plane())
+    /// The vertices that stay on the plane, where this is the collapse of a half.
+    pub(super) fn plane(&self) -> Option<&PlaneVertices> {
+        self.constraints.as_ref().and_then(|constraints| constraints.pins.plane())
     }
 
     /// Whether a merge would join two vertices of the plane that have no edge of the cut between them.
     pub(super) fn would_bridge(&self, u: u32, v: u32) -> bool {
         let ring = |w| self.ring(w).collect::<Vec<u32>>();
-        self.on_plane().is_some_and(|on_plane| on_plane.would_bridge([u, v], [&ring(u), &ring(v)]))
+        self.plane().is_some_and(|plane| plane.would_bridge([u, v], [&ring(u), &ring(v)]))
     }
 
     /// Collapses until the whole is at the limit, exactly where that can be.
@@ -30,11 +32,13 @@ impl Collapse {
 
     /// Does the cheapest merge of two neighbours on the cut that may be done, if there is one.
     fn merge_within_cut(&mut self) {
-        let Some(on_plane) = self.on_plane() else { return };
+        let Some(plane) = self.plane() else { return };
         let mut edges = Vec::new();
-        for u in self.living().filter(|&u| on_plane.has(u)) {
-            let along = self.ring(u).filter(|&v| v > u && on_plane.has(v));
-            edges.extend(along.map(|v| (self.price_held(u, v), [u, v])).filter(|(cost, _)| *cost < f32::INFINITY));
+        for u in self.living().filter(|&u| plane.has(u)) {
+            let along = self.ring(u).filter(|&v| v > u && plane.has(v));
+            edges.extend(
+                along.map(|v| (self.constrained_price(u, v), [u, v])).filter(|(price, _)| *price < f32::INFINITY),
+            );
         }
         edges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         _ = edges.into_iter().any(|(_, [u, v])| self.try_merge(u, v));

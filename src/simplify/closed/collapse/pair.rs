@@ -1,6 +1,6 @@
-//! A vertex of a collapse, and two of them about to be merged: where the merged one goes and what that costs.
+//! A vertex of a collapse, and two of them about to be merged: where the merged one goes, and the price.
 //!
-//! What merges cost is computed for several edges side by side, the same operations in the same order for each, so that
+//! Prices are computed for several edges side by side, the same operations in the same order for each, so that
 //! an edge has the same price to the bit however many stand beside it.
 
 use std::ops::{Add, Div, Mul, Sub};
@@ -67,7 +67,7 @@ impl LocalQuadric {
 
 /// Where a merged vertex goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::simplify::closed) enum Place {
+pub enum Place {
     /// To the minimum of the summed quadrics.
     Minimum,
     /// Where the vertex that stays was.
@@ -78,8 +78,19 @@ pub(in crate::simplify::closed) enum Place {
     Middle,
 }
 
+/// A vertex that two may become.
+#[derive(Clone, Copy)]
+pub struct MergedVertex {
+    /// How its place was found.
+    pub place: Place,
+    /// Where it is, from the first end of the edge.
+    pub offset: DVec3,
+    /// The price of the merge.
+    pub price: f64,
+}
+
 /// An edge about to be merged, seen from its first end: the summed quadric about there, and where the other end is.
-pub(in crate::simplify::closed) struct Pair {
+pub struct Pair {
     /// The summed quadric about the first end.
     pub sum: Quadric,
     other: DVec3,
@@ -118,29 +129,30 @@ impl Pair {
 
     /// The best of what else comes into question: the two ends and the middle.
     #[inline(always)]
-    fn best_other(&self) -> (Place, DVec3, f64) {
+    fn best_other(&self) -> MergedVertex {
         let [kept, gone, middle] = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
-        let best = if gone.2 < kept.2 { gone } else { kept };
-        if middle.2 < best.2 { middle } else { best }
+        let best = if gone.price < kept.price { gone } else { kept };
+        if middle.price < best.price { middle } else { best }
     }
 
-    /// One of the two ends or, for any other place, the middle, from the first end, and what that costs.
+    /// The merged vertex at one of the two ends or, for any other place, in the middle.
     #[inline(always)]
-    pub fn at(&self, place: Place) -> (Place, DVec3, f64) {
+    pub fn at(&self, place: Place) -> MergedVertex {
         let t = match place {
             Place::Kept => 0.0,
             Place::Gone => 1.0,
             Place::Middle | Place::Minimum => 0.5,
         };
         let Pair { sum, other } = self;
-        (place, *other * t, t * t * sum.curvature(*other) - 2.0 * t * sum.b.dot(*other) + sum.c)
+        let price = t * t * sum.curvature(*other) - 2.0 * t * sum.b.dot(*other) + sum.c;
+        MergedVertex { place, offset: *other * t, price }
     }
 
-    /// Where the merged vertex goes, from the first end, and what that costs.
+    /// The merged vertex.
     #[inline(always)]
-    pub fn placement(&self) -> (Place, DVec3, f64) {
+    pub fn placement(&self) -> MergedVertex {
         match self.minimum_within_reach() {
-            Some((x, cost)) => (Place::Minimum, x, cost),
+            Some((offset, price)) => MergedVertex { place: Place::Minimum, offset, price },
             None => self.best_other(),
         }
     }
@@ -211,81 +223,102 @@ macro_rules! lanes {
     }};
 }
 
-/// The cost of [`Pair::placement`] for `u` and each of these neighbours, every case of it computed for all.
-///
-/// In single precision the minimum comes from a factorisation A = LDL', which loses no more than rounding A does; a determinant would lose
-/// everything where faces lie nearly in one plane.
+/// Eight pairs side by side: `u` and each of these neighbours.
+struct Pairs {
+    /// Upper triangles of the summed quadrics about `u`.
+    a: [Lanes; 6],
+    b: [Lanes; 3],
+    c: Lanes,
+    /// Where the other ends are, from `u`.
+    other: [Lanes; 3],
+}
+
+impl Pairs {
+    #[inline(always)]
+    fn new(u: &Node, others: [&Node; WIDTH]) -> Self {
+        let all = Lanes::all;
+        let other = [
+            lanes!(others, position.x) - all(u.position.x),
+            lanes!(others, position.y) - all(u.position.y),
+            lanes!(others, position.z) - all(u.position.z),
+        ];
+        let of_v = [
+            lanes!(others, quadric.a[0]),
+            lanes!(others, quadric.a[1]),
+            lanes!(others, quadric.a[2]),
+            lanes!(others, quadric.a[3]),
+            lanes!(others, quadric.a[4]),
+            lanes!(others, quadric.a[5]),
+        ];
+        let b_of_v = [lanes!(others, quadric.b[0]), lanes!(others, quadric.b[1]), lanes!(others, quadric.b[2])];
+        let c_of_v = lanes!(others, quadric.c);
+        let there = times(&of_v, other);
+        let both =
+            [there[0] + b_of_v[0] + b_of_v[0], there[1] + b_of_v[1] + b_of_v[1], there[2] + b_of_v[2] + b_of_v[2]];
+        let own = &u.quadric;
+        let a = std::array::from_fn(|i| all(own.a[i]) + of_v[i]);
+        let b = std::array::from_fn(|i| all(own.b[i]) + (b_of_v[i] + there[i]));
+        Self { a, b, c: all(own.c) + (c_of_v + dot(both, other)), other }
+    }
+
+    /// The minima, from `u`, and their values.
+    ///
+    /// In single precision the minimum comes from a factorisation A = LDL', which loses no more than rounding A does; a
+    /// determinant would lose everything where faces lie nearly in one plane: Ly = b, Dz = y, L'x = z. A direction without a pivot
+    /// stays where it is.
+    #[inline(always)]
+    fn minima(&self) -> ([Lanes; 3], Lanes) {
+        let Self { a: [xx, xy, xz, yy, yz, zz], b, c, .. } = *self;
+        let all = Lanes::all;
+        let least_pivot = all(LEAST_PIVOT) * (xx + yy + zz);
+        let over = |pivot: Lanes| {
+            let over = all(1.0) / pivot;
+            let is_pivot = pivot - least_pivot;
+            is_pivot.zip(over, |is_pivot, over| if is_pivot > 0.0 { over } else { 0.0 })
+        };
+        let over_d0 = over(xx);
+        let (l10, l20) = (xy * over_d0, xz * over_d0);
+        let d1 = yy - l10 * xy;
+        let rest = yz - l20 * xy;
+        let over_d1 = over(d1);
+        let l21 = rest * over_d1;
+        let d2 = zz - l20 * xz - l21 * rest;
+        let over_d2 = over(d2);
+        let y = [b[0], b[1] - l10 * b[0], b[2] - l20 * b[0] - l21 * (b[1] - l10 * b[0])];
+        let z = [y[0] * over_d0, y[1] * over_d1, y[2] * over_d2];
+        let x1 = z[1] - l21 * z[2];
+        let x = [z[0] - l10 * x1 - l20 * z[2], x1, z[2]];
+        (x, (c - dot(y, z)).zip(all(0.0), f32::max))
+    }
+
+    /// The least values at the two ends and in the middle.
+    #[inline(always)]
+    fn best_others(&self) -> Lanes {
+        let Self { a, b, c, other } = self;
+        let (curvature, slope) = (dot(times(a, *other), *other), dot(*b, *other));
+        let gone = curvature - Lanes::all(2.0) * slope + *c;
+        let middle = Lanes::all(0.25) * curvature - slope + *c;
+        c.min(gone).min(middle)
+    }
+}
+
+/// The price of [`Pair::placement`] for `u` and each of these neighbours, every case of it computed for all.
 #[inline(always)]
 pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
-    let all = Lanes::all;
-    let other = [
-        lanes!(others, position.x) - all(u.position.x),
-        lanes!(others, position.y) - all(u.position.y),
-        lanes!(others, position.z) - all(u.position.z),
-    ];
-    let of_v = [
-        lanes!(others, quadric.a[0]),
-        lanes!(others, quadric.a[1]),
-        lanes!(others, quadric.a[2]),
-        lanes!(others, quadric.a[3]),
-        lanes!(others, quadric.a[4]),
-        lanes!(others, quadric.a[5]),
-    ];
-    let b_of_v = [lanes!(others, quadric.b[0]), lanes!(others, quadric.b[1]), lanes!(others, quadric.b[2])];
-    let c_of_v = lanes!(others, quadric.c);
-    let there = times(&of_v, other);
-    let both = [there[0] + b_of_v[0] + b_of_v[0], there[1] + b_of_v[1] + b_of_v[1], there[2] + b_of_v[2] + b_of_v[2]];
-    let own = &u.quadric;
-    let [xx, xy, xz] = [all(own.a[0]) + of_v[0], all(own.a[1]) + of_v[1], all(own.a[2]) + of_v[2]];
-    let [yy, yz, zz] = [all(own.a[3]) + of_v[3], all(own.a[4]) + of_v[4], all(own.a[5]) + of_v[5]];
-    let b = [
-        all(own.b[0]) + (b_of_v[0] + there[0]),
-        all(own.b[1]) + (b_of_v[1] + there[1]),
-        all(own.b[2]) + (b_of_v[2] + there[2]),
-    ];
-    let c = all(own.c) + (c_of_v + dot(both, other));
-
-    // A = LDL', Ly = b, Dz = y, L'x = z.
-    // A direction without a pivot stays where it is.
-    let least_pivot = all(LEAST_PIVOT) * (xx + yy + zz);
-    let over = |pivot: Lanes| {
-        let over = all(1.0) / pivot;
-        let is_pivot = pivot - least_pivot;
-        is_pivot.zip(over, |is_pivot, over| if is_pivot > 0.0 { over } else { 0.0 })
-    };
-    let over_d0 = over(xx);
-    let (l10, l20) = (xy * over_d0, xz * over_d0);
-    let d1 = yy - l10 * xy;
-    let rest = yz - l20 * xy;
-    let over_d1 = over(d1);
-    let l21 = rest * over_d1;
-    let d2 = zz - l20 * xz - l21 * rest;
-    let over_d2 = over(d2);
-    let y = [b[0], b[1] - l10 * b[0], b[2] - l20 * b[0] - l21 * (b[1] - l10 * b[0])];
-    let z = [y[0] * over_d0, y[1] * over_d1, y[2] * over_d2];
-    let x1 = z[1] - l21 * z[2];
-    let x = [z[0] - l10 * x1 - l20 * z[2], x1, z[2]];
-    let lowest = (c - dot(y, z)).zip(all(0.0), f32::max);
-    let half = all(0.5);
+    let pairs = Pairs::new(u, others);
+    let (x, lowest) = pairs.minima();
+    let (other, half) = (pairs.other, Lanes::all(0.5));
     let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
-    let within = all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
-
-    let (curvature, slope) = (dot(times(&[xx, xy, xz, yy, yz, zz], other), other), dot(b, other));
-    let gone = curvature - all(2.0) * slope + c;
-    let middle = all(0.25) * curvature - slope + c;
-    let best_other = c.min(gone).min(middle);
-    let mut prices = [0.0; WIDTH];
-    for (i, price) in prices.iter_mut().enumerate() {
-        *price = if within.0[i] >= 0.0 { lowest.0[i] } else { best_other.0[i] };
-    }
-    prices
+    let within = Lanes::all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
+    let best_others = pairs.best_others();
+    std::array::from_fn(|i| if within.0[i] >= 0.0 { lowest.0[i] } else { best_others.0[i] })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::simplify::closed::cluster::darts::Assignment;
+    use crate::simplify::closed::cluster::assignment::Assignment;
     use crate::simplify::closed::cluster::placement::place;
     use crate::simplify::closed::prepare::surface::Surface;
 
@@ -303,7 +336,7 @@ mod tests {
             let scale: f32 = nodes.iter().map(|node| node.quadric.a[0] + node.quadric.a[3] + node.quadric.a[5]).sum();
             for &[u, v] in &edges {
                 let (u, v) = (&nodes[u as usize], &nodes[v as usize]);
-                let naive = Pair::new(u, v).placement().2 as f32;
+                let naive = Pair::new(u, v).placement().price as f32;
                 let prices = prices_around(u, [u, v, u, v, v, u, v, v]);
                 let of_v = [prices[1], prices[3], prices[4], prices[6], prices[7]];
                 assert!(of_v.iter().all(|price| price.to_bits() == of_v[0].to_bits()));

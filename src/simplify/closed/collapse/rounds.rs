@@ -6,10 +6,11 @@
 //! kept: who is among the lowest is found by a look at one number per vertex.
 
 use crate::linalg::{Isa, Work};
+use crate::simplify::limits::Limit;
 
+use super::complex::{Collapse, End, NONE, merges_to};
 use super::links::WIDTH;
 use super::pair::{Node, prices_around};
-use super::{Collapse, End, Limit, NONE, merges_to};
 
 /// An edge that may not go now is tried again at so many times its price.
 const PATIENCE: f32 = 1.5;
@@ -56,6 +57,11 @@ impl Work for Round<'_> {
 }
 
 impl Collapse {
+    /// Collapses the cheapest edges until the limit or until none may go.
+    pub fn run(&mut self, limit: Limit) -> End {
+        if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
+    }
+
     /// Collapses down to the limit or until no edge may go.
     pub(super) fn run_to(&mut self, limit: Limit) -> End {
         self.price();
@@ -66,7 +72,7 @@ impl Collapse {
             let to_do = self.merges_to(limit);
             most = price_of_round(to_do, most, [&*self]);
             if most == f32::INFINITY || is_idle && self.all_were_tried(most, last_merge) {
-                return match (self.holds.is_some(), self.turn_forbidden) {
+                return match (self.constraints.is_some(), self.turn_forbidden) {
                     (true, _) => End::Held,
                     (_, true) => End::WouldTurn,
                     _ => End::Smallest,
@@ -194,7 +200,7 @@ impl Collapse {
                 let node = |i: usize| &self.nodes[if i < n { ends[i] } else { u } as usize];
                 prices_around(&self.nodes[u as usize], std::array::from_fn(node))
             } else {
-                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.price_held(u, w) })
+                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.constrained_price(u, w) })
             };
             for (price, w) in prices.iter_mut().zip(ends) {
                 let may_go = !self.is_apex(w) && !self.is_frozen(w) && *price < f32::INFINITY;

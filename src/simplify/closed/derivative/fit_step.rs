@@ -10,8 +10,8 @@ use super::algebra::{
     Form, area_normal_backward, outer, solve, solve_backward, stiffened, stiffened_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::refine::fit::Step;
 use crate::simplify::closed::refine::points::Match;
+use crate::simplify::closed::trace::Step;
 
 /// A step and the two surfaces between which it was taken.
 pub(super) struct FitStep<'a> {
@@ -95,16 +95,16 @@ impl FitStep<'_> {
 
     /// How much a point counts.
     fn count(&self, m: &Match) -> f64 {
-        f64::from(self.step.counts[m.place.face as usize])
+        f64::from(self.step.counts[m.projection.face as usize])
     }
 
     fn row(&self, m: &Match, normals: &[DVec3]) -> Row {
         let point = self.input_faces[m.point as usize].map(|v| self.input[v as usize]);
-        let face = self.output_faces[m.place.face as usize];
-        let corners = [0, 1, 2].map(|i| (face[i] as usize, f64::from(m.place.weights[i])));
+        let face = self.output_faces[m.projection.face as usize];
+        let corners = [0, 1, 2].map(|i| (face[i] as usize, f64::from(m.projection.weights[i])));
         let foot: DVec3 = corners.iter().map(|&(v, share)| self.output[v] * share).sum();
         let gap = (point[0] + point[1] + point[2]) / 3.0 - foot;
-        let normal = normals[m.place.face as usize].normalize_or_zero();
+        let normal = normals[m.projection.face as usize].normalize_or_zero();
         let area = 0.5 * self.count(m) * area_normal_f64(point).length();
         Row { corners, area, gap, normal, height: normal.dot(gap) }
     }
@@ -135,7 +135,7 @@ impl FitStep<'_> {
     fn rows_backward(&self, rows: &[Row], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
-            to_units[m.place.face as usize] += to.normal + row.gap * to.height;
+            to_units[m.projection.face as usize] += to.normal + row.gap * to.height;
             let to_gap = row.normal * to.height;
             row.corners.iter().for_each(|&(v, share)| to_output[v] -= to_gap * share);
             let face = self.input_faces[m.point as usize];

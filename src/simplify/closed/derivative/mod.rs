@@ -11,29 +11,12 @@ mod tree;
 
 use glam::DVec3;
 
-use crate::simplify::closed::cluster::placement::Case;
-use crate::simplify::closed::collapse::Merge;
-use crate::simplify::closed::prepare::surface::{Normalisation, Surface};
-use crate::simplify::closed::refine::fit::Step;
+use crate::simplify::closed::original::Original;
+use crate::simplify::closed::prepare::surface::Normalisation;
+use crate::simplify::closed::trace::{Step, Trace};
 use fit_step::FitStep;
 use planes::{Gathered, Planes};
 use tree::{Grown, Tree};
-
-/// What a run chose on its way, as far as its result depends on positions.
-pub(super) struct Choices {
-    /// The region of each vertex of the surface.
-    pub region: Vec<u32>,
-    /// How the vertex of each region was placed.
-    pub cases: Vec<Case>,
-    /// The merges of the collapse, in order.
-    pub merges: Vec<Merge>,
-    /// For each region the output vertex that it became.
-    pub output_of: Vec<u32>,
-    /// The faces that were fitted.
-    pub faces: Vec<[u32; 3]>,
-    /// The steps of the fit.
-    pub steps: Vec<Step>,
-}
 
 /// The closed result as a function of the input's positions.
 pub(in crate::simplify) struct Derivative {
@@ -66,15 +49,19 @@ impl State {
 }
 
 impl Derivative {
-    /// From a run on `surface` with vertices at `input`, that ended with vertices at `output`; all in local coordinates.
-    pub(super) fn new(surface: &Surface, choices: Choices, input: &[[f32; 3]], output: &[[f32; 3]]) -> Self {
-        let Choices { region, cases, merges, output_of, faces, steps } = choices;
+    /// From a run that wrote down its choices and ended with vertices at `output`, in local coordinates; `vertex_of` names the
+    /// output vertex of each vertex of the surface.
+    pub(super) fn new(original: &Original, trace: Trace, vertex_of: &[u32], output: &[[f32; 3]]) -> Self {
+        let Trace { region, cases, merges, faces, steps } = trace;
+        let surface = &original.surface;
         let (scale, sources) = (surface.scale, surface.sources().collect::<Vec<u32>>());
-        let positions = gather(&scale, input, &sources);
+        let positions = gather(&scale, original.mesh.positions(), &sources);
+        let mut output_of = vec![0; cases.len()];
+        region.iter().zip(vertex_of).for_each(|(&r, &x)| output_of[r as usize] = x);
         let mut derivative = Self {
             scale,
             sources,
-            output_of: region.iter().map(|&r| output_of[r as usize]).collect(),
+            output_of: vertex_of.to_vec(),
             planes: Planes::new(surface, &positions),
             tree: Tree::new(region, cases, &merges, &output_of),
             faces,
@@ -147,17 +134,19 @@ fn gather(scale: &Normalisation, input: &[[f32; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Closed, Importance, Keep, Limit, Parts, Request, simplify_closed};
+    use super::super::{Closed, simplify_levels};
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
+    use crate::simplify::closed::request::{Importance, Keep, Request};
+    use crate::simplify::limits::Limit;
+    use crate::simplify::options::Parts;
     use std::ops::ControlFlow;
 
     fn run(mesh: &TriMesh, vertices: usize) -> (Closed, Derivative) {
         let limit = Limit { vertices, faces: usize::MAX };
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
         let request = Request {
-            limit,
             oversample: 2.0,
             all_if_uneven: false,
             importance: Importance::Given(&factors),
@@ -167,7 +156,8 @@ mod tests {
             differentiable: true,
             keep: Keep::default(),
         };
-        let mut closed = simplify_closed(mesh, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+        let levels = simplify_levels(mesh, &request, &[limit], &mut |_| ControlFlow::Continue(())).unwrap();
+        let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)
     }

@@ -1,5 +1,27 @@
-//! The input as the assembly works on it: a surface of unit size, the edges that count, and whether it is even.
+//! The input as the assembly works on it: a surface of unit size, the edges that stay, the vertices that may not move.
 
-pub(super) mod features;
-pub(super) mod surface;
-pub(super) mod uneven;
+pub mod feature_edges;
+mod half;
+pub mod surface;
+pub mod uneven;
+
+use crate::mesh::TriMesh;
+
+use super::original::Original;
+use super::pins::Pins;
+use super::request::Keep;
+use feature_edges::FeatureEdges;
+use surface::Surface;
+
+/// How much an edge that stays counts against the surface: weight of the plane that stands on it.
+const EDGE_WEIGHT: f32 = 0.3;
+
+/// Makes a mesh and what of it has to stay the original of an assembly.
+pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep) -> Original<'a> {
+    let mut surface = Surface::new(mesh);
+    let features = FeatureEdges::on(&surface, keep.edges);
+    let pins = Pins::on(&surface, keep);
+    surface.support_edges(&features.edges, EDGE_WEIGHT);
+    pins.plane().into_iter().for_each(|plane| half::complete(&mut surface, plane));
+    Original { mesh, surface, features, pins }
+}

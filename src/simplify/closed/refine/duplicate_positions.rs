@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::mesh::Frame;
+use crate::simplify::closed::pins::Pins;
 
 /// Bits per vertex in the table that finds the vertices whose positions may coincide.
 const BITS: usize = 16;
@@ -15,19 +16,18 @@ const BATCH: usize = 16_384;
 
 /// Moves vertices whose written positions coincide apart by the smallest steps that do; returns how many moved.
 ///
-/// `positions` are local, n_vertices x 3; `frame` says how they will be written. Vertices that are `fixed` (none where that is
-/// empty) stay, whatever lies where they are.
-pub fn separate(positions: &mut [[f32; 3]], fixed: &[bool], frame: &Frame) -> usize {
-    if are_apart(positions, frame) {
+/// `positions` are local, n_vertices x 3; `frame` says how they will be written. Vertices that are locked stay, whatever lies where
+/// they are.
+pub fn separate(positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
+    if !pins.let_duplicates_move() || are_apart(positions, frame) {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     taken.reserve(positions.len());
-    let is_fixed = |v: usize| fixed.get(v).copied().unwrap_or(false);
-    taken.extend((0..positions.len()).filter(|&v| is_fixed(v)).map(|v| key(frame, positions[v])));
+    taken.extend(pins.locked_vertices().map(|v| key(frame, positions[v as usize])));
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     let mut n_moved = 0;
-    for (_, position) in positions.iter_mut().enumerate().filter(|(v, _)| !is_fixed(*v)) {
+    for (_, position) in (0..).zip(positions).filter(|(v, _)| !pins.is_locked(*v)) {
         let written = key(frame, *position);
         if !taken.insert(written) {
             *position = free_place(*position, frame, &mut taken, n_tried.entry(written).or_default());
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn equal_positions_come_apart_by_little() {
         let mut positions = [[1.0, 2.0, 3.0]; 20];
-        assert_eq!(separate(&mut positions, &[], &Frame::default()), 19);
+        assert_eq!(separate(&mut positions, &Pins::default(), &Frame::default()), 19);
         let distinct: FxHashSet<[u32; 3]> = positions.iter().map(|p| p.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), 20);
         assert!(positions.iter().all(|p| Vec3::from(*p).distance(Vec3::new(1.0, 2.0, 3.0)) < 1e-5));
@@ -151,16 +151,16 @@ mod tests {
     fn what_counts_is_the_rounding_of_the_file() {
         let far = Frame { origin: [5e6, 0.0, 0.0], double: false };
         let mut positions = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]];
-        assert_eq!(separate(&mut positions, &[], &far), 1);
+        assert_eq!(separate(&mut positions, &Pins::default(), &far), 1);
         let mut positions = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]];
-        assert_eq!(separate(&mut positions, &[], &Frame { double: true, ..far }), 0);
+        assert_eq!(separate(&mut positions, &Pins::default(), &Frame { double: true, ..far }), 0);
     }
 
     #[test]
     fn thousands_in_one_place_stay_close() {
         for point in [[1.0f32, -2.0, 3.0], [0.0; 3], [1e-3, 5e5, 0.0]] {
             let mut positions = vec![point; 5000];
-            assert_eq!(separate(&mut positions, &[], &Frame::default()), 4999);
+            assert_eq!(separate(&mut positions, &Pins::default(), &Frame::default()), 4999);
             let distinct: FxHashSet<[u32; 3]> = positions.iter().map(|p| p.map(f32::to_bits)).collect();
             assert_eq!(distinct.len(), 5000);
             let reach = Vec3::from(point).abs().max_element().max(1e-30);
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn the_largest_coordinates_stay_finite() {
         let mut positions = vec![[f32::MAX, 0.0, -f32::MAX]; 50];
-        assert_eq!(separate(&mut positions, &[], &Frame::default()), 49);
+        assert_eq!(separate(&mut positions, &Pins::default(), &Frame::default()), 49);
         assert!(positions.as_flattened().iter().all(|x| x.is_finite()));
     }
 
@@ -179,7 +179,7 @@ mod tests {
     fn doubles_far_from_the_origin_come_apart_in_the_file() {
         let frame = Frame { origin: [5e9, -3.0, 0.0], double: true };
         let mut positions = [[1e-12, 0.0, 0.0]; 9];
-        separate(&mut positions, &[], &frame);
+        separate(&mut positions, &Pins::default(), &frame);
         let distinct: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(&frame, *p)).collect();
         assert_eq!(distinct.len(), 9);
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::nearest_weights;
 
-use crate::simplify::closed::refine::faces_around::FacesAround;
+use crate::simplify::closed::output::Output;
 
 /// Cosine between the normals of point and face above which a walk is believed not to have strayed over a crease.
 const AGREES: f32 = 0.8;
@@ -27,13 +27,13 @@ pub struct Facet {
     pub normal: Vec3,
     /// Position of the third corner, where all of these are 0.
     origin: Vec3,
-    /// The faces beyond the edges opposite to the corners, as far as they are known; `NONE` beyond a border.
+    /// The faces beyond the edges opposite to the corners, as far as they are known; `NONE` beyond a boundary.
     beyond: [AtomicU32; 3],
 }
 
-/// A place of a point over a face.
+/// A point as it lies over a face.
 #[derive(Clone, Copy, Default)]
-pub struct Place {
+pub struct Projection {
     /// The face.
     pub face: u32,
     /// Barycentric weights of about the nearest point in it, none negative, their sum 1.
@@ -69,16 +69,15 @@ impl Facet {
 /// The faces of the output and their neighbourhoods.
 pub struct Facets<'a> {
     facets: Vec<Facet>,
-    positions: &'a [Vec3],
-    faces: &'a [[u32; 3]],
-    around: &'a FacesAround,
+    /// What they are facets of.
+    pub output: &'a Output,
 }
 
 impl<'a> Facets<'a> {
-    /// From positions (n_vertices x 3) and faces (n_faces x 3) with what lies around them.
-    pub fn new(positions: &'a [Vec3], faces: &'a [[u32; 3]], around: &'a FacesAround) -> Self {
-        let facet = |face: &[u32; 3]| Facet::new(face.map(|v| positions[v as usize]));
-        Self { facets: faces.par_iter().map(facet).collect(), positions, faces, around }
+    /// Of all faces of an output.
+    pub fn new(output: &'a Output) -> Self {
+        let facet = |face: &[u32; 3]| Facet::new(face.map(|v| output.positions[v as usize]));
+        Self { facets: output.faces().par_iter().map(facet).collect(), output }
     }
 
     /// Unit normal of a face; zero where there is none.
@@ -90,12 +89,12 @@ impl<'a> Facets<'a> {
     /// apart.
     pub fn between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
         let [u, v] = if a != b { [a, b] } else { [b, c] };
-        if u == v { None } else { self.around.along(u, v).or_else(|| self.around.along(v, u)) }
+        if u == v { None } else { self.output.around().along(u, v).or_else(|| self.output.around().along(v, u)) }
     }
 
     /// A face at a vertex; the first of all where it has none.
     pub fn at(&self, vertex: u32) -> u32 {
-        self.around.corners(vertex).first().map_or(0, |corner| corner.face)
+        self.output.around().corners(vertex).first().map_or(0, |corner| corner.face)
     }
 
     /// Whether there is no face.
@@ -134,9 +133,9 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// The place of a point, at which the original has this normal of any length, over the face that a walk led to; or
-    /// else over the nearest face around `vertex` that looks the same way.
-    pub fn place(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Place> {
+    /// A point, at which the original has this normal of any length, as it lies over the face that a walk led to;
+    /// or else over the nearest face around `vertex` that looks the same way.
+    pub fn project(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Projection> {
         let facet = &self.facets[face as usize];
         let alike = facet.normal.dot(normal);
         let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
@@ -145,7 +144,7 @@ impl<'a> Facets<'a> {
         }
         let within = facet.weights(point).map(|w| w.max(0.0));
         let inverse = 1.0 / (within[0] + within[1] + within[2]);
-        Some(Place { face, weights: within.map(|w| w * inverse), height: facet.height(point) })
+        Some(Projection { face, weights: within.map(|w| w * inverse), height: facet.height(point) })
     }
 
     /// The face beyond the edge opposite to a corner (0, 1, 2), or `NONE`; looked for once and then remembered.
@@ -155,28 +154,28 @@ impl<'a> Facets<'a> {
         if known != UNKNOWN {
             return known;
         }
-        let corners = self.faces[face as usize];
-        let found = self.around.along(corners[(corner + 2) % 3], corners[(corner + 1) % 3]).unwrap_or(NONE);
+        let corners = self.output.face(face);
+        let found = self.output.around().along(corners[(corner + 2) % 3], corners[(corner + 1) % 3]).unwrap_or(NONE);
         memory.store(found, Relaxed);
         found
     }
 
-    /// The nearest place in the faces around `vertex` that look the same way.
-    fn nearest_around(&self, point: Vec3, normal: Vec3, vertex: u32) -> Option<Place> {
-        let mut best: Option<(f32, Place)> = None;
-        for face in self.around.faces(vertex) {
+    /// The nearest of the faces around `vertex` that look the same way.
+    fn nearest_around(&self, point: Vec3, normal: Vec3, vertex: u32) -> Option<Projection> {
+        let mut best: Option<(f32, Projection)> = None;
+        for face in self.output.around().faces(vertex) {
             let facet = &self.facets[face as usize];
             if facet.normal.dot(normal) <= 0.0 {
                 continue;
             }
-            let corners = self.faces[face as usize].map(|v| self.positions[v as usize]);
+            let corners = self.output.triangle(face);
             let weights = nearest_weights(point, corners);
             let foot = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
             let distance = point.distance_squared(foot);
             if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, Place { face, weights, height: facet.height(point) }));
+                best = Some((distance, Projection { face, weights, height: facet.height(point) }));
             }
         }
-        best.map(|(_, place)| place)
+        best.map(|(_, projection)| projection)
     }
 }

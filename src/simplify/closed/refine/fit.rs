@@ -5,19 +5,20 @@
 //! vertices move toward where the weighted squared heights over the faces are smallest: each in the direction of
 //! its own 3 x 3 system, all by the length that is best for them together. Points of faces that lie far from them count
 //! less, so that a few do not decide for all. A step that turns a face, does not pay or goes far is not taken, and none at
-//! a border: heights over the faces say nothing about where the surface ends.
+//! a boundary: heights over the faces say nothing about where the surface ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
-
 use crate::mesh::shares::{add_faces, cut, indices_where, shares};
-use crate::simplify::closed::pins::OnPlane;
+use crate::simplify::closed::original::Original;
+use crate::simplify::closed::output::Output;
 use crate::simplify::closed::prepare::surface::outer;
-use crate::simplify::closed::refine::faces_around::FacesAround;
-use crate::simplify::closed::refine::facets::{Facets, Place};
-use crate::simplify::closed::refine::points::{Match, Points};
+use crate::simplify::closed::trace::{Step, Trace};
+
+use super::facets::{Facets, Projection};
+use super::points::{Match, Points};
 
 /// Weight of staying in place against the points, which say little along the surface: half of it lets the mean distance fall
 /// on and the largest grow.
@@ -33,59 +34,24 @@ const LEAST_COSINE: f32 = 0.7;
 /// Least cosine between a face's normal and where it is meant to look.
 const LEAST_MEANT: f32 = 0.2;
 
-/// The output mesh as the fit moves it.
-pub struct Output<'a> {
-    /// Normalised positions, n_vertices x 3.
-    pub positions: &'a mut [Vec3],
-    /// Faces, n_faces x 3.
-    pub faces: &'a [[u32; 3]],
-    /// Which way the faces are meant to look, n_faces x 3: no step turns one away from it.
-    pub meant: &'a [Vec3],
-    /// Whether each vertex stays where it is; empty where all may move.
-    pub fixed: &'a [bool],
-    /// What stays on the plane, where this is one half of a mirrored mesh.
-    pub on_plane: Option<&'a OnPlane>,
-    /// Whether there are seams or creases to keep.
-    pub has_curves: bool,
-}
-
-impl Output<'_> {
-    /// Weight of staying in place against the points.
-    fn stay(&self) -> f32 {
-        if self.has_curves { STAY_BY_CURVES } else { STAY }
-    }
-}
-
-/// A step as it was taken.
-pub struct Step {
-    /// The points and where they belonged.
-    pub matches: Vec<Match>,
-    /// For each output face how much its points count.
-    pub counts: Vec<f32>,
-    /// For each output vertex whether it moved.
-    pub moved: Vec<bool>,
-    /// Weight of staying in place against the points.
-    pub stay: f32,
-}
-
-/// Moves the output vertices toward the points of the original by one step; appends it to `history`, if any.
-pub fn fit(points: &mut Points, output: &mut Output, history: Option<&mut Vec<Step>>) {
-    let around = FacesAround::new(output.positions.len(), output.faces);
-    let facets = Facets::new(output.positions, output.faces, &around);
-    let mut matches = history.as_ref().map(|_| Vec::new());
-    let mut sums = vec![FaceSums::default(); output.faces.len()];
+/// Moves the output vertices toward the points of the original by one step; writes it down where that is wanted.
+pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: Option<&mut Trace>) {
+    let facets = Facets::new(output);
+    let mut matches = trace.as_ref().map(|_| Vec::new());
+    let mut sums = vec![FaceSums::default(); output.faces().len()];
     points.place(&facets, |found| {
         add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
     let counts = counts(&sums);
-    let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point() };
-    let steps = solve(output, &facets, &weighed);
-    let border = if points.have_border() { border_vertices(output, &around) } else { Vec::new() };
-    let after = take_steps(output, &facets, &around, &steps, &border);
-    if let (Some(history), Some(matches)) = (history, matches) {
-        let moved = after.iter().zip(&*output.positions).map(|(p, q)| p != q).collect();
-        history.push(Step { matches, counts, moved, stay: output.stay() });
+    let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
+    let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point(), stay };
+    let steps = solve(&facets, &weighed);
+    let boundary = if points.have_boundary() { boundary_vertices(output) } else { Vec::new() };
+    let after = take_steps(&facets, &steps, &boundary);
+    if let (Some(trace), Some(matches)) = (trace, matches) {
+        let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
+        trace.steps.push(Step { matches, counts, moved, stay });
     }
     output.positions.copy_from_slice(&after);
 }
@@ -109,6 +75,8 @@ struct Weighed<'a> {
     counts: &'a [f32],
     /// Faces of the original for each point.
     faces_per_point: f32,
+    /// Weight of staying in place against the points.
+    stay: f32,
 }
 
 /// Adds matches to the sums of their faces, in their order whatever the number of threads.
@@ -117,7 +85,7 @@ fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
     let parts: Vec<_> = shares.iter().zip(cut(&shares, sums, |f| f + 1)).collect();
     parts.into_par_iter().for_each(|(share, sums)| {
         for found in found.iter().flatten() {
-            if let Some(sum) = sums.get_mut((found.place.face as usize).wrapping_sub(share.start)) {
+            if let Some(sum) = sums.get_mut((found.projection.face as usize).wrapping_sub(share.start)) {
                 sum.add(found);
             }
         }
@@ -125,7 +93,7 @@ fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
 }
 
 impl FaceSums {
-    fn add(&mut self, Match { area, place: Place { weights, height, .. }, .. }: &Match) {
+    fn add(&mut self, Match { area, projection: Projection { weights, height, .. }, .. }: &Match) {
         let weighted = weights.map(|w| w * area);
         self.squares += area * height * height;
         for i in 0..3 {
@@ -168,12 +136,13 @@ fn counts(sums: &[FaceSums]) -> Vec<f32> {
 
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
 /// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays, and one that would go far.
-fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
-    let Weighed { sums, counts, faces_per_point } = *weighed;
-    let directions = directions(output, facets, weighed);
+fn solve(facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
+    let Weighed { sums, counts, faces_per_point, .. } = *weighed;
+    let faces = facets.output.faces();
+    let directions = directions(facets, weighed);
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
-        let rises = output.faces[f].map(|v| normal.dot(directions[v as usize]));
+        let rises = faces[f].map(|v| normal.dot(directions[v as usize]));
         sums[f].slope_and_curvature(rises).map(|change| counts[f] * change)
     };
     let changes: Vec<[f32; 2]> = (0..sums.len()).into_par_iter().map(change).collect();
@@ -187,7 +156,7 @@ fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
         let [slope, curvature] = changes[f];
         sums[f].weights.map(|weight| [weight * share * slope, weight * share * curvature, weight])
     };
-    add_faces(&mut gains, output.faces, shares, |gain, shares, corner| {
+    add_faces(&mut gains, faces, shares, |gain, shares, corner| {
         gain.iter_mut().zip(shares[corner]).for_each(|(gain, share)| *gain += share);
     });
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
@@ -200,18 +169,19 @@ fn solve(output: &Output, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
 }
 
 /// Each vertex's solution of its own lumped 3 x 3 system.
-fn directions(output: &Output, facets: &Facets, Weighed { sums, counts, .. }: &Weighed) -> Vec<Vec3> {
+fn directions(facets: &Facets, Weighed { sums, counts, stay, .. }: &Weighed) -> Vec<Vec3> {
+    let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);
         (normal * counts[f], outer(normal, counts[f]), &sums[f])
     };
-    add_faces(&mut systems, output.faces, planes, |system, (normal, outer, sum), corner| {
+    add_faces(&mut systems, output.faces(), planes, |system, (normal, outer, sum), corner| {
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
-    output.on_plane.iter().for_each(|on_plane| on_plane.confine(&mut systems));
-    systems.par_iter().map(|system| solve_block(system, output.stay())).collect()
+    output.pins.plane().into_iter().for_each(|plane| plane.confine(&mut systems));
+    systems.par_iter().map(|system| solve_block(system, *stay)).collect()
 }
 
 /// Solution of `(A + stay tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
@@ -234,85 +204,61 @@ fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
 }
 
 /// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
-fn take_steps(output: &Output, facets: &Facets, around: &FacesAround, steps: &[Vec3], border: &[u32]) -> Vec<Vec3> {
+fn take_steps(facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
+    let output = facets.output;
     let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
-    let fixed = (0..output.fixed.len()).filter(|&v| output.fixed[v]);
-    fixed.for_each(|v| after[v] = output.positions[v]);
-    border.iter().for_each(|&v| after[v as usize] = output.positions[v as usize]);
-    let turns = |f: &u32, after: &[Vec3]| turns(output, facets, *f, after);
-    let mut turned = indices_where(output.faces, |f, _| turns(&f, &after));
+    let stay = output.pins.locked_vertices().chain(boundary.iter().copied());
+    stay.for_each(|v| after[v as usize] = output.positions[v as usize]);
+    let mut turned = indices_where(output.faces(), |f, _| turns(facets, f, &after));
     while !turned.is_empty() {
         let mut back = Vec::new();
-        for &v in turned.iter().flat_map(|&f| &output.faces[f as usize]) {
+        for v in turned.iter().flat_map(|&f| output.face(f)) {
             let (now, before) = (&mut after[v as usize], output.positions[v as usize]);
             if *now != before {
                 *now = before;
                 back.push(v);
             }
         }
-        turned = back.iter().flat_map(|&v| around.faces(v)).filter(|f| turns(f, &after)).collect();
+        turned = back.iter().flat_map(|&v| output.around().faces(v)).filter(|&f| turns(facets, f, &after)).collect();
     }
     after
 }
 
-/// The vertices of the borders, but for those of the cut of a half.
-fn border_vertices(output: &Output, around: &FacesAround) -> Vec<u32> {
-    let is_cut = |a: u32, b: u32| output.on_plane.is_some_and(|on_plane| on_plane.has(a) && on_plane.has(b));
-    let sides = output.faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    sides.filter(|&[a, b]| around.along(b, a).is_none() && !is_cut(a, b)).flatten_iter().collect()
+/// The vertices of the boundaries, but for those of the cut of a half.
+fn boundary_vertices(output: &Output) -> Vec<u32> {
+    let sides = output.faces().par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let is_open = |&[a, b]: &[u32; 2]| output.around().along(b, a).is_none() && !output.pins.are_on_cut(a, b);
+    sides.filter(is_open).flatten_iter().collect()
 }
 
 /// Whether a face turns too far when its corners go to where they are `after`.
-fn turns(output: &Output, facets: &Facets, f: u32, after: &[Vec3]) -> bool {
-    let normal = area_normal(output.faces[f as usize].map(|v| after[v as usize]));
+fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
+    let normal = area_normal(facets.output.face(f).map(|v| after[v as usize]));
     let below = |unit: Vec3, least: f32| {
         let along = unit.dot(normal);
         along < 0.0 || along * along < least * least * normal.length_squared()
     };
-    below(facets.normal(f), LEAST_COSINE) || below(output.meant[f as usize], LEAST_MEANT)
+    below(facets.normal(f), LEAST_COSINE) || below(facets.output.meant(f), LEAST_MEANT)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
-    use crate::simplify::closed::prepare::surface::Surface;
-
-    /// For each input vertex the nearest of these.
-    fn nearest_of(surface: &Surface, positions: &[Vec3]) -> Vec<u32> {
-        let nearest = |p: &Vec3| {
-            let by_distance = |&x: &u32, &y: &u32| {
-                let distance = |v: u32| positions[v as usize].distance_squared(*p);
-                distance(x).total_cmp(&distance(y))
-            };
-            (0..positions.len() as u32).min_by(by_distance).unwrap()
-        };
-        surface.positions.iter().map(nearest).collect()
-    }
+    use crate::mesh::{TriMesh, shapes};
 
     /// Fits the vertices of `coarse`, which lie on `fine`, and returns where they were and where they are.
-    fn fitted(fine: &crate::mesh::TriMesh, coarse: &crate::mesh::TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
-        let surface = Surface::new(fine);
+    fn fitted(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
+        let original = Original::bare(fine);
+        let surface = &original.surface;
         let of =
             |p: &[f32; 3]| fine.positions().iter().position(|q| Vec3::from(*q).distance((*p).into()) < 1e-5).unwrap();
         let before: Vec<Vec3> = coarse.positions().iter().map(|p| surface.positions[of(p)]).collect();
-        let mut positions = before.clone();
-        let normal = |face: &[u32; 3]| area_normal(face.map(|v| before[v as usize])).normalize();
-        let meant: Vec<Vec3> = coarse.faces().iter().map(normal).collect();
-        let vertex_of = nearest_of(&surface, &before);
-        let mut points = Points::new(&surface, &vertex_of, before.len());
-        let mut output = Output {
-            positions: &mut positions,
-            faces: coarse.faces(),
-            meant: &meant,
-            fixed: &[],
-            on_plane: None,
-            has_curves: false,
-        };
+        let mut output = Output::over(&surface.positions, before.clone(), coarse.faces().to_vec());
+        let mut points = Points::new(surface, before.len());
         for _ in 0..n_steps {
-            fit(&mut points, &mut output, None);
+            fit(&original, &mut points, &mut output, None);
         }
-        (before, positions)
+        (before, output.positions)
     }
 
     #[test]

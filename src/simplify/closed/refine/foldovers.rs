@@ -1,4 +1,4 @@
-//! The last few folds: a face that looks away from the original gives its longest edge to the other diagonal, or,
+//! Foldover repair: a face that looks away from the original gives its longest edge to the other diagonal, or,
 //! where no flip helps, one of its corners another place. Where few faces stand for much, so do those that lean: an edge can
 //! span a hollow, and nothing before looks at how far the middle of an edge lies off.
 //!
@@ -11,20 +11,15 @@ use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
 use crate::mesh::shares::{add_faces, indices_where};
-
-use crate::simplify::closed::attributes::corners::Corners;
-use crate::simplify::closed::beneath::Beneath;
-use crate::simplify::closed::nearest::{anchors, normal_near};
-use crate::simplify::closed::pins::OnPlane;
-use crate::simplify::closed::prepare::surface::Surface;
-use crate::simplify::closed::refine::diamond::{Diamond, diamonds};
-use crate::simplify::closed::refine::faces_around::FacesAround;
+use crate::simplify::closed::diamond::{Diamond, diamonds};
+use crate::simplify::closed::original::{Original, Regions};
+use crate::simplify::closed::output::Output;
 
 /// How often what is still folded is looked through.
 const ROUNDS: usize = 3;
-/// How many times farther from the original than what was there what a mend leaves may lie.
+/// How many times farther from the original than what was there what a repair leaves may lie.
 const MOST_LOSS: f32 = 1.5;
-/// The same for a face that only leans: the mend has to be worth it. By this the largest distances of the training meshes at a
+/// The same for a face that only leans: the repair has to be worth it. By this the largest distances of the training meshes at a
 /// twentieth of their vertices are 0.986 of what they were (geometric mean), the mean ones the same.
 const LEANING_LOSS: f32 = 0.7;
 /// Cosine between a face and the original below which it leans.
@@ -36,49 +31,52 @@ const MOST_FACES: usize = 24;
 /// Distances below which nothing is lost, in boxes of about unit size.
 const ROUNDING: f32 = 1e-6;
 
-/// The result as far as folds are mended.
-pub struct Folded<'a> {
-    /// Normalised positions, n_vertices x 3.
-    pub positions: &'a mut [Vec3],
-    /// Faces, n_faces x 3.
-    pub faces: &'a mut [[u32; 3]],
-    /// What the corners carry: seams stay, and corners are flipped with their faces.
-    pub corners: Option<&'a mut Corners>,
-    /// Whether each vertex stays where it is; empty where all may move.
-    pub fixed: &'a [bool],
-    /// What stays on the plane, where this is one half of a mirrored mesh.
-    pub on_plane: Option<&'a OnPlane>,
-    /// Whether many vertices of the original share one of the result, so that faces which lean are mended, too.
-    pub is_coarse: bool,
+/// Repairs foldovers by flips, and by moving a corner where no flip helps; returns how many edges it flipped. Where the result
+/// is coarse (many vertices of the original share one of the result), faces that lean are repaired, too.
+pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usize {
+    let least = if is_coarse { LEANING } else { 0.0 };
+    let folded = folded_faces(original, output, least);
+    if folded.is_empty() {
+        return 0;
+    }
+    let regions = original.regions(&output.vertex_of, &marked(output, &beside(&folded, output)));
+    let (n_flipped, mut folded) = flip_folded(&regions, output, folded, least);
+    // A corner is moved where a face looks away, and not for one that leans.
+    let is_stuck =
+        |&f: &u32| View { regions: &regions, output, least: 0.0 }.turned(f).is_some() && opposes_all(output, f);
+    folded.retain(is_stuck);
+    if !folded.is_empty() {
+        move_corners(original, output, &folded);
+    }
+    n_flipped
 }
 
-/// Mends folded faces by flips, and by moving a corner where no flip helps; returns how many edges it flipped.
-pub fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) -> usize {
-    let Folded { positions, faces, corners, fixed, on_plane, is_coarse } = result;
-    let (on_plane, least) = (*on_plane, if *is_coarse { LEANING } else { 0.0 });
-    let mut folded = folded_faces(positions, faces, least);
+/// The faces that look elsewhere than the faces around them, and than the original where a walk finds that.
+fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
+    let mut folded = against_their_surroundings(output, least);
     if folded.is_empty() {
-        return 0;
+        return folded;
     }
-    let first: Vec<u32> = folded.iter().map(|&f| faces[f as usize][0]).collect();
-    let starts = anchors(surface, positions, vertex_of, &marked(positions.len(), &first));
-    folded.retain(|&f| seems_turned(surface, faces[f as usize], positions, &starts, least));
-    if folded.is_empty() {
-        return 0;
-    }
-    let mut around = FacesAround::new(positions.len(), faces);
-    let beneath = Beneath::new(surface, vertex_of, &marked(positions.len(), &beside(&folded, faces, &around)));
+    let first: Vec<u32> = folded.iter().map(|&f| output.face(f)[0]).collect();
+    let starts = original.anchors(&output.positions, &output.vertex_of, &marked(output, &first));
+    folded.retain(|&f| {
+        let corners = output.triangle(f);
+        let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let start = starts[output.face(f)[0] as usize];
+        turns(original.normal_near(centroid, start), area_normal(corners), least)
+    });
+    folded
+}
+
+/// Flips edges of folded faces, in rounds while that changes something; returns how many, and which faces are still folded.
+fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, least: f32) -> (usize, Vec<u32>) {
     let mut n_flipped = 0;
     let mut due = folded.clone();
     for _ in 0..ROUNDS {
         let mut touched: FxHashSet<u32> = FxHashSet::default();
         for &f in &due {
-            let mend = Mend { beneath: &beneath, positions, faces, around: &around, least };
-            if let Some(diamond) = mend.find_flip(f, &touched, corners.as_deref(), on_plane) {
-                corners.iter_mut().for_each(|corners| corners.flip(faces, diamond.faces, diamond.corners));
-                for (f, now) in diamond.faces.into_iter().zip(diamond.flipped()) {
-                    around.replace(f, std::mem::replace(&mut faces[f as usize], now), now);
-                }
+            if let Some(diamond) = (View { regions, output, least }).find_flip(f, &touched) {
+                output.flip(&diamond);
                 touched.extend(diamond.corners);
                 n_flipped += 1;
             }
@@ -86,30 +84,23 @@ pub fn unfold(surface: &Surface, vertex_of: &[u32], result: &mut Folded) -> usiz
         if touched.is_empty() {
             break;
         }
-        folded = still_folded((positions, faces), &around, folded, &touched, least);
+        folded = still_folded(output, folded, &touched, least);
         // Only near what changed can anything be different.
-        let is_near = |f: &&u32| beside(&[**f], faces, &around).iter().any(|v| touched.contains(v));
+        let is_near = |f: &&u32| beside(&[**f], output).iter().any(|v| touched.contains(v));
         due = folded.iter().filter(is_near).copied().collect();
     }
-    // A corner is moved where a face looks away, and not for one that leans.
-    let is_stuck = |&f: &u32| {
-        Mend { beneath: &beneath, positions, faces, around: &around, least: 0.0 }.turned(f).is_some()
-            && opposes_all(positions, faces, &around, f)
-    };
-    folded.retain(is_stuck);
-    if !folded.is_empty() {
-        let stays =
-            |v: u32| fixed.get(v as usize).is_some_and(|&fixed| fixed) || on_plane.is_some_and(|plane| plane.has(v));
-        let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(faces, &around, &faces[f as usize])).collect();
-        let beneath = Beneath::new(surface, vertex_of, &marked(positions.len(), &rings));
-        for &f in &folded {
-            let mend = Mend { beneath: &beneath, positions, faces, around: &around, least: 0.0 };
-            if let Some((v, place)) = better_corner(&mend, f, &stays) {
-                positions[v as usize] = place;
-            }
+    (n_flipped, folded)
+}
+
+/// Moves one corner of each of these faces, where that helps.
+fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
+    let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(output, &output.face(f))).collect();
+    let regions = original.regions(&output.vertex_of, &marked(output, &rings));
+    for &f in folded {
+        if let Some((v, place)) = better_corner(&View { regions: &regions, output, least: 0.0 }, f) {
+            output.positions[v as usize] = place;
         }
     }
-    n_flipped
 }
 
 /// Whether the cosine between two directions is at most zero, or below this.
@@ -118,35 +109,29 @@ fn turns(a: Vec3, b: Vec3, least: f32) -> bool {
     along <= 0.0 || along * along < least * least * a.length_squared() * b.length_squared()
 }
 
-/// Whether a face looks elsewhere than the original where a walk from one of its corners finds that.
-fn seems_turned(surface: &Surface, face: [u32; 3], positions: &[Vec3], starts: &[u32], least: f32) -> bool {
-    let corners = face.map(|v| positions[v as usize]);
-    let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
-    turns(normal_near(surface, centroid, starts[face[0] as usize]), area_normal(corners), least)
-}
-
-/// Whether each of so many vertices is one of these.
-fn marked(n_vertices: usize, vertices: &[u32]) -> Vec<bool> {
-    let mut marked = vec![false; n_vertices];
+/// Whether each vertex is one of these.
+fn marked(output: &Output, vertices: &[u32]) -> Vec<bool> {
+    let mut marked = vec![false; output.positions.len()];
     vertices.iter().for_each(|&v| marked[v as usize] = true);
     marked
 }
 
 /// The corners of some faces and of those beyond their edges.
-fn beside(of: &[u32], faces: &[[u32; 3]], around: &FacesAround) -> Vec<u32> {
+fn beside(of: &[u32], output: &Output) -> Vec<u32> {
     let mut vertices = Vec::with_capacity(6 * of.len());
     for &f in of {
-        let [a, b, c] = faces[f as usize];
-        let beyond = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| around.along(u, v));
-        let opposite = beyond.flat_map(|g| faces[g as usize]).filter(|v| ![a, b, c].contains(v));
+        let [a, b, c] = output.face(f);
+        let beyond = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| output.around().along(u, v));
+        let opposite = beyond.flat_map(|g| output.face(g)).filter(|v| ![a, b, c].contains(v));
         vertices.extend([a, b, c].into_iter().chain(opposite));
     }
     vertices
 }
 
 /// The corners of the faces at these vertices, each once, ascending.
-fn ring(faces: &[[u32; 3]], around: &FacesAround, vertices: &[u32]) -> Vec<u32> {
-    let mut ring: Vec<u32> = vertices.iter().flat_map(|&v| around.faces(v)).flat_map(|f| faces[f as usize]).collect();
+fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
+    let faces = vertices.iter().flat_map(|&v| output.around().faces(v));
+    let mut ring: Vec<u32> = faces.flat_map(|f| output.face(f)).collect();
     ring.sort_unstable();
     ring.dedup();
     ring
@@ -154,11 +139,12 @@ fn ring(faces: &[[u32; 3]], around: &FacesAround, vertices: &[u32]) -> Vec<u32> 
 
 /// Where a corner of a face that looks away would better be: fewer of the faces around it look elsewhere there, and it is nowhere
 /// far.
-fn better_corner(mend: &Mend, f: u32, stays: &dyn Fn(u32) -> bool) -> Option<(u32, Vec3)> {
-    let is_movable = |v: &u32| !stays(*v) && mend.around.corners(*v).len() <= MOST_FACES / 2;
-    mend.faces[f as usize].into_iter().filter(is_movable).find_map(|v| {
-        let here = mend.positions[v as usize];
-        let star = Star::new(mend, v);
+fn better_corner(view: &View, f: u32) -> Option<(u32, Vec3)> {
+    let View { output, .. } = view;
+    let is_movable = |v: &u32| !output.pins.has(*v) && output.around().corners(*v).len() <= MOST_FACES / 2;
+    output.face(f).into_iter().filter(is_movable).find_map(|v| {
+        let here = output.positions[v as usize];
+        let star = Star::new(view, v);
         let n_here = star.n_turned(here);
         let mut better: Vec<(usize, Vec3)> = star.other_places(here).map(|place| (star.n_turned(place), place)).into();
         let reach = MOST_WAY * star.shortest_edge(here);
@@ -170,7 +156,7 @@ fn better_corner(mend: &Mend, f: u32, stays: &dyn Fn(u32) -> bool) -> Option<(u3
 
 /// The faces at a vertex that may move, and the original near them.
 struct Star<'a> {
-    mend: &'a Mend<'a>,
+    view: &'a View<'a>,
     /// The faces.
     own: Vec<u32>,
     /// The vertices of the faces.
@@ -180,21 +166,21 @@ struct Star<'a> {
 }
 
 impl<'a> Star<'a> {
-    fn new(mend: &'a Mend<'a>, v: u32) -> Self {
+    fn new(view: &'a View<'a>, v: u32) -> Self {
         let side = |f: u32| {
-            let face = mend.faces[f as usize];
-            let at = face.iter().position(|&w| w == v).unwrap_or(0);
-            [face[(at + 1) % 3], face[(at + 2) % 3]].map(|w| mend.positions[w as usize])
+            let corners = view.output.triangle(f);
+            let at = view.output.face(f).iter().position(|&w| w == v).unwrap_or(0);
+            [corners[(at + 1) % 3], corners[(at + 2) % 3]]
         };
-        let own: Vec<u32> = mend.around.faces(v).collect();
+        let own: Vec<u32> = view.output.around().faces(v).collect();
         let sides = own.iter().copied().map(side).collect();
-        Self { mend, own, ring: ring(mend.faces, mend.around, &[v]), sides }
+        Self { view, own, ring: ring(view.output, &[v]), sides }
     }
 
     /// Where else the vertex could be: on the original near there, amid its neighbours, or on the original there.
     fn other_places(&self, here: Vec3) -> [Vec3; 3] {
         let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
-        let on_original = |p: Vec3| self.mend.beneath.foot(p, &self.ring).point;
+        let on_original = |p: Vec3| self.view.regions.closest_point(p, &self.ring).point;
         [on_original(here), on_original(amid), amid]
     }
 
@@ -205,7 +191,7 @@ impl<'a> Star<'a> {
 
     /// How many of the faces look elsewhere than the original with their vertex there.
     fn n_turned(&self, vertex: Vec3) -> usize {
-        self.with(vertex).filter(|&corners| self.mend.is_turned(corners, &self.ring)).count()
+        self.with(vertex).filter(|&corners| self.view.is_turned(corners, &self.ring)).count()
     }
 
     /// Whether the vertex may go from the first place to the second one.
@@ -215,7 +201,7 @@ impl<'a> Star<'a> {
             faces: self.with(vertex).collect(),
             inner: self.with(vertex).flat_map(inner).collect(),
         });
-        self.mend.keeps_near(&patches, [&self.ring, &self.ring], &self.own, MOST_LOSS)
+        self.view.keeps_near(&patches, [&self.ring, &self.ring], &self.own, MOST_LOSS)
     }
 
     fn with(&self, vertex: Vec3) -> impl Iterator<Item = [Vec3; 3]> {
@@ -224,48 +210,40 @@ impl<'a> Star<'a> {
 }
 
 /// Whether a face looks against every face that it shares an edge with.
-fn opposes_all(positions: &[Vec3], faces: &[[u32; 3]], around: &FacesAround, f: u32) -> bool {
-    let face = faces[f as usize];
-    let normal = |face: [u32; 3]| area_normal(face.map(|v| positions[v as usize]));
-    let beside = |g: u32| g != f && faces[g as usize].iter().filter(|v| face.contains(v)).count() == 2;
-    let mut neighbors = face.iter().flat_map(|&v| around.faces(v)).filter(|&g| beside(g));
-    neighbors.all(|g| normal(faces[g as usize]).dot(normal(face)) < 0.0)
+fn opposes_all(output: &Output, f: u32) -> bool {
+    let face = output.face(f);
+    let normal = |f: u32| area_normal(output.triangle(f));
+    let beside = |g: u32| g != f && output.face(g).iter().filter(|v| face.contains(v)).count() == 2;
+    let mut neighbors = face.iter().flat_map(|&v| output.around().faces(v)).filter(|&g| beside(g));
+    neighbors.all(|g| normal(g).dot(normal(f)) < 0.0)
 }
 
 /// The faces that look elsewhere than the mean normal at one of their corners.
-fn folded_faces(positions: &[Vec3], faces: &[[u32; 3]], least: f32) -> Vec<u32> {
-    let normal = |f: usize| area_normal(faces[f].map(|v| positions[v as usize]));
-    let mut means = vec![Vec3::ZERO; positions.len()];
-    add_faces(&mut means, faces, normal, |mean, normal, _| *mean += normal);
-    indices_where(faces, |f, face| {
+fn against_their_surroundings(output: &Output, least: f32) -> Vec<u32> {
+    let normal = |f: usize| area_normal(output.triangle(f as u32));
+    let mut means = vec![Vec3::ZERO; output.positions.len()];
+    add_faces(&mut means, output.faces(), normal, |mean, normal, _| *mean += normal);
+    indices_where(output.faces(), |f, face| {
         let normal = normal(f as usize);
         face.iter().any(|&v| turns(normal, means[v as usize], least))
     })
 }
 
 /// Of the faces that were `folded` and those at `touched` vertices, the ones that are.
-fn still_folded(
-    (positions, faces): (&[Vec3], &[[u32; 3]]),
-    around: &FacesAround,
-    mut folded: Vec<u32>,
-    touched: &FxHashSet<u32>,
-    least: f32,
-) -> Vec<u32> {
-    let normal = |f: u32| area_normal(faces[f as usize].map(|v| positions[v as usize]));
-    let mean = |v: u32| around.faces(v).map(normal).sum::<Vec3>();
-    folded.extend(touched.iter().flat_map(|&v| around.faces(v)));
+fn still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
+    let normal = |f: u32| area_normal(output.triangle(f));
+    let mean = |v: u32| output.around().faces(v).map(normal).sum::<Vec3>();
+    folded.extend(touched.iter().flat_map(|&v| output.around().faces(v)));
     folded.sort_unstable();
     folded.dedup();
-    folded.retain(|&f| faces[f as usize].iter().any(|&v| turns(normal(f), mean(v), least)));
+    folded.retain(|&f| output.face(f).iter().any(|&v| turns(normal(f), mean(v), least)));
     folded
 }
 
-/// The result over the original.
-struct Mend<'a> {
-    beneath: &'a Beneath,
-    positions: &'a [Vec3],
-    faces: &'a [[u32; 3]],
-    around: &'a FacesAround,
+/// The output over the original.
+struct View<'a> {
+    regions: &'a Regions,
+    output: &'a Output,
     /// Cosine between a face and the original below which it looks elsewhere.
     least: f32,
 }
@@ -274,19 +252,19 @@ struct Mend<'a> {
 struct Turned {
     /// Its corners and those of the faces beyond its edges.
     near: Vec<u32>,
-    /// How many times farther from the original than what was there what a mend leaves may lie.
+    /// How many times farther from the original than what was there what a repair leaves may lie.
     most_loss: f32,
 }
 
-impl Mend<'_> {
+impl View<'_> {
     fn corners(&self, face: [u32; 3]) -> [Vec3; 3] {
-        face.map(|v| self.positions[v as usize])
+        face.map(|v| self.output.positions[v as usize])
     }
 
     /// Normals of a face and of the original beneath its centroid, as far as that lies in the regions of these vertices.
     fn normals(&self, corners: [Vec3; 3], near: &[u32]) -> [Vec3; 2] {
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
-        [area_normal(corners), self.beneath.foot(centroid, near).normal]
+        [area_normal(corners), self.regions.closest_point(centroid, near).normal]
     }
 
     /// Whether a face looks elsewhere than the original beneath it.
@@ -297,47 +275,41 @@ impl Mend<'_> {
 
     /// What lies about face `f`, if it looks elsewhere than the original and all of that is known there.
     fn turned(&self, f: u32) -> Option<Turned> {
-        let near = beside(&[f], self.faces, self.around);
-        if !near.iter().all(|&v| self.beneath.has(v)) {
+        let near = beside(&[f], self.output);
+        if !near.iter().all(|&v| self.regions.has(v)) {
             return None;
         }
-        let [own, original] = self.normals(self.corners(self.faces[f as usize]), &near);
+        let [own, original] = self.normals(self.output.triangle(f), &near);
         let most_loss = if own.dot(original) <= 0.0 { MOST_LOSS } else { LEANING_LOSS };
         turns(own, original, self.least).then_some(Turned { near, most_loss })
     }
 
     /// Of the edges of a face that looks elsewhere, the longest whose other diagonal is free and makes two faces that look
     /// right and lie not much farther from the original; no seam, and none at a vertex that was `touched`.
-    fn find_flip(
-        &self,
-        f: u32,
-        touched: &FxHashSet<u32>,
-        seams: Option<&Corners>,
-        on_plane: Option<&OnPlane>,
-    ) -> Option<Diamond> {
+    fn find_flip(&self, f: u32, touched: &FxHashSet<u32>) -> Option<Diamond> {
         let turned = self.turned(f)?;
         let length = |diamond: &Diamond| {
-            let [a, b, ..] = diamond.corners.map(|v| self.positions[v as usize]);
+            let [a, b, ..] = diamond.corners.map(|v| self.output.positions[v as usize]);
             a.distance_squared(b)
         };
-        let mut edges: Vec<Diamond> = diamonds(self.faces, self.around, f).collect();
+        let mut edges: Vec<Diamond> = diamonds(self.output.faces(), self.output.around(), f).collect();
         edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
         edges.into_iter().find(|diamond| {
-            let [a, b, c, d] = diamond.corners;
-            let n_faces: usize = diamond.corners.iter().map(|&v| self.around.corners(v).len()).sum();
-            let is_seam = || seams.is_some_and(|seams| seams.is_seam(self.faces, diamond.faces, [a, b]));
-            let bridges = || on_plane.is_some_and(|on_plane| on_plane.has(c) && on_plane.has(d));
-            let is_free = n_faces <= 4 * MOST_FACES
-                && !diamond.corners.iter().any(|v| touched.contains(v))
-                && !self.around.joins(c, d)
-                && !bridges()
-                && !is_seam();
+            let is_free = self.is_free(diamond) && !diamond.corners.iter().any(|v| touched.contains(v));
             let look_right = || !diamond.flipped().iter().any(|&face| self.is_turned(self.corners(face), &turned.near));
             is_free && look_right() && self.may_flip(diamond, &turned)
         })
     }
 
-    /// Whether the other diagonal leaves the result as near to the original as a mend of the turned face has to.
+    /// Whether nothing but the original forbids a diamond its other diagonal.
+    fn is_free(&self, diamond: &Diamond) -> bool {
+        let around = self.output.around();
+        let [_, _, c, d] = diamond.corners;
+        let n_faces: usize = diamond.corners.iter().map(|&v| around.corners(v).len()).sum();
+        n_faces <= 4 * MOST_FACES && !around.joins(c, d) && !self.output.is_held(diamond)
+    }
+
+    /// Whether the other diagonal leaves the result as near to the original as a repair of the turned face has to.
     fn may_flip(&self, diamond: &Diamond, turned: &Turned) -> bool {
         let patches = [diamond.pair(), diamond.flipped()].map(|pair| {
             let [[u, v, p], [_, _, q]] = pair.map(|face| self.corners(face));
@@ -354,11 +326,11 @@ impl Mend<'_> {
     /// `near`, those of the original from points in the regions `about`.
     fn keeps_near(&self, patches: &[Patch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
-            let distances = patches[i].inner.iter().map(|&p| self.beneath.foot(p, near).distance);
+            let distances = patches[i].inner.iter().map(|&p| self.regions.closest_point(p, near).distance);
             distances.fold(0.0, f32::max)
         });
         let others = self.faces_at(about, own);
-        for point in self.beneath.points(about) {
+        for point in self.regions.points(about) {
             let [was, is] = [0, 1].map(|i| distance(point, &patches[i].faces));
             if is > was + ROUNDING {
                 let beside = distance(point, &others);
@@ -371,10 +343,10 @@ impl Mend<'_> {
 
     /// The faces at these vertices, each once, without some.
     fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[Vec3; 3]> {
-        let mut faces: Vec<u32> = vertices.iter().flat_map(|&v| self.around.faces(v)).collect();
+        let mut faces: Vec<u32> = vertices.iter().flat_map(|&v| self.output.around().faces(v)).collect();
         faces.sort_unstable();
         faces.dedup();
-        faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.corners(self.faces[f as usize])).collect()
+        faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.output.triangle(f)).collect()
     }
 }
 
@@ -395,6 +367,7 @@ fn distance(point: Vec3, faces: &[[Vec3; 3]]) -> f32 {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::prepare::surface::Surface;
 
     /// A roof with its ridge along y over 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
     fn roof(slope: f32) -> TriMesh {
@@ -408,28 +381,22 @@ mod tests {
     const BACK: u32 = 17 * 8 + 16;
     const FRONT: u32 = 17 * 8;
 
-    /// These vertices of a surface, and which of them is nearest to each of its vertices.
-    fn coarse(surface: &Surface, corners: [u32; 4]) -> ([Vec3; 4], Vec<u32>) {
-        let positions = corners.map(|v| surface.positions[v as usize]);
-        let nearest = |p: &Vec3| {
-            let distance = |v: &usize| positions[*v].distance_squared(*p);
-            (0..4).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap() as u32
-        };
-        (positions, surface.positions.iter().map(nearest).collect())
+    /// Faces over four vertices of a roof.
+    fn coarse(surface: &Surface, corners: [u32; 4]) -> Output {
+        let positions = corners.map(|v| surface.positions[v as usize]).to_vec();
+        Output::over(&surface.positions, positions, vec![[0, 1, 2], [1, 0, 3]])
     }
 
     #[test]
     fn a_ridge_keeps_its_edge() {
         let roof = roof(0.5);
-        let surface = Surface::new(&roof);
+        let original = Original::bare(&roof);
         let may_flip = |corners: [u32; 4]| {
-            let (positions, vertex_of) = coarse(&surface, corners);
-            let beneath = Beneath::new(&surface, &vertex_of, &[true; 4]);
-            let faces = [[0, 1, 2], [1, 0, 3]];
-            let around = FacesAround::new(4, &faces);
-            let mend = Mend { beneath: &beneath, positions: &positions, faces: &faces, around: &around, least: 0.0 };
+            let output = coarse(&original.surface, corners);
+            let regions = original.regions(&output.vertex_of, &[true; 4]);
+            let view = View { regions: &regions, output: &output, least: 0.0 };
             let turned = Turned { near: vec![0, 1, 2, 3], most_loss: MOST_LOSS };
-            mend.may_flip(&Diamond { faces: [0, 1], corners: [0, 1, 2, 3] }, &turned)
+            view.may_flip(&Diamond { faces: [0, 1], corners: [0, 1, 2, 3] }, &turned)
         };
         assert!(!may_flip([FRONT, BACK, LEFT, RIGHT]));
         assert!(may_flip([LEFT, RIGHT, BACK, FRONT]));
@@ -438,42 +405,27 @@ mod tests {
     #[test]
     fn an_edge_under_a_steep_roof_gives_way_where_the_result_is_coarse() {
         let roof = roof(4.0);
-        let surface = Surface::new(&roof);
-        let n_flipped = |corners: [u32; 4], is_coarse: bool| {
-            let (mut positions, vertex_of) = coarse(&surface, corners);
-            let (positions, faces) = (&mut positions, &mut [[0, 1, 2], [1, 0, 3]]);
-            let mut folded = Folded { positions, faces, corners: None, fixed: &[], on_plane: None, is_coarse };
-            unfold(&surface, &vertex_of, &mut folded)
-        };
+        let original = Original::bare(&roof);
+        let n_flipped =
+            |corners: [u32; 4], is_coarse: bool| repair(&original, &mut coarse(&original.surface, corners), is_coarse);
         let across = [LEFT, RIGHT, BACK, FRONT];
         assert_eq!([n_flipped(across, true), n_flipped(across, false)], [1, 0]);
         assert_eq!(n_flipped([FRONT, BACK, LEFT, RIGHT], true), 0);
     }
 
     #[test]
-    fn a_fold_in_a_plane_is_mended() {
+    fn a_foldover_in_a_plane_is_repaired() {
         let mesh = shapes::grid(8, 8);
-        let surface = Surface::new(&mesh);
+        let original = Original::bare(&mesh);
         // Vertex 3 lies within the first face, so that the second one looks down.
         let corners = [[0u32, 4], [8, 4], [4, 8], [4, 6], [4, 0]].map(|[i, j]| 9 * i + j);
-        let mut positions = corners.map(|v| surface.positions[v as usize]);
-        let vertex_of: Vec<u32> = (0..surface.n_vertices() as u32)
-            .map(|v| corners.iter().position(|&c| c == v).unwrap_or(0) as u32)
-            .collect();
-        let mut faces = vec![[0, 1, 2], [1, 0, 3], [3, 0, 4], [1, 3, 4]];
-        let is_coarse = false;
-        let mut mend = || {
-            let mut folded = Folded {
-                positions: &mut positions,
-                faces: &mut faces,
-                corners: None,
-                fixed: &[],
-                on_plane: None,
-                is_coarse,
-            };
-            unfold(&surface, &vertex_of, &mut folded)
-        };
-        assert_eq!([mend(), mend()], [1, 0]);
-        assert!(faces.iter().all(|f| area_normal(f.map(|v| positions[v as usize])).z > 0.0), "{faces:?}");
+        let positions = corners.map(|v| original.surface.positions[v as usize]).to_vec();
+        let faces = vec![[0, 1, 2], [1, 0, 3], [3, 0, 4], [1, 3, 4]];
+        let mut output = Output::over(&original.surface.positions, positions, faces);
+        // All but the corners belong to the first region.
+        let region = |v: u32| corners.iter().position(|&c| c == v).unwrap_or(0) as u32;
+        output.vertex_of = (0..original.surface.n_vertices() as u32).map(region).collect();
+        assert_eq!([0; 2].map(|_| repair(&original, &mut output, false)), [1, 0]);
+        assert!((0..4).all(|f| area_normal(output.triangle(f)).z > 0.0), "{:?}", output.faces());
     }
 }

@@ -1,10 +1,8 @@
-//! What follows the collapse: diagonals, positions, foldovers, and positions that coincide.
+//! What follows the collapse: flips, fit, foldover repair, and positions that coincide.
 
-pub(super) mod diamond;
-pub(super) mod duplicate_positions;
-pub(super) mod faces_around;
-pub(super) mod facets;
-pub(super) mod fit;
-pub(super) mod flips;
-pub(super) mod foldovers;
-pub(super) mod points;
+pub mod duplicate_positions;
+mod facets;
+pub mod fit;
+pub mod flips;
+pub mod foldovers;
+pub mod points;

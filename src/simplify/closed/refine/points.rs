@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal;
 
 use crate::simplify::closed::prepare::surface::Surface;
-use crate::simplify::closed::refine::facets::{Facets, Place};
+
+use super::facets::{Facets, Projection};
 
 /// Input faces looked at per output vertex, at most.
 const POINTS_PER_VERTEX: usize = 14;
@@ -27,23 +28,21 @@ pub struct Match {
     /// Area of the input face.
     pub area: f32,
     /// The output face, and where over it.
-    pub place: Place,
+    pub projection: Projection,
 }
 
 /// Points spread evenly over the faces of the original.
 pub struct Points<'a> {
     surface: &'a Surface<'a>,
-    /// For each input vertex the output vertex that its region became.
-    vertex_of: &'a [u32],
     /// The face that each point belonged to the last time.
     faces: Vec<u32>,
 }
 
 impl<'a> Points<'a> {
-    /// As many points as so many output vertices ask for; `vertex_of` names the output vertex of each input vertex.
-    pub fn new(surface: &'a Surface<'a>, vertex_of: &'a [u32], n_output: usize) -> Self {
+    /// As many points as so many output vertices ask for.
+    pub fn new(surface: &'a Surface<'a>, n_output: usize) -> Self {
         let n_points = surface.faces.len().min(POINTS_PER_VERTEX * n_output);
-        Self { surface, vertex_of, faces: vec![NONE; n_points] }
+        Self { surface, faces: vec![NONE; n_points] }
     }
 
     /// Finds the places of all points and hands them on in batches, in order.
@@ -77,10 +76,10 @@ impl<'a> Points<'a> {
         facets.walk(&places, faces);
         for (i, &point) in points.iter().enumerate() {
             let normal = area_normal(corners(point));
-            let vertex = self.vertex_of[self.surface.faces[point as usize][0] as usize];
-            let place = facets.place(places[i], normal, faces[i], vertex);
-            found[i] = place.map(|place| Match { point, area: 0.5 * normal.length(), place });
-            faces[i] = place.map_or(NONE, |place| place.face);
+            let vertex = facets.output.vertex_of[self.surface.faces[point as usize][0] as usize];
+            let projection = facets.project(places[i], normal, faces[i], vertex);
+            found[i] = projection.map(|projection| Match { point, area: 0.5 * normal.length(), projection });
+            faces[i] = projection.map_or(NONE, |projection| projection.face);
         }
     }
 
@@ -88,7 +87,7 @@ impl<'a> Points<'a> {
     fn begin(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
-            let vertices = self.surface.faces[point as usize].map(|v| self.vertex_of[v as usize]);
+            let vertices = self.surface.faces[point as usize].map(|v| facets.output.vertex_of[v as usize]);
             let last = &mut last[vertices[0] as usize % REMEMBERED];
             *face = match facets.between(vertices) {
                 Some(between) => between,
@@ -104,8 +103,8 @@ impl<'a> Points<'a> {
         self.surface.faces.len() as f32 / self.faces.len().max(1) as f32
     }
 
-    /// Whether the original has a border.
-    pub fn have_border(&self) -> bool {
+    /// Whether the original has a boundary.
+    pub fn have_boundary(&self) -> bool {
         self.surface.rings.n_apexes() > 0
     }
 
@@ -124,7 +123,7 @@ mod tests {
     use super::*;
     use crate::geometry::triangle::nearest_point;
     use crate::mesh::shapes;
-    use crate::simplify::closed::refine::faces_around::FacesAround;
+    use crate::simplify::closed::output::Output;
 
     #[test]
     fn points_belong_to_the_faces_that_a_search_of_all_finds() {
@@ -133,27 +132,22 @@ mod tests {
         let coarse = shapes::icosphere(2);
         // The first vertices of a sphere that is divided further are those of the coarser one.
         let positions = surface.positions[..coarse.positions().len()].to_vec();
-        let nearest = |p: &Vec3| {
-            let distance = |v: &u32| positions[*v as usize].distance_squared(*p);
-            (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap()
-        };
-        let vertex_of: Vec<u32> = surface.positions.iter().map(nearest).collect();
-        let around = FacesAround::new(positions.len(), coarse.faces());
-        let facets = Facets::new(&positions, coarse.faces(), &around);
-        let mut points = Points::new(&surface, &vertex_of, surface.faces.len());
+        let output = Output::over(&surface.positions, positions.clone(), coarse.faces().to_vec());
+        let facets = Facets::new(&output);
+        let mut points = Points::new(&surface, surface.faces.len());
         let (mut n_found, mut n_like_naive) = (0, 0);
         points.place(&facets, |matches| {
             for m in matches.iter().flatten() {
                 let corners = |f: &[u32; 3]| f.map(|v| positions[v as usize]);
                 let at = centroid(surface.faces[m.point as usize].map(|v| surface.positions[v as usize]));
-                let [a, b, c] = corners(&coarse.faces()[m.place.face as usize]);
-                let [u, v, w] = m.place.weights;
+                let [a, b, c] = corners(&coarse.faces()[m.projection.face as usize]);
+                let [u, v, w] = m.projection.weights;
                 let naive = coarse.faces().iter().map(|f| nearest_point(at, corners(f)).distance(at));
                 let naive = naive.fold(f32::INFINITY, f32::min);
                 n_found += 1;
                 n_like_naive += usize::from((a * u + b * v + c * w).distance(at) < 1.01 * naive + 1e-6);
-                assert!(m.place.weights.iter().all(|w| *w >= 0.0) && (u + v + w - 1.0).abs() < 1e-5);
-                assert!(m.place.height.abs() <= naive + 1e-5);
+                assert!(m.projection.weights.iter().all(|w| *w >= 0.0) && (u + v + w - 1.0).abs() < 1e-5);
+                assert!(m.projection.height.abs() <= naive + 1e-5);
             }
         });
         assert_eq!(n_found, surface.faces.len());

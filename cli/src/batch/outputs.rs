@@ -11,7 +11,7 @@ use crate::failure::Failure;
 
 /// Makes OUTDIR where there is none yet; gives its path without links.
 pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
-    let problem = |error| Failure::of(folder, format!("is no folder to write to: {error}: choose another"));
+    let problem = |error| Failure::of(folder, format!("cannot be the output folder: {error}: choose another"));
     std::fs::create_dir_all(folder).map_err(problem)?;
     folder.canonicalize().map_err(problem)
 }
@@ -34,35 +34,35 @@ pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
 
 /// The mesh's own name with the ending of its format; results are not compressed.
 fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
-    Format::without_gz(&input.place).with_extension(ending(input, format))
+    Format::without_gz(&input.below).with_extension(ending(input, format))
 }
 
 /// The first name with both endings that is not taken; takes it.
 fn free(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
     let mut number = 1;
     loop {
-        let mut name = OsString::from(input.place.file_name().unwrap_or_default());
+        let mut name = OsString::from(input.below.file_name().unwrap_or_default());
         if number > 1 {
             name.push(format!("-{number}"));
         }
         name.push(".");
         name.push(ending(input, format));
-        let place = input.place.with_file_name(name);
-        if taken.insert(folded(&place)) {
-            return place;
+        let path = input.below.with_file_name(name);
+        if taken.insert(folded(&path)) {
+            return path;
         }
         number += 1;
     }
 }
 
 /// Some disks take names in any case for one.
-fn folded(place: &Path) -> String {
-    place.to_string_lossy().to_lowercase()
+fn folded(path: &Path) -> String {
+    path.to_string_lossy().to_lowercase()
 }
 
 /// The format of a result where none is asked for: that of its mesh.
 pub fn format_for(input: &Input) -> Format {
-    Format::from_path(&input.place).unwrap_or(Format::Ply)
+    Format::from_path(&input.below).unwrap_or(Format::Ply)
 }
 
 fn ending(input: &Input, format: Option<Format>) -> &'static str {
@@ -74,21 +74,21 @@ fn ending(input: &Input, format: Option<Format>) -> &'static str {
 }
 
 /// The path of a result, with the folders that it needs. No link may stand on the way: it could lead out of OUTDIR.
-pub fn ready(folder: &Path, place: &Path) -> Result<PathBuf, Failure> {
+pub fn ready(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
     let mut path = folder.to_path_buf();
-    let names = place.components().all(|part| matches!(part, Component::Normal(_)));
-    if !names || place.file_name().is_none() {
-        return Err(Failure::of(place, "leads out of the folder of the results: name the mesh otherwise"));
+    let names = below.components().all(|part| matches!(part, Component::Normal(_)));
+    if !names || below.file_name().is_none() {
+        return Err(Failure::of(below, "lies outside the output folder: rename the mesh"));
     }
-    for part in place.parent().into_iter().flat_map(Path::components) {
+    for part in below.parent().into_iter().flat_map(Path::components) {
         path.push(part);
         match std::fs::symlink_metadata(&path) {
             Ok(found) if found.is_dir() => {}
-            Ok(_) => return Err(Failure::of(&path, "is no folder: move it away")),
+            Ok(_) => return Err(Failure::of(&path, "is not a folder: move it away")),
             Err(_) => make_folder(&path)?,
         }
     }
-    path.push(place.file_name().unwrap_or_default());
+    path.push(below.file_name().unwrap_or_default());
     match std::fs::symlink_metadata(&path) {
         Ok(found) if found.is_symlink() => Err(Failure::of(&path, "is a link: move it away")),
         _ => Ok(path),
@@ -99,7 +99,7 @@ pub fn ready(folder: &Path, place: &Path) -> Result<PathBuf, Failure> {
 fn make_folder(path: &Path) -> Result<(), Failure> {
     match std::fs::create_dir(path) {
         Err(error) if !path.is_dir() => {
-            Err(Failure::of(path, format!("cannot be made: {error}: check the folder and the disk")))
+            Err(Failure::of(path, format!("cannot be created: {error}: check the folder and the disk")))
         }
         _ => Ok(()),
     }
@@ -109,9 +109,9 @@ fn make_folder(path: &Path) -> Result<(), Failure> {
 mod tests {
     use super::*;
 
-    fn named(places: &[&str], format: Option<Format>) -> Vec<String> {
-        let input = |place: &&str| Input { path: place.into(), place: place.into() };
-        let inputs: Vec<Input> = places.iter().map(input).collect();
+    fn named(paths: &[&str], format: Option<Format>) -> Vec<String> {
+        let input = |path: &&str| Input { path: path.into(), below: path.into() };
+        let inputs: Vec<Input> = paths.iter().map(input).collect();
         names(&inputs, format).iter().map(|name| name.to_string_lossy().into_owned()).collect()
     }
 
@@ -133,8 +133,8 @@ mod tests {
     #[test]
     fn nothing_leads_out() {
         let folder = tempfile::tempdir().unwrap();
-        for place in ["../a.ply", "/a.ply", "b/../../a.ply", ""] {
-            assert!(ready(folder.path(), Path::new(place)).is_err(), "{place}");
+        for path in ["../a.ply", "/a.ply", "b/../../a.ply", ""] {
+            assert!(ready(folder.path(), Path::new(path)).is_err(), "{path}");
         }
         assert_eq!(ready(folder.path(), Path::new("b/c/a.ply")).unwrap(), folder.path().join("b/c/a.ply"));
         assert!(folder.path().join("b/c").is_dir());

@@ -1,18 +1,21 @@
 //! `neural-mesh train`: learn, say how it goes, draw the curves.
 
+mod args;
+mod curves;
+mod progress;
+
 use std::path::Path;
 
 use neural_mesh::train::{Ending, Request, Run, TrainError, open, step_function, train};
 
-use crate::args::TrainArgs;
-use crate::curves;
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::interrupt;
 use crate::request::check_threads;
 use crate::simplify::in_pool;
-use crate::train_progress::TrainProgress;
+use crate::stopping;
 use crate::words::{Voice, complain};
+pub use args::TrainArgs;
+use progress::TrainProgress;
 
 /// Trains, or draws the curves of a training.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
@@ -28,9 +31,9 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
 fn checked(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     check_threads(args.threads)?;
     if args.epochs == Some(0) {
-        return Err(Failure::Usage("--epochs 0 is no training: ask for at least 1".into()));
+        return Err(Failure::Usage("--epochs 0: give a number of at least 1".into()));
     }
-    interrupt::watch_for_a_good_end();
+    stopping::watch_for_a_good_end();
     in_pool(args.threads, || learn(args, data, out))
 }
 
@@ -68,7 +71,7 @@ fn voice(args: &TrainArgs) -> Voice {
 }
 
 fn read_text(path: &Path) -> Result<String, Failure> {
-    String::from_utf8(files::read(path)?).map_err(|_| Failure::of(path, "is no text in UTF-8: save it as such"))
+    String::from_utf8(files::read(path)?).map_err(|_| Failure::of(path, "is not UTF-8: save it as UTF-8"))
 }
 
 /// The library's refusal as the program's: settings carry the name of their file.
@@ -82,7 +85,7 @@ fn refused(error: TrainError, args: &TrainArgs) -> Failure {
 fn stopped(run: &Run) -> Failure {
     let (epochs, steps) = run.position();
     let place = format!("{epochs} epochs and {steps} steps are done");
-    Failure::Stopped(format!("interrupted: {place} and kept in {}: go on with --resume", name(&run.folder)))
+    Failure::Stopped(format!("interrupted: {place} and kept in {}: continue with --resume", name(&run.folder)))
 }
 
 fn say_what_is_there(run: &Run, voice: Voice) {

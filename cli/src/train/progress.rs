@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::train::{Event, Run, Wish};
 
-use crate::interrupt::is_stopping;
+use crate::stopping::is_stopping;
 use crate::words::Voice;
 
 /// What is shown while a training runs.

@@ -9,6 +9,9 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+use super::half_edges::{HalfEdge, for_each_edge, next, start};
+use super::sides::Sides;
+
 /// Angle, in radians, that a pair of faces wound against each other has to be flatter to be joined before one that agrees.
 const DISAGREEMENT: f32 = 0.5 * PI;
 /// Faces of an edge that are compared each with each, at most: thousands at one edge are no surface, and would fill the memory.
@@ -20,83 +23,24 @@ pub(super) type Partners = FxHashMap<u32, u32>;
 /// The partners of the half-edges at all edges of `faces` with more than two faces; where the faces of an edge are odd in
 /// number, one has none.
 pub(super) fn partners(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Partners {
-    let mut partners = Partners::default();
-    let half_edges = half_edges(faces);
-    let edges = || half_edges.chunk_by(|a, b| a.0 == b.0);
     let mut sides = Sides::new(faces.len());
-    for edge in edges() {
-        if let &[(_, g), (_, h)] = edge {
-            sides.join([g / 3, h / 3], runs_up(faces, g) == runs_up(faces, h));
+    let mut fans: Vec<Vec<Blade>> = Vec::new();
+    for_each_edge(positions.len(), faces, |ends, half_edges| {
+        if let &[g, h] = half_edges {
+            sides.join([g.face(), h.face()], g.runs_up(faces) == h.runs_up(faces));
+        } else if half_edges.len() > 2 {
+            let fan = |some: &[HalfEdge]| some.iter().map(|&h| Blade::new(positions, faces, ends, h)).collect();
+            fans.extend(half_edges.chunks(MOST_FACES).map(fan));
         }
-    }
-    for some in edges().filter(|edge| edge.len() > 2).flat_map(|edge| edge.chunks(MOST_FACES)) {
-        let fan: Vec<Blade> = some.iter().map(|&(ends, half)| Blade::new(positions, faces, ends, half)).collect();
+    });
+    let mut partners = Partners::default();
+    for fan in fans {
         for [g, h] in matched(&fan, &mut sides) {
             partners.insert(g, h);
             partners.insert(h, g);
         }
     }
     partners
-}
-
-/// All half-edges by the ends of their edge, ascending.
-fn half_edges(faces: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
-    let corners = faces.as_flattened();
-    let end = |half: usize| corners[half - half % 3 + (half + 1) % 3];
-    let edge = |half: usize| [corners[half].min(end(half)), corners[half].max(end(half))];
-    let mut all: Vec<([u32; 2], u32)> = (0..corners.len()).map(|half| (edge(half), half as u32)).collect();
-    all.sort_unstable();
-    all
-}
-
-/// Whether a face runs along one of its edges from its lower end to its higher one.
-fn runs_up(faces: &[[u32; 3]], half: u32) -> bool {
-    let (face, place) = (faces[half as usize / 3], half as usize % 3);
-    face[place] < face[(place + 1) % 3]
-}
-
-/// Faces that hang together, and which of them are wound against each other.
-struct Sides {
-    parents: Vec<u32>,
-    /// Whether a face is wound against its parent.
-    is_against: Vec<bool>,
-}
-
-impl Sides {
-    fn new(n_faces: usize) -> Self {
-        Self { parents: (0..n_faces as u32).collect(), is_against: vec![false; n_faces] }
-    }
-
-    /// The face that stands for all that hang together with this one, and whether this one is wound against it.
-    fn root(&mut self, mut face: u32) -> (u32, bool) {
-        let mut against = false;
-        loop {
-            let parent = self.parents[face as usize];
-            let grandparent = self.parents[parent as usize];
-            if parent != grandparent {
-                self.is_against[face as usize] ^= self.is_against[parent as usize];
-                self.parents[face as usize] = grandparent;
-            }
-            against ^= self.is_against[face as usize];
-            if parent == grandparent {
-                return (parent, against);
-            }
-            face = grandparent;
-        }
-    }
-
-    /// Joins two faces, which are wound against each other or not; false, and nothing is joined, where the surface would have
-    /// one side.
-    fn join(&mut self, [f, g]: [u32; 2], against: bool) -> bool {
-        let ((f, f_against), (g, g_against)) = (self.root(f), self.root(g));
-        let between_roots = f_against ^ g_against ^ against;
-        if f == g {
-            return !between_roots;
-        }
-        self.parents[g as usize] = f;
-        self.is_against[g as usize] = between_roots;
-        true
-    }
 }
 
 /// A face at an edge.
@@ -109,14 +53,13 @@ struct Blade {
 }
 
 impl Blade {
-    fn new(positions: &[[f32; 3]], faces: &[[u32; 3]], [low, high]: [u32; 2], half: u32) -> Self {
-        let face = faces[half as usize / 3];
-        let [from, to, tip] =
-            [low, high, face[(half as usize + 2) % 3]].map(|vertex| Vec3::from(positions[vertex as usize]));
+    fn new(positions: &[[f32; 3]], faces: &[[u32; 3]], [low, high]: [u32; 2], half: HalfEdge) -> Self {
+        let across = start(faces, next(next(half.half_edge)));
+        let [from, to, tip] = [low, high, across].map(|vertex| Vec3::from(positions[vertex as usize]));
         let along = (to - from).normalize_or_zero();
         let arm = tip - from;
         let direction = (arm - arm.dot(along) * along).normalize_or_zero();
-        Self { half, is_along: face[half as usize % 3] == low, direction }
+        Self { half: half.half_edge, is_along: half.runs_up(faces), direction }
     }
 
     /// How little it goes on into another: the angle by which the surface bends there, and more where the sides do not agree.
@@ -177,14 +120,6 @@ mod tests {
     fn the_two_sides_of_a_doubled_sheet_stay_sides() {
         let tips = [[1.0, 0.0, 0.5], [1.0, 0.0, 0.5], [-1.0, 0.0, 0.5], [-1.0, 0.0, 0.5]];
         assert_eq!(pairs(&tips, &[false, true, false, true]), [[0, 3], [1, 2]]);
-    }
-
-    #[test]
-    fn nothing_is_joined_to_a_surface_with_one_side() {
-        let mut sides = Sides::new(5);
-        assert!(sides.join([0, 1], false) && sides.join([1, 2], true) && sides.join([3, 4], true));
-        assert!(!sides.join([0, 2], false) && sides.join([0, 2], true));
-        assert!(sides.join([4, 2], false) && sides.join([0, 3], false) && !sides.join([0, 3], true));
     }
 
     #[test]

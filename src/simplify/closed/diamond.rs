@@ -1,6 +1,6 @@
 //! Two faces over an edge, and the two that the other diagonal of their corners makes.
 
-use crate::simplify::closed::refine::faces_around::FacesAround;
+use super::faces_around::FacesAround;
 
 /// An edge over which two faces meet, wound the same way: their corners `a b c` and `b a d`.
 #[derive(Clone, Copy)]

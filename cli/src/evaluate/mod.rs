@@ -1,19 +1,23 @@
 //! `neural-mesh evaluate`: measure, say how it goes, write tables and draw pictures.
 
+mod args;
+mod chart;
+mod progress;
+
 use std::io::{BufRead, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use neural_mesh::evaluate::{Ending, EvaluateError, Request, Settings, Tool, Worker, answer, charts, evaluate, report};
 
-use crate::args::EvaluateArgs;
-use crate::chart::draw;
-use crate::evaluate_progress::EvaluateProgress;
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::interrupt;
 use crate::request::check_threads;
+use crate::stopping;
 use crate::words::{Voice, complain};
+pub use args::EvaluateArgs;
+use chart::draw;
+use progress::EvaluateProgress;
 
 /// The hidden command that does one job for an evaluation, in a process that can be killed.
 pub const WORKER: &str = "evaluate-one";
@@ -32,14 +36,14 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     let request = request(args, data, out)?;
     let methods = request.settings.checked().map_err(refused)?;
     if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
-        return Err(Failure::Usage(format!("--relative-to {other}: it does not take part: add it to --methods")));
+        return Err(Failure::Usage(format!("--relative-to {other}: is not among the methods: add it to --methods")));
     }
-    interrupt::watch_for_a_good_end();
+    stopping::watch_for_a_good_end();
     let mut progress = EvaluateProgress::new(voice(args));
     let stop_or_go = |stopping| if stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let ending = evaluate(&request, &mut |event| {
         progress.hear(event);
-        stop_or_go(interrupt::is_stopping())
+        stop_or_go(stopping::is_stopping())
     });
     drop(progress);
     let ending = ending.map_err(refused)?;
@@ -47,7 +51,7 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     match ending {
         Ending::Finished => Ok(()),
         Ending::Stopped => {
-            let what = format!("interrupted: the rows so far are kept in {}: go on with --resume", name(out));
+            let what = format!("interrupted: the rows so far are kept in {}: continue with --resume", name(out));
             Err(Failure::Stopped(what))
         }
     }
@@ -55,8 +59,9 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
 
 fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
     let program = std::env::current_exe();
-    let program =
-        program.map_err(|error| Failure::Failed(format!("this program cannot be found: {error}: check its path")))?;
+    let program = program.map_err(|error| {
+        Failure::Failed(format!("the path of this program cannot be found: {error}: start it by its full path"))
+    })?;
     Ok(Request {
         data: data.into(),
         folder: out.into(),
@@ -100,7 +105,7 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
         // The rows are there: pictures that cannot be drawn do not make the evaluation fail.
         match draw(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
             Ok(pending) => files::place(vec![pending])?,
-            Err(failure) => complain(&Failure::Failed(format!("without {}: {failure}", name(&path)))),
+            Err(failure) => complain(&Failure::Failed(format!("{} was not drawn: {failure}", name(&path)))),
         }
     }
     voice(args).say(&format!("tables    {}", folder.join("tables.md").display()));
@@ -110,8 +115,9 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
 /// Does one job that comes on standard input; ends with it, and with all that it has started, because then nobody waits
 /// any more.
 pub fn work() -> Result<(), Failure> {
-    let problem =
-        |error: std::io::Error| Failure::Failed(format!("standard input: {error}: this is no command to type"));
+    let problem = |error: std::io::Error| {
+        Failure::Failed(format!("standard input: {error}: `evaluate` runs this command by itself"))
+    };
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line).map_err(problem)?;
     std::thread::spawn(|| {

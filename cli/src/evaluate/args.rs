@@ -1,0 +1,89 @@
+//! The arguments of `evaluate` as typed.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+
+const EVALUATE_NOTES: &str = "\
+Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
+assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; tools; all.
+
+Places in the command of a tool: {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on where it wants \
+others), {ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one. A line `seconds: 0.25` on its \
+standard output is its time; without one, that of the whole process counts.
+
+RUN is made, and filled with: settings.json (what was asked), rows.csv and rows.json (a row for each mesh, ratio, method \
+and seed), tables.md, error-size.svg, time-size.svg and error-time.svg. docs/evaluate.md explains them.
+
+Killed at any moment, it loses the case at hand; the same command and --resume goes on. A method that fails or takes too \
+long is a row with its error. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+
+/// Measure methods at several sizes on a folder of meshes: tables, plots
+#[derive(Debug, Parser)]
+#[command(after_help = EVALUATE_NOTES, override_usage = "neural-mesh evaluate --data DIR --out RUN [OPTIONS]
+       neural-mesh evaluate --report RUN [--relative-to METHOD]")]
+pub struct EvaluateArgs {
+    /// Folder of meshes: OBJ, PLY, STL, OFF, glTF, GLB
+    #[arg(long, value_name = "DIR", required_unless_present = "report")]
+    pub data: Option<PathBuf>,
+    /// Folder for all that comes of it
+    #[arg(long, value_name = "RUN", required_unless_present = "report")]
+    pub out: Option<PathBuf>,
+    /// Methods, with commas between them
+    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "all")]
+    pub methods: Vec<String>,
+    /// A program of others as a method, as often as wanted
+    #[arg(long = "tool", value_name = "NAME='cmd {in} {out} {ratio}'")]
+    pub tools: Vec<String>,
+    /// Shares of the vertices that stay, each above 0 and at most 1
+    #[arg(
+        long,
+        value_name = "R,R",
+        value_delimiter = ',',
+        default_value = "0.05,0.1,0.2,0.5",
+        allow_hyphen_values = true
+    )]
+    pub ratios: Vec<f64>,
+    /// Seeds of the sampling
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0")]
+    pub seeds: Vec<u64>,
+    /// Timed runs of each method; the median counts
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub repeat: usize,
+    /// Seconds that a run may take
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0)]
+    pub time_limit: f64,
+    /// Only meshes whose file names begin with one of these
+    #[arg(long, value_name = "PREFIX,PREFIX", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Weights for the method network [default: those that come with the program]
+    #[arg(long, value_name = "FILE")]
+    pub weights: Option<PathBuf>,
+    /// Weights for the method paper [default: those that come with the program]
+    #[arg(long, value_name = "FILE")]
+    pub paper_weights: Option<PathBuf>,
+    /// Measure the spectrum too (the paper's LE), which takes longer than all the rest
+    #[arg(long)]
+    pub spectrum: bool,
+    /// Draw the meshes from six sides and measure how alike the pictures are
+    #[arg(long)]
+    pub appearance: bool,
+    /// Samples on each surface
+    #[arg(long, value_name = "N", default_value_t = 50_000)]
+    pub samples: usize,
+    /// Threads that a method may use [default: one per core]; figures do not depend on it, times do
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Go on with the rows in RUN
+    #[arg(long)]
+    pub resume: bool,
+    /// Method that the others are divided by in the tables [default: qem, where it takes part]
+    #[arg(long, value_name = "METHOD")]
+    pub relative_to: Option<String>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Write tables and plots of an evaluation, finished or not, and do nothing else
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "methods", "tools", "ratios", "seeds", "resume"])]
+    pub report: Option<PathBuf>,
+}

@@ -1,0 +1,49 @@
+//! The arguments of `train` as typed.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+
+const TRAIN_NOTES: &str = "\
+RUN is made, and filled with: config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
+epochs.csv (the losses), best.safetensors and last.safetensors (weights for --weights), checkpoint.safetensors (to go \
+on from), curves.svg (the losses as a picture). docs/training.md explains them and every setting.
+
+A training that was killed at any moment goes on with the same command and --resume, and ends in the same bits as one \
+that was not. Ctrl-C stops it after the step at hand, with a checkpoint. With --resume, --epochs may ask for more.
+
+Exit codes: 0 done, 1 the input, the disk or a loss that is not finite, 2 usage, 130 interrupted.";
+
+/// Learn weights from a folder of meshes
+#[derive(Debug, Parser)]
+#[command(after_help = TRAIN_NOTES, override_usage = "neural-mesh train --data DIR --out RUN [OPTIONS]
+       neural-mesh train --plot RUN")]
+pub struct TrainArgs {
+    /// Folder of meshes to learn from: OBJ, PLY, STL, OFF, glTF, GLB
+    #[arg(long, value_name = "DIR", required_unless_present = "plot")]
+    pub data: Option<PathBuf>,
+    /// Folder for all that comes of it
+    #[arg(long, value_name = "RUN", required_unless_present = "plot")]
+    pub out: Option<PathBuf>,
+    /// Settings; what the file leaves out has its default
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Times that every mesh is seen, instead of the settings' number
+    #[arg(long, value_name = "N")]
+    pub epochs: Option<usize>,
+    /// Go on from the checkpoint in RUN; begin where there is none yet
+    #[arg(long)]
+    pub resume: bool,
+    /// Weights to start from, for fine-tuning; the sizes of the network are theirs
+    #[arg(long, value_name = "WEIGHTS")]
+    pub init: Option<PathBuf>,
+    /// Threads to use [default: one per core]; the result is the same with any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Draw the curves of a training, finished or not, and do nothing else
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "config", "epochs", "resume", "init"])]
+    pub plot: Option<PathBuf>,
+}

@@ -1,0 +1,18 @@
+//! The tests of the program, in one program of their own: each program more is linked anew with all that it uses.
+
+mod assets;
+mod batch;
+mod common;
+mod compare;
+mod compressed;
+mod degenerate;
+#[cfg(all(feature = "evaluate", unix))] // The tools are shell scripts.
+mod evaluate;
+mod files;
+mod mesh_points;
+mod simplify;
+#[cfg(feature = "train")]
+mod train;
+mod usage;
+#[cfg(not(any(feature = "evaluate", feature = "meshopt", feature = "spectrum", feature = "train")))]
+mod without_features;

@@ -1,0 +1,69 @@
+//! What the program says where a build lacks a feature: which one, and how to get it.
+
+use std::fs;
+
+use crate::common::*;
+
+#[test]
+fn commands_that_are_not_there_say_how_to_get_them() {
+    let folder = folder();
+    for command in ["train", "evaluate"] {
+        for more in [
+            &[][..],
+            &["--data", "meshes", "--out", "run", "--threads", "3"],
+            &["--plot", "run"],
+            &["--ratios=0.1,0.5", "-q", "words", "--", "--nonsense"],
+            &["--help"],
+        ] {
+            let refused = run(folder.path(), &[&[command], more].concat());
+            assert_eq!(refused.code, Some(2), "{command} {more:?}: {}", refused.words);
+            let line = the_line(&refused);
+            for words in [
+                format!("this build lacks the feature {command}"),
+                format!("`cargo run --release --features {command} -- {command} ...`"),
+                format!("`cargo install --path cli --features {command}`"),
+            ] {
+                assert!(line.contains(&words), "{line}");
+            }
+        }
+        let help = String::from_utf8(run(folder.path(), &["--help"]).out).unwrap();
+        assert!(help.contains(&format!("(needs the feature {command})")), "{help}");
+    }
+    assert_eq!(run(folder.path(), &["evaluate-one"]).code, Some(2));
+    assert_eq!(files(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn a_comparison_says_what_it_leaves_out() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let said = run(folder.path(), &["compare", "a.obj", "a.obj", "--json", "a.json", "--html", "a.html"]);
+    assert_eq!(said.code, Some(0), "{}", said.words);
+    let table = String::from_utf8(said.out).unwrap();
+    let what = "the spectrum, geodesic and biharmonic distances: build with `--features spectrum`";
+    assert_eq!(table.lines().filter(|line| *line == format!("left out  {what}")).count(), 1, "{table}");
+    let json = json(&folder.path().join("a.json"));
+    assert_eq!(json["left_out"], what);
+    assert_eq!((&json["settings"]["eigenpairs"], &json["settings"]["geodesics"]), (&0.into(), &false.into()));
+    assert!(fs::read_to_string(folder.path().join("a.html")).unwrap().contains(what));
+    let names: Vec<&str> =
+        json["figures"].as_array().unwrap().iter().map(|figure| figure["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"distance_max") && names.contains(&"slivers"), "{names:?}");
+    for missing in ["laplacian", "geodesic", "biharmonic"] {
+        assert!(names.iter().all(|name| !name.starts_with(missing)), "{names:?}");
+        assert!(!table.contains(&format!("\n{missing} ")), "{table}");
+    }
+}
+
+#[test]
+fn compressed_gltf_is_refused_with_what_to_do() {
+    let folder = folder();
+    let asset = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["EXT_meshopt_compression"],
+        "extensionsRequired": ["EXT_meshopt_compression"], "buffers": [{"byteLength": 4, "uri": "data:application/octet-stream;base64,AAAAAA=="}],
+        "bufferViews": [{"buffer": 0, "byteLength": 4, "extensions": {"EXT_meshopt_compression": {}}}]}"#;
+    fs::write(folder.path().join("a.gltf"), asset).unwrap();
+    let refused = run(folder.path(), &["simplify", "a.gltf", "-o", "b.ply", "--ratio", "0.5"]);
+    assert_eq!(refused.code, Some(1));
+    let line = the_line(&refused);
+    assert!(line.contains("EXT_meshopt_compression") && line.contains("`--features meshopt`"), "{line}");
+}

@@ -1,0 +1,88 @@
+//! Mesh files by path, read whole.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::uri::fetch;
+use super::{Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
+use crate::mesh::RawMesh;
+
+/// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
+///
+/// # Errors
+/// [`ReadError`], without the path: the caller knows it.
+///
+/// ```
+/// let error = neural_mesh::io::read_path("no/such/mesh.obj".as_ref(), None).unwrap_err();
+/// assert!(error.to_string().starts_with("cannot be read"));
+/// ```
+pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
+    let bytes = bytes_of(path)?;
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let read = |format| read_with(&bytes, format, &fetch);
+    as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
+}
+
+/// [`read_attributed`](super::read_attributed) of the file at `path`, in `format`, or in the one that its name or else its content shows.
+///
+/// # Errors
+/// [`ReadError`], without the path: the caller knows it.
+///
+/// ```
+/// let folder = tempfile::tempdir().unwrap();
+/// let path = folder.path().join("mesh.obj");
+/// std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+/// let read = neural_mesh::io::read_attributed_path(&path, None).unwrap();
+/// assert_eq!((read.extra.folder.as_deref(), read.extra.material_libraries.len()), (path.parent(), 1));
+/// ```
+pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
+    let bytes = bytes_of(path)?;
+    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let read = |format| read_attributed_with(&bytes, format, &fetch);
+    let mut read = as_what_it_is(&bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
+    read.extra.folder = path.parent().map(Path::to_path_buf);
+    Ok(read)
+}
+
+/// The bytes of a file, unpacked.
+pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let bytes =
+        std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
+    match gzip::unpacked(&bytes)? {
+        Cow::Owned(unpacked) => Ok(unpacked),
+        Cow::Borrowed(_) => Ok(bytes),
+    }
+}
+
+/// Reads bytes in the format that was asked for or that the name says; a file with the wrong extension is read as what it
+/// is, where reading it as what it says is of no use.
+fn as_what_it_is<T>(
+    bytes: &[u8],
+    path: &Path,
+    format: Option<Format>,
+    read: impl Fn(Option<Format>) -> Result<T, ReadError>,
+    is_useful: impl Fn(&T) -> bool,
+) -> Result<T, ReadError> {
+    let named = format.or_else(|| Format::from_path(path));
+    let first = read(named);
+    match Format::from_content(bytes) {
+        Some(shown) if format.is_none() && named != Some(shown) && !first.as_ref().is_ok_and(is_useful) => {
+            read(Some(shown)).or(first)
+        }
+        _ => first,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_extension_does_not_mislead() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.stl");
+        std::fs::write(&path, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").unwrap();
+        assert_eq!(read_path(&path, None).unwrap().faces.len(), 1);
+        assert!(read_path(&path, Some(Format::Stl)).is_err());
+    }
+}

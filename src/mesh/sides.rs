@@ -1,0 +1,38 @@
+//! Faces that hang together, and which of them are wound against each other.
+
+use super::union_find::UnionFind;
+
+/// Disjoint sets of faces as they are and of faces turned over: face `f` as it is is `2 f`, turned over `2 f + 1`.
+pub(super) struct Sides(UnionFind);
+
+impl Sides {
+    /// No two of `n_faces` hang together.
+    pub(super) fn new(n_faces: usize) -> Self {
+        Self(UnionFind::new(2 * n_faces))
+    }
+
+    /// Joins two faces, which are wound against each other or not; false, and nothing is joined, where the surface would have
+    /// one side.
+    pub(super) fn join(&mut self, [f, g]: [u32; 2], against: bool) -> bool {
+        let g_beside_f = 2 * g + u32::from(against);
+        if self.0.find(2 * f) == self.0.find(g_beside_f ^ 1) {
+            return false;
+        }
+        self.0.union(2 * f, g_beside_f);
+        self.0.union(2 * f + 1, g_beside_f ^ 1);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_joined_to_a_surface_with_one_side() {
+        let mut sides = Sides::new(5);
+        assert!(sides.join([0, 1], false) && sides.join([1, 2], true) && sides.join([3, 4], true));
+        assert!(!sides.join([0, 2], false) && sides.join([0, 2], true));
+        assert!(sides.join([4, 2], false) && sides.join([0, 3], false) && !sides.join([0, 3], true));
+    }
+}

@@ -1,0 +1,247 @@
+//! A closed complex being collapsed: its vertices, their neighbours, and what is left of them.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::triangle::area_normal;
+use crate::mesh::OneRings;
+use crate::mesh::shares::{PARALLEL, indices_where};
+use crate::simplify::closed::cluster::assignment::Assignment;
+use crate::simplify::closed::cluster::placement::Placement;
+use crate::simplify::closed::output::Output;
+use crate::simplify::limits::Limit;
+use crate::simplify::options::Outcome;
+
+use super::attribute_quadrics::AttributeQuadrics;
+use super::constraints::Constraints;
+use super::links::{Links, Span};
+use super::pair::{Node, Place};
+
+/// No vertex.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A closed complex being collapsed.
+pub struct Collapse {
+    /// Vertices, the apexes of the borders last.
+    pub(super) nodes: Vec<Node>,
+    /// Where the vertices are: what the nodes say, once more and closer together.
+    pub(super) positions: Vec<Vec3>,
+    /// The neighbours of the vertices; those of the apexes are not kept.
+    pub(super) links: Links,
+    /// The vertex each vertex was merged into, itself while it lives.
+    pub(super) merged: Vec<u32>,
+    pub(super) n_inner: usize,
+    pub(super) n_vertices: usize,
+    pub(super) n_faces: usize,
+    /// The price at which each vertex is to be merged with its partner; infinite for those that may not go.
+    pub(super) least: Vec<f32>,
+    /// The vertices whose prices are not known; `None` where no price is.
+    pub(super) unpriced: Option<Vec<u32>>,
+    /// The vertices whose turn it is in a round.
+    pub(super) turn: Vec<u32>,
+    /// Whether each vertex belongs to no edge that may go; empty where all may.
+    pub(super) frozen: Vec<bool>,
+    /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
+    pub(super) begun: Vec<u32>,
+    pub(super) turn_forbidden: bool,
+    /// What merges cost the colours at the corners, if there are any.
+    pub(super) colours: AttributeQuadrics,
+    /// What constrains it beside the topology.
+    pub(super) constraints: Option<Constraints>,
+    /// The merges in order, where they are to be remembered.
+    pub history: Option<Vec<Merge>>,
+}
+
+/// A merge of two vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merge {
+    /// The vertex that stays.
+    pub kept: u32,
+    /// The one merged into it.
+    pub gone: u32,
+    /// Where the merged vertex went.
+    pub place: Place,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// At the limit.
+    Reached,
+    /// Every edge that is left holds the topology: components are at their smallest.
+    Smallest,
+    /// The edges that could go would turn a face over.
+    WouldTurn,
+    /// What has to stay leaves no edge that could go.
+    Held,
+}
+
+impl End {
+    /// What the caller is told.
+    pub fn outcome(self) -> Outcome {
+        match self {
+            Self::Reached => Outcome::Reached,
+            Self::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
+            Self::Held => Outcome::Stopped("seams, creases or locked vertices hold what is left".into()),
+            Self::WouldTurn => Outcome::Stopped("no edge is left that could go without turning a face over".into()),
+        }
+    }
+}
+
+/// The merges without which so many vertices and faces do not come to the limit: each takes away two faces at most.
+pub(super) fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
+    n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
+}
+
+/// The apexes of the borders, each with as many neighbours as there are vertices on its border, and the faces of a surface with
+/// these rings, those at the apexes left out.
+pub(super) fn apexes(rings: &OneRings) -> (Vec<Node>, usize) {
+    let n_inner = rings.n_vertices();
+    let mut n_neighbors = vec![0; rings.n_apexes()];
+    if rings.n_apexes() > 0 {
+        let at_apexes = (0..n_inner as u32).filter_map(|v| rings.apex(v));
+        at_apexes.for_each(|apex| n_neighbors[apex as usize - n_inner] += 1);
+    }
+    let at_apexes: usize = n_neighbors.iter().map(|n| *n as usize).sum();
+    let apexes = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
+    (apexes.collect(), (rings.n_entries() - 2 * at_apexes) / 3)
+}
+
+/// Unit normal of a triangle; zero where it has (nearly) no area.
+fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
+    let normal = area_normal(corners);
+    if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
+}
+
+/// Whether this normal of a triangle is more than rounding.
+pub(super) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
+    let scale = a.distance_squared(b).max(a.distance_squared(c));
+    area_normal.length_squared() > 1e-12 * scale * scale
+}
+
+impl Collapse {
+    /// Starts from the placed vertices and the rings of the faces over them.
+    pub fn new(placed: &Placement, rings: &OneRings) -> Self {
+        let n_inner = rings.n_vertices();
+        let mut links = Links::with_capacity(n_inner);
+        let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
+        let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
+        let (apexes, n_faces) = apexes(rings);
+        nodes.extend(apexes);
+        Self::of(nodes, links, n_inner, n_faces)
+    }
+
+    /// The same under constraints, with a price on colours, and with a history if there is one to be written.
+    pub fn under(
+        self,
+        constraints: Option<Constraints>,
+        colours: AttributeQuadrics,
+        history: Option<Vec<Merge>>,
+    ) -> Self {
+        Self { constraints, colours, history, ..self }
+    }
+
+    /// Starts from nodes, the apexes last, and their neighbours.
+    pub(super) fn of(nodes: Vec<Node>, links: Links, n_inner: usize, n_faces: usize) -> Self {
+        Self {
+            positions: nodes[..n_inner].iter().map(|node| node.position).collect(),
+            merged: (0..n_inner as u32).collect(),
+            nodes,
+            links,
+            n_inner,
+            n_vertices: n_inner,
+            n_faces,
+            least: vec![f32::INFINITY; n_inner],
+            unpriced: None,
+            turn: Vec::new(),
+            frozen: Vec::new(),
+            begun: Vec::new(),
+            turn_forbidden: false,
+            colours: AttributeQuadrics::default(),
+            constraints: None,
+            history: None,
+        }
+    }
+
+    /// What is left, renumbered; each face begins with its first vertex. `assignment` says which vertex each of the surface's was
+    /// at the start.
+    pub fn output(&self, assignment: &Assignment) -> Output {
+        let living = indices_where(&self.merged, |v, &merged| v == merged);
+        let mut number = vec![NONE; self.n_inner];
+        (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
+        let place = |&v: &u32| self.positions[v as usize];
+        let positions: Vec<Vec3> = living.par_iter().with_min_len(PARALLEL).map(place).collect();
+        let faces: Vec<Vec<[u32; 3]>> =
+            living.par_chunks(PARALLEL).map(|chunk| self.faces_from(chunk, &number)).collect();
+        let faces = faces.concat();
+        let normal = |face: &[u32; 3]| unit_normal(face.map(|v| positions[v as usize]));
+        let normals = faces.par_iter().with_min_len(PARALLEL).map(normal).collect();
+        let of_regions = self.vertex_of_regions(&number);
+        let became = |&region: &u32| of_regions[region as usize];
+        let vertex_of = assignment.region.par_iter().with_min_len(PARALLEL).map(became).collect();
+        let pins = self.constraints.as_ref().map(|constraints| constraints.pins.of_living(&living));
+        Output::new(positions, faces, normals, pins.unwrap_or_default(), vertex_of)
+    }
+
+    /// For each vertex at the start the number of the one that stands for it now.
+    fn vertex_of_regions(&self, number: &[u32]) -> Vec<u32> {
+        let last = |v: u32| number[self.last(v) as usize];
+        match self.begun.as_slice() {
+            [] => (0..self.n_inner as u32).into_par_iter().with_min_len(PARALLEL).map(last).collect(),
+            begun => begun.par_iter().with_min_len(PARALLEL).map(|&v| last(v)).collect(),
+        }
+    }
+
+    /// The faces whose first vertices these are, those at apexes left out, by the numbers of their vertices.
+    fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
+        let mut faces = Vec::with_capacity(2 * vertices.len());
+        for &v in vertices {
+            let span = self.nodes[v as usize].ring;
+            let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
+            for w in self.links.of(span) {
+                if v < last && v < w && !self.is_apex(last.max(w)) {
+                    faces.push([v, last, w].map(|v| number[v as usize]));
+                }
+                last = w;
+            }
+        }
+        faces
+    }
+
+    /// The vertex that stands for `v` now.
+    pub(super) fn last(&self, mut v: u32) -> u32 {
+        while self.merged[v as usize] != v {
+            v = self.merged[v as usize];
+        }
+        v
+    }
+
+    pub(super) fn living(&self) -> impl Iterator<Item = u32> {
+        (0..self.n_inner as u32).filter(|&v| self.merged[v as usize] == v)
+    }
+
+    pub(super) fn ring(&self, v: u32) -> impl ExactSizeIterator<Item = u32> + Clone {
+        self.links.of(self.nodes[v as usize].ring)
+    }
+
+    pub(super) fn is_apex(&self, v: u32) -> bool {
+        v as usize >= self.n_inner
+    }
+
+    pub(super) fn is_frozen(&self, v: u32) -> bool {
+        self.frozen.get(v as usize).is_some_and(|frozen| *frozen)
+    }
+
+    pub(super) fn reached(&self, limit: Limit) -> bool {
+        let (n_vertices, n_faces) = self.size();
+        n_vertices <= limit.vertices && n_faces <= limit.faces
+    }
+
+    /// Vertices and faces; where this is one half of a mirrored mesh, those of the whole.
+    pub(super) fn size(&self) -> (usize, usize) {
+        match self.plane() {
+            None => (self.n_vertices, self.n_faces),
+            Some(plane) => (2 * self.n_vertices - plane.len(), 2 * self.n_faces),
+        }
+    }
+}

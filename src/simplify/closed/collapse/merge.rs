@@ -1,0 +1,135 @@
+//! Merging the ends of an edge: its price, whether it may be done, and the complex after it.
+
+use glam::Vec3;
+
+use crate::geometry::triangle::area_normal;
+
+use super::complex::{Collapse, Merge, has_area};
+use super::pair::{LocalQuadric, MergedVertex, Pair};
+
+/// Least cosine between a face's normals before and after a collapse.
+const LEAST_COSINE: f32 = 0.2;
+
+impl Collapse {
+    /// Whether nothing but the quadrics of the nodes sets the prices.
+    #[inline(always)]
+    pub(super) fn is_plain(&self) -> bool {
+        self.constraints.is_none() && self.colours.is_empty()
+    }
+
+    pub(super) fn pair(&self, u: u32, v: u32) -> Pair {
+        let mut pair = Pair::new(&self.nodes[u as usize], &self.nodes[v as usize]);
+        if !self.colours.is_empty() {
+            pair.sum += self.colours.price([u, v], pair.other());
+        }
+        pair
+    }
+
+    /// The price of merging `u` and `v` under constraints; infinite where they have to stay two.
+    pub(super) fn constrained_price(&self, u: u32, v: u32) -> f32 {
+        let merged = self.placement(u, v, &self.pair(u, v));
+        merged.map_or(f32::INFINITY, |merged| merged.price as f32)
+    }
+
+    /// The merged vertex, from `u`; `None` where they have to stay two.
+    #[inline(always)]
+    pub(super) fn placement(&self, u: u32, v: u32, pair: &Pair) -> Option<MergedVertex> {
+        match &self.constraints {
+            None => Some(pair.placement()),
+            Some(constraints) => constraints.placement(u, v, pair),
+        }
+    }
+
+    /// Merges `v` into `u` if topology and the faces around allow it.
+    #[inline(always)]
+    pub(super) fn try_collapse(&mut self, u: u32, v: u32) -> bool {
+        let Some(opposite) = self.link_allows(u, v) else { return false };
+        let pair = self.pair(u, v);
+        let Some(MergedVertex { place, offset, .. }) = self.placement(u, v, &pair) else { return false };
+        if self.constraints.as_ref().is_some_and(|constraints| !constraints.outlive(u, v, opposite))
+            || self.would_bridge(u, v)
+        {
+            return false;
+        }
+        let x = (self.nodes[u as usize].position.as_dvec3() + offset).as_vec3();
+        if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
+            self.turn_forbidden = true;
+            return false;
+        }
+        self.history.iter_mut().for_each(|history| history.push(Merge { kept: u, gone: v, place }));
+        self.merge(u, v, opposite);
+        self.constraints.iter_mut().for_each(|constraints| constraints.merge(u, v, place));
+        let [kept, gone] = [u, v].map(|w| &self.nodes[w as usize]);
+        let step = x - kept.position;
+        let planes = if self.colours.is_empty() { pair.sum } else { Pair::new(kept, gone).sum };
+        self.colours.merge([u, v], pair.other(), step.as_dvec3());
+        let node = &mut self.nodes[u as usize];
+        // About the position as it was rounded.
+        node.quadric = LocalQuadric::new(&planes, step);
+        node.position = x;
+        self.positions[u as usize] = x;
+        true
+    }
+
+    /// The two vertices opposite to edge `u v`, if merging its ends keeps the surface what it is.
+    #[inline(always)]
+    pub(super) fn link_allows(&self, u: u32, v: u32) -> Option<[u32; 2]> {
+        let [of_u, of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
+        let at = self.links.position(of_u, v)?;
+        let next = if at + 1 == of_u.len() { 0 } else { at + 1 };
+        let opposite = [next, if at == 0 { of_u.len() - 1 } else { at - 1 }].map(|i| self.links.at(of_u, i));
+        let n_shared = self.links.n_shared(of_u, of_v);
+        let on_border = opposite.iter().any(|&w| self.is_apex(w));
+        let bridges = || [u, v].iter().all(|&end| self.ring(end).any(|w| self.is_apex(w))) && !on_border;
+        let ok = n_shared == 2
+            && (of_u.len() > 3 || of_v.len() > 3)
+            && opposite.iter().all(|&w| self.nodes[w as usize].ring.len() > 3)
+            && !bridges();
+        ok.then_some(opposite)
+    }
+
+    /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.
+    #[inline(always)]
+    pub(super) fn turns_over(&self, u: u32, v: u32, x: Vec3) -> bool {
+        let ring = self.nodes[u as usize].ring;
+        let p = self.positions[u as usize];
+        let at = self.links.position(ring, v).unwrap_or(0);
+        let mut before: Option<Vec3> = None;
+        for w in self.links.beyond(ring, at) {
+            let here = self.positions.get(w as usize).copied();
+            if let (Some(q), Some(r)) = (before, here) {
+                let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
+                let along = old.dot(new);
+                let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();
+                let stays = along > 0.0 && along * along > least && has_area(new, [x, q, r]);
+                if !stays && has_area(old, [p, q, r]) {
+                    return true;
+                }
+            }
+            before = here;
+        }
+        false
+    }
+
+    /// Joins the neighbours of `v` to `u` instead.
+    #[inline(always)]
+    pub(super) fn merge(&mut self, u: u32, v: u32, opposite: [u32; 2]) {
+        self.n_vertices -= 1;
+        self.n_faces -= opposite.iter().filter(|&&w| !self.is_apex(w)).count();
+        self.merged[v as usize] = u;
+        let [of_u, of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
+        for i in 0..of_v.len() {
+            let w = self.links.at(of_v, i);
+            let is_opposite = opposite.contains(&w);
+            if self.is_apex(w) {
+                let ring = &mut self.nodes[w as usize].ring;
+                *ring = if is_opposite { ring.shorter() } else { *ring };
+            } else if is_opposite {
+                self.links.remove(&mut self.nodes[w as usize].ring, v);
+            } else if w != u {
+                self.links.replace(self.nodes[w as usize].ring, v, u);
+            }
+        }
+        self.nodes[u as usize].ring = self.links.join([u, v], [of_u, of_v]);
+    }
+}

@@ -1,0 +1,346 @@
+//! The original: the mesh as the closed assembly works on it, and every question about a place on it.
+//!
+//! Three searches answer "what is closest": a walk over the edges from a vertex nearby, where many points are asked about and a
+//! guess will do; all faces in the regions of a few output vertices, where the distance decides; and a search over faces that
+//! crosses no seam, where the side of the seam matters. The regions know where to start, so no search structure is needed.
+
+use glam::Vec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use crate::geometry::triangle::{area_normal, nearest_point};
+use crate::mesh::TriMesh;
+
+use super::faces_around::FacesAround;
+use super::pins::Pins;
+use super::prepare::feature_edges::FeatureEdges;
+use super::prepare::surface::Surface;
+
+/// Points of the original that stand for the region of a vertex, at most.
+const POINTS: usize = 8;
+/// Squared distance over that of the closest face so far, up to which a search goes on from a face.
+const SLACK: f32 = 1.5;
+
+/// The mesh as the closed assembly works on it.
+pub struct Original<'a> {
+    /// The caller's mesh.
+    pub mesh: &'a TriMesh,
+    /// The mesh as a manifold of unit size.
+    pub surface: Surface<'a>,
+    /// Edges that stay edges, over the vertices of the surface.
+    pub features: FeatureEdges,
+    /// Vertices that may not move, over those of the surface.
+    pub pins: Pins,
+}
+
+impl<'a> Original<'a> {
+    /// A mesh of which nothing but the shape has to stay.
+    #[cfg(test)]
+    pub fn bare(mesh: &'a TriMesh) -> Self {
+        let (features, pins) = (FeatureEdges::default(), Pins::default());
+        Self { mesh, surface: Surface::new(mesh), features, pins }
+    }
+
+    /// For each output vertex that is wanted the vertex of its region that lies closest to it; any for others.
+    pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
+        let mut best = vec![(f32::INFINITY, 0); positions.len()];
+        for (v, &output) in vertex_of.iter().enumerate().filter(|(_, output)| wanted[**output as usize]) {
+            let distance = self.surface.positions[v].distance_squared(positions[output as usize]);
+            if distance < best[output as usize].0 {
+                best[output as usize] = (distance, v as u32);
+            }
+        }
+        best.into_iter().map(|(_, v)| v).collect()
+    }
+
+    /// The normal of the face closest to `point` among those where a walk from vertex `start` ends, not of unit length.
+    pub fn normal_near(&self, point: Vec3, start: u32) -> Vec3 {
+        let v = self.vertex_near(point, start);
+        let mut nearest = (f32::INFINITY, [Vec3::ZERO; 3]);
+        for [p, q] in self.sides(v) {
+            let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
+            let distance = nearest_point(point, corners).distance_squared(point);
+            if distance < nearest.0 {
+                nearest = (distance, corners);
+            }
+        }
+        self.normal_at(v, nearest.1)
+    }
+
+    /// The vertex at which a walk toward `point` ends that begins at `start`.
+    fn vertex_near(&self, point: Vec3, start: u32) -> u32 {
+        let distance = |v: u32| self.surface.positions[v as usize].distance_squared(point);
+        let (mut v, mut least) = (start, distance(start));
+        loop {
+            let before = v;
+            for &w in self.surface.neighbors(v) {
+                let distance = distance(w);
+                if distance < least {
+                    (v, least) = (w, distance);
+                }
+            }
+            if v == before {
+                return v;
+            }
+        }
+    }
+
+    /// The other two corners of each face at a vertex.
+    fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
+        let ring = self.surface.neighbors(v);
+        let n_faces = if self.surface.rings.apex(v).is_none() { ring.len() } else { ring.len() - 1 };
+        (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
+    }
+
+    /// Normal of a face at vertex `v`, not of unit length; where not all are wound the same way around, as the vertex looks.
+    fn normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
+        let normal = area_normal(corners);
+        let is_opposed = !self.surface.rings.is_oriented() && normal.dot(self.surface.normals[v as usize]) < 0.0;
+        if is_opposed { -normal } else { normal }
+    }
+
+    /// The regions of the wanted output vertices; `vertex_of` names the output vertex of each vertex.
+    pub fn regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
+        let mut regions: FxHashMap<u32, Region> = FxHashMap::default();
+        for (v, &output) in (0u32..).zip(vertex_of).filter(|(_, output)| wanted[**output as usize]) {
+            let region = regions.entry(output).or_default();
+            region.points.push(self.surface.positions[v as usize]);
+            // A face is noted once for each region, at the first of its corners there.
+            let is_first = |w: &u32| *w > v || vertex_of[*w as usize] != output;
+            for [p, q] in self.sides(v).filter(|side| side.iter().all(is_first)) {
+                let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
+                let face = Face::new(corners, self.normal_at(v, corners));
+                region.points.push(face.centroid());
+                // One without an area looks nowhere, and its edges are those of others.
+                region.faces.extend(Some(face).filter(|face| face.normal != Vec3::ZERO));
+            }
+        }
+        regions.values_mut().for_each(Region::thin_out);
+        Regions(regions)
+    }
+
+    /// The faces as a search finds them that stays on one side of every seam.
+    pub fn sides_of_seams(&self) -> SidesOfSeams<'_> {
+        SidesOfSeams {
+            surface: &self.surface,
+            orders: self.corner_orders(),
+            seams: self.features.edges.iter().copied().collect(),
+            around: FacesAround::new(self.surface.n_vertices(), &self.surface.faces),
+        }
+    }
+
+    /// For each corner of the surface's faces which corner of the mesh's it is: some faces are wound the other way.
+    pub fn corner_orders(&self) -> Vec<[u8; 3]> {
+        let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
+            corners.map(|v| before.iter().position(|&w| w == self.surface.source(v)).unwrap_or(0) as u8)
+        };
+        self.surface.faces.iter().zip(self.mesh.faces()).map(order).collect()
+    }
+}
+
+/// Regions of the original by the output vertices that they became.
+///
+/// Distances are to faces: on parts with long faces the next vertex of the original is often far away, and its normal that of
+/// another side.
+pub struct Regions(FxHashMap<u32, Region>);
+
+impl Regions {
+    /// Whether the region of a vertex is known.
+    pub fn has(&self, vertex: u32) -> bool {
+        self.0.contains_key(&vertex)
+    }
+
+    /// Points of the original in the regions of these vertices.
+    pub fn points(&self, vertices: &[u32]) -> impl Iterator<Item = Vec3> {
+        self.of(vertices).flat_map(|region| &region.points).copied()
+    }
+
+    /// The point of the original in the regions of these vertices that lies closest to `point`.
+    pub fn closest_point(&self, point: Vec3, vertices: &[u32]) -> ClosestPoint {
+        let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
+        for face in self.of(vertices).flat_map(|region| &region.faces) {
+            if face.may_be_within(closest.distance, point) {
+                let there = nearest_point(point, face.corners);
+                let distance = there.distance(point);
+                if distance < closest.distance {
+                    closest = ClosestPoint { point: there, normal: face.normal, distance };
+                }
+            }
+        }
+        closest
+    }
+
+    fn of(&self, vertices: &[u32]) -> impl Iterator<Item = &Region> {
+        vertices.iter().filter_map(|v| self.0.get(v))
+    }
+}
+
+/// The closest point of the original.
+#[derive(Clone, Copy)]
+pub struct ClosestPoint {
+    /// Where it lies.
+    pub point: Vec3,
+    /// The normal of its face, not of unit length.
+    pub normal: Vec3,
+    /// How far away it is.
+    pub distance: f32,
+}
+
+/// The original in one region.
+#[derive(Default)]
+struct Region {
+    /// Some of its vertices and of the centroids of its faces.
+    points: Vec<Vec3>,
+    /// The faces with a corner in it that have an area.
+    faces: Vec<Face>,
+}
+
+/// A face of the original.
+struct Face {
+    corners: [Vec3; 3],
+    /// Not of unit length.
+    normal: Vec3,
+    /// The least and the largest coordinates.
+    bounds: [Vec3; 2],
+}
+
+impl Region {
+    /// Leaves no more than [`POINTS`] points, evenly.
+    fn thin_out(&mut self) {
+        let step = self.points.len().div_ceil(POINTS).max(1);
+        self.points = self.points.iter().copied().step_by(step).collect();
+    }
+}
+
+impl Face {
+    fn new(corners: [Vec3; 3], normal: Vec3) -> Self {
+        let [a, b, c] = corners;
+        Self { corners, normal, bounds: [a.min(b).min(c), a.max(b).max(c)] }
+    }
+
+    fn centroid(&self) -> Vec3 {
+        (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
+    }
+
+    /// Whether box and plane let the face be nearer to a point than that.
+    fn may_be_within(&self, distance: f32, point: Vec3) -> bool {
+        let [low, high] = self.bounds;
+        let outside = (low - point).max(point - high).max(Vec3::ZERO).length_squared();
+        let height = self.normal.dot(point - self.corners[0]);
+        let squared = distance * distance;
+        // Rounding may add a little to the height.
+        outside < squared && height * height <= squared * 1.001 * self.normal.length_squared()
+    }
+}
+
+/// A point of the original: a face and weights of the corners that it has in the mesh.
+#[derive(Clone, Copy)]
+pub struct SurfacePoint {
+    /// The face.
+    pub face: u32,
+    /// The weights of its corners.
+    pub weights: [f32; 3],
+}
+
+/// The original, searched without crossing a seam.
+pub struct SidesOfSeams<'a> {
+    surface: &'a Surface<'a>,
+    /// Which corner of the mesh each corner of the surface is, n_faces x 3.
+    orders: Vec<[u8; 3]>,
+    seams: FxHashSet<[u32; 2]>,
+    around: FacesAround,
+}
+
+impl SidesOfSeams<'_> {
+    /// The point closest to `p` among the faces that a search from `starts` meets, which goes on from the closest faces as long
+    /// as they lie hardly farther than the best: a corner or an edge may be nearest on several faces before the next is nearer.
+    pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
+        let mut met: Vec<u32> = Vec::new();
+        let mut open: Vec<(f32, SurfacePoint)> = Vec::new();
+        let mut best =
+            (f32::INFINITY, SurfacePoint { face: starts.first().copied().unwrap_or(0), weights: [1.0 / 3.0; 3] });
+        let mut meet = |face: u32, open: &mut Vec<(f32, SurfacePoint)>, best: &mut (f32, SurfacePoint)| {
+            if !met.contains(&face) {
+                met.push(face);
+                let here = self.nearest(p, face);
+                open.push(here);
+                if here.0 < best.0 {
+                    *best = here;
+                }
+            }
+        };
+        starts.iter().for_each(|&face| meet(face, &mut open, &mut best));
+        while let Some(next) = (0..open.len()).min_by(|&i, &j| open[i].0.total_cmp(&open[j].0)) {
+            let (distance, place) = open.swap_remove(next);
+            if distance > SLACK * best.0 {
+                break;
+            }
+            self.beside(place.face).for_each(|face| meet(face, &mut open, &mut best));
+        }
+        best.1
+    }
+
+    /// The squared distance of a point from a face, and the nearest point of it.
+    fn nearest(&self, p: Vec3, face: u32) -> (f32, SurfacePoint) {
+        let corners = self.surface.faces[face as usize].map(|v| self.surface.positions[v as usize]);
+        let weights = nearest_weights_f64(p.as_dvec3(), corners.map(Vec3::as_dvec3)).map(|w| w as f32);
+        let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+        let mut of_mesh = [0.0; 3];
+        self.orders[face as usize].iter().zip(weights).for_each(|(&corner, w)| of_mesh[corner as usize] = w);
+        (point.distance_squared(p), SurfacePoint { face, weights: of_mesh })
+    }
+
+    /// The faces beyond the edges of a face that are no seams.
+    fn beside(&self, face: u32) -> impl Iterator<Item = u32> {
+        let [a, b, c] = self.surface.faces[face as usize];
+        let open = |(a, b): &(u32, u32)| !self.seams.contains(&[*a.min(b), *a.max(b)]);
+        [(a, b), (b, c), (c, a)].into_iter().filter(open).filter_map(|(a, b)| self.around.along(b, a))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn the_closest_point_is_the_nearest_point_of_all_faces_in_the_regions() {
+        let mesh = shapes::wavy_sphere(3, 4.0);
+        let original = Original::bare(&mesh);
+        let surface = &original.surface;
+        let n = surface.n_vertices();
+        let vertex_of: Vec<u32> = (0..n as u32).map(|v| v % 7).collect();
+        let regions = original.regions(&vertex_of, &[true, true, false, true, false, false, false]);
+        assert!(regions.has(3) && !regions.has(2));
+        let near = [0, 3];
+        let corners = |face: &[u32; 3]| face.map(|v| surface.positions[v as usize]);
+        for v in (0..n).step_by(41) {
+            let point = surface.positions[v] * 1.03;
+            let inside = |face: &&[u32; 3]| face.iter().any(|&v| near.contains(&vertex_of[v as usize]));
+            let to = |face: &[u32; 3]| nearest_point(point, corners(face)).distance(point);
+            let naive = surface.faces.iter().filter(inside).map(to).fold(f32::INFINITY, f32::min);
+            let closest = regions.closest_point(point, &near);
+            assert!(
+                (closest.distance - naive).abs() < 1e-5 * naive && closest.point.distance(point) == closest.distance
+            );
+            assert!(closest.normal.dot(point) > 0.0);
+        }
+        let points: Vec<Vec3> = regions.points(&near).collect();
+        assert!(!points.is_empty() && points.len() <= 2 * POINTS);
+    }
+
+    #[test]
+    fn normals_are_those_of_the_naive_search() {
+        let mesh = shapes::wavy_sphere(3, 4.0);
+        let original = Original::bare(&mesh);
+        let surface = &original.surface;
+        for v in (0..surface.n_vertices() as u32).step_by(37) {
+            let corners = |f: &[u32; 3]| f.map(|v| surface.positions[v as usize]);
+            let face = surface.faces.iter().find(|face| face.contains(&v)).unwrap();
+            let centroid = corners(face).iter().sum::<Vec3>() / 3.0;
+            let start = surface.neighbors(surface.neighbors(v)[0])[0];
+            let (found, naive) = (original.normal_near(centroid, start), area_normal(corners(face)));
+            assert!(found.distance(naive) <= 1e-3 * naive.length(), "{found} {naive}");
+        }
+    }
+}

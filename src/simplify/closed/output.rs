@@ -1,0 +1,113 @@
+//! The output: made once by the collapse, kept in step by every later step, handed out at the end.
+
+use glam::Vec3;
+
+use super::attributes::corners::Corners;
+use super::diamond::Diamond;
+use super::faces_around::FacesAround;
+use super::pins::Pins;
+
+/// The lighter mesh while it is made.
+pub struct Output {
+    /// Normalised positions, n_vertices x 3.
+    pub positions: Vec<Vec3>,
+    /// Faces, n_faces x 3.
+    faces: Vec<[u32; 3]>,
+    /// Which way the faces are meant to look, unit normals, n_faces x 3; zero where nothing says.
+    meant: Vec<Vec3>,
+    /// The faces around each vertex.
+    around: FacesAround,
+    /// What may not move.
+    pub pins: Pins,
+    /// For each vertex of the surface the output vertex that its region became.
+    pub vertex_of: Vec<u32>,
+    /// What the corners carry, where they carry anything.
+    pub corners: Option<Corners>,
+}
+
+impl Output {
+    /// What a collapse left: positions (n_vertices x 3), faces and which way they look (n_faces x 3 each), what may not move, and
+    /// for each vertex of the surface the output vertex that its region became.
+    pub fn new(positions: Vec<Vec3>, faces: Vec<[u32; 3]>, meant: Vec<Vec3>, pins: Pins, vertex_of: Vec<u32>) -> Self {
+        let around = FacesAround::new(positions.len(), &faces);
+        Self { positions, faces, meant, around, pins, vertex_of, corners: None }
+    }
+
+    /// Faces, n_faces x 3.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// The corners of a face, as indices.
+    pub fn face(&self, f: u32) -> [u32; 3] {
+        self.faces[f as usize]
+    }
+
+    /// The corners of a face, as points.
+    pub fn triangle(&self, f: u32) -> [Vec3; 3] {
+        self.face(f).map(|v| self.positions[v as usize])
+    }
+
+    /// Which way a face is meant to look.
+    pub fn meant(&self, f: u32) -> Vec3 {
+        self.meant[f as usize]
+    }
+
+    /// The faces around each vertex.
+    pub fn around(&self) -> &FacesAround {
+        &self.around
+    }
+
+    /// Whether the edge of a diamond may not be flipped: it is a seam, or the other diagonal would join two vertices of a
+    /// half's plane.
+    pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
+        let is_seam = |corners: &Corners| corners.is_seam(&self.faces, *faces, [*a, *b]);
+        self.pins.are_on_cut(*c, *d) || self.corners.as_ref().is_some_and(is_seam)
+    }
+
+    /// Gives a diamond its other diagonal.
+    pub fn flip(&mut self, diamond: &Diamond) {
+        let before = diamond.faces.map(|f| self.face(f));
+        self.swap_diagonal(diamond);
+        for (f, before) in diamond.faces.into_iter().zip(before) {
+            self.around.replace(f, before, self.faces[f as usize]);
+        }
+    }
+
+    /// Gives diamonds that share no face their other diagonals.
+    pub fn flip_all(&mut self, diamonds: &[Diamond]) {
+        diamonds.iter().for_each(|diamond| self.swap_diagonal(diamond));
+        if !diamonds.is_empty() {
+            self.around = FacesAround::new(self.positions.len(), &self.faces);
+        }
+    }
+
+    fn swap_diagonal(&mut self, diamond: &Diamond) {
+        let [f, g] = diamond.faces.map(|f| f as usize);
+        self.corners.iter_mut().for_each(|corners| corners.flip(&self.faces, diamond.faces, diamond.corners));
+        [self.faces[f], self.faces[g]] = diamond.flipped();
+        self.meant[f] = (self.meant[f] + self.meant[g]).normalize_or_zero();
+        self.meant[g] = self.meant[f];
+    }
+
+    /// Faces, what may not move, and for each vertex of the surface the output vertex: what is handed out beside positions.
+    pub fn into_parts(self) -> (Vec<[u32; 3]>, Pins, Vec<u32>) {
+        (self.faces, self.pins, self.vertex_of)
+    }
+}
+
+#[cfg(test)]
+impl Output {
+    /// Faces over vertices of an original, whose vertices belong to the closest of them; nothing is pinned.
+    pub fn over(original: &[Vec3], positions: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Self {
+        let nearest = |p: &Vec3| {
+            let distance = |v: &u32| positions[*v as usize].distance_squared(*p);
+            (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap()
+        };
+        let vertex_of = original.iter().map(nearest).collect();
+        let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
+        let normal = |face: &[u32; 3]| crate::geometry::triangle::area_normal(corners(face)).normalize_or_zero();
+        let meant = faces.iter().map(normal).collect();
+        Self::new(positions, faces, meant, Pins::default(), vertex_of)
+    }
+}

@@ -1,0 +1,75 @@
+//! One half of a mesh that is its own mirror image: its vertices on the plane count as they do in the whole.
+
+use crate::simplify::closed::pins::PlaneVertices;
+
+use super::surface::{Surface, add, plane_of};
+
+/// Lets the vertices of the plane count as they do in the whole mesh: the planes of their faces, the lines of their boundaries
+/// and the images of these, and none that stand on the cut; and their normals lie in the plane.
+pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
+    let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
+    for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.has(v))) {
+        if let Some((_, quadric)) = plane_of(face.map(|v| surface.positions[v as usize])) {
+            let quadric = with_image(plane, quadric);
+            let corners = face.iter().filter(|&&v| plane.has(v));
+            corners.for_each(|&v| add(&mut sums[v as usize], &quadric));
+        }
+    }
+    let of_cut: Vec<usize> = (0..sums.len()).filter(|&v| plane.has(v as u32)).collect();
+    for &v in &of_cut {
+        surface.normals[v][plane.axis()] = 0.0;
+        surface.normals[v] = surface.normals[v].normalize_or_zero();
+    }
+    add_boundaries(surface, plane, &mut sums);
+    for v in of_cut {
+        let weight = sums[v][0] + sums[v][3] + sums[v][5];
+        if weight > 0.0 {
+            surface.quadrics[v] = sums[v];
+        }
+    }
+}
+
+/// Adds the lines along boundaries of the whole mesh, where these meet the plane, and their images.
+fn add_boundaries(surface: &Surface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
+    let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.apex_faces() };
+    for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {
+        let v = if plane.has(a) { a } else { b };
+        let line = with_image(plane, surface.line_along_border([a, b]));
+        add(&mut sums[v as usize], &line);
+    }
+}
+
+/// The sum of a quadric and its image, upper triangles.
+fn with_image(plane: &PlaneVertices, quadric: [f32; 6]) -> [f32; 6] {
+    plane.without_slant(quadric.map(|x| 2.0 * x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::simplify::closed::request::Half;
+
+    #[test]
+    fn a_vertex_of_the_cut_counts_as_in_the_whole() {
+        let whole = shapes::torus(24, 12, 1.0, 0.4);
+        let x = |v: u32| whole.positions()[v as usize][0];
+        let faces: Vec<[u32; 3]> =
+            whole.faces().iter().copied().filter(|face| face.iter().all(|&v| x(v) > -1e-6)).collect();
+        let (half, sources) = crate::mesh::compact(whole.positions(), faces).unwrap();
+        let on_plane: Vec<bool> = half.positions().iter().map(|p| p[0].abs() < 1e-6).collect();
+        assert_eq!(on_plane.iter().filter(|&&on| on).count(), 24);
+        let (mut surface, of_whole) = (Surface::new(&half), Surface::new(&whole));
+        let plane = PlaneVertices::of(&surface, &Half { axis: 0, on_plane: &on_plane });
+        complete(&mut surface, &plane);
+        // The halves are normalised by other powers of two.
+        let ratio = (surface.scale.to_unit([1.0, 0.0, 0.0]) - surface.scale.to_unit([0.0; 3])).x
+            / (of_whole.scale.to_unit([1.0, 0.0, 0.0]) - of_whole.scale.to_unit([0.0; 3])).x;
+        for v in (0..on_plane.len()).filter(|&v| on_plane[v]) {
+            let meant = of_whole.quadrics[sources[v] as usize].map(|x| x * (ratio * ratio) as f32);
+            for (here, there) in surface.quadrics[v].iter().zip(meant) {
+                assert!((here - there).abs() < 1e-5, "{:?} {meant:?}", surface.quadrics[v]);
+            }
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! What the closed assembly is asked: plain data, resolved by the driver before anything runs.
+
+use crate::mesh::{Attributes, Frame};
+use crate::model::Weights;
+use crate::simplify::options::Parts;
+
+/// What the closed assembly is asked.
+pub struct Request<'a> {
+    /// Samples per vertex asked for.
+    pub oversample: f64,
+    /// Whether all vertices are samples where the surface is uneven.
+    pub all_if_uneven: bool,
+    /// How much more than its area each vertex of the mesh counts.
+    pub importance: Importance<'a>,
+    /// What is done beside the darts, quotient and collapse.
+    pub parts: Parts,
+    /// Seed of the darts.
+    pub seed: u64,
+    /// How the result will be written.
+    pub frame: Frame,
+    /// Whether the result is to be known as a function of the positions.
+    pub differentiable: bool,
+    /// What has to stay.
+    pub keep: Keep<'a>,
+}
+
+/// What has to stay of a mesh beside its shape.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Keep<'a> {
+    /// Edges that stay edges, over vertices of the mesh: seams and creases.
+    pub edges: &'a [[u32; 2]],
+    /// Whether each vertex stays where it is; empty where all may go.
+    pub locked: &'a [bool],
+    /// Whether the vertices of the result have to be vertices of the mesh.
+    pub subset: bool,
+    /// What corners and faces carry.
+    pub attributes: Option<&'a Attributes>,
+    /// Whether it is to be known where on the mesh the result's corners stand.
+    pub map: bool,
+    /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
+    pub half: Option<Half<'a>>,
+}
+
+/// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.
+#[derive(Clone, Copy, Debug)]
+pub struct Half<'a> {
+    /// The axis: 0, 1 or 2.
+    pub axis: usize,
+    /// Whether each vertex lies on the cut, n_vertices; such a vertex has an edge of the cut.
+    pub on_plane: &'a [bool],
+}
+
+/// How much more than its area each vertex counts.
+#[derive(Clone, Copy, Debug)]
+pub enum Importance<'a> {
+    /// All count alike.
+    Even,
+    /// From the Point Sampler of this network.
+    Network(&'a Weights),
+    /// One positive factor per vertex of the mesh.
+    Given(&'a [f32]),
+}

@@ -1,0 +1,32 @@
+//! What a run wrote down, so that its result is known as a function of the positions.
+
+use super::cluster::placement::Case;
+use super::collapse::Merge;
+use super::refine::points::Match;
+
+/// What a run chose on its way, as far as its result depends on positions.
+#[derive(Default)]
+pub struct Trace {
+    /// The region of each vertex of the surface.
+    pub region: Vec<u32>,
+    /// How the vertex of each region was placed.
+    pub cases: Vec<Case>,
+    /// The merges of the collapse, in order.
+    pub merges: Vec<Merge>,
+    /// The faces that were fitted.
+    pub faces: Vec<[u32; 3]>,
+    /// The steps of the fit.
+    pub steps: Vec<Step>,
+}
+
+/// A step of the fit as it was taken.
+pub struct Step {
+    /// The points and where they belonged.
+    pub matches: Vec<Match>,
+    /// For each output face how much its points count.
+    pub counts: Vec<f32>,
+    /// For each output vertex whether it moved.
+    pub moved: Vec<bool>,
+    /// Weight of staying in place against the points.
+    pub stay: f32,
+}

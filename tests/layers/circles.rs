@@ -1,0 +1,233 @@
+//! No two files import each other, directly or around: who imports whom, file by file.
+//!
+//! A file imports the file that its path names, and the one that defines what it names, where the first only passes it on
+//! (`pub use`). To pass on is no import, and what a file takes from those above it in its own tree does not count: a parent and
+//! its children are one thing in several files, and hold together by nature.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Source, sources};
+
+/// Names passed on this often are followed no farther.
+const DEEPEST: usize = 8;
+
+/// A module as the names that lead to it from the root.
+type Path = Vec<String>;
+
+/// The files of a package by the modules that they are.
+struct Tree<'a> {
+    files: BTreeMap<Path, &'a Source>,
+    /// What each module calls by a name of its own, and the path that it stands for.
+    uses: BTreeMap<Path, Vec<Use>>,
+}
+
+/// One name of a `use`.
+#[derive(Clone, Debug, PartialEq)]
+struct Use {
+    path: Path,
+    name: String,
+    /// Whether it is passed on to others.
+    is_public: bool,
+}
+
+impl<'a> Tree<'a> {
+    fn new(sources: &'a [Source], folder: &str) -> Self {
+        let files: BTreeMap<Path, &Source> =
+            sources.iter().map(|source| (module_of(&source.path, folder), source)).collect();
+        let uses = files.iter().map(|(module, source)| (module.clone(), uses(&source.code))).collect();
+        Self { files, uses }
+    }
+
+    /// The modules whose files define what a module names.
+    fn imports(&self, module: &Path) -> BTreeSet<Path> {
+        let stated = self.uses[module].iter().filter(|import| !import.is_public).map(|import| import.path.clone());
+        let inline = inline_paths(&without_uses(&self.files[module].code));
+        let found = stated.chain(inline).flat_map(|path| self.named(module, &path, 0));
+        found.filter(|other| !module.starts_with(other)).collect()
+    }
+
+    /// The modules whose files hold what `path` names where it stands in `module`: the one named, and those that it has it from;
+    /// none for what is not of this package.
+    fn named(&self, module: &Path, path: &[String], depth: usize) -> Vec<Path> {
+        let Some((mut at, rest)) = self.start(module, path) else { return Vec::new() };
+        for (i, name) in rest.iter().enumerate() {
+            if let Some(child) = self.child(&at, name) {
+                at = child;
+                continue;
+            }
+            let passed_on = self.uses.get(&at).and_then(|uses| uses.iter().find(|import| import.name == *name));
+            let further = passed_on.filter(|_| depth < DEEPEST).map(|import| [&import.path, &rest[i + 1..]].concat());
+            let mut found = further.map_or(Vec::new(), |path| self.named(&at, &path, depth + 1));
+            found.push(at);
+            return found;
+        }
+        vec![at]
+    }
+
+    /// The module at which a path starts, and the names behind it.
+    fn start<'p>(&self, module: &Path, path: &'p [String]) -> Option<(Path, &'p [String])> {
+        let n_up = path.iter().take_while(|name| *name == "super").count();
+        match path.first()?.as_str() {
+            "crate" => Some((Path::new(), &path[1..])),
+            "self" => Some((module.clone(), &path[1..])),
+            "super" => Some((module[..module.len().checked_sub(n_up)?].to_vec(), &path[n_up..])),
+            first => Some((self.child(module, first)?, &path[1..])),
+        }
+    }
+
+    fn child(&self, module: &Path, name: &str) -> Option<Path> {
+        let child = [&module[..], &[name.to_string()]].concat();
+        self.files.contains_key(&child).then_some(child)
+    }
+
+    /// The imports that lie on circles.
+    fn circles(&self) -> Vec<String> {
+        let imports: BTreeMap<&Path, BTreeSet<Path>> =
+            self.files.keys().map(|module| (module, self.imports(module))).collect();
+        let file = |module: &Path| self.files[module].path.as_str();
+        let mut found = Vec::new();
+        for (module, others) in &imports {
+            let back = others.iter().filter(|other| reached(&imports, other).contains(*module));
+            found.extend(back.map(|other| format!("{} imports {}", file(module), file(other))));
+        }
+        found
+    }
+}
+
+/// All modules that one imports, directly or through others.
+fn reached(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<Path> {
+    let mut reached = BTreeSet::new();
+    let mut pending = vec![from.clone()];
+    while let Some(module) = pending.pop() {
+        let others = imports.get(&module).into_iter().flatten();
+        pending.extend(others.filter(|other| reached.insert((*other).clone())).cloned().collect::<Vec<_>>());
+    }
+    reached
+}
+
+/// `src/io/gltf/schema.rs` below `src` is `io::gltf::schema`; the file of the root has no name.
+fn module_of(file: &str, folder: &str) -> Path {
+    let names = file.trim_start_matches(folder).trim_start_matches('/').trim_end_matches(".rs");
+    let names = names.split('/').filter(|name| !["mod", "lib", "main"].contains(name));
+    names.map(String::from).collect()
+}
+
+/// Where the `use` items of code begin, and where they end with a semicolon.
+fn use_items(code: &str) -> Vec<(usize, usize)> {
+    let is_start = |at: usize| code[..at].chars().next_back().is_none_or(|before| before.is_whitespace());
+    let begins = code.match_indices("use ").map(|(at, _)| at).filter(|&at| is_start(at));
+    begins.filter_map(|at| Some((at, at + code[at..].find(';')?))).collect()
+}
+
+/// Every name that `use` items bring in.
+fn uses(code: &str) -> Vec<Use> {
+    let mut found = Vec::new();
+    for (begin, end) in use_items(code) {
+        let line = code[..begin].rfind('\n').map_or(0, |at| at + 1);
+        let is_public = code[line..begin].contains("pub");
+        let tree: String = code[begin + 4..end].split_whitespace().collect::<Vec<_>>().join(" ");
+        let mut paths = Vec::new();
+        flatten(&tree, &[], &mut paths);
+        found.extend(paths.into_iter().map(|(path, name)| Use { path, name, is_public }));
+    }
+    found
+}
+
+/// The paths of a tree as `a::{b, c::d as e}`, each with the name that it gets.
+fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
+    let tree = tree.trim();
+    if let Some(list) = tree.strip_prefix('{') {
+        split_list(list.trim_end().trim_end_matches('}')).iter().for_each(|tree| flatten(tree, before, found));
+        return;
+    }
+    if let Some((first, rest)) = tree.split_once("::") {
+        let before = [before, &[first.trim().to_string()]].concat();
+        return flatten(rest, &before, found);
+    }
+    let (last, name) = tree.split_once(" as ").unwrap_or((tree, tree));
+    let path = match last {
+        "" => return,
+        "self" => before.to_vec(),
+        _ => [before, &[last.to_string()]].concat(),
+    };
+    let name = if name == "self" { path.last().cloned().unwrap_or_default() } else { name.to_string() };
+    found.push((path, name));
+}
+
+/// The parts of a list between its commas; braces within stay whole.
+fn split_list(list: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let mut depth = 0;
+    for letter in list.chars() {
+        depth += i32::from(letter == '{') - i32::from(letter == '}');
+        match letter {
+            ',' if depth == 0 => parts.push(String::new()),
+            _ => parts[..].last_mut().unwrap().push(letter),
+        }
+    }
+    parts
+}
+
+fn without_uses(code: &str) -> String {
+    let mut left = code.to_string();
+    for (begin, end) in use_items(code).into_iter().rev() {
+        left.replace_range(begin..=end, "");
+    }
+    left
+}
+
+/// The paths of two names and more that stand in code.
+fn inline_paths(code: &str) -> Vec<Path> {
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
+    let words = code.split(|letter: char| !is_part(letter));
+    let paths = words.filter(|word| word.contains("::") && !word.starts_with(':'));
+    paths.map(|path| path.split("::").filter(|name| !name.is_empty()).map(String::from).collect()).collect()
+}
+
+fn circles_below(folder: &str) -> Vec<String> {
+    Tree::new(&sources(folder), folder).circles()
+}
+
+#[test]
+fn no_two_files_import_each_other() {
+    for folder in ["src", "cli/src"] {
+        assert_eq!(circles_below(folder), Vec::<String>::new());
+    }
+}
+
+fn source(path: &str, code: &str) -> Source {
+    Source { path: path.into(), text: code.into(), code: code.into() }
+}
+
+#[test]
+fn circles_are_found_through_names_passed_on() {
+    let circle = [
+        source("src/lib.rs", "pub mod a;"),
+        source("src/a/mod.rs", "mod b;\nmod c;\nmod d;\npub use b::{Thing, other as more};\npub use c::f;"),
+        source("src/a/b.rs", "pub struct Thing;\nfn g() { super::c::f() }"),
+        source("src/a/c.rs", "use super::{\n    Thing as T,\n};\npub fn f() {}"),
+        source("src/a/d.rs", "use crate::a::f;"),
+    ];
+    let found = Tree::new(&circle, "src").circles();
+    assert_eq!(found, ["src/a/b.rs imports src/a/c.rs", "src/a/c.rs imports src/a/b.rs"]);
+}
+
+#[test]
+fn what_a_parent_holds_and_what_others_hold_is_no_circle() {
+    let tree = [
+        source("src/a/mod.rs", "mod b;\nuse b::f;\nuse std::fmt;\nconst N: u32 = 1;"),
+        source("src/a/b.rs", "use super::N;\npub fn f() {}"),
+        source("src/c.rs", "use crate::a::N;"),
+    ];
+    assert_eq!(Tree::new(&tree, "src").circles(), Vec::<String>::new());
+}
+
+#[test]
+fn uses_are_read_in_every_form() {
+    let code = "pub(crate) use a::{self, b::{c, d as e}};\nlet because = 1;\nuse super::super::x;";
+    let found = uses(code);
+    let names: Vec<&str> = found.iter().map(|import| import.name.as_str()).collect();
+    assert_eq!(names, ["a", "c", "e", "x"]);
+    assert_eq!(found[2], Use { path: ["a", "b", "d"].map(String::from).to_vec(), name: "e".into(), is_public: true });
+    assert_eq!(found[3].path, ["super", "super", "x"].map(String::from));
+}

@@ -1,0 +1,53 @@
+//! No function is longer than one can take in at once.
+
+use super::{Source, sources};
+
+/// Lines of the longest function, from `fn` to its closing brace.
+const MOST_LINES: usize = 40;
+
+/// The functions of code that is formatted: where each begins, its name and its number of lines.
+fn lengths(code: &str) -> Vec<(usize, String, usize)> {
+    let lines: Vec<&str> = code.lines().collect();
+    let begins = lines.iter().enumerate().filter_map(|(at, line)| Some((at, named(line)?)));
+    let length = |at: usize| {
+        let indent = lines[at].len() - lines[at].trim_start().len();
+        let closes =
+            |line: &&str| line.len() > indent && line[..indent].trim().is_empty() && line[indent..].starts_with('}');
+        let is_whole = |line: &str| line.trim_end().ends_with(['}', ';']);
+        if is_whole(lines[at]) { Some(0) } else { lines[at..].iter().position(closes) }
+    };
+    begins.filter_map(|(at, name)| Some((at + 1, name, length(at)? + 1))).collect()
+}
+
+/// The name of the function that a line begins.
+fn named(line: &str) -> Option<String> {
+    let (before, after) = line.split_once("fn ")?;
+    let is_qualifier =
+        |word: &str| ["const", "async", "unsafe"].contains(&word) || word.starts_with("pub") || word.ends_with(')');
+    if !before.split_whitespace().all(is_qualifier) {
+        return None;
+    }
+    let name: String = after.chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
+    (!name.is_empty()).then_some(name)
+}
+
+fn too_long(source: &Source) -> Vec<String> {
+    let long = lengths(&source.code).into_iter().filter(|(_, _, n_lines)| *n_lines > MOST_LINES);
+    long.map(|(line, name, n_lines)| format!("{}:{line}: {name} has {n_lines} lines", source.path)).collect()
+}
+
+#[test]
+fn no_function_is_longer_than_forty_lines() {
+    let all: Vec<Source> = ["src", "cli/src"].into_iter().flat_map(sources).collect();
+    let n_functions: usize = all.iter().map(|source| lengths(&source.code).len()).sum();
+    assert!(n_functions > 1000, "only {n_functions} functions were found: the code is read wrong");
+    assert_eq!(all.iter().flat_map(too_long).collect::<Vec<_>>(), Vec::<String>::new());
+}
+
+#[test]
+fn lines_are_counted_from_the_name_to_the_brace() {
+    let code = "pub(in crate::io) fn a(\n    x: u32,\n) -> u32 {\n    x\n}\nimpl B {\n    fn c() {}\n    const fn d() {\n        if x {\n        }\n    }\n}\n";
+    let found: Vec<(String, usize)> = lengths(code).into_iter().map(|(_, name, n_lines)| (name, n_lines)).collect();
+    assert_eq!(found, [("a".into(), 5), ("c".into(), 1), ("d".into(), 4)]);
+    assert!(lengths("let call: fn (u32) = f;\n// the fn here\n").is_empty());
+}

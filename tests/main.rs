@@ -1,0 +1,31 @@
+//! The tests of the library as its users see it, in one program: each program more is linked anew with all that it uses.
+
+#[cfg(all(feature = "gzip", feature = "io"))]
+mod attributed;
+mod attributes;
+#[cfg(feature = "gltf")]
+mod bad_files;
+#[cfg(all(feature = "baselines", feature = "gltf"))]
+mod baselines;
+mod common;
+#[cfg(all(feature = "gltf", feature = "picture"))]
+mod conversions;
+#[cfg(feature = "weights")]
+mod equations;
+#[cfg(feature = "gltf")]
+mod files;
+mod fit_to_points;
+mod found_by_fuzzing;
+#[cfg(feature = "gltf")]
+mod gltf_assets;
+#[cfg(feature = "io")]
+mod invariants;
+mod judge;
+mod layers;
+mod parts;
+#[cfg(feature = "picture")]
+mod picture;
+mod recorded;
+mod symmetric;
+#[cfg(feature = "train")]
+mod train;
