@@ -9,7 +9,8 @@ Methods: network, geometry, paper (ours: closed with the scores of the network, 
 assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; tools; all.
 
 In the command of a tool, {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on for other formats), \
-{ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one.
+{ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one. A line `seconds: 0.25` on its \
+standard output is its time; without one, that of the whole process counts.
 
 RUN is created and holds settings.json (what was asked), rows.csv and rows.json (a row for each mesh, ratio, method \
 and seed), tables.md, error-size.svg, time-size.svg and error-time.svg. docs/evaluate.md explains them.

@@ -24,7 +24,6 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 
 use super::limits::Limit;
 use super::options::{Event, Report, SimplifyError};
-use attributes::corners::Corners;
 use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
@@ -182,7 +181,7 @@ fn refine(
     let attributes = attributes.or(map.then_some(Attributes::NONE));
     enter("flips")?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
-    output.corners = attributes.map(|attributes| Corners::new(original, attributes, &output));
+    attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
     let mut points = Points::new(&original.surface, output.positions.len());
     let flips = is_coarse && request.parts.flips;
     let mut n_flipped = if flips { flips::flip(&mut points, &mut output) } else { 0 };
@@ -193,9 +192,8 @@ fn refine(
     }
     enter("finish")?;
     n_flipped += foldovers::repair(original, &mut output, is_coarse);
-    let carried = output.corners.take().zip(attributes);
-    let (attributes, corner_map) =
-        carried.map(|(corners, attributes)| corners.attributes(original, attributes, &output)).unzip();
+    let carried = attributes.and_then(|attributes| output.carried(original, attributes));
+    let (attributes, corner_map) = carried.unzip();
     let mut positions = result::local_positions(original, &output);
     let n_separated = duplicate_positions::separate(&mut positions, &output.pins, &request.frame);
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
