@@ -21,7 +21,8 @@ use super::rounds::price_of_round;
 const BLOCK: usize = 32_768;
 /// Blocks from which on there is more within them than between them: with one there is nothing to do side by side.
 const LEAST_BLOCKS: usize = 2;
-/// Share of the merges that are left to the whole, which chooses among all edges and not within blocks alone.
+/// Share of the merges that are left to the whole, which prices the edges between the blocks, too: the frozen vertices,
+/// a few percent, have no other turn.
 const LEFT: f64 = 0.02;
 
 impl Collapse {
