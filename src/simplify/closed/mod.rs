@@ -44,8 +44,9 @@ pub use request::Importance;
 pub(super) use request::{Half, Keep, Request};
 pub(super) use result::Closed;
 
-/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
-/// the diagonals.
+/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen
+/// to the diagonals. Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.7 % farther at 30 and
+/// 1.7 % at 60; without flips 2.6 %.
 const COARSE: usize = 15;
 
 /// Enters a stage, or says that the run is to stop.

@@ -19,6 +19,7 @@ use crate::simplify::closed::pins::Pins;
 use super::blend::blend;
 use super::values::{Fit, Wedges};
 
+/// No wedge, no vertex.
 const NONE: u32 = u32::MAX;
 
 /// What each corner of the result has to do with the original.
