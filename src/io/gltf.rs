@@ -272,7 +272,8 @@ mod tests {
         let mesh = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],"#;
         let error = parse(&asset(&format!(r#"{zeros}{mesh}"nodes": [{nodes}]"#))).unwrap_err();
         assert!(
-            error.to_string().contains("cannot be used here") || error.to_string().contains("repeats its meshes too often"),
+            error.to_string().contains("cannot be used here")
+                || error.to_string().contains("repeats its meshes too often"),
             "{error}"
         );
     }
