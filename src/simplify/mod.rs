@@ -17,6 +17,7 @@ mod record;
 mod sample_vertices;
 mod scattered_samples;
 mod symmetric;
+mod used;
 mod versions;
 mod weighed;
 

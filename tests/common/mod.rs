@@ -1,5 +1,5 @@
 //! What whole-mesh tests share: judging a result, and random closed meshes that are meshed very unevenly.
-#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(dead_code, reason = "not every set of features uses all")]
 
 use std::collections::HashSet;
 

@@ -37,7 +37,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let folder = outputs::open(&args.output)?;
     let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
-    interrupt::watch(Failure::Stopped("interrupted: go on with --resume".into()));
+    interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
     let began = Instant::now();

@@ -24,7 +24,6 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 
 use super::limits::Limit;
 use super::options::{Event, Report, SimplifyError};
-use attributes::corners::Corners;
 use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
@@ -45,8 +44,9 @@ pub use request::Importance;
 pub(super) use request::{Half, Keep, Request};
 pub(super) use result::Closed;
 
-/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
-/// the diagonals.
+/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen
+/// to the diagonals. Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.7 % farther at 30 and
+/// 1.7 % at 60; without flips 2.6 %.
 const COARSE: usize = 15;
 
 /// Enters a stage, or says that the run is to stop.
@@ -182,7 +182,7 @@ fn refine(
     let attributes = attributes.or(map.then_some(Attributes::NONE));
     enter("flips")?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
-    output.corners = attributes.map(|attributes| Corners::new(original, attributes, &output));
+    attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
     let mut points = Points::new(&original.surface, output.positions.len());
     let flips = is_coarse && request.parts.flips;
     let mut n_flipped = if flips { flips::flip(&mut points, &mut output) } else { 0 };
@@ -193,9 +193,8 @@ fn refine(
     }
     enter("finish")?;
     n_flipped += foldovers::repair(original, &mut output, is_coarse);
-    let carried = output.corners.take().zip(attributes);
-    let (attributes, corner_map) =
-        carried.map(|(corners, attributes)| corners.attributes(original, attributes, &output)).unzip();
+    let carried = attributes.and_then(|attributes| output.carried(original, attributes));
+    let (attributes, corner_map) = carried.unzip();
     let mut positions = result::local_positions(original, &output);
     let n_separated = duplicate_positions::separate(&mut positions, &output.pins, &request.frame);
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));

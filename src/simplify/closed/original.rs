@@ -16,9 +16,11 @@ use super::pins::Pins;
 use super::prepare::feature_edges::FeatureEdges;
 use super::prepare::surface::Surface;
 
-/// Points of the original that stand for the region of a vertex, at most.
+/// Points of the original that stand for the region of a vertex, at most, where foldovers are repaired. Nineteen
+/// training meshes at ratios 0.01 to 0.05: with 4 or 16 the mean distance moves by 0.1 %, the largest by 0.7 %.
 const POINTS: usize = 8;
-/// Squared distance over that of the closest face so far, up to which a search goes on from a face.
+/// Squared distance over that of the closest face so far, up to which a search goes on from a face. Twelve textured
+/// training meshes: texture coordinates are 1.3 % farther off at 1, 0.2 % nearer at 3.
 const SLACK: f32 = 1.5;
 
 /// The mesh as the closed assembly works on it.

@@ -12,7 +12,9 @@ use crate::mesh::shares::shares;
 
 use crate::simplify::closed::prepare::surface::Surface;
 
-/// The radius of curvature, in bounding-box diagonals, at which bending counts as much as length.
+/// The radius of curvature, in bounding-box diagonals, at which bending counts as much as length. Twelve large training
+/// meshes at ratios 0.03 to 0.15: the mean distance is 0.3 % nearer at 1 and 0.2 % farther at 4; without bending it is
+/// 3.7 % farther, the normals 11 %.
 const BEND: f32 = 2.0;
 
 /// A length for every ring entry, and each vertex's area in the same metric.

@@ -18,12 +18,16 @@ use super::sums::Sum;
 use crate::simplify::closed::prepare::feature_edges::FeatureEdges;
 use crate::simplify::closed::prepare::surface::Surface;
 
-/// How often broken regions are cut in half before they are taken apart, which always helps but costs samples.
+/// How often broken regions are cut in half before they are taken apart, which always helps but costs samples. Twelve
+/// large training meshes at ratios 0.03 to 0.15: without halving the largest distance is 3 % farther; six halvings
+/// change no result.
 const HALVINGS: usize = 3;
-/// Share of the regions up to which broken ones are taken apart at once.
+/// Share of the regions up to which broken ones are taken apart at once. Twelve large training meshes at ratios 0.03 to
+/// 0.15: at 1e-4 half of the results differ, by 0.1 % in the mean distance.
 const FEW: f64 = 1e-3;
 
-/// Most parts that the faces are looked through in: each counts for all regions.
+/// Most parts that the faces are looked through in: each makes counts for all regions, which are added up by one
+/// thread. Results do not depend on it.
 const MOST_SHARES: usize = 8;
 
 /// The quotient's faces over region indices.

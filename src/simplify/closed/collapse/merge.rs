@@ -7,7 +7,8 @@ use crate::geometry::triangle::area_normal;
 use super::complex::{Collapse, Merge, has_area};
 use super::pair::{LocalQuadric, MergedVertex, Pair};
 
-/// Least cosine between a face's normals before and after a collapse.
+/// Least cosine between a face's normals before and after a collapse. Nineteen training meshes at ratios 0.01 to 0.05:
+/// the largest distance is 2 to 3 % farther at 0 and at 0.4, the mean the same within 0.3 %.
 const LEAST_COSINE: f32 = 0.2;
 
 impl Collapse {

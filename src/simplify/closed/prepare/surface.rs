@@ -12,9 +12,13 @@ use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
 
 use crate::mesh::shares::PARALLEL;
 
-/// How much a border counts against the surface: weight of the squared distance from the line along a border edge at either
-/// end, over the edge's squared length.
+/// How much a boundary counts against the surface: weight of the squared distance from the line along a boundary edge
+/// at either end, over the edge's squared length. Twelve open training meshes at ratios 0.05 and 0.2: the mean distance
+/// is 1.0 % nearer at 0.3, where the largest is 3 % farther, and 1.5 % farther at 10.
 pub const BORDER_WEIGHT: f32 = 3.0;
+/// Weight of a vertex over the mean below which it gets as much along each axis. It makes the empty quadrics of faces
+/// without area regular: at 1e-5 no result of 64 of training meshes differs, at 1e-3 four do.
+const LIGHT: f64 = 1e-4;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
 pub struct Surface<'a> {
@@ -233,7 +237,7 @@ fn support_weightless(quadrics: &mut [[f32; 6]]) {
 
 /// Below this weight a vertex of a surface with so much weight on so many vertices gets as much along each axis.
 pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
-    (1e-4 * total / n_vertices as f64).max(1e-20)
+    (LIGHT * total / n_vertices as f64).max(1e-20)
 }
 
 /// Upper triangle of `weight n n'`.
