@@ -26,11 +26,11 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.
 pub struct Collapse {
-    /// Vertices, the apexes of the borders last.
+    /// Vertices, the ghost vertices of the boundaries last.
     pub(super) nodes: Vec<Node>,
     /// Where the vertices are: what the nodes say, once more and closer together.
     pub(super) positions: Vec<Vec3>,
-    /// The neighbours of the vertices; those of the apexes are not kept.
+    /// The neighbours of the vertices; those of the ghost vertices are not kept.
     pub(super) links: Links,
     /// The vertex each vertex was merged into, itself while it lives.
     pub(super) merged: Vec<u32>,
@@ -97,18 +97,18 @@ pub(super) fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usiz
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The apexes of the borders, each with as many neighbours as there are vertices on its border, and the faces of a surface with
-/// these rings, those at the apexes left out.
-pub(super) fn apexes(rings: &OneRings) -> (Vec<Node>, usize) {
+/// The ghost vertices, each with as many neighbours as there are vertices on its boundary, and the faces of a surface with these
+/// rings, those at ghost vertices left out.
+pub(super) fn ghosts(rings: &OneRings) -> (Vec<Node>, usize) {
     let n_inner = rings.n_vertices();
-    let mut n_neighbors = vec![0; rings.n_apexes()];
-    if rings.n_apexes() > 0 {
-        let at_apexes = (0..n_inner as u32).filter_map(|v| rings.apex(v));
-        at_apexes.for_each(|apex| n_neighbors[apex as usize - n_inner] += 1);
+    let mut n_neighbors = vec![0; rings.n_ghosts()];
+    if rings.n_ghosts() > 0 {
+        let at_ghosts = (0..n_inner as u32).filter_map(|v| rings.ghost(v));
+        at_ghosts.for_each(|ghost| n_neighbors[ghost as usize - n_inner] += 1);
     }
-    let at_apexes: usize = n_neighbors.iter().map(|n| *n as usize).sum();
-    let apexes = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
-    (apexes.collect(), (rings.n_entries() - 2 * at_apexes) / 3)
+    let at_ghosts: usize = n_neighbors.iter().map(|n| *n as usize).sum();
+    let ghosts = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
+    (ghosts.collect(), (rings.n_entries() - 2 * at_ghosts) / 3)
 }
 
 /// Unit normal of a triangle; zero where it has (nearly) no area.
@@ -130,8 +130,8 @@ impl Collapse {
         let mut links = Links::with_capacity(n_inner);
         let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
         let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
-        let (apexes, n_faces) = apexes(rings);
-        nodes.extend(apexes);
+        let (ghosts, n_faces) = ghosts(rings);
+        nodes.extend(ghosts);
         Self::of(nodes, links, n_inner, n_faces)
     }
 
@@ -145,7 +145,7 @@ impl Collapse {
         Self { constraints, colours, history, ..self }
     }
 
-    /// Starts from nodes, the apexes last, and their neighbours.
+    /// Starts from nodes, the ghost vertices last, and their neighbours.
     pub(super) fn of(nodes: Vec<Node>, links: Links, n_inner: usize, n_faces: usize) -> Self {
         Self {
             positions: nodes[..n_inner].iter().map(|node| node.position).collect(),
@@ -196,14 +196,14 @@ impl Collapse {
         }
     }
 
-    /// The faces whose first vertices these are, those at apexes left out, by the numbers of their vertices.
+    /// The faces whose first vertices these are, those at ghost vertices left out, by the numbers of their vertices.
     fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
         let mut faces = Vec::with_capacity(2 * vertices.len());
         for &v in vertices {
             let span = self.nodes[v as usize].ring;
             let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
             for w in self.links.of(span) {
-                if v < last && v < w && !self.is_apex(last.max(w)) {
+                if v < last && v < w && !self.is_ghost(last.max(w)) {
                     faces.push([v, last, w].map(|v| number[v as usize]));
                 }
                 last = w;
@@ -228,7 +228,7 @@ impl Collapse {
         self.links.of(self.nodes[v as usize].ring)
     }
 
-    pub(super) fn is_apex(&self, v: u32) -> bool {
+    pub(super) fn is_ghost(&self, v: u32) -> bool {
         v as usize >= self.n_inner
     }
 
