@@ -1,11 +1,11 @@
 //! From the caller's mesh and options to results, whichever assembly makes them.
 
 use std::borrow::Cow;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::PARALLEL;
 use crate::mesh::{TriMesh, compact};
 use crate::model::Weights;
@@ -15,7 +15,8 @@ use super::closed::{Closed, Derivative, is_sound};
 use super::input::Input;
 use super::limits::{resolve_levels, resolve_limit, resolve_oversample};
 use super::map;
-use super::options::{Assembly, Event, Simplified, SimplifyError, Target};
+use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
+use super::progress::{PAPER, Progress, closed_stages, listened};
 use super::symmetric;
 
 /// One result, and how it depends on the positions, if that is asked for.
@@ -23,7 +24,20 @@ pub(super) fn run(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    listener: &mut Listener,
+) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
+    let stages = match task.options.assembly {
+        Assembly::Closed => closed_stages(1, task.options.symmetric.is_some()),
+        Assembly::Paper => PAPER.to_vec(),
+    };
+    listened(listener, &stages, |progress| one(input, weights, task, progress))
+}
+
+fn one(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    progress: Progress,
 ) -> Result<(Simplified, Option<Derivative>), SimplifyError> {
     let options = task.options;
     input.check()?;
@@ -31,15 +45,18 @@ pub(super) fn run(
         let levels = symmetric::levels(input, weights, task, symmetry, &[options.target], progress)?;
         return Ok((levels.into_iter().next().ok_or(SimplifyError::Empty)?, None));
     }
-    let used = Used::of(input.mesh)?;
+    let is_closed = options.assembly == Assembly::Closed;
+    if is_closed {
+        progress.enter("surface", input.mesh.faces().len())?;
+    }
+    let used = Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, ..*input };
     let limit = resolve_limit(&used.mesh, options)?;
     let oversample = resolve_oversample(&used.mesh, limit, options)?;
-    let is_closed = options.assembly == Assembly::Closed;
     let is_done = limit.is_met_by(&used.mesh) && (!is_closed || is_sound(&used.mesh, &options.frame));
     let (simplified, derivative) = if is_done {
-        (unchanged(&input, options, oversample), None)
+        (unchanged(progress.pulse, &input, options, oversample), None)
     } else if is_closed {
         let levels = closed_levels(&input, weights, task, &Sizes { limits: &[limit], oversample }, progress)?;
         levels.into_iter().next().map(Closed::into_result).ok_or(SimplifyError::Empty)?
@@ -56,22 +73,34 @@ pub(super) fn run_levels(
     weights: Option<&Weights>,
     task: &Task,
     targets: &[Target],
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    listener: &mut Listener,
+) -> Result<Vec<Simplified>, SimplifyError> {
+    let stages = closed_stages(targets.len(), task.options.symmetric.is_some());
+    listened(listener, &stages, |progress| several(input, weights, task, targets, progress))
+}
+
+fn several(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    targets: &[Target],
+    progress: Progress,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let options = task.options;
     input.check()?;
     if let Some(symmetry) = options.symmetric {
         return symmetric::levels(input, weights, task, symmetry, targets, progress);
     }
-    let used = Used::of(input.mesh)?;
+    progress.enter("surface", input.mesh.faces().len())?;
+    let used = Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, ..*input };
     let limits = resolve_levels(&used.mesh, targets, options)?;
     let oversample = resolve_oversample(&used.mesh, limits[0], options)?;
     // What is as large as the mesh is the mesh, as where there is one target.
-    let is_sound = is_sound(&used.mesh, &options.frame);
-    let n_unchanged = limits.iter().take_while(|limit| is_sound && limit.is_met_by(&used.mesh)).count();
-    let same = (0..n_unchanged).map(|_| unchanged(&input, options, oversample));
+    let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();
+    let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
+    let same = (0..n_unchanged).map(|_| unchanged(progress.pulse, &input, options, oversample));
     let sizes = Sizes { limits: &limits[n_unchanged..], oversample };
     let lighter = closed_levels(&input, weights, task, &sizes, progress)?;
     let levels = same.chain(lighter.into_iter().map(|closed| closed.into_result().0));
@@ -93,14 +122,16 @@ impl<'a> Used<'a> {
     ///
     /// # Errors
     /// [`SimplifyError::Empty`] where there is no face.
-    pub fn of(mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
+    pub fn of(pulse: Pulse, mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
         if mesh.faces().is_empty() {
             return Err(SimplifyError::Empty);
         }
         let n_before = mesh.positions().len();
         let used: Vec<AtomicBool> = (0..n_before).map(|_| AtomicBool::new(false)).collect();
         let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
-        mesh.faces().par_iter().with_min_len(PARALLEL).for_each(mark);
+        for faces in pulse.over(mesh.faces()) {
+            faces.par_iter().with_min_len(PARALLEL).for_each(mark);
+        }
         if used.into_iter().all(AtomicBool::into_inner) {
             return Ok(Self { mesh: Cow::Borrowed(mesh), sources: None, n_before });
         }

@@ -10,7 +10,7 @@ use super::pair::{LocalQuadric, MergedVertex, Pair};
 /// Least cosine between a face's normals before and after a collapse.
 const LEAST_COSINE: f32 = 0.2;
 
-impl Collapse {
+impl Collapse<'_> {
     /// Whether nothing but the quadrics of the nodes sets the prices.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {

@@ -20,13 +20,15 @@ const MERGES_PER_VISIT: usize = 2;
 const CHUNK: usize = 16;
 /// Vertices whose prices stand for all.
 const SAMPLES: usize = 1024;
+/// Vertices that are priced or visited between two beats: a few milliseconds.
+const BETWEEN_BEATS: usize = 4096;
 /// Samples below the price of a round, at least; where there would be fewer, the prices of all vertices are looked at.
 const LEAST_SAMPLES: usize = 16;
 
 /// Pricing the edges of some vertices, or of all, as work that is compiled for the instructions at hand.
-struct PriceAll<'a>(&'a mut Collapse, Option<Vec<u32>>);
+struct PriceAll<'a, 'b>(&'a mut Collapse<'b>, Option<Vec<u32>>);
 
-impl Work for PriceAll<'_> {
+impl Work for PriceAll<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -39,14 +41,14 @@ impl Work for PriceAll<'_> {
 }
 
 /// A round, as work that is compiled for the instructions at hand.
-struct Round<'a> {
-    collapse: &'a mut Collapse,
+struct Round<'a, 'b> {
+    collapse: &'a mut Collapse<'b>,
     limit: Limit,
     most: f32,
     at_most: usize,
 }
 
-impl Work for Round<'_> {
+impl Work for Round<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -56,7 +58,7 @@ impl Work for Round<'_> {
     }
 }
 
-impl Collapse {
+impl Collapse<'_> {
     /// Collapses the cheapest edges until the limit or until none may go.
     pub fn run(&mut self, limit: Limit) -> End {
         if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
@@ -89,7 +91,7 @@ impl Collapse {
     }
 
     /// The merges without which this limit is not reached.
-    fn merges_to(&self, limit: Limit) -> usize {
+    pub fn merges_to(&self, limit: Limit) -> usize {
         let (n_vertices, n_faces) = self.size();
         merges_to(limit, n_vertices, n_faces)
     }
@@ -126,7 +128,10 @@ impl Collapse {
 
     #[inline(always)]
     fn price_all(&mut self, vertices: impl Iterator<Item = u32>) {
-        for u in vertices {
+        for (n_before, u) in vertices.enumerate() {
+            if n_before % BETWEEN_BEATS == 0 {
+                self.pulse.beat(0);
+            }
             if self.merged[u as usize] == u && !self.is_frozen(u) {
                 self.price_around(u);
             }
@@ -156,8 +161,15 @@ impl Collapse {
     #[inline(always)]
     fn visit_all(&mut self, limit: Limit, most: f32) {
         let turn = std::mem::take(&mut self.turn);
-        for &u in &turn {
-            self.visit(u, most);
+        for turn in turn.chunks(BETWEEN_BEATS) {
+            let n_before = self.n_vertices;
+            for &u in turn {
+                self.visit(u, most);
+                if self.reached(limit) {
+                    break;
+                }
+            }
+            self.pulse.beat(n_before - self.n_vertices);
             if self.reached(limit) {
                 break;
             }
@@ -263,7 +275,7 @@ impl Collapse {
 pub(super) fn price_of_round<'a>(
     to_do: usize,
     last: f32,
-    parts: impl IntoIterator<Item = &'a Collapse> + Clone,
+    parts: impl IntoIterator<Item = &'a Collapse<'a>> + Clone,
 ) -> f32 {
     let n_all: usize = parts.clone().into_iter().map(|part| part.least.len()).sum();
     let step = (n_all / SAMPLES).max(1);
