@@ -61,7 +61,7 @@ pub struct SimplifyArgs {
     pub lods: Vec<f64>,
     /// Keep the vertices and edges of the boundary bit for bit, so that tiles fit together
     #[arg(long)]
-    pub lock_borders: bool,
+    pub lock_boundaries: bool,
     /// Do not move vertices: those of the result are vertices of the input
     #[arg(long)]
     pub subset: bool,

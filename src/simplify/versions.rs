@@ -64,7 +64,7 @@ mod tests {
         let plain = Options::new(Target::Ratio(0.2));
         let cases = [
             ("creases kept", shapes::bolt(24), Options { crease_angle: Some(30.0), ..plain.clone() }),
-            ("boundary locked", shapes::grid(30, 20), Options { lock_borders: true, ..plain.clone() }),
+            ("boundary locked", shapes::grid(30, 20), Options { lock_boundaries: true, ..plain.clone() }),
             ("subset", shapes::wavy_sphere(4, 8.0), Options { subset: true, ..plain.clone() }),
             (
                 "mirrored",

@@ -91,7 +91,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
-        args.lock_borders.then(|| " --lock-borders".into()),
+        args.lock_boundaries.then(|| " --lock-boundaries".into()),
         args.subset.then(|| " --subset".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),

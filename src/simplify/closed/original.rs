@@ -93,7 +93,7 @@ impl<'a> Original<'a> {
     /// The other two corners of each face at a vertex.
     fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
         let ring = self.surface.neighbors(v);
-        let n_faces = if self.surface.rings.apex(v).is_none() { ring.len() } else { ring.len() - 1 };
+        let n_faces = if self.surface.rings.ghost(v).is_none() { ring.len() } else { ring.len() - 1 };
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
     }
 

@@ -58,7 +58,7 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
     let options = task.options;
     let refused = [
         ("the paper's assembly", options.assembly == Assembly::Paper),
-        ("locked borders", options.lock_borders),
+        ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
         ("pruning", options.prune || options.prune_below > 0.0),
         ("a map", options.map),

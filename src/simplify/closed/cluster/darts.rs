@@ -138,7 +138,7 @@ struct Field<'a> {
     owner: Vec<u32>,
     samples: Vec<u32>,
     /// The vertices with neighbours in another run, some of them more than once.
-    borders: Vec<u32>,
+    boundaries: Vec<u32>,
 }
 
 impl<'a> Field<'a> {
@@ -150,7 +150,7 @@ impl<'a> Field<'a> {
             distance: vec![f32::INFINITY; n],
             owner: vec![0; n],
             samples: Vec::new(),
-            borders: Vec::new(),
+            boundaries: Vec::new(),
         }
     }
 
@@ -162,15 +162,15 @@ impl<'a> Field<'a> {
         let covered = runs.enumerate().map(|(i, ((distance, owner), order))| {
             let mut run = Run::new(surface, lengths, (i * RUN) as u32, distance, owner);
             run.cover(order, radius);
-            (run.samples, run.borders)
+            (run.samples, run.boundaries)
         });
         let covered: Vec<_> = covered.collect();
-        for (samples, borders) in covered {
+        for (samples, boundaries) in covered {
             self.samples.extend(samples);
-            self.borders.extend(borders);
+            self.boundaries.extend(boundaries);
         }
         let mut whole = Run::new(surface, lengths, 0, &mut self.distance, &mut self.owner);
-        whole.front = self.borders.iter().map(|&v| (v, whole.distance[v as usize])).collect();
+        whole.front = self.boundaries.iter().map(|&v| (v, whole.distance[v as usize])).collect();
         whole.grow(radius);
     }
 
@@ -208,7 +208,7 @@ struct Run<'a> {
     /// Samples that were planted here.
     samples: Vec<u32>,
     /// Vertices with neighbours elsewhere that something grew from.
-    borders: Vec<u32>,
+    boundaries: Vec<u32>,
     /// Vertices with the distance at which they were reached; those before `next` are done.
     front: Vec<(u32, f32)>,
     next: usize,
@@ -229,7 +229,7 @@ impl<'a> Run<'a> {
             distance,
             owner,
             samples: Vec::new(),
-            borders: Vec::new(),
+            boundaries: Vec::new(),
             front: Vec::new(),
             next: 0,
         }
@@ -284,11 +284,11 @@ impl<'a> Run<'a> {
         }
         let owner = self.owner[place];
         let neighbors = self.surface.neighbors(v);
-        let mut is_border = false;
+        let mut is_boundary = false;
         for (&w, &length) in neighbors.iter().zip(self.lengths.of(self.surface, v)) {
             let place = w.wrapping_sub(self.first) as usize;
             let Some(reached) = self.distance.get_mut(place) else {
-                is_border = true;
+                is_boundary = true;
                 continue;
             };
             let there = distance + length;
@@ -298,8 +298,8 @@ impl<'a> Run<'a> {
                 self.front.push((w, there));
             }
         }
-        if is_border {
-            self.borders.push(v);
+        if is_boundary {
+            self.boundaries.push(v);
         }
     }
 }

@@ -39,7 +39,7 @@ impl EdgeLengths {
 
     /// The edges from the vertices of `share`.
     fn part(surface: &Surface, share: Range<usize>) -> Self {
-        // Rings have six neighbours on average, and apexes.
+        // Rings have six neighbours on average, and ghost vertices.
         let mut lengths = Vec::with_capacity(7 * share.len());
         let mut areas = Vec::with_capacity(share.len());
         for vertices in surface.pulse.through(share) {
@@ -72,7 +72,7 @@ fn measure(surface: &Surface, v: u32, lengths: &mut Vec<f32>) -> f32 {
         plain += squared;
         bent += metric;
     }
-    if surface.rings.apex(v).is_some() {
+    if surface.rings.ghost(v).is_some() {
         lengths.push(0.0);
     }
     surface.weight(v as usize) as f32 * if plain > 0.0 { bent / plain } else { 1.0 }
@@ -104,7 +104,7 @@ mod tests {
         let mesh = shapes::grid(6, 6);
         let surface = Surface::new(&mesh, Pulse::NONE);
         let lengths = EdgeLengths::new(&surface);
-        let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.apex(v).is_none());
+        let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.ghost(v).is_none());
         for v in inner {
             assert!((lengths.areas[v as usize] - surface.weight(v as usize) as f32).abs() < 1e-7);
             for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(&surface, v)) {

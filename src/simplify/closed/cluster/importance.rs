@@ -86,7 +86,7 @@ fn scores(surface: &Surface, weights: &Weights) -> Vec<f32> {
     surface_scores(weights, &surface.positions, &surface.normals, &rings)
 }
 
-/// The rings as sparse rows, apexes left out.
+/// The rings as sparse rows, ghost vertices left out.
 fn edges(surface: &Surface) -> Csr {
     Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }

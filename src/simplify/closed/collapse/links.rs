@@ -20,7 +20,7 @@ impl Span {
         self.len as usize
     }
 
-    /// That of an apex with so many neighbours, which are not listed.
+    /// That of a ghost vertex with so many neighbours, which are not listed.
     pub fn unlisted(len: u32) -> Self {
         Self { block: 0, len }
     }

@@ -219,10 +219,10 @@ impl Collapse<'_> {
                 let node = |i: usize| &self.nodes[if i < n { ends[i] } else { u } as usize];
                 prices_around(&self.nodes[u as usize], std::array::from_fn(node))
             } else {
-                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.constrained_price(u, w) })
+                ends.map(|w| if self.is_ghost(w) { f32::INFINITY } else { self.constrained_price(u, w) })
             };
             for (price, w) in prices.iter_mut().zip(ends) {
-                let may_go = !self.is_apex(w) && !self.is_frozen(w) && *price < f32::INFINITY;
+                let may_go = !self.is_ghost(w) && !self.is_frozen(w) && *price < f32::INFINITY;
                 *price = if may_go { *price } else { f32::INFINITY };
             }
             *self.links.prices_mut(block) = prices;
@@ -243,7 +243,7 @@ impl Collapse<'_> {
             let (ends, prices) = (*self.links.block(block), *self.links.prices(block));
             for (w, price) in ends.into_iter().zip(prices) {
                 // Behind the last neighbour stands what is no vertex either.
-                if self.is_apex(w) || self.is_frozen(w) {
+                if self.is_ghost(w) || self.is_frozen(w) {
                     continue;
                 }
                 let Node { partner, ring, .. } = self.nodes[w as usize];

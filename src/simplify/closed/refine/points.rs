@@ -121,7 +121,7 @@ impl<'a> Points<'a> {
 
     /// Whether the original has a boundary.
     pub fn have_boundary(&self) -> bool {
-        self.surface.rings.n_apexes() > 0
+        self.surface.rings.n_ghosts() > 0
     }
 
     /// Where a point lies.
