@@ -51,16 +51,21 @@ fn importance_of_regions(surface: &Surface, assignment: &Assignment, weights: &W
 fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Weights) -> Option<Vec<f32>> {
     let scores = scores_of(surface, &assignment.samples, weights)?;
     let mut areas = vec![0.0; assignment.n_regions];
-    add_to_rows(&mut areas, &assignment.region, |area, v| *area += surface.weight(v));
+    add_to_rows(surface.pulse, &mut areas, &assignment.region, |area, v| *area += surface.weight(v));
     let factors = importance_of_scores(&scores, &areas);
-    Some(assignment.region.par_iter().map(|&r| factors[r as usize]).collect())
+    Some(surface.pulse.map(&assignment.region, |&r| factors[r as usize]))
 }
 
 /// The scores of some vertices.
 fn scores_of(surface: &Surface, vertices: &[u32], weights: &Weights) -> Option<Vec<f32>> {
-    let star = |i: usize| (vertices[i] as usize, surface.neighbors(vertices[i]));
-    let stars = Stars { x: [&surface.positions, &surface.normals], n: vertices.len(), of: star };
-    star_scores(weights, &stars, mean_edge_length(surface))
+    let edge_length = mean_edge_length(surface);
+    let mut scores = Vec::with_capacity(vertices.len());
+    for vertices in surface.pulse.over(vertices) {
+        let star = |i: usize| (vertices[i] as usize, surface.neighbors(vertices[i]));
+        let stars = Stars { x: [&surface.positions, &surface.normals], n: vertices.len(), of: star };
+        scores.extend(star_scores(weights, &stars, edge_length)?);
+    }
+    Some(scores)
 }
 
 /// The mean length of the edges, of a part of them on a large surface; 1 where they have none.
@@ -114,13 +119,14 @@ fn areas(surface: &Surface) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
     use crate::simplify::{edge_graph, network_scores};
 
     #[test]
     fn scores_are_those_of_the_mesh() {
         let mesh = shapes::wavy_sphere(3, 5.0);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         assert_eq!(edges(&surface), edge_graph(&mesh));
         let weights = Weights::random(1);
         for (own, of_mesh) in scores(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
@@ -131,7 +137,7 @@ mod tests {
     #[test]
     fn scores_of_some_vertices_are_those_of_the_mesh() {
         for mesh in [shapes::wavy_sphere(3, 5.0), shapes::grid(9, 7)] {
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             let samples = [5, 0, 17, 33];
             let weights = Weights::shipped_default();
             let own = scores_of(&surface, &samples, weights).unwrap();
@@ -148,7 +154,7 @@ mod tests {
         let mesh = shapes::wavy_sphere(3, 5.0);
         let n = mesh.positions().len();
         let weighed = |n_regions: usize| {
-            let mut surface = Surface::new(&mesh);
+            let mut surface = Surface::new(&mesh, Pulse::NONE);
             let region = (0..n).map(|v| (v % n_regions) as u32).collect();
             let assignment = Assignment { region, n_regions, samples: (0..n_regions as u32).collect() };
             weigh(&mut surface, &assignment, Importance::Network(Weights::shipped_default()));
@@ -163,7 +169,7 @@ mod tests {
     #[test]
     fn importance_multiplies_quadrics() {
         let mesh = shapes::grid(5, 5);
-        let (plain, mut heavy) = (Surface::new(&mesh), Surface::new(&mesh));
+        let (plain, mut heavy) = (Surface::new(&mesh, Pulse::NONE), Surface::new(&mesh, Pulse::NONE));
         weigh(&mut heavy, &Assignment::identity(36), Importance::Given(&[2.0; 36]));
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
         let even = importance_of_scores(&[7.0; 36], &areas(&plain));
