@@ -60,6 +60,9 @@ pub fn in_words(parts: &[Part]) -> String {
     words.join(" and ")
 }
 
+/// The stamp of a page whose figures depend on no version.
+const NONE: &str = "none";
+
 /// What the README's table begins and ends with; the first holds its stamp.
 pub const TABLE_BEGINS: &str = "<!-- lab measure: ";
 pub const TABLE_ENDS: &str = "<!-- /lab measure -->";
@@ -89,7 +92,7 @@ fn difference(text: &str, begins: &str) -> Option<String> {
     let Some(found) = at.and_then(|at| text[at..].split_once(" -->")).map(|(stamp, _)| stamp) else {
         return Some("has no stamp".into());
     };
-    let is_known = |word: &&str| Part::ALL.iter().any(|&part| *word == stamp(&[part]));
+    let is_known = |word: &&str| *word == NONE || Part::ALL.iter().any(|&part| *word == stamp(&[part]));
     found.split(", ").find(|word| !is_known(word)).map(|word| format!("is of {word}"))
 }
 
@@ -103,6 +106,7 @@ mod tests {
         assert_eq!(difference(&good, "<!-- "), None);
         let other = good.replace(&stamp(&[Part::Paper]), "paper 4000000");
         assert_eq!(difference(&other, "<!-- ").unwrap(), "is of paper 4000000");
+        assert_eq!(difference("<!-- none -->", "<!-- "), None);
         assert_eq!(difference("# A\n", "<!-- ").unwrap(), "has no stamp");
         assert_eq!(difference("<!-- words -->", "<!-- ").unwrap(), "is of words");
     }

@@ -80,17 +80,16 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
     let (least, most) = (faces.clone().min().unwrap_or_default(), faces.max().unwrap_or_default());
     let machine = rows.rows.first().map(|row| row.how.cpu.clone()).unwrap_or_default();
     format!(
-        "{} benchmark meshes of {} to {} faces, none of which the weights have seen. Every method gets the number of faces that \
-         neural-mesh came to, with the same share of the vertices left: 0.05, 0.1, 0.2 and 0.5. Cells are quotients to \
-         meshoptimizer's `simplify`, run without options or error limit; below 1 is better than meshoptimizer. Per mesh and ratio \
-         the median over three seeds, then the median over the meshes. Methods that draw nothing run once.\n\n\
-         - *mean distance*: from 50,000 samples on each surface to the other surface, both ways, averaged.\n\
-         - *largest distance*: the largest of these distances (Hausdorff, from samples).\n\
+        "{} benchmark meshes of {} to {} faces; the weights have seen none of them. Every method gets the number of faces that \
+         neural-mesh came to at the ratios 0.05, 0.1, 0.2 and 0.5. Cells are quotients to meshoptimizer's `simplify`, run without \
+         options or error limit: below 1 is better. Per mesh and ratio the median over three seeds (one for methods without \
+         randomness), then the median over the meshes.\n\n\
+         - *mean distance*: from 50,000 samples on each surface to the other, both ways, averaged.\n\
+         - *largest distance*: the largest of these (Hausdorff, from samples).\n\
          - *normal error*: mean of 1 - n.n' at the same samples, n' the normal at the nearest point.\n\
-         - *time*: of the processor, for the method alone with the mesh in memory, on one thread; a process for each run, methods \
-         taking turns ({machine}).\n\n\
-         QEM is Garland and Heckbert's with optimal placement and Lindstrom-Turk its memoryless kin, both as CGAL has them, compiled \
-         with `-O3 -DNDEBUG`; CGAL's time is that of its `edge_collapse`.\n\n",
+         - *time*: of the processor, one thread, the mesh in memory; a process for each run, methods taking turns ({machine}).\n\n\
+         QEM (Garland and Heckbert, optimal placement) and Lindstrom-Turk are CGAL's `edge_collapse`, compiled with \
+         `-O3 -DNDEBUG`.\n\n",
         inputs.len(),
         count(least),
         count(most)

@@ -103,6 +103,7 @@ fn head(title: &str, parts: &[Part], name: &str) -> String {
 fn index() -> String {
     let line = |page: &Page| format!("- [{}]({}.md)\n", page.title, page.name);
     let lines: String = PAGES.iter().map(line).collect();
+    let lines = lines + "- [Build and shape](build.md), by `scripts/build_page`\n";
     format!(
         "# Measured\n\n<!-- {} -->\nEvery figure on these pages is of the present code. One command makes all of them; killed, it \
          goes on where it was:\n\n```\ncd lab\ncargo run --release -- measure --data MESHES\n```\n\n`MESHES` holds the folders `train`, \

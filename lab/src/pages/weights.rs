@@ -38,13 +38,11 @@ What the formula, shuffled weights and each part of the assembly are worth: [par
 | data | as above | TOSCA without cat, gorilla, victoria, wolf: 50 meshes |
 | made by | `neural-mesh train --data TRAIN --out A --config weights/paper-open.toml`, then, every second step on a cloud, `neural-mesh train --data TRAIN --out B --config weights/paper-open-2.toml --init A/last.safetensors` | `neural-mesh train --data TOSCA --out RUN --config weights/paper-tosca.toml` |
 
-The last weights of each; nothing is selected by the meshes below. Besides the paper's losses in the forms that train, they learn which \
-candidates the mesh spans between the regions of the samples. The printed losses alone do not train: hardly a triangle stays. Vertices \
-that stay where they were cannot reach the normals of QEM, which moves them.
+The last weights of each; nothing is selected by the meshes below. Vertices that stay where they were cannot reach the normals of QEM, \
+which moves them.
 
-The paper's assembly with both, on the cats, gorillas, victorias and wolves of TOSCA, means of 30 meshes: CD in 1e-6 of the squared \
-diagonal, NE the mean of 1 - |n.n'|, WA the edges without two faces in percent, open those of them that do not lie on a boundary of the \
-original. More of `paper-tosca`: [paper.md](paper.md).
+The paper's assembly with both, means over the meshes of [paper.md](paper.md): CD in 1e-6 of the squared diagonal, NE the mean of \
+1 - |n.n'|, WA edges without two faces in percent, open those of them off the original's boundary.
 
 ";
 

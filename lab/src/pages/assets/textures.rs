@@ -24,12 +24,11 @@ pub fn section(bench: &Bench) -> Result<String> {
         rows.extend(of.into_iter().map(|row| (name(&path), row)));
     }
     Ok(format!(
-        "## Textured models\n\nAgainst meshoptimizer's `simplifyWithAttributes` at the same number of faces. Of meshoptimizer there are \
-         two: *normals* weighs attributes as its own gltfpack does (each number of a normal 0.5, of a colour 1, texture coordinates \
-         nothing), *uv* weighs each texture coordinate 1 beside that; where one number stands for both, the better one counts. Vertices are \
-         split where attributes differ, seams are kept. Distance is the two-sided mean from {SAMPLES} samples on each surface. PSNR is \
-         that of textured pictures, {HEIGHT} pixels high, from six sides against the original's.\n\nSpot is Keenan Crane's (CC0), the duck \
-         one of Khronos' glTF samples; planet, vase and terrain are formulas, the statue a toy horse (CC0) in six charts, all four made by \
+        "## Textured models\n\nAgainst meshoptimizer's `simplifyWithAttributes` at the same number of faces, by two weightings: *normals* \
+         as in its own gltfpack (each number of a normal 0.5, of a colour 1, texture coordinates nothing), *uv* each texture coordinate 1 \
+         beside that. Where one number stands for both, the better one counts. Vertices are split where attributes differ, seams are kept. \
+         Distance is the two-sided mean from {SAMPLES} samples on each surface; PSNR that of textured pictures, {HEIGHT} pixels high, from \
+         six sides.\n\nSpot is Keenan Crane's (CC0), the duck a glTF sample of Khronos; the others are made by \
          `scripts/textured_models.py`.\n\n{}\n{}",
         summary(&rows),
         every_case(&rows)

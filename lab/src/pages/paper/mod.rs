@@ -15,14 +15,16 @@ use crate::root;
 /// The classes of TOSCA that the weights have not seen.
 pub const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
 pub const METHODS: [&str; 6] = ["network", "paper", "qem", "meshopt", "farthest-bpa", "uniform-bpa"];
+/// Columns of the paper's Table 1.
+const COLUMNS: [&str; 5] = ["CD", "WA", "LE", "NE", "time"];
 /// Seconds that a run may take.
 const TIME_LIMIT: f64 = 1800.0;
 
 pub fn page(bench: &Bench) -> Result<String> {
     Ok(format!(
-        "The cats, gorillas, victorias and wolves of TOSCA (Bronstein, Bronstein and Kimmel 2008), 30 meshes: classes that \
-         `weights/paper-tosca.safetensors`, used for the method `paper`, has not seen. `network` is the closed assembly with the weights \
-         that ship, which have seen no mesh of TOSCA. The others: [evaluate.md](../evaluate.md).\n\n## Table 1: simplified meshes\n\n{}\n\
+        "The cats, gorillas, victorias and wolves of TOSCA (Bronstein, Bronstein and Kimmel 2008): classes that the weights of `paper`, \
+         `weights/paper-tosca.safetensors`, have not seen. `network` is the closed assembly with its usual weights, which have seen no \
+         mesh of TOSCA. The others: [evaluate.md](../evaluate.md).\n\n## Table 1: simplified meshes\n\n{}\n\
          ## Table 2: samplers\n\n{}\n## Figure 6: distances along the surface\n\n{}",
         table_1(bench)?,
         samplers::table_2(bench)?,
@@ -55,9 +57,23 @@ fn table_1(bench: &Bench) -> Result<String> {
     report(&folder, Some("qem"))?;
     let text = std::fs::read_to_string(folder.join("tables.md"))?;
     let (_, body) = text.split_once("# Evaluation\n\n").context("the tables have no title")?;
-    let lines =
-        body.lines().map(|line| if line.starts_with("##") { format!("#{line}\n") } else { format!("{line}\n") });
-    Ok(lines.collect())
+    let (body, _) = body.split_once("\n## More of the same").context("the tables have no second part")?;
+    Ok(shortened(body))
+}
+
+/// The lines of the tables: titles one level down, the list of columns without those of the second part, and what stands over
+/// every table of quotients said once.
+fn shortened(body: &str) -> String {
+    let mut n_quotients = 0;
+    let mut keeps = |line: &str| {
+        n_quotients += usize::from(line.starts_with("Relative to"));
+        let is_repeated = line.starts_with("Relative to") && n_quotients > 1;
+        let is_other =
+            line.starts_with("- *") && !COLUMNS.iter().any(|column| line.starts_with(&format!("- *{column}")));
+        !is_repeated && !is_other
+    };
+    let lines = body.lines().filter(|line| keeps(line));
+    lines.map(|line| if line.starts_with("##") { format!("#{line}\n") } else { format!("{line}\n") }).collect()
 }
 
 /// The paper's Figure 6 by the example of that name: the picture, and the errors that it prints.
@@ -73,7 +89,17 @@ fn figure_6(bench: &Bench) -> Result<String> {
         Ok(String::from_utf8(done.stdout)?)
     })?;
     Ok(format!(
-        "A cat at a tenth of its vertices: errors of geodesic and biharmonic distances from one point, which the figure shows with lines \
-         of equal distance.\n\n{printed}\n![Distances on a cat, and on what three methods make of it](figure6.png)\n"
+        "A cat at a tenth of its vertices: errors of geodesic and biharmonic distances from one point; lines of equal distance.\n\n{printed}\n![Distances on a cat, and on what three methods make of it](figure6.png)\n"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn what_stands_over_every_table_is_said_once() {
+        let body = "- *CD* (`x`)\n- *curvature* (`y`)\n## Title\n\nRelative to qem: words\n\n| 1 |\n\nRelative to qem: words\n| 2 |\n";
+        assert_eq!(shortened(body), "- *CD* (`x`)\n### Title\n\nRelative to qem: words\n\n| 1 |\n\n| 2 |\n");
+    }
 }

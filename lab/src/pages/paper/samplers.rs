@@ -94,11 +94,11 @@ pub fn table_2(bench: &Bench) -> Result<String> {
     }
     let sections: String = NOISE.iter().map(|&noise| section(&drawn, noise)).collect();
     Ok(format!(
-        "The drawn vertices as a set of points against all vertices of the input without noise. Means over {n_meshes} of the meshes, \
-         every {EVERY}rd by name; in brackets over those of uniform sampling with replacement, of which vertices that were drawn twice \
-         count once.\n\n- *CD*: mean squared distance to the nearest point of the other set, both ways added up, x 1e6, in diagonals of \
-         the bounding box.\n- *curvature*: mean squared difference of the smoothed surface variation at nearest points, both ways added \
-         up, x 1e4.\n- *ms*: scores and drawing, of the processor on one thread.\n{sections}"
+        "The drawn vertices as a set of points against all vertices of the input without noise: means over {n_meshes} of the meshes; in \
+         brackets over those of uniform sampling with replacement, where vertices drawn twice count once.\n\n\
+         - *CD*: mean squared distance to the nearest point of the other set, both ways added, 1e-6 of the squared diagonal.\n\
+         - *curvature*: mean squared difference of the smoothed surface variation at nearest points, both ways added, 1e-4.\n\
+         - *ms*: scores and drawing, of the processor on one thread.\n{sections}"
     ))
 }
 

@@ -15,8 +15,8 @@ use crate::bench::Bench;
 
 pub use whole::{Other as WholeOther, other as whole_other};
 
-const INTRO: &str = "Times on one thread are the processor's, times on two are on the wall. What is compared takes turns in one run; \
-the machine had other work, so times on the wall are less certain. Nanoseconds are per face of the input.\n\n";
+const INTRO: &str = "Times on one thread are the processor's, on two threads the wall's, which other work on the machine disturbs. \
+What is compared takes turns. Nanoseconds are per face of the input.\n\n";
 
 pub fn page(bench: &Bench) -> Result<String> {
     let sections = [
