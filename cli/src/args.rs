@@ -60,7 +60,7 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
     pub lods: Vec<f64>,
     /// Keep the vertices and edges of the boundary bit for bit, so that tiles fit together
-    #[arg(long)]
+    #[arg(long, alias = "lock-borders")]
     pub lock_boundaries: bool,
     /// Do not move vertices: those of the result are vertices of the input
     #[arg(long)]

@@ -42,7 +42,7 @@ fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings
     let (ghosts, n_faces) = ghosts(rings);
     let point = |v: u32| {
         // The order asks for every vertex a few times, and knows of no beats.
-        if v as usize % BLOCK == 0 {
+        if (v as usize).is_multiple_of(BLOCK) {
             pulse.beat(0);
         }
         placed.position(v).as_vec3().to_array()
