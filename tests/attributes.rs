@@ -99,25 +99,25 @@ fn a_seam_within_one_chart_stays_a_seam() {
 }
 
 #[test]
-fn locked_borders_keep_every_bit() {
+fn locked_boundaries_keep_every_bit() {
     let mesh = shapes::open_cylinder(60, 40);
-    let border = |mesh: &TriMesh| -> BTreeSet<[[u32; 3]; 2]> {
+    let boundary = |mesh: &TriMesh| -> BTreeSet<[[u32; 3]; 2]> {
         let bits = |v: u32| mesh.positions()[v as usize].map(f32::to_bits);
         let mut ends: Vec<_> = edges(mesh).into_iter().filter(|e| e.n_faces() == 1).map(|e| e.ends.map(bits)).collect();
         ends.iter_mut().for_each(|ends| ends.sort_unstable());
         ends.into_iter().collect()
     };
     for n in [1500, 250, 150] {
-        let options = Options { lock_borders: true, ..Options::new(Target::Vertices(n)) };
+        let options = Options { lock_boundaries: true, ..Options::new(Target::Vertices(n)) };
         let result = simplified(&mesh, &Attributes::default(), &options);
         assert_eq!(result.mesh.positions().len(), n);
-        assert_eq!(border(&result.mesh), border(&mesh));
+        assert_eq!(boundary(&result.mesh), boundary(&mesh));
         assert_eq!(result.report.locked_vertices, 120);
     }
-    let options = Options { lock_borders: true, ..Options::new(Target::Vertices(50)) };
+    let options = Options { lock_boundaries: true, ..Options::new(Target::Vertices(50)) };
     let result = simplified(&mesh, &Attributes::default(), &options);
     assert!(result.mesh.positions().len() >= 120 && result.report.outcome != Outcome::Reached);
-    assert_eq!(border(&result.mesh), border(&mesh));
+    assert_eq!(boundary(&result.mesh), boundary(&mesh));
 }
 
 #[test]
@@ -232,16 +232,16 @@ fn rough(x: f32, y: f32) -> f32 {
 }
 
 #[test]
-fn the_border_of_a_rough_terrain_stays_straight() {
+fn the_boundary_of_a_rough_terrain_stays_straight() {
     let mesh = terrain(80, rough);
     for ratio in [0.3, 0.1] {
         let result = simplified(&mesh, &Attributes::default(), &Options::new(Target::Ratio(ratio)));
-        let border = edges(&result.mesh).into_iter().filter(|edge| edge.n_faces() == 1).flat_map(|edge| edge.ends);
+        let boundary = edges(&result.mesh).into_iter().filter(|edge| edge.n_faces() == 1).flat_map(|edge| edge.ends);
         let off = |v: u32| {
             let [x, y, _] = result.mesh.positions()[v as usize];
             [x, 1.0 - x, y, 1.0 - y].into_iter().map(f32::abs).fold(f32::INFINITY, f32::min)
         };
-        let worst = border.map(off).fold(0.0, f32::max);
+        let worst = boundary.map(off).fold(0.0, f32::max);
         assert!(worst < 2e-3, "{ratio} {worst}");
     }
 }
@@ -274,10 +274,10 @@ fn values_of_vertices_that_stay_are_those_of_the_input() {
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
     let subset = Options { subset: true, ..Options::new(Target::Ratio(0.2)) };
-    let locked = Options { lock_borders: true, ..Options::new(Target::Ratio(0.2)) };
+    let locked = Options { lock_boundaries: true, ..Options::new(Target::Ratio(0.2)) };
     for options in [subset, locked] {
         let result = simplified(&mesh, &attributes, &options);
-        let is_inner = |p: Vec3| options.lock_borders && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
+        let is_inner = |p: Vec3| options.lock_boundaries && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
         for (face, wedges) in result.mesh.faces().iter().zip(&result.attributes.wedges) {
             for (&v, &wedge) in face.iter().zip(wedges) {
                 let p = Vec3::from(result.mesh.positions()[v as usize]);

@@ -18,7 +18,7 @@ fn welded(mesh: TriMesh) -> TriMesh {
 }
 
 #[test]
-fn a_number_of_faces_is_reached_from_above_where_borders_cost_faces() {
+fn a_number_of_faces_is_reached_from_above_where_boundaries_cost_faces() {
     let tube = shapes::open_cylinder(12, 4);
     for oversample in [1.0, 1.2, 2.0] {
         let options = Options { oversample: Some(oversample), ..Options::new(Target::Faces(64)) };
@@ -54,7 +54,7 @@ fn surfaces_with_one_side_stay_manifolds() {
 }
 
 #[test]
-fn narrow_rings_keep_both_borders() {
+fn narrow_rings_keep_both_boundaries() {
     let (mut positions, faces) = shapes::open_cylinder(24, 3).into_parts();
     positions.iter_mut().for_each(|p| p[2] *= 0.01);
     let ring = TriMesh::new(positions, faces).unwrap();

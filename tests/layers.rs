@@ -172,9 +172,9 @@ fn nothing_gives_up() {
     let all: Vec<Source> = ["src", "cli/src"].into_iter().flat_map(sources).collect();
     assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
     // What comes from outside may be anything; further inside, an `expect` may state what holds.
-    let border = |source: &Source| source.path.starts_with("cli/") || source.path.starts_with("src/io/");
-    let border: Vec<Source> = all.into_iter().filter(border).collect();
-    assert_eq!(found(&border, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
+    let boundary = |source: &Source| source.path.starts_with("cli/") || source.path.starts_with("src/io/");
+    let boundary: Vec<Source> = all.into_iter().filter(boundary).collect();
+    assert_eq!(found(&boundary, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
 }
 
 #[test]

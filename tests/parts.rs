@@ -1,5 +1,5 @@
 //! Parts that careless simplifiers break: flat sides beside fine fillets, thin sheets, touching and many pieces,
-//! surfaces with borders or with one side only.
+//! surfaces with boundaries or with one side only.
 
 use std::ops::ControlFlow;
 
@@ -74,7 +74,7 @@ fn waves_meshed_unevenly_keep_their_shape() {
 }
 
 #[test]
-fn surfaces_with_borders_or_one_side_stay_what_they_are() {
+fn surfaces_with_boundaries_or_one_side_stay_what_they_are() {
     let open = [shapes::grid(30, 20), shapes::open_cylinder(40, 20)];
     let one_sided = [shapes::klein_bottle(60, 24), shapes::moebius_strip(60, 8)];
     for mesh in open.iter().chain(&one_sided) {

@@ -174,7 +174,7 @@ fn solids_that_touch_the_plane_with_an_edge_come_apart() {
 }
 
 #[test]
-fn open_surfaces_keep_their_borders() {
+fn open_surfaces_keep_their_boundaries() {
     let tube = moved(&shapes::open_cylinder(48, 24), |p| p);
     for axis in [Axis::X, Axis::Z] {
         let result = simplified(&tube, &options(Target::Vertices(150), Symmetry::Across(axis)));

@@ -1,39 +1,8 @@
-//! The arguments as typed; `request` makes of them what is done.
+//! The arguments of commands as typed; `request` makes of them what is done.
 
 use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
-
-use crate::evaluate::EvaluateArgs;
-use crate::train::TrainArgs;
-
-/// Simplifies triangle meshes: closed stays closed, and the result lies close to the original.
-#[derive(Debug, Parser)]
-#[command(name = "neural-mesh", version, arg_required_else_help = true)]
-pub struct Args {
-    /// What to do.
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-/// What to do.
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Write a lighter mesh
-    Simplify(SimplifyArgs),
-    /// Mesh a point cloud with a trained network
-    MeshPoints(MeshPointsArgs),
-    /// Describe a mesh: counts, bounds, closed, manifold, components, genus, what was cleaned
-    Info(InfoArgs),
-    /// Measure and show how simplified meshes differ from their original
-    Compare(CompareArgs),
-    // What these two are for stands with their arguments, which a build without them does not have.
-    Train(TrainArgs),
-    Evaluate(EvaluateArgs),
-    /// Do one job for an evaluation
-    #[command(hide = true)]
-    EvaluateOne,
-}
+use clap::{ArgGroup, Parser, ValueEnum};
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
@@ -91,8 +60,8 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
     pub lods: Vec<f64>,
     /// Keep the vertices and edges of the boundary bit for bit, so that tiles fit together
-    #[arg(long)]
-    pub lock_borders: bool,
+    #[arg(long, alias = "lock-borders")]
+    pub lock_boundaries: bool,
     /// Do not move vertices: those of the result are vertices of the input
     #[arg(long)]
     pub subset: bool,

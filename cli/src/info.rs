@@ -70,7 +70,7 @@ fn of(cleaned: &Cleaned) -> Info {
     }
 }
 
-/// Edge- and vertex-manifold, with or without borders.
+/// Edge- and vertex-manifold, with or without boundaries.
 fn is_manifold(figures: &Topology) -> bool {
     figures.non_manifold_edges == 0 && figures.non_manifold_vertices == 0
 }
@@ -110,7 +110,9 @@ fn bounds_in_words([low, high]: [[f64; 3]; 2]) -> [String; 2] {
 fn closed(info: &Info) -> String {
     match info.closed {
         true => "yes".into(),
-        false => format!("no: {} border edges in {} loops", grouped(info.boundary_edges), grouped(info.boundary_loops)),
+        false => {
+            format!("no: {} boundary edges in {} loops", grouped(info.boundary_edges), grouped(info.boundary_loops))
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod args;
 mod batch;
+mod command;
 mod compare;
 #[cfg(feature = "evaluate")]
 mod evaluate;
@@ -35,7 +36,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Args, Command};
+use command::{Args, Command};
 
 fn main() -> ExitCode {
     memory::keep_freed();

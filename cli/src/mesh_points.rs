@@ -188,10 +188,10 @@ fn say(args: &MeshPointsArgs, report: &Report) {
     voice.say(&format!("time      {:.3} s", report.seconds));
 }
 
-/// `surface   3 holes (12 border edges), 0 non-manifold edges, 2 components`
+/// `surface   3 holes (12 boundary edges), 0 non-manifold edges, 2 components`
 fn surface(report: &Report) -> String {
-    let [holes, border, edges, components] =
+    let [holes, boundary, edges, components] =
         [report.holes, report.boundary_edges, report.non_manifold_edges, report.components].map(grouped);
-    let holes = if report.closed { "closed".into() } else { format!("{holes} holes ({border} border edges)") };
+    let holes = if report.closed { "closed".into() } else { format!("{holes} holes ({boundary} boundary edges)") };
     format!("surface   {holes}, {edges} non-manifold edges, {components} components")
 }

@@ -166,7 +166,7 @@ pub struct Output {
     pub components_at_minimum: usize,
     /// Components dropped, with `--prune` only.
     pub components_pruned: usize,
-    /// Edges of the input that had to stay edges: seams, borders between materials, creases.
+    /// Edges of the input that had to stay edges: seams, boundaries between materials, creases.
     pub kept_edges: usize,
     /// Vertices of the input that had to stay where they are.
     pub locked_vertices: usize,

@@ -196,7 +196,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.oversample = args.oversample;
     options.seed = args.seed;
     options.prune = args.prune == Some(None);
-    options.lock_borders = args.lock_borders;
+    options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
     options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle);
@@ -225,7 +225,7 @@ fn symmetry(text: Option<&str>) -> Result<Symmetry, Failure> {
 /// What is not there for mirrored results.
 fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
     let named = [
-        ("--lock-borders", args.lock_borders),
+        ("--lock-boundaries", args.lock_boundaries),
         ("--subset", args.subset),
         ("--prune", args.prune.is_some()),
         ("--map", args.map.is_some()),
@@ -239,7 +239,7 @@ fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
 /// What the paper's assembly has no means for.
 fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
     let named = [
-        ("--lock-borders", args.lock_borders),
+        ("--lock-boundaries", args.lock_boundaries),
         ("--prune", args.prune.is_some()),
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),

@@ -13,7 +13,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub fn watch_for_a_good_end() {
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {
-            complain(&Failure::Stopped("interrupted twice: go on with --resume".into()));
+            complain(&Failure::Stopped("interrupted twice: continue with --resume".into()));
             std::process::exit(130);
         }
     });

@@ -34,7 +34,7 @@ fn a_table_has_a_row_per_figure_and_a_column_per_result() {
     };
     assert!(table.starts_with("original  a.obj: 6 vertices, 8 faces"), "{table}");
     assert_eq!(row("faces "), ["faces", "faces", "8", "7"]);
-    assert_eq!(row("border edges"), ["border", "edges", "edges", "0", "3"]);
+    assert_eq!(row("boundary edges"), ["boundary", "edges", "edges", "0", "3"]);
     assert!(row("distance mean").starts_with(&["distance".into(), "mean".into(), "%".into()]));
     assert_eq!(files(folder.path()), ["a.obj", "large.obj", "open.obj"]);
 }
@@ -55,7 +55,7 @@ fn the_json_holds_every_figure_with_its_unit_for_every_result() {
         }
     }
     assert_eq!(results[1]["name"], "open.obj");
-    assert_eq!(results[1]["values"]["border_edges"], 3.0);
+    assert_eq!(results[1]["values"]["boundary_edges"], 3.0);
     assert_eq!(json["settings"]["samples"], 500);
 }
 

@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 
 use super::Method;
-use super::engine::{Asked, Done, Engine};
+use super::engine::{Asked, Done, Engine, Timed};
 use super::limited::Unfinished;
 use crate::baselines::Size;
 use crate::mesh::TriMesh;
@@ -15,6 +15,8 @@ pub(super) struct Outcome {
     pub size: Size,
     /// Of each run.
     pub seconds: Vec<f64>,
+    /// What they cover.
+    pub timed: Option<Timed>,
     /// The result, or why there is none.
     pub result: Result<TriMesh, String>,
 }
@@ -62,7 +64,7 @@ pub(super) fn contest(
             match engine.run(method, &asked, &mut || wait(method, round)) {
                 Err(Unfinished::Stopped) => return None,
                 Err(Unfinished::Failed(why)) => {
-                    *outcome = Some(Outcome { size, seconds: Vec::new(), result: Err(one_line(&why)) });
+                    *outcome = Some(Outcome { size, seconds: Vec::new(), timed: None, result: Err(one_line(&why)) });
                 }
                 Ok(done) => {
                     if case.leader == Some(method) {
@@ -79,7 +81,10 @@ pub(super) fn contest(
 fn add(outcome: &mut Option<Outcome>, size: Size, done: Done) {
     match outcome {
         Some(outcome) => outcome.seconds.push(done.seconds),
-        None => *outcome = Some(Outcome { size, seconds: vec![done.seconds], result: Ok(done.mesh) }),
+        None => {
+            let Done { mesh, seconds, timed } = done;
+            *outcome = Some(Outcome { size, seconds: vec![seconds], timed: Some(timed), result: Ok(mesh) });
+        }
     }
 }
 

@@ -48,6 +48,27 @@ pub(super) struct Asked {
 pub(super) struct Done {
     pub mesh: TriMesh,
     pub seconds: f64,
+    /// What the seconds cover.
+    pub timed: Timed,
+}
+
+/// What seconds cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Timed {
+    /// The method, with the mesh in memory.
+    Method,
+    /// The whole process, with its start, reading and writing.
+    Process,
+}
+
+impl Timed {
+    /// The word in the table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Method => "method",
+            Self::Process => "process",
+        }
+    }
 }
 
 impl Engine<'_> {
@@ -96,7 +117,7 @@ impl Engine<'_> {
             None => job::run(&job).map_err(Unfinished::Failed)?,
         };
         let mesh = job::read_mesh(&output).map_err(Unfinished::Failed)?;
-        with_faces(mesh, seconds)
+        with_faces(mesh, seconds, Timed::Method)
     }
 
     /// Has a worker do the work.
@@ -120,16 +141,23 @@ impl Engine<'_> {
         let place = self.place_for(tool).map_err(|error| Unfinished::Failed(format!("a place for it: {error}")))?;
         let [input, output] = ["original", "result"].map(|name| place.path().join(name));
         let given = Placeholders { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
-        let foreign = Foreign { words: tool.words(&given), threads: self.threads };
-        let seconds = match self.worker {
-            Some(worker) => self.ask(worker, &Work::Foreign(foreign), wait)?,
+        let said = place.path().join("stdout");
+        let foreign = Foreign { words: tool.words(&given), threads: self.threads, out: said.clone() };
+        let (seconds, said) = match self.worker {
+            Some(worker) => {
+                let seconds = self.ask(worker, &Work::Foreign(foreign), wait)?;
+                (seconds, String::from_utf8_lossy(&std::fs::read(said).unwrap_or_default()).into_owned())
+            }
             None => {
                 let command = foreign.command().map_err(Unfinished::Failed)?;
-                run_limited(command, "", self.time_limit, self.scratch, wait)?.seconds
+                let finished = run_limited(command, "", self.time_limit, self.scratch, wait)?;
+                (finished.seconds, finished.out)
             }
         };
+        let told = foreign::told_seconds(&said).map(|seconds| (seconds, Timed::Method));
+        let (seconds, timed) = told.unwrap_or((seconds, Timed::Process));
         let output = output.with_extension(tool.ending("out").unwrap_or("ply"));
-        with_faces(foreign::read(&output).map_err(Unfinished::Failed)?, seconds)
+        with_faces(foreign::read(&output).map_err(Unfinished::Failed)?, seconds, timed)
     }
 
     /// A folder that goes when dropped, with a copy of the mesh at hand in the format that a tool reads.
@@ -146,9 +174,9 @@ impl Engine<'_> {
     }
 }
 
-fn with_faces(mesh: TriMesh, seconds: f64) -> Result<Done, Unfinished> {
+fn with_faces(mesh: TriMesh, seconds: f64, timed: Timed) -> Result<Done, Unfinished> {
     if mesh.faces().is_empty() {
         return Err(Unfinished::Failed("the result has no face".into()));
     }
-    Ok(Done { mesh, seconds })
+    Ok(Done { mesh, seconds, timed })
 }

@@ -1,6 +1,7 @@
 //! One run of a program of others: its command, with as many threads as a method may use, and what it leaves.
 
-use std::path::Path;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -22,6 +23,9 @@ const THREADS: [&str; 7] = [
     "JULIA_NUM_THREADS",
 ];
 
+/// How the line begins by which a program tells its own time.
+const SECONDS: &str = "seconds: ";
+
 /// What one run of a program is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Foreign {
@@ -29,6 +33,8 @@ pub(super) struct Foreign {
     pub words: Vec<String>,
     /// Threads that it is told to use.
     pub threads: usize,
+    /// File for what it writes to standard output.
+    pub out: PathBuf,
 }
 
 impl Foreign {
@@ -41,15 +47,21 @@ impl Foreign {
     }
 }
 
-/// Runs it to its end: seconds of the whole process. It goes on standard error as the caller does; nobody hears what it
-/// writes to standard output.
+/// Runs it to its end: seconds of the whole process. It writes to standard error as the caller does.
 pub(super) fn run(foreign: &Foreign) -> Result<f64, String> {
     let mut command = foreign.command()?;
-    command.stdin(Stdio::null()).stdout(Stdio::null());
+    let out = File::create(&foreign.out).map_err(|error| format!("{}: {error}", foreign.out.display()))?;
+    command.stdin(Stdio::null()).stdout(out);
     let began = Instant::now();
     let status = command.status().map_err(|error| format!("{} cannot be started: {error}", foreign.words[0]))?;
     let seconds = began.elapsed().as_secs_f64();
     if status.success() { Ok(seconds) } else { Err(end(status)) }
+}
+
+/// The seconds that a program tells of its method alone: the last line of its standard output that says `seconds: 0.25`.
+pub(super) fn told_seconds(out: &str) -> Option<f64> {
+    let told = out.lines().rev().find_map(|line| line.trim().strip_prefix(SECONDS));
+    told?.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0)
 }
 
 /// Reads what it has left: welded and cleaned, in the coordinates of the file.
@@ -68,24 +80,38 @@ pub(super) fn read(path: &Path) -> Result<TriMesh, String> {
 mod tests {
     use super::*;
 
-    fn shell(script: &str) -> Foreign {
-        Foreign { words: ["sh", "-c", script].map(String::from).to_vec(), threads: 3 }
+    fn shell(script: &str, folder: &tempfile::TempDir) -> Foreign {
+        let words = ["sh", "-c", script].map(String::from).to_vec();
+        Foreign { words, threads: 3, out: folder.path().join("out") }
     }
 
     #[test]
     fn it_is_told_how_many_threads_it_may_use() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("threads");
-        run(&shell(&format!("echo $OMP_NUM_THREADS $RAYON_NUM_THREADS > {}", path.display()))).unwrap();
+        run(&shell(&format!("echo $OMP_NUM_THREADS $RAYON_NUM_THREADS > {}", path.display()), &folder)).unwrap();
         assert_eq!(std::fs::read_to_string(path).unwrap(), "3 3\n");
     }
 
     #[test]
     fn its_time_is_that_of_the_whole_process() {
+        let folder = tempfile::tempdir().unwrap();
         let began = Instant::now();
-        let seconds = run(&shell("sleep 0.2")).unwrap();
+        let seconds = run(&shell("sleep 0.2", &folder)).unwrap();
         assert!((0.2..=began.elapsed().as_secs_f64()).contains(&seconds), "{seconds}");
-        assert_eq!(run(&shell("exit 4")).unwrap_err(), "ended with exit code 4");
-        assert!(run(&Foreign { words: vec!["no-such-program".into()], threads: 1 }).unwrap_err().contains("no-such"));
+        assert_eq!(run(&shell("exit 4", &folder)).unwrap_err(), "ended with exit code 4");
+        let unknown = Foreign { words: vec!["no-such-program".into()], ..shell("", &folder) };
+        assert!(run(&unknown).unwrap_err().contains("no-such"));
+    }
+
+    #[test]
+    fn a_program_may_tell_its_own_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let tells = shell("echo reading; echo 'seconds: 0.125'; echo done", &folder);
+        run(&tells).unwrap();
+        assert_eq!(told_seconds(&std::fs::read_to_string(tells.out).unwrap()), Some(0.125));
+        for out in ["", "0.125", "seconds: soon", "seconds: -1", "seconds: inf"] {
+            assert_eq!(told_seconds(out), None, "{out}");
+        }
     }
 }

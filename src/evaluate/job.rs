@@ -4,11 +4,11 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
 use super::Method;
+use super::clock::Moment;
 use super::foreign::{self, Foreign};
 use crate::baselines::{Size, simplify_by};
 use crate::io::{Format, read_path, write, write_path};
@@ -58,7 +58,8 @@ pub fn answer(line: &str) -> String {
     serde_json::to_string(&done).unwrap_or_default()
 }
 
-/// Does a job: seconds of the method alone, with the mesh in memory, the weights read and the threads started.
+/// Does a job: seconds of the method alone, with the mesh in memory, the weights read and the threads started; on one
+/// thread those of the processor.
 pub(super) fn run(job: &Job) -> Result<f64, String> {
     let mesh = read_mesh(&job.input)?;
     let method = Method::from_name(&job.method).ok_or_else(|| format!("unknown method {}", job.method))?;
@@ -68,9 +69,9 @@ pub(super) fn run(job: &Job) -> Result<f64, String> {
     let threads =
         rayon::ThreadPoolBuilder::new().num_threads(job.threads).build().map_err(|error| error.to_string())?;
     let (result, seconds) = threads.install(|| {
-        let began = Instant::now();
+        let began = Moment::now();
         let result = simplified(&method, &mesh, job, weights.as_ref());
-        (result, began.elapsed().as_secs_f64())
+        (result, began.seconds(job.threads))
     });
     write_mesh(&job.output, &result?)?;
     Ok(seconds)

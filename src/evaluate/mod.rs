@@ -3,6 +3,7 @@
 //! The one module with a clock, and the one that starts programs: methods are timed, and those that hang are killed.
 
 mod charts;
+mod clock;
 mod contest;
 mod engine;
 mod error;
@@ -30,6 +31,6 @@ pub use method::Method;
 pub use report::report;
 pub use row::{How, Row};
 pub use rows_file::Table;
-pub use run::{Ending, Event, Request, evaluate};
+pub use run::{Ending, Event, Request, evaluate, median};
 pub use settings::Settings;
 pub use tool::Tool;

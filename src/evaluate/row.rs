@@ -36,7 +36,8 @@ pub struct Row {
 /// How a row was measured: settings, program and machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct How {
-    /// What the seconds cover: `method`, with the mesh in memory, or `process`, with its start, reading and writing.
+    /// What the seconds cover: `method`, with the mesh in memory (also where a tool tells them), or `process`, with its
+    /// start, reading and writing.
     pub timed: String,
     /// Runs that were timed.
     pub runs: usize,

@@ -16,6 +16,21 @@ pub struct Table {
     pub rows: Vec<Row>,
 }
 
+impl Table {
+    /// A figure of a row by its name; `None` where the row has no value, or the table no such figure.
+    ///
+    /// ```
+    /// use neural_mesh::evaluate::{Row, Table};
+    /// let row = Row { figures: vec![Some(0.5)], ..Row::default() };
+    /// let table = Table { figures: vec!["chamfer".into()], rows: vec![row] };
+    /// assert_eq!(table.figure(&table.rows[0], "chamfer"), Some(0.5));
+    /// ```
+    pub fn figure(&self, row: &Row, name: &str) -> Option<f64> {
+        let at = self.figures.iter().position(|figure| figure == name)?;
+        row.figures.get(at).copied().flatten()
+    }
+}
+
 /// A table that is added to.
 pub(super) struct RowsFile {
     file: File,

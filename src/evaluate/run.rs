@@ -275,7 +275,7 @@ impl Run<'_> {
 
     /// The row with what came of its method.
     fn judged_row(&self, blank: Row, subject: &Subject, outcome: Outcome) -> Row {
-        let Outcome { size, seconds, result } = outcome;
+        let Outcome { size, seconds, timed, result } = outcome;
         let Subject { mesh, original } = subject;
         let row = Row {
             vertices_in: mesh.positions().len(),
@@ -290,7 +290,11 @@ impl Run<'_> {
                 vertices_out: result.positions().len(),
                 faces_out: result.faces().len(),
                 seconds: median(seconds.clone()),
-                how: How { runs: seconds.len(), ..row.how },
+                how: How {
+                    runs: seconds.len(),
+                    timed: timed.map_or(row.how.timed, |timed| timed.name().into()),
+                    ..row.how
+                },
                 figures: compared(original, &result, size.vertices, self.looks(mesh, &result).as_ref())
                     .into_iter()
                     .map(|figure| figure.value)
@@ -330,7 +334,11 @@ impl Run<'_> {
 }
 
 /// The middle of the values, the mean of the middle two where there are two; `None` of none.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+///
+/// ```
+/// assert_eq!(neural_mesh::evaluate::median(vec![3.0, 1.0, 2.0, 9.0]), Some(2.5));
+/// ```
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     let last = values.get(n / 2)?;

@@ -52,7 +52,7 @@ impl Tool {
         }
         let tool = Self { name: name.into(), command: command.into() };
         for place in ["in", "out"] {
-            tool.ending(place).ok_or_else(|| refusal(&format!("it has no {{{name}}}: say where the file goes")))?;
+            tool.ending(place).ok_or_else(|| refusal(&format!("it has no {{{place}}}: say where the file goes")))?;
         }
         Ok(tool)
     }

@@ -2,7 +2,7 @@
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Whether two triangles share more than their borders: one passes through the other, or they overlap in a plane.
+/// Whether two triangles share more than their boundaries: one passes through the other, or they overlap in a plane.
 ///
 /// Touching is not crossing: not at common vertices and edges, not where a corner or an edge of one just reaches
 /// the other. So the answer is right for neighbours in a mesh as they are. A triangle without area crosses

@@ -86,6 +86,14 @@ const BLOCK: usize = 64;
 impl Isa {
     /// The best that this processor has.
     pub(crate) fn best() -> Self {
+        #[cfg(test)]
+        if let Some(forced) = super::golden::forced() {
+            return forced;
+        }
+        Self::detected()
+    }
+
+    fn detected() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             if is_x86_feature_detected!("avx512f")
@@ -107,12 +115,24 @@ impl Isa {
     /// All that this processor has, for tests that compare them.
     #[cfg(test)]
     pub(crate) fn available() -> Vec<Self> {
-        let best = Self::best();
+        let best = Self::detected();
         #[cfg(target_arch = "x86_64")]
         if best == Self(Level::Avx512) {
             return vec![Self(Level::Portable), Self(Level::Avx2), best];
         }
         if best == Self(Level::Portable) { vec![best] } else { vec![Self(Level::Portable), best] }
+    }
+
+    /// Its name in the golden hashes.
+    #[cfg(test)]
+    pub(crate) fn name(self) -> &'static str {
+        match self.0 {
+            Level::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => "avx512",
+        }
     }
 
     /// Does work compiled for these instructions.

@@ -3,6 +3,7 @@
 //! Kernels take references and return owned results. Each output row is computed by one thread in a fixed
 //! order, so results have the same bits on any number of threads (of one instruction set).
 
+mod bits;
 mod csr;
 mod gather;
 mod isa;
@@ -17,6 +18,8 @@ mod sparse_product;
 pub(crate) mod test_values;
 mod two_layers;
 
+#[cfg(test)]
+pub(crate) use bits::golden;
 pub use csr::{Csr, InvalidCsr};
 pub use gather::{gather, gather_backward, triple_extremes, triple_extremes_backward};
 pub(crate) use isa::{Isa, Work};

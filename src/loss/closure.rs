@@ -1,4 +1,4 @@
-//! Whether every edge has the faces that it should have: two, or one at a border of the input. Ours; Eq. (10) asks for
+//! Whether every edge has the faces that it should have: two, or one at a boundary of the input. Ours; Eq. (10) asks for
 //! none.
 
 use super::Term;
@@ -6,7 +6,7 @@ use crate::linalg::Csr;
 use rayon::prelude::*;
 
 /// Computes the expected share of edges that end up with a wrong number of faces, each face kept by itself with
-/// probability p: for an edge inside, `P(exactly one) + P(more than two)`; for one at a border, `P(more than one)`. An
+/// probability p: for an edge inside, `P(exactly one) + P(more than two)`; for one at a boundary, `P(more than one)`. An
 /// edge that no kept face uses is as it should be.
 ///
 /// Exact: the number of faces of an edge follows a Poisson binomial distribution. The mean over the edges of at least
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 ///
 /// # Shapes
 /// - `edges_of_faces`: n_triangles x 3 edges, such as the places of the edges in the extended graph
-/// - `at_border`: n_edges, whether one face is right
+/// - `at_boundary`: n_edges, whether one face is right
 /// - `probabilities`: n_triangles
 /// - returns a share in 0..=1 and its gradient to the probabilities
 ///
@@ -23,17 +23,17 @@ use rayon::prelude::*;
 ///
 /// ```
 /// use neural_mesh::loss::closure;
-/// // Two faces over edge 0; the outer edges 1 to 4 are borders.
-/// let at_border = [false, true, true, true, true];
-/// let term = closure(&[[0, 1, 2], [0, 3, 4]], &at_border, &[0.5, 1.0]);
+/// // Two faces over edge 0; the outer edges 1 to 4 are boundaries.
+/// let at_boundary = [false, true, true, true, true];
+/// let term = closure(&[[0, 1, 2], [0, 3, 4]], &at_boundary, &[0.5, 1.0]);
 /// assert_eq!((term.value, term.gradient), (0.5 / 5.0, vec![-0.2, 0.0]));
 /// ```
-pub fn closure(edges_of_faces: &[[u32; 3]], at_border: &[bool], probabilities: &[f32]) -> Term {
+pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities: &[f32]) -> Term {
     let entries = edges_of_faces.iter().zip(0..).flat_map(|(edges, face)| edges.map(|edge| [edge, face]));
-    let faces = Csr::from_entries(at_border.len(), edges_of_faces.len(), entries);
+    let faces = Csr::from_entries(at_boundary.len(), edges_of_faces.len(), entries);
     let of_edge = |edge: usize| {
         let kept: Vec<f64> = faces.row(edge).iter().map(|&t| f64::from(probabilities[t as usize])).collect();
-        wrong_number(&kept, at_border[edge])
+        wrong_number(&kept, at_boundary[edge])
     };
     let used: Vec<usize> = (0..faces.n_rows()).filter(|&edge| !faces.row(edge).is_empty()).collect();
     let each: Vec<(f64, Vec<f64>)> = used.par_iter().map(|&edge| of_edge(edge)).collect();
@@ -48,7 +48,7 @@ pub fn closure(edges_of_faces: &[[u32; 3]], at_border: &[bool], probabilities: &
 type Counts = [f64; 3];
 
 /// The probability that an edge has a wrong number of faces, and its derivative to each p.
-fn wrong_number(p: &[f64], at_border: bool) -> (f64, Vec<f64>) {
+fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
     let mut before = vec![[1.0, 0.0, 0.0]];
     before.extend(p.iter().scan([1.0, 0.0, 0.0], |counts, &p| {
         *counts = with(*counts, p);
@@ -56,13 +56,13 @@ fn wrong_number(p: &[f64], at_border: bool) -> (f64, Vec<f64>) {
     }));
     let [none, one, two] = before[p.len()];
     let more_than_two = (1.0 - none - one - two).max(0.0);
-    let value = if at_border { two + more_than_two } else { one + more_than_two };
+    let value = if at_boundary { two + more_than_two } else { one + more_than_two };
     let mut slopes = vec![0.0; p.len()];
     let mut after: Counts = [1.0, 0.0, 0.0];
     for (i, &p) in p.iter().enumerate().rev() {
         let [none, one, two] = sum(before[i], after);
         // One face more: what was none becomes one, what was two becomes more.
-        slopes[i] = if at_border { one } else { none - one + two };
+        slopes[i] = if at_boundary { one } else { none - one + two };
         after = with(after, p);
     }
     (value, slopes)
@@ -85,30 +85,30 @@ mod tests {
     use super::*;
 
     /// Over all subsets of faces that can be kept.
-    fn by_subsets(edges_of_faces: &[[u32; 3]], at_border: &[bool], p: &[f32]) -> f64 {
+    fn by_subsets(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], p: &[f32]) -> f64 {
         let n = p.len();
         let count = |kept: u32, edge: usize| {
             (0..n).filter(|&t| kept >> t & 1 == 1 && edges_of_faces[t].contains(&(edge as u32))).count()
         };
-        let is_wrong = |kept: u32, edge: usize| match at_border[edge] {
+        let is_wrong = |kept: u32, edge: usize| match at_boundary[edge] {
             true => count(kept, edge) > 1,
             false => !matches!(count(kept, edge), 0 | 2),
         };
-        let wrong = |kept: u32| (0..at_border.len()).filter(|&edge| is_wrong(kept, edge)).count() as f64;
+        let wrong = |kept: u32| (0..at_boundary.len()).filter(|&edge| is_wrong(kept, edge)).count() as f64;
         let chance = |kept: u32| (0..n).map(move |t| f64::from(if kept >> t & 1 == 1 { p[t] } else { 1.0 - p[t] }));
-        let n_used = (0..at_border.len()).filter(|&edge| count(u32::MAX, edge) > 0).count() as f64;
+        let n_used = (0..at_boundary.len()).filter(|&edge| count(u32::MAX, edge) > 0).count() as f64;
         (0..1 << n).map(|kept| chance(kept).product::<f64>() * wrong(kept)).sum::<f64>() / n_used
     }
 
     const FACES: [[u32; 3]; 7] = [[0, 1, 2], [0, 3, 4], [0, 5, 6], [0, 1, 3], [2, 4, 5], [6, 1, 2], [0, 2, 4]];
-    const BORDER: [bool; 8] = [false, true, false, false, true, false, false, false];
+    const BOUNDARY: [bool; 8] = [false, true, false, false, true, false, false, false];
 
     #[test]
     fn agrees_with_all_subsets_and_with_differences() {
         let p = uniform(7, 1);
-        let found = closure(&FACES, &BORDER, &p).value;
-        assert!((found - by_subsets(&FACES, &BORDER, &p)).abs() < 1e-6, "{found}");
-        assert_gradient(&p, 1e-4, |p| closure(&FACES, &BORDER, p));
+        let found = closure(&FACES, &BOUNDARY, &p).value;
+        assert!((found - by_subsets(&FACES, &BOUNDARY, &p)).abs() < 1e-6, "{found}");
+        assert_gradient(&p, 1e-4, |p| closure(&FACES, &BOUNDARY, p));
     }
 
     #[test]

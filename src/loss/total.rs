@@ -108,7 +108,7 @@ pub struct Candidates<'a> {
     /// n_triangles x 3 edges.
     pub edges: &'a [[u32; 3]],
     /// n_edges, whether one face is right.
-    pub at_border: &'a [bool],
+    pub at_boundary: &'a [bool],
     /// n_triangles, whether the mesh spans the triangle between three regions.
     pub labels: &'a [bool],
     /// n_original x 3, the barycenters of the original faces.
@@ -183,7 +183,7 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
 ///     triangles: &[[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
 ///     neighbours: &Csr::from_edges(4, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]),
 ///     edges: &[[0, 1, 3], [0, 2, 4], [1, 2, 5], [3, 4, 5]],
-///     at_border: &[false; 6],
+///     at_boundary: &[false; 6],
 ///     labels: &[true; 4],
 ///     original_barycenters: &[[1.0 / 3.0; 3]],
 ///     surface: &[[1.0 / 3.0; 3]],
@@ -211,7 +211,7 @@ pub fn face_terms(
     add("forward", objective.forward, &|| scaled(forward_distance(&geometry.forward, p), area));
     add("reverse", objective.reverse, &|| scaled(reverse_distance(&geometry.reverse, p), area));
     add("coverage", objective.coverage, &|| scaled(coverage(&geometry.near, penalty, p), area));
-    add("closure", objective.closure, &|| closure(candidates.edges, candidates.at_border, p));
+    add("closure", objective.closure, &|| closure(candidates.edges, candidates.at_boundary, p));
     add("collision", objective.collision, &|| conflicts(&geometry.collisions, p));
     add("crossing", objective.crossing, &|| conflicts(&geometry.crossings, p));
     add("overlap", objective.overlap, &|| conflicts(&geometry.overlaps, p));
@@ -279,7 +279,7 @@ mod tests {
                 triangles: &self.triangles,
                 neighbours: &self.neighbours,
                 edges: &self.edges,
-                at_border: &[false; 28],
+                at_boundary: &[false; 28],
                 labels: &self.labels,
                 original_barycenters: &self.centers,
                 surface: &self.centers,

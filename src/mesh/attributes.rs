@@ -1,7 +1,7 @@
 //! What the corners of a mesh carry beside their positions: texture coordinates, normals, colours, skins, materials.
 //!
 //! Corners of faces that carry the same values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with
-//! appearance attributes"). Around most vertices there is one wedge; at a seam there are more. So a seam is no border: the
+//! appearance attributes"). Around most vertices there is one wedge; at a seam there are more. So a seam is no boundary: the
 //! faces on both sides share vertices, and differ in their wedges.
 
 /// What a channel means, which decides how its values are blended and when two of them are the same.

@@ -17,7 +17,7 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Faces at the edge: one at a border, two inside of a manifold.
+    /// Faces at the edge: one at a boundary, two inside of a manifold.
     pub fn n_faces(&self) -> u32 {
         self.up + self.down
     }

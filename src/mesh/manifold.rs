@@ -1,7 +1,7 @@
 //! Any set of triangles as an oriented manifold: sheets that touch are taken apart, windings made to agree.
 //!
 //! Each vertex becomes as many vertices as it has fans of faces joined over edges. At an edge with more than two faces
-//! those that go on into each other best stay joined, two by two; what is left over gets a border. Nothing moves and no face is
+//! those that go on into each other best stay joined, two by two; what is left over gets a boundary. Nothing moves and no face is
 //! lost.
 
 use std::borrow::Cow;
@@ -188,7 +188,7 @@ mod tests {
         let faces = [a, b].concat();
         let manifold = manifold(&[[0.0; 3]; 6], &faces);
         assert_eq!(manifold.copies.len(), 2);
-        assert_eq!(manifold.rings.n_apexes(), 0);
+        assert_eq!(manifold.rings.n_ghosts(), 0);
         assert!(manifold.rings.is_oriented());
     }
 
@@ -206,7 +206,7 @@ mod tests {
         let positions = [[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
         let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
         let manifold = manifold(&positions, &faces);
-        assert_eq!((manifold.copies.as_slice(), manifold.rings.n_apexes()), (&[0, 1][..], 2));
+        assert_eq!((manifold.copies.as_slice(), manifold.rings.n_ghosts()), (&[0, 1][..], 2));
         assert_eq!(manifold.faces[1], [6, 5, 3]);
     }
 
@@ -217,7 +217,7 @@ mod tests {
         let positions: Vec<[f32; 3]> = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
         let faces: Vec<[u32; 3]> = (2..n + 2).map(|tip| [0, 1, tip]).collect();
         let manifold = manifold(&positions, &faces);
-        assert_eq!((manifold.rings.n_apexes(), manifold.faces.len()), (n as usize / 2, n as usize));
+        assert_eq!((manifold.rings.n_ghosts(), manifold.faces.len()), (n as usize / 2, n as usize));
     }
 
     #[test]
@@ -246,7 +246,7 @@ mod tests {
         let faces: Vec<[u32; 3]> = faces.iter().copied().chain(second).collect();
         assert_eq!(all.len(), 14);
         let manifold = manifold(&all, &faces);
-        assert_eq!((manifold.copies.len(), manifold.rings.n_apexes(), manifold.turned_faces), (2, 0, 0));
+        assert_eq!((manifold.copies.len(), manifold.rings.n_ghosts(), manifold.turned_faces), (2, 0, 0));
     }
 
     #[test]
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn two_faces_back_to_back_come_apart() {
         let manifold = manifold(&[[0.0; 3]; 3], &[[0, 1, 2], [0, 2, 1]]);
-        assert_eq!((manifold.copies.len(), manifold.rings.n_apexes()), (3, 2));
+        assert_eq!((manifold.copies.len(), manifold.rings.n_ghosts()), (3, 2));
     }
 
     #[test]

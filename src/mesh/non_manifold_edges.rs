@@ -1,7 +1,7 @@
 //! Which faces go on into which at edges with more than two: the floor under a wall, the two sides of a doubled sheet.
 //!
 //! Of the ways to cut a set of polygons into a manifold (Gueziec, Taubin, Lazarus and Horn, "Cutting and stitching", 2001) the
-//! plain one makes each face at such an edge a border, and what was one thing falls to pieces. Here the faces at the edge
+//! plain one makes each face at such an edge a boundary, and what was one thing falls to pieces. Here the faces at the edge
 //! that go on into each other best stay joined, unless the surface would have one side then, where it had two.
 
 use std::f32::consts::PI;

@@ -1,6 +1,6 @@
-//! The ordered neighbours of every vertex of a manifold, each border loop closed by an apex.
+//! The ordered neighbours of every vertex of a manifold, each boundary loop closed by a ghost vertex.
 //!
-//! Every border loop gets an imaginary vertex, its apex, joined to all of the loop. With it each ring is a
+//! Every boundary loop gets an imaginary vertex, its ghost vertex, joined to all of the loop. With it each ring is a
 //! cycle and each edge has two faces, so that what is proved for closed surfaces holds for open ones, too.
 
 use std::ops::Range;
@@ -17,12 +17,12 @@ const LONG_RING: usize = 64;
 /// The neighbours of every vertex in cyclic order, as compressed rows.
 ///
 /// Consecutive neighbours of a vertex (the last and the first, too) span a face with it. An index of
-/// `n_vertices + loop` is the apex of that border loop; it stands last in the rings of border vertices.
+/// `n_vertices + loop` is the ghost vertex of that boundary loop; it stands last in the rings of boundary vertices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OneRings {
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
-    n_apexes: usize,
+    n_ghosts: usize,
     oriented: bool,
 }
 
@@ -50,8 +50,8 @@ impl OneRings {
     /// ```
     /// use neural_mesh::mesh::OneRings;
     /// let rings = OneRings::new(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
-    /// assert_eq!(rings.ring(0), [1, 2, 3, 4]); // open: the last is the apex of the only border loop
-    /// assert_eq!(rings.n_apexes(), 1);
+    /// assert_eq!(rings.ring(0), [1, 2, 3, 4]); // open: the last is the ghost vertex of the only boundary loop
+    /// assert_eq!(rings.n_ghosts(), 1);
     /// ```
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
         Self::with(Pulse::NONE, n_vertices, faces)
@@ -69,9 +69,9 @@ impl OneRings {
         if !rows.bad.is_empty() {
             return Err(NotManifold { vertices: rows.bad });
         }
-        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_apexes: 0, oriented: !rows.opposed };
+        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_ghosts: 0, oriented: !rows.opposed };
         rings.offsets.push(rings.neighbors.len() as u32);
-        rings.number_border_loops(&rows.open);
+        rings.number_boundary_loops(&rows.open);
         Ok(rings)
     }
 
@@ -90,14 +90,14 @@ impl OneRings {
         self.neighbors.len()
     }
 
-    /// Number of vertices, apexes not counted.
+    /// Number of vertices, ghost vertices not counted.
     pub fn n_vertices(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    /// Number of border loops, each with an apex of its own.
-    pub fn n_apexes(&self) -> usize {
-        self.n_apexes
+    /// Number of boundary loops, each with a ghost vertex of its own.
+    pub fn n_ghosts(&self) -> usize {
+        self.n_ghosts
     }
 
     /// Whether all faces are wound the same way around.
@@ -105,43 +105,43 @@ impl OneRings {
         self.oriented
     }
 
-    /// The apex of the border that `vertex` lies on, if it lies on one.
-    pub fn apex(&self, vertex: u32) -> Option<u32> {
+    /// The ghost vertex of the boundary that `vertex` lies on, if it lies on one.
+    pub fn ghost(&self, vertex: u32) -> Option<u32> {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// The faces that join the border loops to their apexes, one per border edge, wound like their neighbours
+    /// The faces that join the boundary loops to their ghost vertices, one per boundary edge, wound like their neighbours
     /// where these are wound the same way around.
-    pub fn apex_faces(&self) -> Vec<[u32; 3]> {
-        let border = (0..self.n_vertices() as u32).filter_map(|v| self.apex(v).map(|apex| (v, apex)));
+    pub fn ghost_faces(&self) -> Vec<[u32; 3]> {
+        let boundary = (0..self.n_vertices() as u32).filter_map(|v| self.ghost(v).map(|ghost| (v, ghost)));
         if self.oriented {
-            return border.map(|(v, apex)| [self.ring(v)[0], v, apex]).collect();
+            return boundary.map(|(v, ghost)| [self.ring(v)[0], v, ghost]).collect();
         }
         // Rings that run either way around: the first neighbours of two vertices may stand for the same edge.
-        let both = border.flat_map(|(v, apex)| self.border_neighbors(v).map(|w| [w, v, apex]));
+        let both = boundary.flat_map(|(v, ghost)| self.boundary_neighbors(v).map(|w| [w, v, ghost]));
         both.filter(|[w, v, _]| w > v).collect()
     }
 
-    /// The neighbours of a border vertex along its border.
-    fn border_neighbors(&self, vertex: u32) -> [u32; 2] {
+    /// The neighbours of a boundary vertex along its boundary.
+    fn boundary_neighbors(&self, vertex: u32) -> [u32; 2] {
         let ring = self.ring(vertex);
         [ring[0], ring[ring.len() - 2]]
     }
 
-    /// Gives the border loops through the vertices `open` their apexes, in place of the `u32::MAX` in their rings.
-    fn number_border_loops(&mut self, open: &[u32]) {
+    /// Gives the boundary loops through the vertices `open` their ghost vertices, in place of the `u32::MAX` in their rings.
+    fn number_boundary_loops(&mut self, open: &[u32]) {
         let n_vertices = self.n_vertices();
         for &start in open {
             if self.neighbors[self.offsets[start as usize + 1] as usize - 1] != u32::MAX {
                 continue;
             }
-            let apex = (n_vertices + self.n_apexes) as u32;
-            self.n_apexes += 1;
+            let ghost = (n_vertices + self.n_ghosts) as u32;
+            self.n_ghosts += 1;
             let mut pending = vec![start];
             while let Some(v) = pending.pop() {
                 let end = self.offsets[v as usize + 1] as usize;
                 if self.neighbors[end - 1] == u32::MAX {
-                    self.neighbors[end - 1] = apex;
+                    self.neighbors[end - 1] = ghost;
                     pending.extend([self.ring(v)[0], self.neighbors[end - 2]]);
                 }
             }
@@ -186,7 +186,7 @@ struct Rows {
     /// Where the ring of each vertex begins.
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
-    /// Vertices on a border; their rings end with `u32::MAX` in the place of the apex.
+    /// Vertices on a boundary; their rings end with `u32::MAX` in the place of the ghost vertex.
     open: Vec<u32>,
     /// Vertices whose faces do not form one fan.
     bad: Vec<u32>,
@@ -383,7 +383,7 @@ mod tests {
     fn closed_rings_are_cycles_of_faces() {
         let rings = OneRings::new(4, &TETRAHEDRON).unwrap();
         assert!(rings.is_oriented());
-        assert_eq!(rings.n_apexes(), 0);
+        assert_eq!(rings.n_ghosts(), 0);
         for v in 0..4 {
             let ring = rings.ring(v);
             assert_eq!(ring.len(), 3);
@@ -397,28 +397,28 @@ mod tests {
     }
 
     #[test]
-    fn every_border_loop_has_its_apex() {
+    fn every_boundary_loop_has_its_ghost() {
         // An annulus of 4 + 4 vertices.
         let faces: Vec<[u32; 3]> =
             (0..4).flat_map(|i| [[i, (i + 1) % 4, 4 + i], [(i + 1) % 4, 4 + (i + 1) % 4, 4 + i]]).collect();
         let rings = OneRings::new(8, &faces).unwrap();
-        assert_eq!(rings.n_apexes(), 2);
-        assert_ne!(rings.apex(0), rings.apex(4));
+        assert_eq!(rings.n_ghosts(), 2);
+        assert_ne!(rings.ghost(0), rings.ghost(4));
         let mut closed = faces;
-        closed.extend(rings.apex_faces());
+        closed.extend(rings.ghost_faces());
         let closed = OneRings::new(10, &closed).unwrap();
         assert!(closed.is_oriented());
-        assert_eq!(closed.n_apexes(), 0);
+        assert_eq!(closed.n_ghosts(), 0);
     }
 
     #[test]
-    fn the_border_of_a_surface_with_one_side_gets_each_apex_face_once() {
+    fn the_boundary_of_a_surface_with_one_side_gets_each_ghost_face_once() {
         let strip = crate::mesh::shapes::moebius_strip(16, 3);
         let n_vertices = strip.positions().len();
         let rings = OneRings::new(n_vertices, strip.faces()).unwrap();
         assert!(!rings.is_oriented());
-        let closed = [strip.faces(), &rings.apex_faces()].concat();
-        assert_eq!(OneRings::new(n_vertices + 1, &closed).map(|closed| closed.n_apexes()), Ok(0));
+        let closed = [strip.faces(), &rings.ghost_faces()].concat();
+        assert_eq!(OneRings::new(n_vertices + 1, &closed).map(|closed| closed.n_ghosts()), Ok(0));
     }
 
     #[test]

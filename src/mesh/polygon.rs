@@ -21,11 +21,11 @@ pub struct Fans {
 impl Fans {
     /// Appends the fan of the polygon `corners` (vertex indices) to `faces`; false where it has fewer than three corners.
     pub fn push(&mut self, corners: &[u32], faces: &mut Vec<[u32; 3]>) -> bool {
-        let &[apex, ref rest @ ..] = corners else { return false };
+        let &[first, ref rest @ ..] = corners else { return false };
         if corners.len() > 3 {
             self.runs.push((faces.len(), corners.len() - 2));
         }
-        faces.extend(rest.windows(2).map(|edge| [apex, edge[0], edge[1]]));
+        faces.extend(rest.windows(2).map(|edge| [first, edge[0], edge[1]]));
         corners.len() >= 3
     }
 

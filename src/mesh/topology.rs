@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn holes_that_meet_in_a_vertex_are_two_loops() {
-        // A ring of six faces around vertex 0 without two opposite ones: the border passes 0 twice.
+        // A ring of six faces around vertex 0 without two opposite ones: the boundary passes 0 twice.
         let fan = mesh(7, &[[0, 1, 2], [0, 2, 3], [0, 4, 5], [0, 5, 6]]);
         let topology = topology(&fan);
         assert_eq!((topology.non_manifold_vertices, topology.boundary_loops, topology.components), (1, 2, 2));

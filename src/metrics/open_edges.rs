@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// How far from the input's border an edge may run and still lie on it, in lengths of the edge, or in mean lengths of
+/// How far from the input's boundary an edge may run and still lie on it, in lengths of the edge, or in mean lengths of
 /// the result's edges, whichever is less.
 ///
-/// A result has fewer vertices than the input, and those at a border need not lie on it: sampled vertices stand up to
-/// about one edge inside. Borders are thin, so that few holes hide there; a hole of one face beside a border does. A
-/// long edge must come nearer than its length, or it would hide holes far from any border.
+/// A result has fewer vertices than the input, and those at a boundary need not lie on it: sampled vertices stand up to
+/// about one edge inside. Boundaries are thin, so that few holes hide there; a hole of one face beside a boundary does. A
+/// long edge must come nearer than its length, or it would hide holes far from any boundary.
 const REACH: f64 = 1.0;
 
 /// Counts of edges of a simplified mesh.
@@ -22,7 +22,7 @@ pub struct OpenEdges {
     pub edges: usize,
     /// Edges with one, three or more faces.
     pub without_two_faces: usize,
-    /// Those of them that do not lie on a border of the input.
+    /// Those of them that do not lie on a boundary of the input.
     pub open: usize,
 }
 
@@ -32,7 +32,7 @@ impl OpenEdges {
         self.percent(self.without_two_faces)
     }
 
-    /// The share of edges without two faces that do not lie on a border of the input, in percent; 0 without edges.
+    /// The share of edges without two faces that do not lie on a boundary of the input, in percent; 0 without edges.
     pub fn open_percent(&self) -> f64 {
         self.percent(self.open)
     }
@@ -42,12 +42,12 @@ impl OpenEdges {
     }
 }
 
-/// Counts the edges of `simplified` that lack two faces, and those of them away from the borders of `original`.
+/// Counts the edges of `simplified` that lack two faces, and those of them away from the boundaries of `original`.
 ///
-/// An edge lies on a border of the original when both its ends and its middle are no farther from the original's border
+/// An edge lies on a boundary of the original when both its ends and its middle are no farther from the original's boundary
 /// edges, those with a single face, than the edge is long, and than the mean of the result's edges is long. So the same
 /// rule serves results that keep vertices where they were and results that move them. Edges with three or more faces
-/// never lie on a border.
+/// never lie on a boundary.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::open_edges};
@@ -60,22 +60,22 @@ impl OpenEdges {
 /// ```
 pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
     let edges = edges(simplified);
-    let border = border_of(original);
+    let boundary = boundary_of(original);
     let mean = edges.iter().map(|edge| length(simplified, edge)).sum::<f64>() / edges.len().max(1) as f64;
     let lacking: Vec<&Edge> = edges.iter().filter(|edge| edge.n_faces() != 2).collect();
-    let lies_on_border = |edge: &Edge| {
+    let lies_on_boundary = |edge: &Edge| {
         let reach = REACH * length(simplified, edge).min(mean);
-        edge.n_faces() == 1 && lies_on(&border, ends(simplified, edge), reach)
+        edge.n_faces() == 1 && lies_on(&boundary, ends(simplified, edge), reach)
     };
-    let open = lacking.par_iter().filter(|edge| !lies_on_border(edge)).count();
+    let open = lacking.par_iter().filter(|edge| !lies_on_boundary(edge)).count();
     OpenEdges { edges: edges.len(), without_two_faces: lacking.len(), open }
 }
 
-/// The border edges, as triangles without area.
-fn border_of(mesh: &TriMesh) -> NearestOnTriangles {
-    let border = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
+/// The boundary edges, as triangles without area.
+fn boundary_of(mesh: &TriMesh) -> NearestOnTriangles {
+    let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
     let corners: Vec<[[f32; 3]; 3]> =
-        border.map(|Edge { ends: [a, b], .. }| [a, b, b].map(|v| mesh.positions()[v as usize])).collect();
+        boundary.map(|Edge { ends: [a, b], .. }| [a, b, b].map(|v| mesh.positions()[v as usize])).collect();
     NearestOnTriangles::new(&corners)
 }
 
@@ -88,8 +88,8 @@ fn length(mesh: &TriMesh, edge: &Edge) -> f64 {
     a.distance(b)
 }
 
-fn lies_on(border: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
-    let is_near = |p: DVec3| border.nearest(p).is_some_and(|hit| hit.distance2 <= reach * reach);
+fn lies_on(boundary: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
+    let is_near = |p: DVec3| boundary.nearest(p).is_some_and(|hit| hit.distance2 <= reach * reach);
     is_near(a) && is_near(b) && is_near(a.midpoint(b))
 }
 
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn borders_of_the_input_are_forgiven_and_holes_away_from_them_not() {
+    fn boundaries_of_the_input_are_forgiven_and_holes_away_from_them_not() {
         let sphere = shapes::icosphere(4);
         let cap = |mesh: &TriMesh| {
             let above = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.8);
@@ -137,15 +137,15 @@ mod tests {
     }
 
     #[test]
-    fn edges_with_three_faces_never_lie_on_a_border() {
+    fn edges_with_three_faces_never_lie_on_a_boundary() {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
         let fan = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
         assert_eq!(open_edges(&fan, &fan), OpenEdges { edges: 7, without_two_faces: 7, open: 1 });
     }
 
-    /// A cube open on top: a side of it that is missing in the result, too, has edges as long as the way to the border.
+    /// A cube open on top: a side of it that is missing in the result, too, has edges as long as the way to the boundary.
     #[test]
-    fn long_edges_hide_no_holes_far_from_the_border() {
+    fn long_edges_hide_no_holes_far_from_the_boundary() {
         let fine = shapes::cuboid([1.0; 3], 16);
         let top = |mesh: &TriMesh| {
             let is_up = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.999 * highest(mesh));

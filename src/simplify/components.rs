@@ -4,7 +4,8 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{TriMesh, compact};
 
-/// A component too small to be worth keeping has room for fewer vertices than this.
+/// A component too small to be worth keeping has room for fewer vertices than the smallest closed surface, a
+/// tetrahedron.
 const LEAST_SHARE: f64 = 4.0;
 /// Faces of the smallest closed surface, a tetrahedron.
 const TETRAHEDRON: usize = 4;

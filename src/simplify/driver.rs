@@ -1,23 +1,15 @@
 //! From the caller's mesh and options to results, whichever assembly makes them.
 
-use std::borrow::Cow;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-
-use rayon::prelude::*;
-
-use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::PARALLEL;
-use crate::mesh::{TriMesh, compact};
 use crate::model::Weights;
 
 use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged};
 use super::closed::{Closed, Derivative, is_sound};
 use super::input::Input;
 use super::limits::{resolve_levels, resolve_limit, resolve_oversample};
-use super::map;
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
 use super::progress::{PAPER, Progress, closed_stages, listened};
 use super::symmetric;
+use super::used::Used;
 
 /// One result, and how it depends on the positions, if that is asked for.
 pub(super) fn run(
@@ -105,52 +97,4 @@ fn several(
     let lighter = closed_levels(&input, weights, task, &sizes, progress)?;
     let levels = same.chain(lighter.into_iter().map(|closed| closed.into_result().0));
     Ok(levels.map(|simplified| used.widen(simplified)).collect())
-}
-
-/// A mesh without the vertices that no face uses.
-pub(super) struct Used<'a> {
-    /// The mesh.
-    pub mesh: Cow<'a, TriMesh>,
-    /// Where its vertices stood, if any went.
-    pub sources: Option<Vec<u32>>,
-    /// Vertices of the caller's mesh.
-    n_before: usize,
-}
-
-impl<'a> Used<'a> {
-    /// The used part of a mesh.
-    ///
-    /// # Errors
-    /// [`SimplifyError::Empty`] where there is no face.
-    pub fn of(pulse: Pulse, mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
-        if mesh.faces().is_empty() {
-            return Err(SimplifyError::Empty);
-        }
-        let n_before = mesh.positions().len();
-        let used: Vec<AtomicBool> = (0..n_before).map(|_| AtomicBool::new(false)).collect();
-        let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
-        for faces in pulse.over(mesh.faces()) {
-            faces.par_iter().with_min_len(PARALLEL).for_each(mark);
-        }
-        if used.into_iter().all(AtomicBool::into_inner) {
-            return Ok(Self { mesh: Cow::Borrowed(mesh), sources: None, n_before });
-        }
-        let (mesh, sources) = compact(mesh.positions(), mesh.faces().to_vec()).map_err(|_| SimplifyError::Overflow)?;
-        Ok(Self { mesh: Cow::Owned(mesh), sources: Some(sources), n_before })
-    }
-
-    /// The result with the vertices of the caller's mesh.
-    fn widen(&self, mut simplified: Simplified) -> Simplified {
-        let Some(sources) = &self.sources else { return simplified };
-        simplified.map.iter_mut().for_each(|map| map::widen_vertices(map, sources, self.n_before));
-        simplified.source_vertices.iter_mut().flatten().for_each(|v| *v = sources[*v as usize]);
-        simplified
-    }
-
-    fn widen_derivative(&self, derivative: Derivative) -> Derivative {
-        match &self.sources {
-            Some(sources) => derivative.within(sources),
-            None => derivative,
-        }
-    }
 }

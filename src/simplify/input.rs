@@ -110,11 +110,11 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
 
 /// Whether each vertex has to stay where it is; empty where none has to.
 pub(super) fn locked_vertices(mesh: &TriMesh, options: &Options) -> Vec<bool> {
-    if !options.lock_borders {
+    if !options.lock_boundaries {
         return Vec::new();
     }
     let mut locked = vec![false; mesh.positions().len()];
-    let border = edges(mesh).into_iter().filter(|edge| edge.n_faces() != 2);
-    border.flat_map(|edge| edge.ends).for_each(|v| locked[v as usize] = true);
+    let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() != 2);
+    boundary.flat_map(|edge| edge.ends).for_each(|v| locked[v as usize] = true);
     locked
 }

@@ -7,6 +7,7 @@ use crate::mesh::TriMesh;
 use super::components::Pruned;
 use super::options::Map;
 
+/// No vertex.
 const NONE: u32 = u32::MAX;
 
 /// The input vertex nearest to each output vertex (`NONE` where there is none) of those that went into it, by `outputs`.

@@ -13,7 +13,8 @@ use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, consistently_wound};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
-/// Neighbours in the graph of the cloud: about as many as a vertex of a triangle mesh has.
+/// Neighbours in the graph of the cloud: as many as a vertex of a triangle mesh has on average. Clouds of twelve
+/// training meshes: with 5 the result is 29 % farther from the original, with 8 37 % (nine of them).
 const NEIGHBOURS: usize = 6;
 
 /// A mesh over points of a cloud.

@@ -18,6 +18,8 @@ mod record;
 mod sample_vertices;
 mod scattered_samples;
 mod symmetric;
+mod used;
+mod versions;
 mod weighed;
 
 use crate::mesh::TriMesh;
@@ -39,6 +41,7 @@ pub use options::{
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
+pub use versions::{CLOSED_VERSION, PAPER_VERSION};
 pub use weighed::{Weighed, simplify_weighed};
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.

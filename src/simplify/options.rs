@@ -46,8 +46,8 @@ pub struct Options {
     /// Components whose bounding box has a diagonal below this, in the unit of the mesh, are dropped; the largest by area
     /// stays (closed assembly only). 0 drops none.
     pub prune_below: f64,
-    /// Whether the vertices and edges of the borders stay as they are (closed assembly only), bit for bit.
-    pub lock_borders: bool,
+    /// Whether the vertices and edges of the boundaries stay as they are (closed assembly only), bit for bit.
+    pub lock_boundaries: bool,
     /// Whether the vertices of the result are vertices of the input (closed assembly; the paper's always are).
     pub subset: bool,
     /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
@@ -71,7 +71,7 @@ impl Options {
             seed: 0,
             prune: false,
             prune_below: 0.0,
-            lock_borders: false,
+            lock_boundaries: false,
             subset: false,
             crease_angle: None,
             map: false,

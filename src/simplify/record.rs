@@ -6,7 +6,7 @@ use super::closed::Derivative;
 ///
 /// Constant are all choices: which vertices became one, how each was placed (which branch of a clamp was taken), which
 /// point of the original belongs where in which output face, which vertices the fit moved. Differentiated are the plane
-/// quadrics with their areas, normals and borders, the placement of every region and of every union that the collapse
+/// quadrics with their areas, normals and boundaries, the placement of every region and of every union that the collapse
 /// made, and each step of the fit. What rounding to `f32`, opening folds and keeping vertices apart added is kept as
 /// it was.
 ///

@@ -41,7 +41,7 @@ pub(super) fn face_terms(
         triangles,
         neighbours: &candidates.neighbours,
         edges: &candidates.faces.entries,
-        at_border: &at_border(spanned, &candidates.extended),
+        at_boundary: &at_boundary(spanned, &candidates.extended),
         labels: &labels,
         original_barycenters: &drawn.frame.apply(&barycenters(mesh.positions(), mesh.faces())),
         surface: &drawn.frame.apply(&surface),
@@ -79,7 +79,7 @@ fn surface_points(mesh: &TriMesh, n: usize, seed: u64) -> Vec<[f32; 3]> {
 }
 
 /// For each entry of G_ext whether one face is right there: where the mesh spans one triangle between the regions.
-fn at_border(spanned: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
+fn at_boundary(spanned: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
     let mut counts = vec![0u32; extended.n_entries()];
     for &[i, j, k] in spanned {
         for (from, to) in [(i, j), (i, k), (j, k)] {
@@ -96,11 +96,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn borders_are_edges_of_one_spanned_triangle() {
+    fn boundaries_are_edges_of_one_spanned_triangle() {
         let graph = Csr::from_edges(4, [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3], [0, 3]]);
-        let found = at_border(&[[0, 1, 2], [1, 2, 3]], &graph);
-        let is_border = |i: usize, j: u32| found[graph.position(i, j).unwrap()];
-        assert!(is_border(0, 1) && is_border(0, 2) && is_border(1, 3) && is_border(2, 3));
-        assert!(!is_border(1, 2) && !is_border(0, 3));
+        let found = at_boundary(&[[0, 1, 2], [1, 2, 3]], &graph);
+        let is_boundary = |i: usize, j: u32| found[graph.position(i, j).unwrap()];
+        assert!(is_boundary(0, 1) && is_boundary(0, 2) && is_boundary(1, 3) && is_boundary(2, 3));
+        assert!(!is_boundary(1, 2) && !is_boundary(0, 3));
     }
 }

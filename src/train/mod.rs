@@ -26,6 +26,7 @@ mod settings;
 mod step;
 mod uniform_step;
 mod validation;
+mod version;
 mod watch;
 
 pub use adam::{Moments, adam_step};
@@ -37,3 +38,4 @@ pub use objective::step_function;
 pub use run::{Request, Run, open};
 pub use settings::{DEFAULT_SETTINGS, Settings};
 pub use step::{Item, Step, StepFunction, gradients_of};
+pub use version::VERSION;

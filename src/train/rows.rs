@@ -29,7 +29,7 @@ impl Rows {
         let found = file.metadata().map_err(|error| problem(path, &error))?.len();
         if found < n_bytes {
             let what = format!(
-                "has {found} bytes, fewer than the {n_bytes} of the checkpoint: put the file back or start anew"
+                "has {found} bytes, fewer than the {n_bytes} of the checkpoint: put the file back or start over"
             );
             return Err(TrainError::file(path, what));
         }

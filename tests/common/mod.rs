@@ -1,5 +1,5 @@
 //! What whole-mesh tests share: judging a result, and random closed meshes that are meshed very unevenly.
-#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(dead_code, reason = "not every set of features uses all")]
 
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ pub fn assert_closed_manifold(mesh: &TriMesh) {
     assert_eq!(repeated_positions(mesh), 0, "positions that more than one vertex has");
 }
 
-/// Edge- and vertex-manifold and consistently wound, with or without borders.
+/// Edge- and vertex-manifold and consistently wound, with or without boundaries.
 #[track_caller]
 pub fn assert_manifold(mesh: &TriMesh) {
     let topology = topology(mesh);
@@ -34,7 +34,7 @@ pub fn assert_same_topology(original: &TriMesh, simplified: &TriMesh) {
         let topology = topology(mesh);
         (topology.closed, topology.components, topology.genus, topology.boundary_loops)
     };
-    assert_eq!(figures(original), figures(simplified), "closed, components, genus, border loops");
+    assert_eq!(figures(original), figures(simplified), "closed, components, genus, boundary loops");
 }
 
 /// The Hausdorff distance is at most a fraction of the diagonal of the original's bounding box.

@@ -37,7 +37,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let folder = outputs::open(&args.output)?;
     let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
-    interrupt::watch(Failure::Stopped("interrupted: go on with --resume".into()));
+    interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
     let began = Instant::now();
@@ -91,7 +91,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
-        args.lock_borders.then(|| " --lock-borders".into()),
+        args.lock_boundaries.then(|| " --lock-boundaries".into()),
         args.subset.then(|| " --subset".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),

@@ -135,7 +135,7 @@ mod tests {
         assert_eq!((image.width, image.height, image.kind), (1025, 2, "image/jpeg"));
         let decoded = decode_image(&image.bytes).unwrap();
         assert_eq!((decoded.width, decoded.height), (1025, 2));
-        assert_eq!(notes, ["textures are made smaller for the page: 2048 pixels a side at most"]);
+        assert_eq!(notes, ["textures are scaled down for the page: at most 2048 pixels a side"]);
     }
 
     #[test]
@@ -144,7 +144,7 @@ mod tests {
         let (within, notes) = fitted(&images, 100_000);
         assert!(n_bytes(&within) <= 100_000 && within.iter().all(Option::is_some), "{}", n_bytes(&within));
         assert_eq!(within[2].as_ref().unwrap().bytes[..], images[2][..]);
-        assert!(notes[0].contains("pixels a side at most"), "{notes:?}");
+        assert!(notes[0].contains("pixels a side"), "{notes:?}");
         let (none, notes) = fitted(&images, 100);
         assert!(none.iter().all(Option::is_none) && notes.last().unwrap().contains("too many"));
     }

@@ -168,8 +168,8 @@ mod tests {
     #[test]
     fn the_spectrum_of_huge_meshes_is_left_out() {
         let words = ["neural-mesh", "compare", "a.ply", "b.ply"];
-        let arguments = <crate::args::Args as clap::Parser>::parse_from(words);
-        let crate::args::Command::Compare(args) = arguments.command else { panic!("no comparison") };
+        let arguments = <crate::command::Args as clap::Parser>::parse_from(words);
+        let crate::command::Command::Compare(args) = arguments.command else { panic!("no comparison") };
         let many = TriMesh::new(vec![[0.0; 3]; MOST_FOR_SPECTRUM + 1], vec![[0, 1, 2]]).unwrap();
         let of = |meshes: &[Named]| judging(&args, meshes.iter());
         assert_eq!(of(&[named(shapes::icosphere(1))]), Judging::default());

@@ -8,14 +8,15 @@ const EVALUATE_NOTES: &str = "\
 Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
 assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; tools; all.
 
-Places in the command of a tool: {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on where it wants \
-others), {ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one.
+In the command of a tool, {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on for other formats), \
+{ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one. A line `seconds: 0.25` on its \
+standard output is its time; without one, that of the whole process counts.
 
-RUN is made, and filled with: settings.json (what was asked), rows.csv and rows.json (a row for each mesh, ratio, method \
+RUN is created and holds settings.json (what was asked), rows.csv and rows.json (a row for each mesh, ratio, method \
 and seed), tables.md, error-size.svg, time-size.svg and error-time.svg. docs/evaluate.md explains them.
 
-Killed at any moment, it loses the case at hand; the same command and --resume goes on. A method that fails or takes too \
-long is a row with its error. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+Killed at any moment, it loses the current case; the same command with --resume continues. A method that fails or takes \
+too long is a row with its error. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
 
 /// Measure methods at several sizes on a folder of meshes: tables, plots
 #[derive(Debug, Parser)]
@@ -25,16 +26,16 @@ pub struct EvaluateArgs {
     /// Folder of meshes: OBJ, PLY, STL, OFF, glTF, GLB
     #[arg(long, value_name = "DIR", required_unless_present = "report")]
     pub data: Option<PathBuf>,
-    /// Folder for all that comes of it
+    /// Folder for the results
     #[arg(long, value_name = "RUN", required_unless_present = "report")]
     pub out: Option<PathBuf>,
-    /// Methods, with commas between them
+    /// Methods, separated by commas
     #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "all")]
     pub methods: Vec<String>,
-    /// A program of others as a method, as often as wanted
+    /// A program as a method; can be given several times
     #[arg(long = "tool", value_name = "NAME='cmd {in} {out} {ratio}'")]
     pub tools: Vec<String>,
-    /// Shares of the vertices that stay, each above 0 and at most 1
+    /// Shares of the vertices to keep, each above 0 and at most 1
     #[arg(
         long,
         value_name = "R,R",
@@ -61,7 +62,7 @@ pub struct EvaluateArgs {
     /// Weights for the method paper [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub paper_weights: Option<PathBuf>,
-    /// Measure the spectrum too (the paper's LE), which takes longer than all the rest
+    /// Also measure the spectrum (the paper's LE), which takes longer than all the rest
     #[arg(long)]
     pub spectrum: bool,
     /// Draw the meshes from six sides and measure how alike the pictures are
@@ -70,16 +71,16 @@ pub struct EvaluateArgs {
     /// Samples on each surface
     #[arg(long, value_name = "N", default_value_t = 50_000)]
     pub samples: usize,
-    /// Threads that a method may use [default: one per core]; figures do not depend on it, times do
+    /// Threads that a method may use [default: one per core]; times depend on it, figures do not
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Go on with the rows in RUN
+    /// Continue with the rows in RUN
     #[arg(long)]
     pub resume: bool,
     /// Method that the others are divided by in the tables [default: qem, where it takes part]
     #[arg(long, value_name = "METHOD")]
     pub relative_to: Option<String>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
     /// Write tables and plots of an evaluation, finished or not, and do nothing else

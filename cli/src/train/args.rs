@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::Parser;
 
 const TRAIN_NOTES: &str = "\
-RUN is made, and filled with: config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
-epochs.csv (the losses), best.safetensors and last.safetensors (weights for --weights), checkpoint.safetensors (to go \
-on from), curves.svg (the losses as a picture). docs/training.md explains them and every setting.
+RUN is created and holds config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
+epochs.csv (the losses), best.safetensors and last.safetensors (weights for --weights), checkpoint.safetensors (for \
+--resume), curves.svg (the losses as a picture). docs/training.md explains them and every setting.
 
-A training that was killed at any moment goes on with the same command and --resume, and ends in the same bits as one \
-that was not. Ctrl-C stops it after the step at hand, with a checkpoint. With --resume, --epochs may ask for more.
+A training killed at any moment continues with the same command and --resume, and ends in the same bits as one \
+that was not. Ctrl-C stops it after the current step, with a checkpoint. With --resume, --epochs may ask for more.
 
 Exit codes: 0 done, 1 the input, the disk or a loss that is not finite, 2 usage, 130 interrupted.";
 
@@ -22,16 +22,16 @@ pub struct TrainArgs {
     /// Folder of meshes to learn from: OBJ, PLY, STL, OFF, glTF, GLB
     #[arg(long, value_name = "DIR", required_unless_present = "plot")]
     pub data: Option<PathBuf>,
-    /// Folder for all that comes of it
+    /// Folder for the results
     #[arg(long, value_name = "RUN", required_unless_present = "plot")]
     pub out: Option<PathBuf>,
     /// Settings; what the file leaves out has its default
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Times that every mesh is seen, instead of the settings' number
+    /// Epochs, instead of the settings' number
     #[arg(long, value_name = "N")]
     pub epochs: Option<usize>,
-    /// Go on from the checkpoint in RUN; begin where there is none yet
+    /// Continue from the checkpoint in RUN; begin if there is none
     #[arg(long)]
     pub resume: bool,
     /// Weights to start from, for fine-tuning; the sizes of the network are theirs
@@ -40,7 +40,7 @@ pub struct TrainArgs {
     /// Threads to use [default: one per core]; the result is the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
     /// Draw the curves of a training, finished or not, and do nothing else

@@ -1,4 +1,5 @@
 //! Running the program and looking at what it leaves.
+#![allow(dead_code, reason = "not every set of features uses all")]
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
 // open_files FILE...: opens OBJ, PLY, STL, glTF and GLB files with the loaders of three.js, draws them, and prints for each a
-// line of JSON: the number of triangles in a list, or the errors. `scripts/assets` runs it.
+// line of JSON: the number of triangles in a list, or the errors. `scripts/reopened` runs it.
 
 import { existsSync, readFileSync } from 'node:fs';
 import { basename, dirname, extname, join } from 'node:path';

@@ -53,9 +53,9 @@ fn open_edges(sheet: &Sheet, Rest { face: [a, b, c], center }: Rest) -> impl Ite
 
 /// The open edges of faces on which this ball, too, rests with no point inside.
 pub(super) fn reopened(ball: &Ball, sheet: &Sheet) -> VecDeque<Open> {
-    let at_border =
+    let at_boundary =
         sheet.faces().iter().filter(|&&[a, b, c]| [[a, b], [b, c], [c, a]].iter().any(|&e| sheet.is_open(e)));
-    let rests = at_border.filter_map(|&face| {
+    let rests = at_boundary.filter_map(|&face| {
         let rest = Rest { face, center: ball.center(face)? };
         let near = ball.near(ball.point(face[0]));
         ball.is_empty(rest.center, face, &near).then_some(rest)

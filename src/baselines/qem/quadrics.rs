@@ -6,7 +6,7 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{TriMesh, edges};
 
 /// Weight of the planes through open edges over that of their faces, as in Open3D.
-const BORDER_WEIGHT: f64 = 1.0;
+const BOUNDARY_WEIGHT: f64 = 1.0;
 
 /// The quadric of each vertex: planes of its faces and of its open edges.
 pub(super) fn quadrics(mesh: &TriMesh) -> Vec<Quadric> {
@@ -22,7 +22,7 @@ pub(super) fn quadrics(mesh: &TriMesh) -> Vec<Quadric> {
         let normal = area_normal_f64(corners(mesh.faces()[edge.face as usize]));
         let along = positions[w as usize] - positions[v as usize];
         let across = normal.cross(along).normalize_or_zero();
-        let plane = Quadric::of_plane(across, positions[v as usize], BORDER_WEIGHT * 0.5 * normal.length());
+        let plane = Quadric::of_plane(across, positions[v as usize], BOUNDARY_WEIGHT * 0.5 * normal.length());
         [v, w].iter().for_each(|&v| quadrics[v as usize] += plane);
     }
     quadrics

@@ -5,7 +5,7 @@ use crate::mesh::TriMesh;
 /// How the last row of a sheet meets the first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Join {
-    /// Not at all: there is a border.
+    /// Not at all: there is a boundary.
     Open,
     /// Place by place.
     Round,

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn open_shapes_have_their_borders() {
+    fn open_shapes_have_their_boundaries() {
         let grid = topology(&grid(4, 3));
         assert_eq!((grid.boundary_edges, grid.boundary_loops, grid.genus), (14, 1, Some(0)));
         let cylinder = topology(&open_cylinder(12, 3));

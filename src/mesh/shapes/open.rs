@@ -1,4 +1,4 @@
-//! Shapes with borders.
+//! Shapes with boundaries.
 
 use std::f64::consts::TAU;
 

@@ -31,7 +31,7 @@ fn tetrahedron_faces([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 4] {
     [[a, c, b], [a, b, d], [b, c, d], [c, a, d]]
 }
 
-/// A strip around a circle that turns over once: one side, one border. n_around x n_across quads.
+/// A strip around a circle that turns over once: one side, one boundary. n_around x n_across quads.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::moebius_strip(20, 3).faces().len(), 120);

@@ -22,12 +22,12 @@ pub fn edges(original: &Original, simplified: &TriMesh, found: &Topology) -> [Fi
     let edges = open_edges(&original.mesh, simplified);
     let crossed = self_intersecting_faces(simplified).len();
     let wa = "edges with one, three or more faces (the paper's WA)";
-    let opened = "those of them that do not lie on a border of the original";
+    let opened = "those of them that do not lie on a boundary of the original";
     let fans = "vertices whose faces do not hang together over edges";
     [
         figure("edges_without_two_faces", "% of edges", wa, Some(edges.wa_percent())),
         figure("open_edges", "% of edges", opened, Some(edges.open_percent())),
-        figure("border_edges", "edges", "edges with one face", count(found.boundary_edges)),
+        figure("boundary_edges", "edges", "edges with one face", count(found.boundary_edges)),
         figure("non_manifold_edges", "edges", "edges with three or more faces", count(found.non_manifold_edges)),
         figure("flipped_edges", "edges", "edges whose two faces disagree on the side", count(found.inconsistent_edges)),
         figure("non_manifold_vertices", "vertices", fans, count(found.non_manifold_vertices)),

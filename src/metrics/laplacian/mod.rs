@@ -2,7 +2,7 @@
 //!
 //! The tufted cover makes every mesh a closed surface, mollification gives every triangle an area, and intrinsic flips
 //! make every weight positive: Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020). On a closed manifold
-//! mesh without bad triangles it is the usual cotangent Laplacian; at borders it has natural (Neumann) conditions.
+//! mesh without bad triangles it is the usual cotangent Laplacian; at boundaries it has natural (Neumann) conditions.
 
 mod delaunay;
 mod glued;

@@ -1,6 +1,6 @@
 //! The tufted cover of a mesh: two copies of each face, glued so that every side has exactly one neighbour.
 //!
-//! After Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), Sec. 3: whatever the mesh, also with borders,
+//! After Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), Sec. 3: whatever the mesh, also with boundaries,
 //! edges of many faces and faces that disagree on the side, its cover is closed, oriented and edge-manifold.
 
 use glam::DVec3;
@@ -11,7 +11,7 @@ use crate::mesh::half_edges::{HalfEdge, for_each_edge, next, start};
 
 /// Glues two copies of each face: `2 face` as it is and `2 face + 1` turned over.
 ///
-/// Around an edge the copies that look at each other are glued; at a border that is a face and its own other side.
+/// Around an edge the copies that look at each other are glued; at a boundary that is a face and its own other side.
 pub fn tufted_cover(mesh: &TriMesh) -> Glued {
     let n_half_edges = 6 * mesh.faces().len();
     let mut cover = Glued { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };

@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// pi^2 (i^2 + j^2), as no flow leaves the border.
+    /// pi^2 (i^2 + j^2), as no flow leaves the boundary.
     #[test]
     fn eigenvalues_of_the_square() {
         let values = lowest(&shapes::grid(40, 40), 20).values;

@@ -24,7 +24,6 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use super::limits::Limit;
 use super::options::{Report, SimplifyError};
 use super::progress::Progress;
-use attributes::corners::Corners;
 use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
@@ -45,8 +44,9 @@ pub use request::Importance;
 pub(super) use request::{Half, Keep, Request};
 pub(super) use result::Closed;
 
-/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen to
-/// the diagonals.
+/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen
+/// to the diagonals. Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.7 % farther at 30 and
+/// 1.7 % at 60; without flips 2.6 %.
 const COARSE: usize = 15;
 
 /// Simplifies `mesh` to the first of the limits, then on to each further one, from where the collapse stood before. The first
@@ -177,7 +177,7 @@ fn refine(
     let mut points = Points::new(&original.surface, output.positions.len());
     progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
-    output.corners = attributes.map(|attributes| Corners::new(original, attributes, &output));
+    attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
     let flips = is_coarse && request.parts.flips;
     let mut n_flipped = if flips { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
@@ -187,9 +187,8 @@ fn refine(
     }
     progress.enter("finish", output.faces().len())?;
     n_flipped += foldovers::repair(original, &mut output, is_coarse);
-    let carried = output.corners.take().zip(attributes);
-    let (attributes, corner_map) =
-        carried.map(|(corners, attributes)| corners.attributes(original, attributes, &output)).unzip();
+    let carried = attributes.and_then(|attributes| output.carried(original, attributes));
+    let (attributes, corner_map) = carried.unzip();
     let mut positions = result::local_positions(original, &output);
     let n_separated = duplicate_positions::separate(progress.pulse, &mut positions, &output.pins, &request.frame);
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));

@@ -16,9 +16,11 @@ use super::pins::Pins;
 use super::prepare::feature_edges::FeatureEdges;
 use super::prepare::surface::Surface;
 
-/// Points of the original that stand for the region of a vertex, at most.
+/// Points of the original that stand for the region of a vertex, at most, where foldovers are repaired. Nineteen
+/// training meshes at ratios 0.01 to 0.05: with 4 or 16 the mean distance moves by 0.1 %, the largest by 0.7 %.
 const POINTS: usize = 8;
-/// Squared distance over that of the closest face so far, up to which a search goes on from a face.
+/// Squared distance over that of the closest face so far, up to which a search goes on from a face. Twelve textured
+/// training meshes: texture coordinates are 1.3 % farther off at 1, 0.2 % nearer at 3.
 const SLACK: f32 = 1.5;
 
 /// The mesh as the closed assembly works on it.
@@ -91,7 +93,7 @@ impl<'a> Original<'a> {
     /// The other two corners of each face at a vertex.
     fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
         let ring = self.surface.neighbors(v);
-        let n_faces = if self.surface.rings.apex(v).is_none() { ring.len() } else { ring.len() - 1 };
+        let n_faces = if self.surface.rings.ghost(v).is_none() { ring.len() } else { ring.len() - 1 };
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
     }
 

@@ -2,11 +2,13 @@
 
 use glam::Vec3;
 
+use crate::mesh::Attributes;
 use crate::mesh::pulse::Pulse;
 
-use super::attributes::corners::Corners;
+use super::attributes::corners::{CornerMap, Corners};
 use super::diamond::Diamond;
 use super::faces_around::FacesAround;
+use super::original::Original;
 use super::pins::Pins;
 
 /// The lighter mesh while it is made.
@@ -24,7 +26,7 @@ pub struct Output {
     /// For each vertex of the surface the output vertex that its region became.
     pub vertex_of: Vec<u32>,
     /// What the corners carry, where they carry anything.
-    pub corners: Option<Corners>,
+    corners: Option<Corners>,
 }
 
 impl Output {
@@ -39,6 +41,17 @@ impl Output {
     ) -> Self {
         let around = FacesAround::new(pulse, positions.len(), &faces);
         Self { positions, faces, meant, around, pins, vertex_of, corners: None }
+    }
+
+    /// Takes note of what the corners carry; before the first flip.
+    pub fn carry(&mut self, original: &Original, attributes: &Attributes) {
+        self.corners = Some(Corners::new(original, attributes, &self.vertex_of, &self.faces, &self.around));
+    }
+
+    /// What the corners carry in the end, and where on the original they stand; nothing where that was not asked for.
+    pub fn carried(&mut self, original: &Original, attributes: &Attributes) -> Option<(Attributes, CornerMap)> {
+        let corners = self.corners.take()?;
+        Some(corners.attributes(original, attributes, &self.positions, &self.pins))
     }
 
     /// Faces, n_faces x 3.
@@ -110,7 +123,7 @@ impl Output {
     pub fn over(original: &[Vec3], positions: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Self {
         let nearest = |p: &Vec3| {
             let distance = |v: &u32| positions[*v as usize].distance_squared(*p);
-            (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap()
+            (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap_or(0)
         };
         let vertex_of = original.iter().map(nearest).collect();
         let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);

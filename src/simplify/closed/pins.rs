@@ -128,7 +128,7 @@ pub struct PlaneVertices {
 impl PlaneVertices {
     /// Takes the vertices over to those of the surface, where some are copies.
     pub fn of(surface: &Surface, half: &Half) -> Self {
-        let is_on = |(v, source): (u32, u32)| half.on_plane[source as usize] && surface.rings.apex(v).is_some();
+        let is_on = |(v, source): (u32, u32)| half.on_plane[source as usize] && surface.rings.ghost(v).is_some();
         Self::new(half.axis, (0..).zip(surface.sources()).map(is_on).collect())
     }
 

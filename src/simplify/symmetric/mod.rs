@@ -17,11 +17,11 @@ use crate::model::Weights;
 use super::assemblies::{Sizes, Task, closed_levels};
 use super::closed::{Closed, Half};
 use super::components::count_components;
-use super::driver::Used;
 use super::input::Input;
 use super::limits::resolve_levels;
 use super::options::{Assembly, Options, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
+use super::used::Used;
 use pairs::Pairs;
 use plane::Plane;
 use twofold::GroupPairs;
@@ -58,7 +58,7 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
     let options = task.options;
     let refused = [
         ("the paper's assembly", options.assembly == Assembly::Paper),
-        ("locked borders", options.lock_borders),
+        ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
         ("pruning", options.prune || options.prune_below > 0.0),
         ("a map", options.map),

@@ -8,9 +8,11 @@ use crate::simplify::options::{MirrorPlane, Symmetry};
 use crate::simplify::{Axis, SimplifyError};
 use crate::spatial::nearest_to;
 
-/// How far apart a vertex and the image of another may lie and still be one, over the diagonal.
+/// How far apart a vertex and the image of another may lie and still be one, over the diagonal. Of 25 training meshes
+/// five are symmetric so, and the same five at 1e-3; at 1e-5 four are, at 1e-6 three.
 const SAME: f64 = 1e-4;
-/// Vertices that the plane is looked for with.
+/// Vertices that the plane is looked for with. With 256 or with all vertices the same planes are found on five symmetric training
+/// meshes.
 const SAMPLES: usize = 4096;
 
 /// The plane in the coordinates of the mesh.

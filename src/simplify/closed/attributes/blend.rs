@@ -2,6 +2,9 @@
 
 use crate::mesh::Role;
 
+/// Length of a mean of unit vectors below which its direction is rounding: eight roundings of a coordinate.
+const LEAST_LENGTH: f32 = 1e-6;
+
 /// The mean of three values under these weights, as their role has it.
 pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     match role {
@@ -32,7 +35,7 @@ fn blend_numbers(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
 /// Unit length again; where the directions cancel out, the one that weighs most.
 fn normalise(out: &mut [f32], corners: [&[f32]; 3], weights: [f32; 3]) {
     let length = out.iter().map(|x| x * x).sum::<f32>().sqrt();
-    if length > 1e-6 {
+    if length > LEAST_LENGTH {
         out.iter_mut().for_each(|x| *x /= length);
     } else {
         out.copy_from_slice(corners[heaviest(weights)]);

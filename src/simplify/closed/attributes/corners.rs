@@ -6,17 +6,20 @@
 //! side: from the faces that the wedge comes of, over edges that are no seams. Texture coordinates and colours are then fitted
 //! over the faces (`values`).
 
+use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Channel, Role};
+use crate::simplify::closed::faces_around::FacesAround;
 use crate::simplify::closed::original::{Original, SurfacePoint};
-use crate::simplify::closed::output::Output;
+use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
 use super::values::{Fit, Wedges};
 
+/// No wedge, no vertex.
 const NONE: u32 = u32::MAX;
 
 /// What each corner of the result has to do with the original.
@@ -30,11 +33,17 @@ pub struct Corners {
 }
 
 impl Corners {
-    /// The corners of an output as the collapse left it: each face begins with its smallest vertex.
-    pub fn new(original: &Original, attributes: &Attributes, output: &Output) -> Self {
-        let (faces, around) = (output.faces(), output.around());
-        let came_of = faces_they_came_of(original, &output.vertex_of, faces);
-        let seams: FxHashSet<[u32; 2]> = original.features.edges_between(&output.vertex_of).into_iter().collect();
+    /// The corners of `faces`, as the collapse left them: each begins with its smallest vertex. `around` has the faces around each
+    /// vertex, `vertex_of` the output vertex of each vertex of the original.
+    pub fn new(
+        original: &Original,
+        attributes: &Attributes,
+        vertex_of: &[u32],
+        faces: &[[u32; 3]],
+        around: &FacesAround,
+    ) -> Self {
+        let came_of = faces_they_came_of(original, vertex_of, faces);
+        let seams: FxHashSet<[u32; 2]> = original.features.edges_between(vertex_of).into_iter().collect();
         let mut sets = UnionFind::new(3 * faces.len());
         let corner = |f: u32, v: u32| 3 * f + faces[f as usize].iter().position(|&w| w == v).unwrap_or(0) as u32;
         let group = |f: u32| match came_of[f as usize] {
@@ -88,10 +97,15 @@ impl Corners {
         self.wedges[f as usize][corner]
     }
 
-    /// What the corners of the output carry. At vertices that are pinned, and where all vertices are the mesh's, the values are
-    /// the original's.
-    pub fn attributes(self, original: &Original, attributes: &Attributes, output: &Output) -> (Attributes, CornerMap) {
-        let Output { positions, pins, .. } = output;
+    /// What the corners carry when the output vertices are at `positions`. At vertices that are pinned, and where all vertices
+    /// are the mesh's, the values are the original's.
+    pub fn attributes(
+        self,
+        original: &Original,
+        attributes: &Attributes,
+        positions: &[Vec3],
+        pins: &Pins,
+    ) -> (Attributes, CornerMap) {
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
         let sides = original.sides_of_seams();
         let closest =

@@ -25,13 +25,18 @@ const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.091_576, 0.816_848, 0.091_576], 0.109_952),
     ([0.091_576, 0.091_576, 0.816_848], 0.109_952),
 ];
-/// Weight of the value at the place nearest to the vertex against those over the faces.
+/// Weight of the value at the closest point of the original against those over the faces; it makes the system regular.
+/// Twelve textured training meshes: texture coordinates are 0.1 % nearer at 0, 0.6 % farther at 0.08.
 const STAY: f32 = 0.02;
-/// Steps toward the minimum; each leaves at most two thirds of what is missing.
+/// Steps toward the minimum. Each leaves at most 0.65 of what is missing, so that 0.6 % is left. Twelve textured
+/// training meshes: 6 steps are 0.05 % farther off, 24 no nearer.
 const STEPS: usize = 12;
-/// Weight of a wedge, on a surface of unit size, below which its values stay: with hardly any area nothing can be divided by it.
+/// Weight of a wedge, on a surface of unit size, below which its values stay: one over it times any value is still a
+/// finite `f32`.
 const LEAST: f32 = 1e-30;
-/// Length of a step, over that of Jacobi's: the system's eigenvalues, over its diagonal, lie between a half and two.
+/// Length of a step over that of Jacobi's. Eigenvalues of the system over its diagonal lie between 1/2 and 2 (Wathen
+/// 1987), so 0.7 leaves at most `max(1 - 0.35, 1.4 - 1)` = 0.65 of an error. Texture coordinates are 0.4 % farther off
+/// at 0.9, the same at 0.5.
 const DAMPED: f32 = 0.7;
 
 /// The wedges of a result.

@@ -13,11 +13,14 @@ use super::quotient::{far_half, members};
 use super::sums::Sum;
 use crate::simplify::closed::prepare::surface::Surface;
 
-/// A region is costly from this many times the mean error on.
+/// A region is costly from this many times the mean error on. Twelve large training meshes at ratios 0.03 to 0.15: the
+/// mean distance is 0.5 % farther at 2 and 1.0 % at 8, the largest 4 % at 8.
 const COSTLY: f64 = 4.0;
-/// Share of the whole error in costly regions above which they are cut.
+/// Share of the whole error in costly regions above which they are cut. Twelve large training meshes at ratios 0.03 to
+/// 0.15: the mean distance is 0.3 % nearer at 0.1 and 1.1 % farther at 0.4.
 const HEAVY: f64 = 0.2;
-/// How often the mean is taken anew.
+/// How often the mean is taken anew: a bound. At 4 and at 16 none of 48 results of twelve large training meshes
+/// differs.
 const ROUNDS: usize = 8;
 /// Regions that are cut between two beats: at a few microseconds each, about ten milliseconds.
 const TOGETHER: usize = 4096;

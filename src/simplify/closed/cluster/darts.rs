@@ -14,16 +14,29 @@ use super::edge_lengths::EdgeLengths;
 use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::prepare::surface::Surface;
 
-/// Area per dart in squares of its radius, as maximal dart throwing leaves it on fine meshes (measured).
+/// Area per dart in squares of its radius. Discs of diameter r thrown at random jam at 0.547 of the area, which leaves
+/// each `(pi / 4) / 0.547` = 1.44 squares.
 const AREA_PER_DART: f64 = 1.45;
-/// Vertices that are shuffled among each other.
+/// Vertices that are shuffled among each other: few enough to stay in the cache while darts are thrown at them. The
+/// order hardly matters. Twelve large training meshes at ratios 0.03 to 0.15: the mean distance is the same at 512 and
+/// 0.5 % nearer at 65,536.
 const BLOCK: usize = 4096;
 /// Vertices that darts are thrown at side by side, as many as fit into a few megabytes with all that is known of them.
+/// Samples of two runs may lie close together. Twelve large training meshes at ratios 0.03 to 0.15: at 16,384 the mean
+/// distance is 1.6 % farther.
 const RUN: usize = 16 * BLOCK;
-/// How often the radius may shrink until there is room for all darts.
+/// How often the radius may change until there is room for all darts: a bound, after which every vertex is a sample. At
+/// `SHRINK` alone the radius has halved by then.
 const MOST_TRIES: usize = 40;
-/// A radius beyond which more changes nothing once it has changed nothing: every component holds one dart.
+/// A radius, in a box of unit size, at which every component holds one dart: where more than those asked for are left
+/// there, a larger one changes nothing.
 const MOST_RADIUS: f64 = 1e3;
+/// Darts over those asked for from which on they are thrown anew with a larger radius. Of 48 results of twelve large
+/// training meshes five differ at 1.1 and three at 1.5, by 0.1 % in the mean distance.
+const TOO_MANY: f64 = 1.2;
+/// What the radius shrinks by beyond what the missing darts ask for, so that the next try has enough. Twelve large
+/// training meshes: at 0.9 the mean distance is 0.8 % farther, at 0.999 the same.
+const SHRINK: f64 = 0.98;
 
 /// Throws at least `n_samples` darts, and not many more.
 pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {
@@ -35,15 +48,15 @@ pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, s
     for _ in 0..MOST_TRIES {
         let share = field.samples.len() as f64 / n_samples as f64;
         let one_each = radius > MOST_RADIUS && field.samples.len() == n_before;
-        if (1.0..1.2).contains(&share) || one_each {
+        if (1.0..TOO_MANY).contains(&share) || one_each {
             break;
         }
         n_before = field.samples.len();
-        if share >= 1.2 {
+        if share >= TOO_MANY {
             radius *= share.sqrt();
             field = Field::new(surface, lengths);
         } else {
-            radius *= 0.98 * share.sqrt();
+            radius *= SHRINK * share.sqrt();
             field.uncover(radius as f32);
         }
         field.cover(&order, radius as f32);
@@ -86,7 +99,7 @@ fn radius_for(surface: &Surface, lengths: &EdgeLengths, n_samples: usize) -> f64
         let disc = AREA_PER_DART * radius * radius;
         cells.iter().map(|&(area, count)| count * chance(area / disc)).sum::<f64>()
     };
-    let (mut low, mut high) = (1e-9, 1e3);
+    let (mut low, mut high) = (1e-9, MOST_RADIUS);
     for _ in 0..32 {
         let middle = f64::sqrt(low * high);
         if expected(middle) > n_samples as f64 {
@@ -100,6 +113,7 @@ fn radius_for(surface: &Surface, lengths: &EdgeLengths, n_samples: usize) -> f64
 
 /// How many areas there are of each size, sizes within three percent as one: (mean area, count).
 fn histogram(pulse: Pulse, areas: &[f32]) -> Vec<(f64, f64)> {
+    /// Five bits of the mantissa are left: 32 sizes between a number and twice that, 3 % apart.
     const SHIFT: u32 = 18;
     let mut bins = vec![(0.0f64, 0u32); (u32::MAX >> (SHIFT + 1)) as usize + 1];
     for areas in pulse.counting_if(false).over(areas) {
@@ -127,7 +141,7 @@ struct Field<'a> {
     owner: Vec<u32>,
     samples: Vec<u32>,
     /// The vertices with neighbours in another run, some of them more than once.
-    borders: Vec<u32>,
+    boundaries: Vec<u32>,
 }
 
 impl<'a> Field<'a> {
@@ -139,7 +153,7 @@ impl<'a> Field<'a> {
             distance: vec![f32::INFINITY; n],
             owner: vec![0; n],
             samples: Vec::new(),
-            borders: Vec::new(),
+            boundaries: Vec::new(),
         }
     }
 
@@ -151,16 +165,16 @@ impl<'a> Field<'a> {
         let covered = runs.enumerate().map(|(i, ((distance, owner), order))| {
             let mut run = Run::new(surface, lengths, (i * RUN) as u32, distance, owner);
             run.cover(order, radius);
-            (run.samples, run.borders)
+            (run.samples, run.boundaries)
         });
         let covered: Vec<_> = covered.collect();
-        for (samples, borders) in covered {
+        for (samples, boundaries) in covered {
             self.samples.extend(samples);
-            self.borders.extend(borders);
+            self.boundaries.extend(boundaries);
         }
         surface.pulse.beat(0);
         let mut whole = Run::new(surface, lengths, 0, &mut self.distance, &mut self.owner);
-        whole.front = self.borders.iter().map(|&v| (v, whole.distance[v as usize])).collect();
+        whole.front = self.boundaries.iter().map(|&v| (v, whole.distance[v as usize])).collect();
         whole.grow(radius);
         surface.pulse.beat(0);
     }
@@ -200,7 +214,7 @@ struct Run<'a> {
     /// Samples that were planted here.
     samples: Vec<u32>,
     /// Vertices with neighbours elsewhere that something grew from.
-    borders: Vec<u32>,
+    boundaries: Vec<u32>,
     /// Vertices with the distance at which they were reached; those before `next` are done.
     front: Vec<(u32, f32)>,
     next: usize,
@@ -221,7 +235,7 @@ impl<'a> Run<'a> {
             distance,
             owner,
             samples: Vec::new(),
-            borders: Vec::new(),
+            boundaries: Vec::new(),
             front: Vec::new(),
             next: 0,
         }
@@ -276,11 +290,11 @@ impl<'a> Run<'a> {
         }
         let owner = self.owner[place];
         let neighbors = self.surface.neighbors(v);
-        let mut is_border = false;
+        let mut is_boundary = false;
         for (&w, &length) in neighbors.iter().zip(self.lengths.of(self.surface, v)) {
             let place = w.wrapping_sub(self.first) as usize;
             let Some(reached) = self.distance.get_mut(place) else {
-                is_border = true;
+                is_boundary = true;
                 continue;
             };
             let there = distance + length;
@@ -290,8 +304,8 @@ impl<'a> Run<'a> {
                 self.front.push((w, there));
             }
         }
-        if is_border {
-            self.borders.push(v);
+        if is_boundary {
+            self.boundaries.push(v);
         }
     }
 }

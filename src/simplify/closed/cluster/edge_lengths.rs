@@ -12,7 +12,9 @@ use crate::mesh::shares::shares;
 
 use crate::simplify::closed::prepare::surface::Surface;
 
-/// The radius of curvature, in bounding-box diagonals, at which bending counts as much as length.
+/// The radius of curvature, in bounding-box diagonals, at which bending counts as much as length. Twelve large training
+/// meshes at ratios 0.03 to 0.15: the mean distance is 0.3 % nearer at 1 and 0.2 % farther at 4; without bending it is
+/// 3.7 % farther, the normals 11 %.
 const BEND: f32 = 2.0;
 
 /// A length for every ring entry, and each vertex's area in the same metric.
@@ -37,7 +39,7 @@ impl EdgeLengths {
 
     /// The edges from the vertices of `share`.
     fn part(surface: &Surface, share: Range<usize>) -> Self {
-        // Rings have six neighbours on average, and apexes.
+        // Rings have six neighbours on average, and ghost vertices.
         let mut lengths = Vec::with_capacity(7 * share.len());
         let mut areas = Vec::with_capacity(share.len());
         for vertices in surface.pulse.through(share) {
@@ -70,7 +72,7 @@ fn measure(surface: &Surface, v: u32, lengths: &mut Vec<f32>) -> f32 {
         plain += squared;
         bent += metric;
     }
-    if surface.rings.apex(v).is_some() {
+    if surface.rings.ghost(v).is_some() {
         lengths.push(0.0);
     }
     surface.weight(v as usize) as f32 * if plain > 0.0 { bent / plain } else { 1.0 }
@@ -102,7 +104,7 @@ mod tests {
         let mesh = shapes::grid(6, 6);
         let surface = Surface::new(&mesh, Pulse::NONE);
         let lengths = EdgeLengths::new(&surface);
-        let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.apex(v).is_none());
+        let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.ghost(v).is_none());
         for v in inner {
             assert!((lengths.areas[v as usize] - surface.weight(v as usize) as f32).abs() < 1e-7);
             for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(&surface, v)) {

@@ -17,12 +17,14 @@ use super::assignment::Assignment;
 use crate::simplify::closed::prepare::surface::Surface;
 use crate::simplify::closed::request::Importance;
 
-/// Scores farther than this from their mean count as if they were not.
+/// Scores farther than this from their mean count as if they were not. It bounds the importance at 33 times the mean
+/// for any network; the shipped weights stay within 2 on sixteen training meshes.
 const MOST_SCORE: f32 = 3.5;
-/// Vertices whose edges stand for all in the mean length.
+/// Vertices whose edges stand for all in the mean length: 12,000 edges tell it within 1 %. Sixteen training meshes: the
+/// mean distance moves by 0.2 % with 256 vertices or with all, as with another order of the vertices.
 const MEASURED: usize = 2048;
-/// Vertices per region from which on the sample's score stands for all of them. In smaller regions vertices beside a
-/// sharp edge want their own: with one score per region of three, five machine parts lay 4 to 49 percent farther off.
+/// Vertices per region from which on the sample's score stands for all of them. Twelve large training meshes at ratios
+/// 0.03 to 0.15: at 1 and at 16 the mean distance is 0.1 % farther; fewer scores take less time.
 const LARGE: usize = 4;
 /// Vertices that are scored between two beats: at less than a microsecond each, about ten milliseconds on one thread.
 const TOGETHER: usize = 1 << 14;
@@ -89,7 +91,7 @@ fn scores(surface: &Surface, weights: &Weights) -> Vec<f32> {
     surface_scores(weights, &surface.positions, &surface.normals, &rings)
 }
 
-/// The rings as sparse rows, apexes left out.
+/// The rings as sparse rows, ghost vertices left out.
 fn edges(surface: &Surface) -> Csr {
     Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }

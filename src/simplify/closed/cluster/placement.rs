@@ -16,13 +16,20 @@ use super::sums::Sum;
 use crate::mesh::shares::PARALLEL;
 use crate::simplify::closed::prepare::surface::Surface;
 
-/// Weight of the distance to the region's vertices against that to its planes. More would round corners off,
-/// less would lose the places of vertices on flat parts in rounding.
+/// Weight of the distance to the region's vertices against that to its planes, which say nothing along a flat part.
+/// Sixteen training meshes at ratios 0.05 to 0.5: at 1e-5 the mean distance is 1.6 % farther, the largest 3 %; at 1e-7
+/// 0.2 % nearer.
 pub const PULL: f32 = 1e-6;
-/// The same where the minimum lies far outside the region.
+/// The same where the minimum lies far outside the region. Twelve large training meshes at ratios 0.03 to 0.15: at 1e-4
+/// and 1e-2 the mean distance is the same, the largest 1 to 2 % farther.
 pub const FIRM_PULL: f64 = 1e-3;
-/// How far outside is far, in standard deviations of the region's vertices.
+/// How far outside is far, in standard deviations of the region's vertices. Twelve large training meshes at ratios 0.03
+/// to 0.15: the mean distance is the same at 2 and at 8, the largest 2 % farther at 8.
 const FAR: f64 = 4.0;
+/// How often regions at the corners of turned faces are placed anew. Twelve large training meshes at ratios 0.03 to
+/// 0.15: without, 35 faces of the results are turned and not 9, and the largest distance is 4 % farther; after one
+/// round 10 are, after four 9.
+const ROUNDS: usize = 2;
 
 /// How the vertex of a region was placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +105,7 @@ pub fn place<'a>(
     }
     let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
     let mut positions: Vec<DVec3> = surface.pulse.map(sums, best);
-    for _ in 0..2 {
+    for _ in 0..ROUNDS {
         let turned = turned_regions(surface, &positions, sums, faces);
         if turned.is_empty() {
             break;

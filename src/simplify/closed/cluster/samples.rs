@@ -12,9 +12,11 @@ use super::darts::throw_darts;
 use super::edge_lengths::EdgeLengths;
 use super::sums::{Sum, sums};
 
-/// Share of the samples that are darts; the rest is for cutting regions that cost too much.
+/// Share of the samples that are darts; the rest is for cutting regions that cost too much. Twelve large training
+/// meshes at ratios 0.03 to 0.15: the mean distance is 0.2 % farther at 0.8 and 1.2 % at 1, the largest 1 % and 6 %.
 const DARTS: f64 = 0.9;
-/// Above this share of the vertices the samples are all vertices.
+/// Above this share of the vertices the samples are all vertices: darts would take their time and leave out a tenth at
+/// most.
 const NEARLY_ALL: f64 = 0.9;
 
 /// How many samples a request asks for.

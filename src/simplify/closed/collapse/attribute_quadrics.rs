@@ -15,11 +15,14 @@ use crate::simplify::closed::cluster::assignment::Assignment;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::original::Original;
 
-/// Numbers of a colour, at most.
+/// Numbers of a colour, at most: red, green, blue, opacity.
 const MOST: usize = 4;
-/// The length, of a surface of unit size, that counts as much as a colour from dark to bright.
+/// The length, of a surface of unit size, that counts as much as a colour from dark to bright. It trades shape for
+/// colour. Twelve painted training meshes: 0.005 is 16 % nearer and 4 % farther off in colour, 0.02 is 22 % farther and
+/// 2 % nearer in colour.
 const LENGTH: f64 = 0.01;
-/// Squared sine of the angle at a corner below which a face is too thin to tell how a colour changes across it.
+/// Squared sine of the angle at a corner below which a face is too thin to tell how a colour changes across it. Twelve
+/// painted training meshes: at 1e-8 or 1e-4 no figure moves by more than 0.1 %.
 const THIN: f64 = 1e-6;
 
 /// The sums of a region about its vertex.

@@ -13,16 +13,17 @@ use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::limits::Limit;
 use crate::spatial::curve_order;
 
-use super::complex::{Collapse, NONE, apexes, merges_to};
+use super::complex::{Collapse, NONE, ghosts, merges_to};
 use super::links::Links;
 use super::pair::Node;
 use super::rounds::price_of_round;
 
-/// Vertices of a block.
+/// Vertices of a block: a vertex takes about 150 bytes with its neighbours and prices, a block 5 MB.
 const BLOCK: usize = 32_768;
-/// Blocks from which on there is more within them than between them.
+/// Blocks from which on there is more within them than between them: with one there is nothing to do side by side.
 const LEAST_BLOCKS: usize = 2;
-/// Share of the merges that are left to the whole.
+/// Share of the merges that are left to the whole, which prices the edges between the blocks, too: the frozen vertices,
+/// a few percent, have no other turn.
 const LEFT: f64 = 0.02;
 
 impl<'a> Collapse<'a> {
@@ -38,7 +39,7 @@ impl<'a> Collapse<'a> {
 /// A complex over these positions, quadrics and rings, most of the way down to the limit.
 fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse<'a> {
     let n_vertices = rings.n_vertices();
-    let (apexes, n_faces) = apexes(rings);
+    let (ghosts, n_faces) = ghosts(rings);
     let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array(), || pulse.beat(0));
     let split = Split::new(pulse.counting_if(false), order, n_vertices.div_ceil(BLOCK));
     pulse.beat(0);
@@ -48,7 +49,7 @@ fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
     let share = n_free as f64 / n_vertices as f64;
     descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces) as f64) as usize);
-    split.joined(pulse, blocks, apexes, n_faces)
+    split.joined(pulse, blocks, ghosts, n_faces)
 }
 
 /// Takes away about as many vertices as are `to_do`, never more, in rounds of all blocks together.
@@ -123,8 +124,8 @@ impl Split {
         Collapse { frozen, ..Collapse::of(placed.pulse(), nodes, links, [n_inner, 2 * n_inner]) }
     }
 
-    /// One complex again, of what lives in the blocks, with the apexes and out of as many faces as it had before.
-    fn joined<'a>(&self, pulse: Pulse<'a>, blocks: Vec<Collapse>, apexes: Vec<Node>, n_faces: usize) -> Collapse<'a> {
+    /// One complex again, of what lives in the blocks, with the ghost vertices and out of as many faces as it had before.
+    fn joined<'a>(&self, pulse: Pulse<'a>, blocks: Vec<Collapse>, ghosts: Vec<Node>, n_faces: usize) -> Collapse<'a> {
         let mut n_before = 0;
         let numbered = blocks.into_iter().map(|block| {
             let first = n_before;
@@ -143,17 +144,17 @@ impl Split {
 
         let elsewhere = |w: u32| match (w as usize).checked_sub(begun.len()) {
             None => begun[w as usize],
-            Some(apex) => (n_inner + apex) as u32,
+            Some(ghost) => (n_inner + ghost) as u32,
         };
         let part = |((_, block), numbers): ((u32, Collapse), &Vec<u32>)| block.part(numbers, elsewhere);
         let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
         let n_merged = self.order.len() - n_inner;
-        Collapse { begun, ..whole_of(pulse, parts, apexes, [n_inner, n_faces - 2 * n_merged]) }
+        Collapse { begun, ..whole_of(pulse, parts, ghosts, [n_inner, n_faces - 2 * n_merged]) }
     }
 }
 
-/// The complex of these parts and the apexes, with so many vertices and faces.
-fn whole_of<'a>(pulse: Pulse<'a>, parts: Vec<Part>, apexes: Vec<Node>, [n_inner, n_faces]: [usize; 2]) -> Collapse<'a> {
+/// The complex of these parts and the ghost vertices, with so many vertices and faces.
+fn whole_of<'a>(pulse: Pulse<'a>, parts: Vec<Part>, ghosts: Vec<Node>, [n_inner, n_faces]: [usize; 2]) -> Collapse<'a> {
     let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
     let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
     for part in parts {
@@ -164,12 +165,12 @@ fn whole_of<'a>(pulse: Pulse<'a>, parts: Vec<Part>, apexes: Vec<Node>, [n_inner,
         unpriced.extend(part.unpriced);
     }
     let all_nodes = || {
-        let mut nodes = Vec::with_capacity(n_inner + apexes.len());
+        let mut nodes = Vec::with_capacity(n_inner + ghosts.len());
         for (n_before, part) in nodes_of {
             pulse.beat(0);
             nodes.extend(part.into_iter().map(|node| Node { ring: node.ring.after(n_before), ..node }));
         }
-        nodes.extend(apexes);
+        nodes.extend(ghosts);
         nodes
     };
     let all_links = || {

@@ -1,7 +1,7 @@
 //! The ordered neighbours of every vertex, as a collapse changes them, and what it costs to merge with each: lists in blocks
 //! of eight, so that most of what is asked of them takes one pass over eight numbers.
 
-/// Neighbours in a block.
+/// Neighbours in a block: the prices fill one register of 256 bits, prices and neighbours one cache line.
 pub(super) const WIDTH: usize = 8;
 /// No vertex: what fills a block up.
 const NONE: u32 = u32::MAX;
@@ -20,7 +20,7 @@ impl Span {
         self.len as usize
     }
 
-    /// That of an apex with so many neighbours, which are not listed.
+    /// That of a ghost vertex with so many neighbours, which are not listed.
     pub fn unlisted(len: u32) -> Self {
         Self { block: 0, len }
     }

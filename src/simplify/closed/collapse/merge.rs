@@ -7,7 +7,8 @@ use crate::geometry::triangle::area_normal;
 use super::complex::{Collapse, Merge, has_area};
 use super::pair::{LocalQuadric, MergedVertex, Pair};
 
-/// Least cosine between a face's normals before and after a collapse.
+/// Least cosine between a face's normals before and after a collapse. Nineteen training meshes at ratios 0.01 to 0.05:
+/// the largest distance is 2 to 3 % farther at 0 and at 0.4, the mean the same within 0.3 %.
 const LEAST_COSINE: f32 = 0.2;
 
 impl Collapse<'_> {
@@ -79,8 +80,8 @@ impl Collapse<'_> {
         let next = if at + 1 == of_u.len() { 0 } else { at + 1 };
         let opposite = [next, if at == 0 { of_u.len() - 1 } else { at - 1 }].map(|i| self.links.at(of_u, i));
         let n_shared = self.links.n_shared(of_u, of_v);
-        let on_border = opposite.iter().any(|&w| self.is_apex(w));
-        let bridges = || [u, v].iter().all(|&end| self.ring(end).any(|w| self.is_apex(w))) && !on_border;
+        let on_boundary = opposite.iter().any(|&w| self.is_ghost(w));
+        let bridges = || [u, v].iter().all(|&end| self.ring(end).any(|w| self.is_ghost(w))) && !on_boundary;
         let ok = n_shared == 2
             && (of_u.len() > 3 || of_v.len() > 3)
             && opposite.iter().all(|&w| self.nodes[w as usize].ring.len() > 3)
@@ -115,13 +116,13 @@ impl Collapse<'_> {
     #[inline(always)]
     pub(super) fn merge(&mut self, u: u32, v: u32, opposite: [u32; 2]) {
         self.n_vertices -= 1;
-        self.n_faces -= opposite.iter().filter(|&&w| !self.is_apex(w)).count();
+        self.n_faces -= opposite.iter().filter(|&&w| !self.is_ghost(w)).count();
         self.merged[v as usize] = u;
         let [of_u, of_v] = [u, v].map(|w| self.nodes[w as usize].ring);
         for i in 0..of_v.len() {
             let w = self.links.at(of_v, i);
             let is_opposite = opposite.contains(&w);
-            if self.is_apex(w) {
+            if self.is_ghost(w) {
                 let ring = &mut self.nodes[w as usize].ring;
                 *ring = if is_opposite { ring.shorter() } else { *ring };
             } else if is_opposite {

@@ -1,6 +1,6 @@
 //! Edge collapse with carried quadrics (Garland and Heckbert 1997) down to a target, on a closed complex.
 //!
-//! Borders are closed by apexes that never move, so the link condition of closed surfaces (Dey et al. 1999)
+//! Boundaries are closed by ghost vertices that never move, so the link condition of closed surfaces (Dey et al. 1999)
 //! is all that keeps the topology: the ends of an edge share exactly the two vertices opposite to it. In which order edges go
 //! is said in `rounds`.
 //!
@@ -106,7 +106,7 @@ mod tests {
             let price = |&[u, v]: &[u32; 2]| collapse.pair(u, v).placement().price;
             let of = |u: u32| collapse.ring(u).filter(move |&v| v > u).map(move |v| [u, v]);
             let mut edges: Vec<[u32; 2]> =
-                collapse.living().flat_map(of).filter(|&[_, v]| !collapse.is_apex(v)).collect();
+                collapse.living().flat_map(of).filter(|&[_, v]| !collapse.is_ghost(v)).collect();
             edges.sort_by(|x, y| price(x).total_cmp(&price(y)));
             assert!(edges.iter().any(|&[u, v]| collapse.try_collapse(u, v)));
         }

@@ -12,9 +12,11 @@ use crate::geometry::Quadric;
 use super::links::{Span, WIDTH};
 use crate::simplify::closed::cluster::placement::Placement;
 
-/// A merged vertex lies at most this many edge lengths from the middle of its edge.
+/// A merged vertex lies at most this many edge lengths from the middle of its edge. Sixteen training meshes at ratios
+/// 0.05 to 0.5: 1 or 4 move the mean distance by 0.1 % at most, the largest by 1 %.
 const REACH: f64 = 2.0;
-/// Pivot of a summed quadric over its trace below which single precision knows of no minimum in its direction.
+/// Pivot of a summed quadric over its trace below which single precision knows of no minimum in its direction: eight of
+/// its roundings. Sixteen training meshes: the largest distance is 1.4 % farther at 1e-7, the root mean square 1.2 %.
 const LEAST_PIVOT: f32 = 1e-6;
 
 /// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.

@@ -12,17 +12,22 @@ use super::complex::{Collapse, End, NONE, merges_to};
 use super::links::WIDTH;
 use super::pair::{Node, prices_around};
 
-/// An edge that may not go now is tried again at so many times its price.
+/// An edge that may not go now is tried again at so many times its price. Results hardly depend on it: at 1.2 and 2.5
+/// one of 64 differs (sixteen training meshes, four ratios).
 const PATIENCE: f32 = 1.5;
-/// Merges that are left to do, for each vertex that a round visits.
+/// Merges that are left to do, for each vertex that a round visits. Sixteen training meshes, four ratios: at 1 the
+/// largest distance is 5 % farther; at 4 the mean is 0.5 % nearer, for more rounds.
 const MERGES_PER_VISIT: usize = 2;
-/// Vertices whose prices are looked at together.
+/// Vertices whose prices are looked at together: one cache line of them. Results do not depend on it.
 const CHUNK: usize = 16;
-/// Vertices whose prices stand for all.
+/// Vertices whose prices stand for all. Sixteen training meshes, four ratios: 256 or 4096 move the mean distance by
+/// 0.4 %, as another order of the vertices does.
 const SAMPLES: usize = 1024;
 /// Vertices that are priced or visited between two beats: a few milliseconds.
 const BETWEEN_BEATS: usize = 4096;
-/// Samples below the price of a round, at least; where there would be fewer, the prices of all vertices are looked at.
+/// Samples below the price of a round, at least, so that their number is right within a quarter; where there would be
+/// fewer, the prices of all vertices are looked at. At 4 or 64 the mean distance moves by 0.2 % (sixteen training
+/// meshes).
 const LEAST_SAMPLES: usize = 16;
 
 /// Pricing the edges of some vertices, or of all, as work that is compiled for the instructions at hand.
@@ -99,6 +104,8 @@ impl Collapse<'_> {
     /// Whether rounds up to `most` have tried every edge since the last merge, which was in a round up to `last_merge`: a vertex
     /// that has tried all of its edges in vain begins anew at [`PATIENCE`] times the price.
     fn all_were_tried(&self, most: f32, last_merge: f32) -> bool {
+        /// A vertex that has tried its edges in vain waits until the price is [`PATIENCE`] times as high; after twice
+        /// that every edge was tried.
         const TWICE: f32 = PATIENCE * PATIENCE;
         most > last_merge * TWICE && most > self.highest() * TWICE
     }
@@ -212,10 +219,10 @@ impl Collapse<'_> {
                 let node = |i: usize| &self.nodes[if i < n { ends[i] } else { u } as usize];
                 prices_around(&self.nodes[u as usize], std::array::from_fn(node))
             } else {
-                ends.map(|w| if self.is_apex(w) { f32::INFINITY } else { self.constrained_price(u, w) })
+                ends.map(|w| if self.is_ghost(w) { f32::INFINITY } else { self.constrained_price(u, w) })
             };
             for (price, w) in prices.iter_mut().zip(ends) {
-                let may_go = !self.is_apex(w) && !self.is_frozen(w) && *price < f32::INFINITY;
+                let may_go = !self.is_ghost(w) && !self.is_frozen(w) && *price < f32::INFINITY;
                 *price = if may_go { *price } else { f32::INFINITY };
             }
             *self.links.prices_mut(block) = prices;
@@ -236,7 +243,7 @@ impl Collapse<'_> {
             let (ends, prices) = (*self.links.block(block), *self.links.prices(block));
             for (w, price) in ends.into_iter().zip(prices) {
                 // Behind the last neighbour stands what is no vertex either.
-                if self.is_apex(w) || self.is_frozen(w) {
+                if self.is_ghost(w) || self.is_frozen(w) {
                     continue;
                 }
                 let Node { partner, ring, .. } = self.nodes[w as usize];

@@ -171,7 +171,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
     }
 
-    /// Meshes with the sizes that lead over every branch: fits with and without flips, all vertices as samples, borders,
+    /// Meshes with the sizes that lead over every branch: fits with and without flips, all vertices as samples, boundaries,
     /// flat parts, sheets that were split.
     fn cases() -> Vec<(TriMesh, usize)> {
         vec![

@@ -1,20 +1,20 @@
 //! Plane quadrics of the input's vertices as a function of the positions, in double precision, with derivative.
 //!
-//! What `surface` gathers in `f32`: a third of every face's plane to each of its corners, lines along border
+//! What `surface` gathers in `f32`: a third of every face's plane to each of its corners, lines along boundary
 //! edges, and a small weight for vertices that have none. Which vertices have none, and that weight, are constant.
 
 use glam::{DMat3, DVec3};
 
 use super::algebra::{area_normal_backward, outer, trace};
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::prepare::surface::{BORDER_WEIGHT, Surface, least_weight};
+use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, Surface, least_weight};
 
-/// The faces and border edges that count.
+/// The faces and boundary edges that count.
 pub(super) struct Planes {
     /// Faces of the input, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Border edges, n x 2.
-    borders: Vec<[u32; 2]>,
+    /// Boundary edges, n x 2.
+    boundaries: Vec<[u32; 2]>,
     /// Vertices without area.
     weightless: Vec<u32>,
     /// What they weigh along each axis.
@@ -34,9 +34,9 @@ pub(super) struct Gathered {
 impl Planes {
     /// The planes of a surface, whose vertices lie at `positions`.
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
-        let borders = surface.rings.apex_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
+        let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
-        let bare = Self { faces, borders, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
+        let bare = Self { faces, boundaries, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());
         let weightless = (0..weights.len() as u32).filter(|&v| weights[v as usize] < support).collect();
@@ -56,9 +56,9 @@ impl Planes {
                 face.iter().for_each(|&v| matrices[v as usize] += plane);
             }
         }
-        for &[w, v] in &self.borders {
+        for &[w, v] in &self.boundaries {
             let edge = positions[w as usize] - positions[v as usize];
-            let line = (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BORDER_WEIGHT);
+            let line = (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BOUNDARY_WEIGHT);
             matrices[w as usize] += line;
             matrices[v as usize] += line;
         }
@@ -71,7 +71,7 @@ impl Planes {
     pub fn backward(&self, positions: &[DVec3], at: &Gathered, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
-        for &[w, v] in &self.borders {
+        for &[w, v] in &self.boundaries {
             let edge = positions[w as usize] - positions[v as usize];
             let to_edge = line_backward(edge, &(gradient(w) + gradient(v)));
             to_positions[w as usize] += to_edge;
@@ -97,7 +97,7 @@ fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     }
 }
 
-/// Derivative of the quadric of the line along a border edge, `e'e I - e e'` times its weight.
+/// Derivative of the quadric of the line along a boundary edge, `e'e I - e e'` times its weight.
 fn line_backward(edge: DVec3, gradient: &DMat3) -> DVec3 {
-    (edge * trace(gradient) - *gradient * edge) * (2.0 * f64::from(BORDER_WEIGHT))
+    (edge * trace(gradient) - *gradient * edge) * (2.0 * f64::from(BOUNDARY_WEIGHT))
 }

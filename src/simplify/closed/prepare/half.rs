@@ -31,10 +31,10 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
 
 /// Adds the lines along boundaries of the whole mesh, where these meet the plane, and their images.
 fn add_boundaries(surface: &Surface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
-    let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.apex_faces() };
+    let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
     for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {
         let v = if plane.has(a) { a } else { b };
-        let line = with_image(plane, surface.line_along_border([a, b]));
+        let line = with_image(plane, surface.line_along_boundary([a, b]));
         add(&mut sums[v as usize], &line);
     }
 }

@@ -13,9 +13,13 @@ use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
 
 use crate::mesh::shares::PARALLEL;
 
-/// How much a border counts against the surface: weight of the squared distance from the line along a border edge at either
-/// end, over the edge's squared length.
-pub const BORDER_WEIGHT: f32 = 3.0;
+/// How much a boundary counts against the surface: weight of the squared distance from the line along a boundary edge
+/// at either end, over the edge's squared length. Twelve open training meshes at ratios 0.05 and 0.2: the mean distance
+/// is 1.0 % nearer at 0.3, where the largest is 3 % farther, and 1.5 % farther at 10.
+pub const BOUNDARY_WEIGHT: f32 = 3.0;
+/// Weight of a vertex over the mean below which it gets as much along each axis. It makes the empty quadrics of faces
+/// without area regular: at 1e-5 no result of 64 of training meshes differs, at 1e-3 four do.
+const LIGHT: f64 = 1e-4;
 
 /// Normals that are made unit vectors between two beats: at a few nanoseconds each, about five milliseconds.
 const TOGETHER: usize = 1 << 20;
@@ -88,7 +92,7 @@ impl<'a> Surface<'a> {
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
         let (normals, mut quadrics) = face_sums(pulse, &positions, &faces);
-        add_border_lines(&positions, &rings, &mut quadrics);
+        add_boundary_lines(&positions, &rings, &mut quadrics);
         support_weightless(pulse, &mut quadrics);
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, pulse, copies }
     }
@@ -100,8 +104,8 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The quadric of the line along an edge of a border, an upper triangle.
-    pub fn line_along_border(&self, edge: [u32; 2]) -> [f32; 6] {
+    /// The quadric of the line along an edge of a boundary, an upper triangle.
+    pub fn line_along_boundary(&self, edge: [u32; 2]) -> [f32; 6] {
         line_along(edge, &self.positions)
     }
 
@@ -133,16 +137,16 @@ impl<'a> Surface<'a> {
         self.positions.len()
     }
 
-    /// The weight of a vertex: its area, and what borders add, times its importance.
+    /// The weight of a vertex: its area, and what boundaries add, times its importance.
     pub fn weight(&self, vertex: usize) -> f64 {
         let quadric = self.quadrics[vertex];
         f64::from(quadric[0] + quadric[3] + quadric[5])
     }
 
-    /// The neighbours of `vertex` without the apex of a border.
+    /// The neighbours of `vertex` without the ghost vertex of a boundary.
     pub fn neighbors(&self, vertex: u32) -> &[u32] {
         let ring = self.rings.ring(vertex);
-        match self.rings.apex(vertex) {
+        match self.rings.ghost(vertex) {
             Some(_) => &ring[..ring.len() - 1],
             None => ring,
         }
@@ -204,13 +208,13 @@ pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     (double_area > 0.0).then(|| (normal, outer(normal, 1.0 / (6.0 * double_area))))
 }
 
-/// Lines along the border edges, so that a border keeps its curve; planes that stand on them would do where the surface is
+/// Lines along the boundary edges, so that a boundary keeps its curve; planes that stand on them would do where the surface is
 /// smooth, but lean over where it is rough.
-fn add_border_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
-    if rings.n_apexes() == 0 {
+fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
+    if rings.n_ghosts() == 0 {
         return;
     }
-    for [w, v, _] in rings.apex_faces() {
+    for [w, v, _] in rings.ghost_faces() {
         let line = line_along([v, w], positions);
         [v, w].into_iter().for_each(|end| add(&mut quadrics[end as usize], &line));
     }
@@ -219,8 +223,8 @@ fn add_border_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 
 /// The weighted squared distance from the line along an edge, an upper triangle.
 fn line_along([a, b]: [u32; 2], positions: &[Vec3]) -> [f32; 6] {
     let edge = positions[b as usize] - positions[a as usize];
-    let mut line = outer(edge, -BORDER_WEIGHT);
-    [0, 3, 5].into_iter().for_each(|diagonal| line[diagonal] += BORDER_WEIGHT * edge.length_squared());
+    let mut line = outer(edge, -BOUNDARY_WEIGHT);
+    [0, 3, 5].into_iter().for_each(|diagonal| line[diagonal] += BOUNDARY_WEIGHT * edge.length_squared());
     line
 }
 
@@ -246,7 +250,7 @@ fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
 
 /// Below this weight a vertex of a surface with so much weight on so many vertices gets as much along each axis.
 pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
-    (1e-4 * total / n_vertices as f64).max(1e-20)
+    (LIGHT * total / n_vertices as f64).max(1e-20)
 }
 
 /// Upper triangle of `weight n n'`.

@@ -10,9 +10,10 @@ use crate::mesh::Frame;
 use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::pins::Pins;
 
-/// Bits per vertex in the table that finds the vertices whose positions may coincide.
+/// Bits per vertex in the table that finds the vertices whose positions may coincide. The table has 16 to 32 times as
+/// many bits as vertices: one vertex in 16 at most shares a bit by chance and is looked at again.
 const BITS: usize = 16;
-/// Vertices whose bits are looked up together.
+/// Vertices whose bits are looked up together: their places in the table fill 128 KiB. Results do not depend on it.
 const BATCH: usize = 16_384;
 
 /// Moves vertices whose written positions coincide apart by the smallest steps that do; returns how many moved.

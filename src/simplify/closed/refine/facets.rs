@@ -9,8 +9,11 @@ use glam::Vec3;
 use crate::simplify::closed::output::Output;
 
 /// Cosine between the normals of point and face above which a walk is believed not to have strayed over a crease.
+/// Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.3 % farther at 0.6; at 0.95 it is 0.1 %
+/// nearer, and more points are looked for around their vertex.
 const AGREES: f32 = 0.8;
-/// Edges that a walk may cross.
+/// Edges that a walk may cross. At 6 and at 24 no figure moves by more than 0.3 % (sixteen training meshes, four
+/// ratios).
 const MOST_STEPS: usize = 12;
 /// No face.
 const NONE: u32 = u32::MAX;

@@ -21,18 +21,24 @@ use crate::simplify::closed::trace::{Step, Trace};
 use super::facets::{Facets, Projection};
 use super::points::{Match, Points};
 
-/// Weight of staying in place against the points, which say little along the surface: half of it lets the mean distance fall
-/// on and the largest grow.
+/// Weight of staying in place against the points, which say little along the surface. Sixteen training meshes, four
+/// ratios: at 0.001 the largest distance is 2.5 % farther; at 0.004 it is 3 % nearer and the mean 0.4 % farther.
 const STAY: f32 = 0.002;
-/// The same where there are curves to keep, which vertices would leave along the surface.
+/// The same where there are curves to keep, which vertices would leave along the surface. Twelve training meshes with
+/// creases: at 0.002 the mean distance is 1.5 % nearer and the largest 13 % farther, at 0.02 the mean is 0.7 % farther.
 const STAY_BY_CURVES: f32 = 0.01;
-/// Squared heights over a face, over their mean, up to about which all points count alike.
+/// Squared heights over a face, over their mean, up to about which all points count alike. Sixteen training meshes,
+/// four ratios: 0.1 and 1 move the mean and the largest distance by 0.3 % at most.
 const USUAL: f32 = 0.3;
-/// How far a vertex goes at most, over the root of a third of the area around it.
+/// How far a vertex goes at most, over the root of a third of the area around it. Nineteen training meshes at ratios
+/// 0.01 to 0.05: the largest distance is 10 % farther at 1.4 and 5 % nearer at 0.5, the mean 0.4 % farther and the
+/// same.
 const FARTHEST: f32 = 0.7;
-/// Least cosine between a face's normal before and after a step.
+/// Least cosine between a face's normal before and after a step. Nineteen training meshes at ratios 0.01 to 0.05: the
+/// mean distance is 0.2 % nearer at 0.4 and 0.4 % farther at 0.9.
 const LEAST_COSINE: f32 = 0.7;
-/// Least cosine between a face's normal and where it is meant to look.
+/// Least cosine between a face's normal and where it is meant to look: what a collapse may turn a face by. It is a
+/// guard: without it none of 121 results of training meshes differs.
 const LEAST_MEANT: f32 = 0.2;
 
 /// Moves the output vertices toward the points of the original by one step; writes it down where that is wanted.

@@ -14,13 +14,18 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facet, Facets};
 use super::points::{Match, Points};
 
-/// Squared heights over the other two faces, over those over the two faces, below which a flip pays.
+/// Squared heights over the other two faces, over those over the two faces, below which a flip pays. Nineteen training
+/// meshes at ratios 0.01 to 0.05: the mean distance is 1.0 % farther at 0.4 and 0.3 % nearer at 0.8, the largest 0.4
+/// and 0.8 % farther.
 const GAIN: f32 = 0.6;
-/// Squared heights over the two faces, over the mean of a face, below which no flip is looked for.
+/// Squared heights over the two faces, over the mean of a face, below which no flip is looked for. Nineteen training
+/// meshes at ratios 0.01 to 0.05: the mean distance is 0.3 % farther at 0, the same at 0.5, 0.1 % farther at 1.
 const LEAST_ERROR: f32 = 0.25;
-/// Least cosine between the faces' normals before and after.
+/// Least cosine between the faces' normals before and after. Nineteen training meshes at ratios 0.01 to 0.05: the mean
+/// distance is 0.1 % nearer at 0 and 0.2 % farther at 0.8.
 const LEAST_COSINE: f32 = 0.5;
-/// Cosine between the two faces above which their diagonals hardly differ.
+/// Cosine between the two faces above which their diagonals hardly differ. Nineteen training meshes at ratios 0.01 to
+/// 0.05: the mean distance is 0.6 % farther at 0.98 and 0.2 % nearer at 0.9998.
 const FLAT: f32 = 0.998;
 
 /// Flips edges of the faces, best gains first, each face once; returns how many were flipped.

@@ -16,20 +16,28 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
 use crate::simplify::closed::output::Output;
 
-/// How often what is still folded is looked through.
+/// How often what is still folded is looked through. Of 57 results of nineteen training meshes at ratios 0.01 to 0.05
+/// the second and third round change 13, three more one.
 const ROUNDS: usize = 3;
-/// How many times farther from the original than what was there what a repair leaves may lie.
+/// How many times farther from the original than what was there what a repair leaves may lie. Nineteen training meshes
+/// at ratios 0.01 to 0.05: at 1 eight foldovers are left and not four, at 3 four again and the largest distance 0.4 %
+/// farther. Without repair it is 16.
 const MOST_LOSS: f32 = 1.5;
-/// The same for a face that only leans: the repair has to be worth it. By this the largest distances of the training meshes at a
-/// twentieth of their vertices are 0.986 of what they were (geometric mean), the mean ones the same.
+/// The same for a face that only leans: the repair has to be worth it. Nineteen training meshes at ratios 0.01 to 0.05:
+/// the largest distance is 0.6 % farther at 0.35; at 1 and 1.4 the mean is 0.1 % farther.
 const LEANING_LOSS: f32 = 0.7;
-/// Cosine between a face and the original below which it leans.
+/// Cosine between a face and the original below which it leans. Nineteen training meshes at ratios 0.01 to 0.05: the
+/// largest distance is 0.9 % farther at 0, where no face leans; at 0.6 it is 1.4 % nearer, the mean 0.1 % farther, and
+/// more faces are looked at.
 const LEANING: f32 = 0.3;
-/// Share of its shortest edge that a corner may go: farther on it would stand for another place than the collapse chose.
+/// Share of its shortest edge that a corner may go: farther on it would stand for another place than the collapse
+/// chose. Of 57 results of training meshes one differs at 0.4; at 1.5 four do, the mean distance 0.1 % farther.
 const MOST_WAY: f32 = 0.75;
-/// Faces at a vertex up to which it is looked after: a hub of hundreds would take longer than all else.
+/// Faces at a vertex up to which it is looked after: a hub of hundreds would take longer than all else. Of 57 results
+/// of training meshes two differ at 12, none at 48.
 const MOST_FACES: usize = 24;
-/// Distances below which nothing is lost, in boxes of about unit size.
+/// Distances below which nothing is lost, in boxes of about unit size: eight roundings of a coordinate. At 0 and 1e-5
+/// no figure moves by more than 0.1 % (57 results of training meshes).
 const ROUNDING: f32 = 1e-6;
 
 /// Repairs foldovers by flips, and by moving a corner where no flip helps; returns how many edges it flipped. Where the result

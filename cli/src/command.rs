@@ -1,0 +1,35 @@
+//! The command line: which commands there are.
+
+use clap::{Parser, Subcommand};
+
+use crate::args::{CompareArgs, InfoArgs, MeshPointsArgs, SimplifyArgs};
+use crate::evaluate::EvaluateArgs;
+use crate::train::TrainArgs;
+
+/// Simplifies triangle meshes: closed stays closed, and the result lies close to the original.
+#[derive(Debug, Parser)]
+#[command(name = "neural-mesh", version, arg_required_else_help = true)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write a lighter mesh
+    Simplify(SimplifyArgs),
+    /// Mesh a point cloud with a trained network
+    MeshPoints(MeshPointsArgs),
+    /// Describe a mesh: counts, bounds, closed, manifold, components, genus, what was cleaned
+    Info(InfoArgs),
+    /// Measure and show how simplified meshes differ from their original
+    Compare(CompareArgs),
+    // What these two are for stands with their arguments, which a build without them does not have.
+    Train(TrainArgs),
+    Evaluate(EvaluateArgs),
+    /// Do one job for an evaluation
+    #[command(hide = true)]
+    EvaluateOne,
+}

@@ -1,0 +1,66 @@
+//! Mesh files, read and cleaned, and a mesh of any size.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use neural_mesh::io::{Format, read_path};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{TriMesh, compact, shapes};
+
+/// The mesh of a file, cleaned, without vertices that no face uses.
+pub fn load(path: &Path) -> Result<TriMesh> {
+    let raw = read_path(path, None).with_context(|| path.display().to_string())?;
+    let mesh = clean(raw, &CleanOptions::default()).with_context(|| path.display().to_string())?.mesh;
+    let (positions, faces) = mesh.into_parts();
+    Ok(compact(&positions, faces)?.0)
+}
+
+/// The name of a mesh in the tables.
+pub fn name(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// The mesh files of a folder by name.
+pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries =
+        std::fs::read_dir(folder).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;
+    let mut files = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
+    files.retain(|path| path.is_file() && Format::from_path(path).is_some());
+    files.sort();
+    ensure!(!files.is_empty(), "{} holds no mesh", folder.display());
+    Ok(files)
+}
+
+/// A torus with bumps all over, of about so many faces of about equal edges.
+pub fn bumpy_torus(n_faces: usize) -> TriMesh {
+    // Three times as far around as through the tube.
+    let n_tube = (n_faces as f64 / 6.0).sqrt().round().max(3.0);
+    let torus = shapes::torus((3.0 * n_tube) as u32, n_tube as u32, 1.0, 1.0 / 3.0);
+    let (positions, faces) = torus.into_parts();
+    TriMesh::new(positions.into_iter().map(bumped).collect(), faces).unwrap_or_default()
+}
+
+/// Moves a point of the torus away from its middle circle or toward it, by bumps of several sizes.
+fn bumped([x, y, z]: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = [x, y, z].map(f64::from);
+    let around = y.atan2(x);
+    let outward = x.hypot(y) - 1.0;
+    let through = z.atan2(outward);
+    let wave = |n: f64, m: f64| (n * around).sin() * (m * through).cos();
+    let tube = outward.hypot(z) * (1.0 + 0.1 * wave(9.0, 3.0) + 0.03 * wave(31.0, 11.0) + 0.01 * wave(97.0, 29.0));
+    let (radius, z) = (1.0 + tube * through.cos(), tube * through.sin());
+    [radius * around.cos(), radius * around.sin(), z].map(|x| x as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::topology;
+
+    #[test]
+    fn the_torus_has_about_as_many_faces_as_asked_for() {
+        let mesh = bumpy_torus(10_000);
+        assert!((9_000..=11_000).contains(&mesh.faces().len()));
+        assert!(topology(&mesh).is_closed_manifold());
+    }
+}

@@ -1,0 +1,255 @@
+//! The benchmark: ours and others' against meshoptimizer's `simplify` at the same number of faces, and the table of the README.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use neural_mesh::evaluate::{Row, Settings, Table};
+use neural_mesh::io::write_path;
+use neural_mesh::mesh::topology;
+
+use super::RATIOS;
+use crate::bench::Bench;
+use crate::cgal;
+use crate::markdown::{count, number, table};
+use crate::meshes::{load, name};
+use crate::quotients::{Figure, Quotients};
+use crate::root;
+use crate::versions::{Part, TABLE_BEGINS, TABLE_ENDS, stamp};
+
+/// The method that all others are divided by.
+pub const REFERENCE: &str = "meshopt";
+
+/// Seconds that a run may take, on a machine that has other work, too.
+const TIME_LIMIT: f64 = 3600.0;
+
+/// Methods of the tables and what they are.
+const METHODS: [(&str, &str); 5] = [
+    ("network", "neural-mesh"),
+    ("geometry", "neural-mesh, `--scores geometry`"),
+    ("meshopt-update", "meshoptimizer, `simplifyWithUpdate`"),
+    ("cgal-qem", "QEM, optimal placement (CGAL)"),
+    ("cgal-lt", "Lindstrom-Turk (CGAL)"),
+];
+
+/// The page; brings the README's table up to date, too.
+pub fn page(bench: &Bench) -> Result<String> {
+    let rows = measured(bench)?;
+    let inputs = bench.kept("benchmark-inputs", || inputs(bench))?;
+    readme(&rows, &inputs)?;
+    let quotients = Quotients { table: &rows, over: REFERENCE };
+    let sections = [
+        medians(&quotients),
+        "## Topology\n\n".to_owned() + &whole(&rows, &inputs),
+        each_mesh(&quotients, &inputs),
+        failures(&rows),
+    ];
+    Ok(intro(&rows, &inputs) + &sections.join("\n"))
+}
+
+/// The rows: everyone with one seed, what draws with three.
+pub fn measured(bench: &Bench) -> Result<Table> {
+    let settings =
+        Settings { ratios: RATIOS.into(), repeats: 1, threads: 1, time_limit: TIME_LIMIT, ..Settings::default() };
+    let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    let all = Settings {
+        methods: names(&["network", "geometry", REFERENCE, "meshopt-update"]),
+        tools: cgal::tools(&bench.scratch("cgal")?)?,
+        ..settings.clone()
+    };
+    let seeds = Settings { methods: names(&["network", "geometry", REFERENCE]), seeds: vec![1, 2], ..settings };
+    let mut table = bench.evaluated("benchmark", "test", all, None)?;
+    table.rows.extend(bench.evaluated("benchmark-seeds", "test", seeds, None)?.rows);
+    table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));
+    Ok(table)
+}
+
+/// Faces of each mesh, and whether it is closed and manifold.
+type Inputs = BTreeMap<String, (usize, bool)>;
+
+fn inputs(bench: &Bench) -> Result<Inputs> {
+    let input = |path: &std::path::PathBuf| {
+        let found = topology(&load(path)?);
+        let is_manifold = found.is_closed_manifold() && found.non_manifold_vertices == 0;
+        Ok((name(path), (found.faces, is_manifold)))
+    };
+    bench.meshes("test")?.iter().map(input).collect()
+}
+
+fn intro(rows: &Table, inputs: &Inputs) -> String {
+    let faces = inputs.values().map(|input| input.0);
+    let (least, most) = (faces.clone().min().unwrap_or_default(), faces.max().unwrap_or_default());
+    let machine = rows.rows.first().map(|row| row.how.cpu.clone()).unwrap_or_default();
+    format!(
+        "{} benchmark meshes of {} to {} faces, none of which the weights have seen. Every method gets the number of faces that \
+         neural-mesh came to, with the same share of the vertices left: 0.05, 0.1, 0.2 and 0.5. Cells are quotients to \
+         meshoptimizer's `simplify`, run without options or error limit; below 1 is better than meshoptimizer. Per mesh and ratio \
+         the median over three seeds, then the median over the meshes. Methods that draw nothing run once.\n\n\
+         - *mean distance*: from 50,000 samples on each surface to the other surface, both ways, averaged.\n\
+         - *largest distance*: the largest of these distances (Hausdorff, from samples).\n\
+         - *normal error*: mean of 1 - n.n' at the same samples, n' the normal at the nearest point.\n\
+         - *time*: of the processor, for the method alone with the mesh in memory, on one thread; a process for each run, methods \
+         taking turns ({machine}).\n\n\
+         QEM is Garland and Heckbert's with optimal placement and Lindstrom-Turk its memoryless kin, both as CGAL has them, compiled \
+         with `-O3 -DNDEBUG`; CGAL's time is that of its `edge_collapse`.\n\n",
+        inputs.len(),
+        count(least),
+        count(most)
+    )
+}
+
+/// A table for all sizes, and one for each.
+fn medians(quotients: &Quotients) -> String {
+    let mut text = format!("## All ratios\n\n{}", by_figure(quotients, &RATIOS));
+    for ratio in RATIOS {
+        text += &format!("\n## Ratio {ratio}\n\n{}", by_figure(quotients, &[ratio]));
+    }
+    text
+}
+
+/// A row per method: each figure, with the worst mesh.
+fn by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
+    let mut head = vec![format!("over `{REFERENCE}`: median")];
+    Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
+    let cells = |method: &str, figure: Figure| {
+        let worst = quotients.worst(method, figure, ratios);
+        let worst = worst.map_or("-".into(), |worst| format!("{} {}", worst.mesh, number(Some(worst.quotient))));
+        [number(quotients.median(method, figure, ratios)), worst]
+    };
+    let row = |&(method, about): &(&str, &str)| {
+        [about.to_owned()].into_iter().chain(Figure::ALL.iter().flat_map(|&figure| cells(method, figure))).collect()
+    };
+    table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
+}
+
+/// What became of the closed inputs.
+fn whole(rows: &Table, inputs: &Inputs) -> String {
+    let head = [
+        "results of closed manifold inputs",
+        "closed",
+        "manifold",
+        "pieces kept",
+        "handles kept",
+        "turned faces",
+        "crossing faces",
+    ];
+    let line = |&(method, about): &(&str, &str)| {
+        let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
+        let of = |n: usize| format!("{n} of {}", rows_of.len());
+        let zero = |names: &[&str]| {
+            let is_zero = |row: &&&Row| names.iter().all(|name| rows.figure(row, name) == Some(0.0));
+            of(rows_of.iter().filter(is_zero).count())
+        };
+        let sum = |name: &str| {
+            let total: f64 = rows_of.iter().filter_map(|row| rows.figure(row, name)).sum();
+            count(total as usize)
+        };
+        vec![
+            about.to_owned(),
+            zero(&["open_edges"]),
+            zero(&["non_manifold_edges", "non_manifold_vertices", "edges_without_two_faces"]),
+            zero(&["components_added"]),
+            zero(&["genus_added"]),
+            sum("turned_faces"),
+            sum("self_intersecting_faces"),
+        ]
+    };
+    let reference = (REFERENCE, "meshoptimizer, `simplify`");
+    table(&head, &METHODS.iter().chain([&reference]).map(line).collect::<Vec<_>>())
+}
+
+/// The results that a method has of inputs that are closed and manifold.
+fn of_closed<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a Row> {
+    let is_closed = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.1);
+    rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
+}
+
+/// A table per figure: rows are meshes, columns methods.
+fn each_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
+    let mut text = String::from("## Every mesh\n\nMedians over the four ratios; of neural-mesh also each ratio.\n");
+    let mut head: Vec<String> = ["mesh", "faces"].map(String::from).into();
+    head.extend(RATIOS.map(|ratio| format!("neural-mesh at {ratio}")));
+    head.extend(METHODS.iter().map(|method| method.1.to_owned()));
+    for figure in Figure::ALL {
+        let line = |mesh: String| {
+            let mut cells = vec![mesh.clone(), inputs.get(&mesh).map_or("-".into(), |input| count(input.0))];
+            let of = |method: &str, ratios: &[f64]| number(quotients.median_of_mesh(&mesh, method, figure, ratios));
+            cells.extend(RATIOS.map(|ratio| of(METHODS[0].0, &[ratio])));
+            cells.extend(METHODS.iter().map(|method| of(method.0, &RATIOS)));
+            cells
+        };
+        let lines: Vec<_> = quotients.meshes().into_iter().map(line).collect();
+        text += &format!("\n### {}\n\n{}", capital(figure.title()), table(&head, &lines));
+    }
+    text
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What has no result.
+fn failures(rows: &Table) -> String {
+    let failed = rows.rows.iter().filter(|row| !row.error.is_empty());
+    let lines: Vec<String> =
+        failed.map(|row| format!("- {} on {} at {}: {}\n", row.method, row.mesh, row.ratio, row.error)).collect();
+    if lines.is_empty() { String::new() } else { format!("## Without a result\n\n{}", lines.concat()) }
+}
+
+/// Puts the table into the README, between its marks.
+fn readme(rows: &Table, inputs: &Inputs) -> Result<()> {
+    let path = root().join("README.md");
+    let text = std::fs::read_to_string(&path)?;
+    let (before, rest) = text.split_once(TABLE_BEGINS).context("README.md has no mark where its table begins")?;
+    let (_, after) = rest.split_once(TABLE_ENDS).context("README.md has no mark where its table ends")?;
+    let table = format!("{TABLE_BEGINS}{} -->\n{}{TABLE_ENDS}", stamp(&[Part::Closed]), readme_table(rows, inputs));
+    Ok(write_path(&path, format!("{before}{table}{after}").as_bytes(), true)?)
+}
+
+fn readme_table(rows: &Table, inputs: &Inputs) -> String {
+    let quotients = Quotients { table: rows, over: REFERENCE };
+    let head = [
+        "over meshoptimizer's `simplify`",
+        "mean distance",
+        "largest distance",
+        "normal error",
+        "time, one thread",
+        "closed inputs that stay closed and manifold",
+    ];
+    let line = |&(method, about): &(&str, &str)| {
+        let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
+        let is_whole = |row: &&&Row| {
+            rows.figure(row, "edges_without_two_faces") == Some(0.0)
+                && rows.figure(row, "non_manifold_vertices") == Some(0.0)
+        };
+        let n_whole = rows_of.iter().filter(is_whole).count();
+        let figures = Figure::ALL.iter().map(|&figure| match method {
+            REFERENCE => "1".into(),
+            _ => number(quotients.median(method, figure, &RATIOS)),
+        });
+        let share = format!("{n_whole} of {}", rows_of.len());
+        [about.to_owned()].into_iter().chain(figures).chain([share]).collect()
+    };
+    let reference = (REFERENCE, "meshoptimizer, `simplify`");
+    table(&head, &METHODS.iter().chain([&reference]).map(line).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(method: &str, distance: f64, open: f64) -> Row {
+        let figures = vec![Some(distance), Some(open), Some(0.0)];
+        Row { mesh: "ball".into(), ratio: 0.1, method: method.into(), figures, seconds: Some(2.0), ..Row::default() }
+    }
+
+    #[test]
+    fn the_readme_has_medians_and_counts_what_stayed_whole() {
+        let figures = ["distance_mean", "edges_without_two_faces", "non_manifold_vertices"].map(String::from).into();
+        let table = Table { figures, rows: vec![row("network", 1.0, 0.0), row(REFERENCE, 2.0, 3.0)] };
+        let inputs = Inputs::from([("ball".to_owned(), (100, true))]);
+        let text = readme_table(&table, &inputs);
+        assert!(text.contains("| neural-mesh | 0.50 | - | - | 1.00 | 1 of 1 |"), "{text}");
+        assert!(text.contains("| meshoptimizer, `simplify` | 1 | 1 | 1 | 1 | 0 of 1 |"), "{text}");
+    }
+}

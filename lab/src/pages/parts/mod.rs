@@ -1,0 +1,145 @@
+//! What the scores and the parts of the closed assembly are worth: others in their place, one left out at a time.
+
+mod shuffled;
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use neural_mesh::evaluate::{Row, Table};
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::metrics::{Surface, surface_distance};
+use neural_mesh::model::{Weights, in_edge_lengths};
+use neural_mesh::simplify::{
+    Importance, Parts, bending_scores, edge_graph, simplify_weighed, vertex_areas, vertex_normals,
+};
+use serde::{Deserialize, Serialize};
+
+use super::RATIOS;
+use crate::bench::Bench;
+use crate::clock::timed;
+use crate::markdown::{number, table};
+use crate::meshes::{load, name};
+use crate::quotients::{Figure, Quotients};
+
+/// The row that the others stand over.
+const WHOLE: &str = "whole";
+/// Samples on each surface.
+const SAMPLES: usize = 50_000;
+/// The figures, as `evaluate` names them.
+const FIGURES: [&str; 3] = ["distance_mean", "distance_max", "normal_error_signed"];
+
+const SCORES: [(&str, &str); 3] =
+    [("even", "no scores"), ("bending", "scores by a formula"), ("shuffled", "shuffled weights")];
+const LEFT_OUT: [(&str, &str); 3] =
+    [("oversampling", "without oversampling"), ("flips", "without flips"), ("fit", "without fit")];
+
+/// One result.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    method: String,
+    ratio: f64,
+    seconds: f64,
+    figures: [f64; 3],
+}
+
+pub fn page(bench: &Bench) -> Result<String> {
+    let mut rows = Vec::new();
+    for path in bench.meshes("test")? {
+        let measured = bench.kept(&format!("parts/{}", name(&path)), || of_mesh(&path))?;
+        rows.extend(measured.into_iter().map(|measured| row(&name(&path), measured)));
+    }
+    let n_meshes = rows.iter().filter(|row| row.method == WHOLE).count() / RATIOS.len();
+    let rows = Table { figures: FIGURES.map(String::from).into(), rows };
+    let quotients = Quotients { table: &rows, over: WHOLE };
+    Ok(format!(
+        "{n_meshes} benchmark meshes, each ratio, one seed. Cells are medians over the meshes of quotients to the whole assembly with \
+         the network's scores: above 1 is worse. Figures as on [the benchmark's page](benchmark.md), from 50,000 samples; time is the \
+         processor's on one thread. Here every mesh goes through sampling, also those that `simplify` collapses whole.\n\n## Scores\n\n\
+         The network says how much each vertex counts. In its place: nothing (`--scores geometry`), the formula that it has learned \
+         from (the root of how much the surface bends), and its own weights in random order, which look alike and know nothing.\n\n{}\n\
+         ## Parts\n\n*Oversampling* draws more samples than vertices are asked for and lets the collapse choose. *Flips* turn edges whose \
+         other diagonal lies nearer. *Fit* moves vertices toward the surface.\n\n{}",
+        tables(&quotients, &SCORES),
+        tables(&quotients, &LEFT_OUT)
+    ))
+}
+
+fn row(mesh: &str, Measured { method, ratio, seconds, figures }: Measured) -> Row {
+    let figures = figures.map(Some).into();
+    Row { mesh: mesh.into(), ratio, method, seconds: Some(seconds), figures, ..Row::default() }
+}
+
+fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
+    let mesh = load(path)?;
+    let weights = Weights::shipped_default();
+    let shuffled = shuffled::shuffled(weights, 0)?;
+    let bending = bending_importance(&mesh);
+    let (network, all) = (Importance::Network(weights), Parts::default());
+    let cases = [
+        (WHOLE, network, all),
+        ("even", Importance::Even, all),
+        ("bending", Importance::Given(&bending), all),
+        ("shuffled", Importance::Network(&shuffled), all),
+        ("oversampling", network, Parts { oversampling: false, ..all }),
+        ("flips", network, Parts { flips: false, ..all }),
+        ("fit", network, Parts { fit: false, ..all }),
+    ];
+    let original = Surface::new(&mesh, SAMPLES, 0);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let mut measured = Vec::new();
+    for ratio in RATIOS {
+        let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
+        for (method, importance, parts) in cases {
+            let simplify = || Ok(simplify_weighed(&mesh, n, importance, 0, &parts)?.mesh);
+            let (lighter, time) = one.install(|| timed(simplify)).with_context(|| format!("{method} at {ratio}"))?;
+            let distance = surface_distance(&original, &Surface::new(&lighter, SAMPLES, 1)).context("no faces")?;
+            let (both, share) = (distance.both, 100.0 / distance.diagonal);
+            let figures = [both.mean * share, both.max * share, both.normal_error];
+            measured.push(Measured { method: method.into(), ratio, seconds: time.thread, figures });
+        }
+    }
+    Ok(measured)
+}
+
+/// The importance that the shipped network has learned from: the exponentials of [`bending_scores`], all alike where
+/// nothing bends.
+fn bending_importance(mesh: &TriMesh) -> Vec<f32> {
+    let rings = edge_graph(mesh);
+    let points = in_edge_lengths(mesh.positions(), &rings);
+    let scores = bending_scores(&points, &vertex_normals(mesh), &vertex_areas(mesh), &rings);
+    scores.map_or(vec![1.0; points.len()], |scores| scores.into_iter().map(f32::exp).collect())
+}
+
+/// A row per case and figure, a column per ratio.
+fn tables(quotients: &Quotients, cases: &[(&str, &str)]) -> String {
+    let mut head: Vec<String> = ["over the whole", "figure"].map(String::from).into();
+    head.extend(RATIOS.map(|ratio| ratio.to_string()));
+    head.extend(["all", "worst mesh"].map(String::from));
+    let line = |&(method, about): &(&str, &str), figure: Figure| {
+        let of = |ratios: &[f64]| number(quotients.median(method, figure, ratios));
+        let worst = quotients.worst(method, figure, &RATIOS);
+        let worst = worst.map_or("-".into(), |worst| format!("{} {}", worst.mesh, number(Some(worst.quotient))));
+        let mut cells = vec![about.to_owned(), figure.title().to_owned()];
+        cells.extend(RATIOS.map(|ratio| of(&[ratio])));
+        cells.extend([of(&RATIOS), worst]);
+        cells
+    };
+    let lines: Vec<_> = cases.iter().flat_map(|case| Figure::ALL.map(|figure| line(case, figure))).collect();
+    table(&head, &lines)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::shapes;
+
+    #[test]
+    fn edges_count_more_than_planes() {
+        let mesh = shapes::cuboid([1.0; 3], 8);
+        let importance = bending_importance(&mesh);
+        let at = |wanted: [f32; 3]| mesh.positions().iter().position(|&p| p == wanted).unwrap();
+        assert!((importance[at([0.5, 0.5, 0.0])] - 0.1f32.sqrt()).abs() < 1e-6);
+        assert!(importance[at([0.0; 3])] > 1.2);
+        assert!(bending_importance(&shapes::grid(5, 5)).iter().all(|&x| x == 1.0));
+    }
+}

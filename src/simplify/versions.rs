@@ -1,0 +1,166 @@
+//! Versions of what the assemblies make: figures that were measured with another version are of other results.
+
+/// Version of the closed assembly: another number where the same input, options and seed give other bits.
+///
+/// ```
+/// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
+/// ```
+pub const CLOSED_VERSION: u32 = 1;
+
+/// Version of the paper's assembly, likewise.
+///
+/// ```
+/// assert!(neural_mesh::simplify::PAPER_VERSION >= 1);
+/// ```
+pub const PAPER_VERSION: u32 = 1;
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use super::*;
+    use crate::linalg::golden::{Hash, Results, Tied, check};
+    use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes};
+    use crate::simplify::{
+        Assembly, Input, Options, ScoreSource, Simplified, Symmetry, Target, simplify_input, simplify_levels_of_detail,
+        simplify_recorded,
+    };
+
+    #[test]
+    fn the_closed_assembly_keeps_its_bits() {
+        let test = concat!(module_path!(), "::the_closed_assembly_keeps_its_bits");
+        check(&tied("closed", CLOSED_VERSION, "CLOSED_VERSION", test), closed);
+    }
+
+    #[test]
+    fn the_papers_assembly_keeps_its_bits() {
+        let test = concat!(module_path!(), "::the_papers_assembly_keeps_its_bits");
+        check(&tied("paper", PAPER_VERSION, "PAPER_VERSION", test), paper);
+    }
+
+    fn tied(part: &'static str, version: u32, constant: &'static str, test: &'static str) -> Tied {
+        let test = test.split_once("::").unwrap().1;
+        Tied { part, version, constant, test }
+    }
+
+    fn closed() -> Results {
+        let mut results = Vec::new();
+        for (name, mesh) in shapes_and_files() {
+            for ratio in [0.05, 0.2, 0.5] {
+                let network = Options::new(Target::Ratio(ratio));
+                results.push((format!("{name} at {ratio}"), hash_of(&mesh, &network)));
+                let geometry = Options { scores: ScoreSource::Geometry, seed: 7, ..network };
+                results.push((format!("{name} at {ratio} by geometry"), hash_of(&mesh, &geometry)));
+            }
+        }
+        results.extend(with_options());
+        results.push(("attributes".into(), attributed()));
+        results.push(("levels of detail".into(), levels()));
+        results.push(("derivative".into(), derivative()));
+        results
+    }
+
+    fn with_options() -> Results {
+        let plain = Options::new(Target::Ratio(0.2));
+        let cases = [
+            ("creases kept", shapes::bolt(24), Options { crease_angle: Some(30.0), ..plain.clone() }),
+            ("boundary locked", shapes::grid(30, 20), Options { lock_boundaries: true, ..plain.clone() }),
+            ("subset", shapes::wavy_sphere(4, 8.0), Options { subset: true, ..plain.clone() }),
+            (
+                "mirrored",
+                shapes::torus(48, 24, 2.0, 0.7),
+                Options { symmetric: Some(Symmetry::Found), ..plain.clone() },
+            ),
+            ("oversampled", shapes::wavy_sphere(5, 8.0), Options { oversample: Some(1.5), ..plain }),
+        ];
+        cases.into_iter().map(|(name, mesh, options)| (name.into(), hash_of(&mesh, &options))).collect()
+    }
+
+    fn paper() -> Results {
+        let mut results = Vec::new();
+        for (name, mesh) in shapes_and_files().into_iter().filter(|(_, mesh)| mesh.positions().len() < 5000) {
+            for ratio in [0.1, 0.3] {
+                let options = Options { assembly: Assembly::Paper, ..Options::new(Target::Ratio(ratio)) };
+                results.push((format!("{name} at {ratio}"), hash_of(&mesh, &options)));
+            }
+        }
+        results
+    }
+
+    fn shapes_and_files() -> Vec<(&'static str, TriMesh)> {
+        let shapes = [
+            ("sphere", shapes::icosphere(4)),
+            ("wavy sphere", shapes::wavy_sphere(4, 8.0)),
+            ("torus", shapes::torus(60, 30, 2.0, 0.5)),
+            ("bolt", shapes::bolt(32)),
+            ("sheet", shapes::grid(30, 30)),
+            ("strip", shapes::moebius_strip(60, 9)),
+            ("chain", shapes::chain_of_tori(3)),
+        ];
+        shapes.into_iter().chain(files()).collect()
+    }
+
+    #[cfg(feature = "io")]
+    fn files() -> Vec<(&'static str, TriMesh)> {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/meshes/");
+        let read = |name: &'static str| {
+            let raw = crate::io::read_path(format!("{folder}{name}.ply").as_ref(), None).unwrap();
+            (name, crate::mesh::cleanup::clean(raw, &Default::default()).unwrap().mesh)
+        };
+        ["nefertiti", "spot", "suzanne"].map(read).into()
+    }
+
+    #[cfg(not(feature = "io"))]
+    fn files() -> Vec<(&'static str, TriMesh)> {
+        Vec::new()
+    }
+
+    fn hash_of(mesh: &TriMesh, options: &Options) -> u64 {
+        let result = simplify_input(&Input::bare(mesh), None, options, &mut |_| ControlFlow::Continue(())).unwrap();
+        hash(&result).value()
+    }
+
+    fn hash(result: &Simplified) -> Hash {
+        let Simplified { mesh, attributes, .. } = result;
+        let hash = Hash::new().floats(mesh.positions().as_flattened()).indices(mesh.faces().as_flattened());
+        let hash = hash.indices(attributes.wedges.as_flattened()).indices(&attributes.groups);
+        attributes.channels.iter().fold(hash, |hash, channel| hash.floats(&channel.values))
+    }
+
+    /// A sphere of two groups, with texture coordinates that jump between them, and colours.
+    fn attributed() -> u64 {
+        let mesh = shapes::icosphere(4);
+        let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
+        let n = mesh.positions().len() as u32;
+        let groups: Vec<u32> = mesh.faces().iter().map(|face| u32::from(is_north(face))).collect();
+        let wedges = mesh.faces().iter().zip(&groups).map(|(face, group)| face.map(|v| v + n * group)).collect();
+        let corners = || (0..2).flat_map(|group| mesh.positions().iter().map(move |p| (group as f32, *p)));
+        let uvs = corners().flat_map(|(group, [x, y, _])| [0.25 * x + 0.5 * group, 0.25 * y]).collect();
+        let colours = corners().flat_map(|(_, [x, y, z])| [x * x, 0.5 + 0.5 * y, (3.0 * z).abs().min(1.0)]).collect();
+        let channels = vec![
+            Channel { name: "uv".into(), role: Role::Uv, width: 2, values: uvs },
+            Channel { name: "colour".into(), role: Role::Colour, width: 3, values: colours },
+        ];
+        let attributes = Attributes { groups, wedges, channels };
+        let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+        let options = Options::new(Target::Vertices(200));
+        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+    }
+
+    fn levels() -> u64 {
+        let mesh = shapes::wavy_sphere(4, 8.0);
+        let further = [Target::Ratio(0.25), Target::Vertices(100)];
+        let options = Options::new(Target::Ratio(0.5));
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &further, go_on).unwrap();
+        levels.iter().fold(Hash::new(), |all, level| all.bytes(&hash(level).value().to_le_bytes())).value()
+    }
+
+    fn derivative() -> u64 {
+        let mesh = shapes::wavy_sphere(3, 8.0);
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let (result, record) = simplify_recorded(&mesh, None, &Options::new(Target::Vertices(100)), go_on).unwrap();
+        let gradient: Vec<[f32; 3]> = (0..result.mesh.positions().len()).map(|v| [v as f32, 1.0, -0.5]).collect();
+        hash(&result).floats(record.backward(mesh.positions(), &gradient).as_flattened()).value()
+    }
+}

@@ -1,0 +1,57 @@
+//! The version of what trainings make: weights of another version are of another training.
+
+/// Version of the training: another number where the same data, settings and weights to begin with give other bits.
+///
+/// ```
+/// assert!(neural_mesh::train::VERSION >= 1);
+/// ```
+pub const VERSION: u32 = 1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::{Format, write_path};
+    use crate::linalg::golden::{Hash, Results, Tied, check};
+    use crate::mesh::{Frame, shapes};
+    use crate::train::{Ending, Request, Wish, open, step_function, train};
+
+    #[test]
+    fn the_training_keeps_its_bits() {
+        let test = concat!(module_path!(), "::the_training_keeps_its_bits").split_once("::").unwrap().1;
+        check(&Tied { part: "training", version: VERSION, constant: "train::VERSION", test }, trained);
+    }
+
+    /// The weights that each objective ends with after an epoch of two meshes.
+    fn trained() -> Results {
+        let folder = tempfile::tempdir().unwrap();
+        let data = folder.path().join("data");
+        std::fs::create_dir(&data).unwrap();
+        let meshes = [("ball", shapes::wavy_sphere(4, 4.0)), ("ring", shapes::torus(36, 18, 2.0, 0.6))];
+        for (name, mesh) in meshes.into_iter().chain([("held", shapes::bolt(24))]) {
+            let bytes = crate::io::write(&mesh, &Frame::default(), Format::Ply).unwrap();
+            write_path(&data.join(name).with_extension("ply"), &bytes, true).unwrap();
+        }
+        let objective = |objective: &'static str| {
+            let settings = format!(
+                "objective = \"{objective}\"\nepochs = 1\nvalidation = [\"held\"]\nvalidation_ratios = [0.3]\nratio_min = 0.3\n\
+                 point_sampler_layers = 1\npoint_sampler_width = 8\nedge_predictor_width = 8\nattention_width = 8\n\
+                 face_classifier_layers = 1\nface_classifier_width = 8\nclouds = 0.5\n"
+            );
+            let run = folder.path().join(objective);
+            let request = Request {
+                data: &data,
+                folder: &run,
+                settings: Some(&settings),
+                epochs: None,
+                resume: false,
+                init: None,
+            };
+            let mut training = open(&request).unwrap();
+            let step = step_function(&training.settings).unwrap();
+            assert_eq!(train(&mut training, &step, &mut |_| Wish::Continue).unwrap(), Ending::Finished);
+            let weights = std::fs::read(run.join("last.safetensors")).unwrap();
+            (objective.to_owned(), Hash::new().bytes(&weights).value())
+        };
+        ["bending", "closed", "paper", "uniform"].map(objective).into()
+    }
+}
