@@ -42,6 +42,7 @@ const SHRINK: f64 = 0.98;
 pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {
     let order = shuffled(surface, seed);
     let mut radius = radius_for(surface, lengths, n_samples);
+    surface.pulse.beat(0);
     let mut field = Field::new(surface, lengths);
     field.cover(&order, radius as f32);
     let mut n_before = 0;
@@ -52,6 +53,7 @@ pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, s
             break;
         }
         n_before = field.samples.len();
+        surface.pulse.beat(0);
         if share >= TOO_MANY {
             radius *= share.sqrt();
             field = Field::new(surface, lengths);

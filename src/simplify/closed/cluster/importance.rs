@@ -7,9 +7,8 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::linalg::{Csr, Stars};
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::add_to_rows;
 use crate::model::{Weights, star_scores, surface_scores};
 
@@ -55,7 +54,7 @@ fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Wei
     let scores = scores_of(surface, &assignment.samples, weights)?;
     let mut areas = vec![0.0; assignment.n_regions];
     add_to_rows(surface.pulse, &mut areas, &assignment.region, |area, v| *area += surface.weight(v));
-    let factors = importance_of_scores(&scores, &areas);
+    let factors = importance_with(surface.pulse, &scores, &areas);
     surface.pulse.beat(0);
     Some(surface.pulse.map(&assignment.region, |&r| factors[r as usize]))
 }
@@ -110,10 +109,15 @@ fn edges(surface: &Surface) -> Csr {
 /// assert!((factors[1] / factors[0] - 2.0_f32.exp()).abs() < 1e-5);
 /// ```
 pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
+    importance_with(Pulse::NONE, scores, areas)
+}
+
+/// As [`importance_of_scores`], where someone may listen.
+fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
     let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
-    scores.par_iter().map(|&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
+    pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
 }
 
 /// The weights of the vertices as long as all count alike, n_vertices.
@@ -124,7 +128,6 @@ fn areas(surface: &Surface) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
     use crate::simplify::{edge_graph, network_scores};
 

@@ -178,6 +178,16 @@ impl<'a> Collapse<'a> {
         }
     }
 
+    /// Gives the memory back, in parts: that of millions of vertices takes a while.
+    pub fn end(self) {
+        let Self { nodes, links, pulse, .. } = self;
+        pulse.beat(0);
+        drop(nodes);
+        pulse.beat(0);
+        drop(links);
+        pulse.beat(0);
+    }
+
     /// What is left, renumbered; each face begins with its first vertex. `assignment` says which vertex each of the surface's was
     /// at the start.
     pub fn output(&self, assignment: &Assignment) -> Output {

@@ -53,7 +53,7 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
     pulse.beat(0);
-    let counts = counts(&sums);
+    let counts = counts(pulse, &sums);
     pulse.beat(0);
     let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
     let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point(), stay };
@@ -137,17 +137,18 @@ impl FaceSums {
 
 /// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
 /// not their squares.
-fn counts(sums: &[FaceSums]) -> Vec<f32> {
+fn counts(pulse: Pulse, sums: &[FaceSums]) -> Vec<f32> {
     let [squares, area] = sums
         .iter()
         .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
+    pulse.beat(0);
     let mean = (squares / area.max(f64::MIN_POSITIVE)) as f32;
     let count = |sum: &FaceSums| {
         let count = 1.0 / (sum.squares / (sum.area() * mean) + USUAL).sqrt();
         // Without points or heights there is nothing to weigh.
         if count.is_finite() { count } else { 1.0 }
     };
-    sums.par_iter().map(count).collect()
+    pulse.map(sums, count)
 }
 
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
