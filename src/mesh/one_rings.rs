@@ -161,6 +161,7 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
             }
         }
     }
+    pulse.beat(0);
     let mut n_before = 0;
     for end in &mut ends {
         n_before += std::mem::replace(end, n_before);
@@ -197,6 +198,7 @@ impl Rows {
     /// The rings of the vertices of `share`.
     fn new(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> Self {
         let (ends, mut pairs) = opposite_edges(pulse, share.clone(), faces);
+        pulse.beat(0);
         let mut rows = Self { offsets: Vec::with_capacity(ends.len() + 1), ..Self::default() };
         rows.neighbors.reserve(pairs.len());
         let mut begin = 0;

@@ -11,6 +11,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+/// Rows that a thread takes at once: enough that handing them out costs nothing beside the work on them.
+pub(crate) const PARALLEL: usize = 4096;
 /// Items between two beats: a few milliseconds of work on one thread.
 const CHUNK: usize = 1 << 16;
 
@@ -73,7 +75,7 @@ impl<'a> Pulse<'a> {
     pub fn map<T: Sync, R: Send>(self, items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(items.len());
         for items in self.over(items) {
-            all.par_extend(items.par_iter().with_min_len(super::shares::PARALLEL).map(&of));
+            all.par_extend(items.par_iter().with_min_len(PARALLEL).map(&of));
         }
         all
     }
@@ -82,7 +84,7 @@ impl<'a> Pulse<'a> {
     pub fn map_numbers<R: Send>(self, n: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(n);
         for numbers in self.through(0..n) {
-            all.par_extend(numbers.into_par_iter().with_min_len(super::shares::PARALLEL).map(&of));
+            all.par_extend(numbers.into_par_iter().with_min_len(PARALLEL).map(&of));
         }
         all
     }

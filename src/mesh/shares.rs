@@ -8,8 +8,6 @@ use super::pulse::Pulse;
 
 /// Vertices from which on another thread pays.
 const LEAST: usize = 20_000;
-/// Rows that a thread takes at once: enough that handing them out costs nothing beside the work on them.
-pub(crate) const PARALLEL: usize = 4096;
 /// Items that one task looks at.
 const CHUNK: usize = 8192;
 

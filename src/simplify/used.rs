@@ -5,8 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
-use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::PARALLEL;
+use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::{TriMesh, compact};
 
 use super::closed::Derivative;

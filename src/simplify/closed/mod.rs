@@ -70,7 +70,11 @@ pub(super) fn simplify_levels(
         let end = running.run(limit);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
-        collapse = (levels.len() + 1 < limits.len()).then_some(running);
+        if levels.len() + 1 < limits.len() {
+            collapse = Some(running);
+        } else {
+            running.end();
+        }
         levels.push(refine(&clustered, request, output, end, trace, progress)?);
     }
     Ok(levels)

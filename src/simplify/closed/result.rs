@@ -38,13 +38,16 @@ impl Closed {
     /// # Errors
     /// [`SimplifyError::Overflow`] where a position is not finite.
     pub fn new(original: &Original, output: Output, positions: Vec<[f32; 3]>) -> Result<Self, SimplifyError> {
+        let pulse = original.surface.pulse;
+        pulse.beat(0);
         let (faces, pins, mut vertex_of) = output.into_parts();
         vertex_of.truncate(original.mesh.positions().len());
+        pulse.beat(0);
         let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
         let sources = || pins.origins().iter().map(|&v| original.surface.source(v)).collect();
         Ok(Self {
             attributes: Attributes::default(),
-            report: Report::of(original.surface.pulse, &mesh),
+            report: Report::of(pulse, &mesh),
             map: None,
             vertex_of,
             source_vertices: pins.is_subset().then(sources),

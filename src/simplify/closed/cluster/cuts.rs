@@ -32,6 +32,7 @@ pub fn cut_costly(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec
     // The vertices of the regions that were looked at.
     let mut vertices_of = BTreeMap::new();
     for _ in 0..ROUNDS {
+        surface.pulse.beat(0);
         let Some(costly) = costly_regions(&errors) else { break };
         let mut is_new = vec![false; assignment.n_regions];
         costly.iter().for_each(|r| is_new[*r as usize] = !vertices_of.contains_key(r));
@@ -42,7 +43,10 @@ pub fn cut_costly(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec
         for numbers in surface.pulse.counting_if(false).by(TOGETHER, 0..regions.len()) {
             halves.par_extend(regions[numbers].par_iter().map(|vertices| Part::halves(surface, vertices)));
         }
-        for ([near, far], vertices) in halves.into_iter().zip(&regions) {
+        for (n_before, ([near, far], vertices)) in halves.into_iter().zip(&regions).enumerate() {
+            if n_before % TOGETHER == 0 {
+                surface.pulse.beat(0);
+            }
             let (old, new) = (assignment.region[vertices[0] as usize], assignment.n_regions as u32);
             assignment.n_regions += 1;
             far.vertices.iter().for_each(|&v| assignment.region[v as usize] = new);

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::assignment::Assignment;
 use super::edge_lengths::EdgeLengths;
+use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Area per dart in squares of its radius. Discs of diameter r thrown at random jam at 0.547 of the area, which leaves
@@ -40,7 +41,8 @@ const SHRINK: f64 = 0.98;
 /// Throws at least `n_samples` darts, and not many more.
 pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {
     let order = shuffled(surface, seed);
-    let mut radius = radius_for(lengths, n_samples);
+    let mut radius = radius_for(surface, lengths, n_samples);
+    surface.pulse.beat(0);
     let mut field = Field::new(surface, lengths);
     field.cover(&order, radius as f32);
     let mut n_before = 0;
@@ -51,6 +53,7 @@ pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, s
             break;
         }
         n_before = field.samples.len();
+        surface.pulse.beat(0);
         if share >= TOO_MANY {
             radius *= share.sqrt();
             field = Field::new(surface, lengths);
@@ -92,8 +95,8 @@ fn shuffled(surface: &Surface, seed: u64) -> Vec<u32> {
 }
 
 /// The radius at which about `n_samples` darts find room: no vertex can hold more than one.
-fn radius_for(lengths: &EdgeLengths, n_samples: usize) -> f64 {
-    let cells = histogram(&lengths.areas);
+fn radius_for(surface: &Surface, lengths: &EdgeLengths, n_samples: usize) -> f64 {
+    let cells = histogram(surface.pulse, &lengths.areas);
     let expected = |radius: f64| {
         let disc = AREA_PER_DART * radius * radius;
         cells.iter().map(|&(area, count)| count * chance(area / disc)).sum::<f64>()
@@ -111,14 +114,16 @@ fn radius_for(lengths: &EdgeLengths, n_samples: usize) -> f64 {
 }
 
 /// How many areas there are of each size, sizes within three percent as one: (mean area, count).
-fn histogram(areas: &[f32]) -> Vec<(f64, f64)> {
+fn histogram(pulse: Pulse, areas: &[f32]) -> Vec<(f64, f64)> {
     /// Five bits of the mantissa are left: 32 sizes between a number and twice that, 3 % apart.
     const SHIFT: u32 = 18;
     let mut bins = vec![(0.0f64, 0u32); (u32::MAX >> (SHIFT + 1)) as usize + 1];
-    for &area in areas {
-        let bin = &mut bins[(area.max(0.0).to_bits() >> SHIFT) as usize];
-        bin.0 += f64::from(area);
-        bin.1 += 1;
+    for areas in pulse.counting_if(false).over(areas) {
+        for &area in areas {
+            let bin = &mut bins[(area.max(0.0).to_bits() >> SHIFT) as usize];
+            bin.0 += f64::from(area);
+            bin.1 += 1;
+        }
     }
     let used = bins.into_iter().filter(|bin| bin.1 > 0);
     used.map(|(sum, count)| (sum / f64::from(count), f64::from(count))).collect()
@@ -169,9 +174,11 @@ impl<'a> Field<'a> {
             self.samples.extend(samples);
             self.boundaries.extend(boundaries);
         }
+        surface.pulse.beat(0);
         let mut whole = Run::new(surface, lengths, 0, &mut self.distance, &mut self.owner);
         whole.front = self.boundaries.iter().map(|&v| (v, whole.distance[v as usize])).collect();
         whole.grow(radius);
+        surface.pulse.beat(0);
     }
 
     /// Frees the vertices that a smaller radius no longer reaches.
@@ -190,6 +197,7 @@ impl<'a> Field<'a> {
 
     /// The regions of the samples, numbered like them.
     fn assignment(self) -> Assignment {
+        self.surface.pulse.beat(0);
         let mut number = vec![0; self.owner.len()];
         self.samples.iter().zip(0u32..).for_each(|(&v, i)| number[v as usize] = i);
         let region = self.surface.pulse.map(&self.owner, |&sample| number[sample as usize]);
@@ -307,7 +315,6 @@ impl<'a> Run<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
 
     /// Distances from one vertex by relaxing all edges until nothing changes.
@@ -344,9 +351,9 @@ mod tests {
             let lengths = EdgeLengths::new(&surface);
             let mut field = Field::new(&surface, &lengths);
             let order = shuffled(&surface, 5);
-            field.cover(&order, radius_for(&lengths, 30) as f32);
-            field.uncover(radius_for(&lengths, 50) as f32);
-            field.cover(&order, radius_for(&lengths, 50) as f32);
+            field.cover(&order, radius_for(&surface, &lengths, 30) as f32);
+            field.uncover(radius_for(&surface, &lengths, 50) as f32);
+            field.cover(&order, radius_for(&surface, &lengths, 50) as f32);
             let assignment = field.assignment();
             assert_nearest(&surface, &lengths, &assignment.samples, &assignment.region);
             let given = [0, 7, 33, 101];

@@ -7,9 +7,8 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::linalg::{Csr, Stars};
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::add_to_rows;
 use crate::model::{Weights, star_scores, surface_scores};
 
@@ -26,6 +25,8 @@ const MEASURED: usize = 2048;
 /// Vertices per region from which on the sample's score stands for all of them. Twelve large training meshes at ratios
 /// 0.03 to 0.15: at 1 and at 16 the mean distance is 0.1 % farther; fewer scores take less time.
 const LARGE: usize = 4;
+/// Vertices that are scored between two beats: at less than a microsecond each, about ten milliseconds on one thread.
+const TOGETHER: usize = 1 << 14;
 
 /// Weighs the vertices of a surface.
 pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance) {
@@ -35,6 +36,7 @@ pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importa
             .unwrap_or_else(|| importance_of_scores(&scores(surface, weights), &areas(surface))),
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
+    surface.pulse.beat(0);
     surface.weigh(factors);
 }
 
@@ -52,7 +54,8 @@ fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Wei
     let scores = scores_of(surface, &assignment.samples, weights)?;
     let mut areas = vec![0.0; assignment.n_regions];
     add_to_rows(surface.pulse, &mut areas, &assignment.region, |area, v| *area += surface.weight(v));
-    let factors = importance_of_scores(&scores, &areas);
+    let factors = importance_with(surface.pulse, &scores, &areas);
+    surface.pulse.beat(0);
     Some(surface.pulse.map(&assignment.region, |&r| factors[r as usize]))
 }
 
@@ -60,7 +63,8 @@ fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Wei
 fn scores_of(surface: &Surface, vertices: &[u32], weights: &Weights) -> Option<Vec<f32>> {
     let edge_length = mean_edge_length(surface);
     let mut scores = Vec::with_capacity(vertices.len());
-    for vertices in surface.pulse.over(vertices) {
+    for numbers in surface.pulse.by(TOGETHER, 0..vertices.len()) {
+        let vertices = &vertices[numbers];
         let star = |i: usize| (vertices[i] as usize, surface.neighbors(vertices[i]));
         let stars = Stars { x: [&surface.positions, &surface.normals], n: vertices.len(), of: star };
         scores.extend(star_scores(weights, &stars, edge_length)?);
@@ -105,10 +109,15 @@ fn edges(surface: &Surface) -> Csr {
 /// assert!((factors[1] / factors[0] - 2.0_f32.exp()).abs() < 1e-5);
 /// ```
 pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
+    importance_with(Pulse::NONE, scores, areas)
+}
+
+/// As [`importance_of_scores`], where someone may listen.
+fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
     let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
-    scores.par_iter().map(|&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
+    pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
 }
 
 /// The weights of the vertices as long as all count alike, n_vertices.
@@ -119,7 +128,6 @@ fn areas(surface: &Surface) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
     use crate::simplify::{edge_graph, network_scores};
 

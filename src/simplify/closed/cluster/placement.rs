@@ -8,12 +8,11 @@ use rayon::prelude::*;
 
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
-use crate::mesh::pulse::Pulse;
+use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::shares::add_to_rows;
 
 use super::assignment::Assignment;
 use super::sums::Sum;
-use crate::mesh::shares::PARALLEL;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes, which say nothing along a flat part.

@@ -222,9 +222,11 @@ fn refine(
     add_to_rows(surface.pulse, &mut sizes, &assignment.region, |size, _| *size += 1);
     let single = |r: u32| sizes.get(r as usize).is_none_or(|&size| size < 2);
     let mut cut: Vec<bool> = broken.iter().enumerate().map(|(r, &b)| b && !single(r as u32)).collect();
-    for face in faces {
-        if face.iter().any(|&r| broken[r as usize] && single(r)) {
-            face.iter().for_each(|&r| cut[r as usize] = !single(r));
+    for faces in surface.pulse.counting_if(false).over(faces) {
+        for face in faces {
+            if face.iter().any(|&r| broken[r as usize] && single(r)) {
+                face.iter().for_each(|&r| cut[r as usize] = !single(r));
+            }
         }
     }
     let members = members(surface.pulse, assignment, &cut);
@@ -264,8 +266,16 @@ pub fn members(pulse: Pulse, assignment: &Assignment, wanted: &[bool]) -> BTreeM
     let inside = |r: u32| wanted[r as usize];
     let members = indices_where(pulse, &assignment.region, |_, &r| inside(r));
     let mut pairs: Vec<(u32, u32)> = members.into_iter().map(|v| (assignment.region[v as usize], v)).collect();
+    pulse.beat(0);
     pairs.sort_unstable();
-    pairs.chunk_by(|x, y| x.0 == y.0).map(|list| (list[0].0, list.iter().map(|pair| pair.1).collect())).collect()
+    let lists = pairs.chunk_by(|x, y| x.0 == y.0).enumerate();
+    let vertices = lists.map(|(n_before, list)| {
+        if n_before % BETWEEN_BEATS == 0 {
+            pulse.beat(0);
+        }
+        (list[0].0, list.iter().map(|pair| pair.1).collect())
+    });
+    vertices.collect()
 }
 
 /// Gives the half of a region that is nearer to its far end a label of its own, and so each part that is cut off.

@@ -40,14 +40,9 @@ impl<'a> Collapse<'a> {
 fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse<'a> {
     let n_vertices = rings.n_vertices();
     let (ghosts, n_faces) = ghosts(rings);
-    let point = |v: u32| {
-        // The order asks for every vertex a few times, and knows of no beats.
-        if (v as usize).is_multiple_of(BLOCK) {
-            pulse.beat(0);
-        }
-        placed.position(v).as_vec3().to_array()
-    };
-    let split = Split::new(pulse.counting_if(false), curve_order(n_vertices, point), n_vertices.div_ceil(BLOCK));
+    let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array(), || pulse.beat(0));
+    let split = Split::new(pulse.counting_if(false), order, n_vertices.div_ceil(BLOCK));
+    pulse.beat(0);
     let block = |i| split.block(i, placed, rings);
     let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();
     blocks.par_iter_mut().for_each(Collapse::price);
@@ -221,6 +216,7 @@ impl Collapse<'_> {
 
     /// The number of each vertex, merged ones that of what they became, when those that live are counted from `first`.
     fn numbers(&self, first: u32) -> Vec<u32> {
+        self.pulse.beat(0);
         let mut numbers = vec![0; self.n_inner];
         self.living().zip(first..).for_each(|(v, number)| numbers[v as usize] = number);
         (0..self.n_inner as u32).for_each(|v| numbers[v as usize] = numbers[self.last(v) as usize]);

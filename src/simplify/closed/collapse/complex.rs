@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
-use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::{PARALLEL, indices_where};
+use crate::mesh::pulse::{PARALLEL, Pulse};
+use crate::mesh::shares::indices_where;
 use crate::simplify::closed::cluster::assignment::Assignment;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::output::Output;
@@ -176,6 +176,16 @@ impl<'a> Collapse<'a> {
             history: None,
             pulse,
         }
+    }
+
+    /// Gives the memory back, in parts: that of millions of vertices takes a while.
+    pub fn end(self) {
+        let Self { nodes, links, pulse, .. } = self;
+        pulse.beat(0);
+        drop(nodes);
+        pulse.beat(0);
+        drop(links);
+        pulse.beat(0);
     }
 
     /// What is left, renumbered; each face begins with its first vertex. `assignment` says which vertex each of the surface's was

@@ -46,17 +46,25 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
     let mut matches = trace.as_ref().map(|_| Vec::new());
-    let mut sums = vec![FaceSums::default(); output.faces().len()];
+    let mut sums = Vec::with_capacity(output.faces().len());
+    pulse.through(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
     points.place(&facets, |found| {
         add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
-    let counts = counts(&sums);
+    pulse.beat(0);
+    let counts = counts(pulse, &sums);
+    pulse.beat(0);
     let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
     let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point(), stay };
     let steps = solve(pulse, &facets, &weighed);
     let boundary = if points.have_boundary() { boundary_vertices(pulse, output) } else { Vec::new() };
     let after = take_steps(pulse, &facets, &steps, &boundary);
+    // Memory goes back in two parts: that of millions of faces takes a while.
+    drop(facets);
+    pulse.beat(0);
+    drop(sums);
+    pulse.beat(0);
     if let (Some(trace), Some(matches)) = (trace, matches) {
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
         trace.steps.push(Step { matches, counts, moved, stay });
@@ -129,17 +137,18 @@ impl FaceSums {
 
 /// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
 /// not their squares.
-fn counts(sums: &[FaceSums]) -> Vec<f32> {
+fn counts(pulse: Pulse, sums: &[FaceSums]) -> Vec<f32> {
     let [squares, area] = sums
         .iter()
         .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
+    pulse.beat(0);
     let mean = (squares / area.max(f64::MIN_POSITIVE)) as f32;
     let count = |sum: &FaceSums| {
         let count = 1.0 / (sum.squares / (sum.area() * mean) + USUAL).sqrt();
         // Without points or heights there is nothing to weigh.
         if count.is_finite() { count } else { 1.0 }
     };
-    sums.par_iter().map(count).collect()
+    pulse.map(sums, count)
 }
 
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
@@ -154,6 +163,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
         sums[f].slope_and_curvature(rises).map(|change| counts[f] * change)
     };
     let changes: Vec<[f32; 2]> = pulse.map_numbers(sums.len(), change);
+    pulse.beat(0);
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
     let total = [total(0), total(1)];
     // Slope, curvature and the area of the points.
@@ -167,6 +177,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     add_faces(pulse, &mut gains, faces, shares, |gain, shares, corner| {
         gain.iter_mut().zip(shares[corner]).for_each(|(gain, share)| *gain += share);
     });
+    pulse.beat(0);
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
