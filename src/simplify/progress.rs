@@ -52,26 +52,28 @@ const CLOSED: [Stage; 10] = [
 /// Of these, what every level of detail after the first goes through again: from the collapse on.
 const OF_LEVEL: usize = 6;
 
-/// What comes before where the result is to be mirrored.
-const SYMMETRY: Stage = stage("symmetry", 0.1, 1.0);
+/// What comes before where the result is to be mirrored: of a vase of 12 thousand faces 6.3 times as long as all that follows, of
+/// suzanne 1.7 times (ratio 0.1, one thread).
+const SYMMETRY: Stage = stage("symmetry", 4.0, 1.0);
 
-/// The stages of the paper's assembly. Their beats are their beginnings.
+/// The stages of the paper's assembly. Their beats are their beginnings. Shares: means of cat0, horse0 and the bunny at ratios of
+/// 0.05 and 0.2 on one thread; the faces take 0.45 to 0.79.
 pub(super) const PAPER: [Stage; 6] = [
-    stage("scores", 0.1, 1.0),
-    stage("sample", 0.1, 1.0),
-    stage("assign", 0.1, 1.0),
-    stage("edges", 0.1, 1.0),
-    stage("faces", 0.1, 1.0),
-    stage("assemble", 0.1, 1.0),
+    stage("scores", 0.19, 1.0),
+    stage("sample", 0.10, 1.0),
+    stage("assign", 0.04, 1.0),
+    stage("edges", 0.04, 1.0),
+    stage("faces", 0.62, 1.0),
+    stage("assemble", 0.01, 1.0),
 ];
 
-/// The stages of meshing a cloud.
+/// The stages of meshing a cloud: those of the paper's assembly, whose shares they have.
 pub(super) const POINTS: [Stage; 5] = [
-    stage("scores", 0.1, 1.0),
-    stage("assign", 0.1, 1.0),
-    stage("edges", 0.1, 1.0),
-    stage("faces", 0.1, 1.0),
-    stage("assemble", 0.1, 1.0),
+    stage("scores", 0.20, 1.0),
+    stage("assign", 0.05, 1.0),
+    stage("edges", 0.05, 1.0),
+    stage("faces", 0.69, 1.0),
+    stage("assemble", 0.01, 1.0),
 ];
 
 /// The stages of so many results of the closed assembly, one from the collapse of the other; mirrored or not.

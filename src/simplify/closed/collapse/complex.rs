@@ -89,8 +89,8 @@ impl End {
         match self {
             Self::Reached => Outcome::Reached,
             Self::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
-            Self::Held => Outcome::Stopped("seams, creases or locked vertices hold what is left".into()),
-            Self::WouldTurn => Outcome::Stopped("no edge is left that could go without turning a face over".into()),
+            Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
+            Self::WouldTurn => Outcome::Stopped("every remaining merge would turn a face over".into()),
         }
     }
 }
