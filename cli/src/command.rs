@@ -19,7 +19,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Write a lighter mesh
-    Simplify(SimplifyArgs),
+    Simplify(Box<SimplifyArgs>),
     /// Mesh a point cloud with a trained network
     MeshPoints(MeshPointsArgs),
     /// Describe a mesh: counts, bounds, closed, manifold, components, genus, what was cleaned

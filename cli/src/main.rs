@@ -41,8 +41,8 @@ use command::{Args, Command};
 fn main() -> ExitCode {
     memory::keep_freed();
     let done = match Args::parse().command {
-        Command::Simplify(args) if batch::is_meant(&args) => batch::run(args),
-        Command::Simplify(args) => request::resolve(args).and_then(simplify::run),
+        Command::Simplify(args) if batch::is_meant(&args) => batch::run(*args),
+        Command::Simplify(args) => request::resolve(*args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args),

@@ -81,7 +81,7 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let mut progress = Progress::new(args.quiet);
     let given = args.weights.as_deref().map(read_weights).transpose()?;
     let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
-    progress.show("read", 0.0);
+    progress.show("read");
     let failed = |error: &dyn std::fmt::Display| Failure::of(&args.input, error);
     let raw = io::read_points(&files::read(&args.input)?).map_err(|error| failed(&error))?;
     // Vertices stay in place: of doubles the file gets back what single precision does not hold.

@@ -11,7 +11,7 @@ use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
-    Event, Options, Simplified, SimplifyError, importance_of_channel, importance_of_groups, simplify_input,
+    Listener, Options, Simplified, SimplifyError, importance_of_channel, importance_of_groups, simplify_input,
     simplify_levels_of_detail,
 };
 
@@ -86,21 +86,21 @@ impl Done {
 /// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.
 pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mut Progress) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
-    progress.show("read", 0.0);
+    progress.show("read");
     let subject = timed(&mut seconds.read, || Subject::open(&request.source, request.output_format))?;
     let lighter = timed(&mut seconds.simplify, || lighter(&subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
-    progress.show("check", 0.0);
+    progress.show("check");
     let levels: Vec<Level> = timed(&mut seconds.check, || {
         lighter.results.iter().map(|result| measured(&subject, result, request)).collect()
     });
-    progress.show("write", 0.0);
+    progress.show("write");
     let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let mut notes = [subject.notes.clone(), written.notes].concat();
     let shown = shown(request, &subject, first, &mut notes)?;
     let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, seconds })?;
-    progress.show("picture", 0.0);
+    progress.show("picture");
     let drawn = drawn(request, shown.as_ref(), &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
     let pending = pending.chain(mapped(request, &subject, first)?).collect();
@@ -136,7 +136,7 @@ fn lighter(
     let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
     let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
     let options = Options { frame: subject.frame, prune_below, symmetric, ..request.options.clone() };
-    let tell: &mut dyn FnMut(Event) -> ControlFlow<()> = &mut |event| {
+    let tell: &mut Listener = &mut |event| {
         progress.event(event);
         ControlFlow::Continue(())
     };

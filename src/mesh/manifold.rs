@@ -9,6 +9,7 @@ use std::borrow::Cow;
 use super::OneRings;
 use super::half_edges::{NO_TWIN, next, start, twins};
 use super::non_manifold_edges::{Partners, partners};
+use super::pulse::Pulse;
 use super::union_find::UnionFind;
 
 /// A manifold with the same faces as the input, its rings, and where its vertices come from.
@@ -35,6 +36,11 @@ pub struct Manifold<'a> {
 /// assert_eq!(manifold.copies, [0]);
 /// ```
 pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'a> {
+    manifold_with(Pulse::NONE, positions, faces)
+}
+
+/// As [`manifold`], where someone may listen.
+pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'a> {
     let n_vertices = positions.len();
     let mut faces = Cow::Borrowed(faces);
     let mut copies = Vec::new();
@@ -42,7 +48,7 @@ pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'
     // Faces that are joined over a non-manifold edge may still meet at both its ends: a second time such edges part all.
     let mut joined = None;
     loop {
-        match OneRings::new(n_vertices + copies.len(), &faces) {
+        match OneRings::with(pulse, n_vertices + copies.len(), &faces) {
             Ok(rings) if rings.is_oriented() || turned_faces.is_some() => {
                 return Manifold { faces, rings, copies, turned_faces: turned_faces.unwrap_or(0) };
             }

@@ -15,6 +15,7 @@ mod one_rings;
 mod placed;
 mod point_cloud;
 mod polygon;
+pub(crate) mod pulse;
 mod raw_mesh;
 mod repeated_faces;
 mod seams;
@@ -35,6 +36,7 @@ pub use compact::compact;
 pub use edges::{Edge, edges};
 pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use looks::{BaseTexture, Look, Looks, Wrap, linear_light, srgb};
+pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
 #[cfg(feature = "gltf")]

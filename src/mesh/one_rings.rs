@@ -8,6 +8,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::pulse::Pulse;
 use super::shares::shares;
 
 /// Rings longer than this are ordered with a hash map instead of by scanning.
@@ -53,8 +54,18 @@ impl OneRings {
     /// assert_eq!(rings.n_ghosts(), 1);
     /// ```
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
-        let shares: Vec<Rows> = shares(n_vertices).into_par_iter().map(|share| Rows::new(share, faces)).collect();
-        let rows = shares.into_iter().reduce(Rows::and).unwrap_or_default();
+        Self::with(Pulse::NONE, n_vertices, faces)
+    }
+
+    /// As [`OneRings::new`], where someone may listen.
+    pub(crate) fn with(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
+        let rows = |share| Rows::new(pulse, share, faces);
+        let shares: Vec<Rows> = shares(n_vertices).into_par_iter().map(rows).collect();
+        let and = |rows: Rows, after| {
+            pulse.beat(0);
+            rows.and(after)
+        };
+        let rows = shares.into_iter().reduce(and).unwrap_or_default();
         if !rows.bad.is_empty() {
             return Err(NotManifold { vertices: rows.bad });
         }
@@ -139,24 +150,30 @@ impl OneRings {
 }
 
 /// For each vertex of `share` the edges opposite to it, as compressed rows: where each row ends and vertex pairs.
-fn opposite_edges(share: Range<usize>, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
+fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
+    let pulse = pulse.counting_if(share.start == 0);
     let own = |v: u32| (v as usize).wrapping_sub(share.start);
     let mut ends = vec![0u32; share.len()];
-    for &v in faces.as_flattened() {
-        if let Some(count) = ends.get_mut(own(v)) {
-            *count += 1;
+    for faces in pulse.over(faces) {
+        for &v in faces.as_flattened() {
+            if let Some(count) = ends.get_mut(own(v)) {
+                *count += 1;
+            }
         }
     }
+    pulse.beat(0);
     let mut n_before = 0;
     for end in &mut ends {
         n_before += std::mem::replace(end, n_before);
     }
     let mut pairs = vec![[0; 2]; n_before as usize];
-    for &[a, b, c] in faces {
-        for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-            if let Some(slot) = ends.get_mut(own(v)) {
-                pairs[*slot as usize] = pair;
-                *slot += 1;
+    for faces in pulse.over(faces) {
+        for &[a, b, c] in faces {
+            for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                if let Some(slot) = ends.get_mut(own(v)) {
+                    pairs[*slot as usize] = pair;
+                    *slot += 1;
+                }
             }
         }
     }
@@ -179,14 +196,17 @@ struct Rows {
 
 impl Rows {
     /// The rings of the vertices of `share`.
-    fn new(share: Range<usize>, faces: &[[u32; 3]]) -> Self {
-        let (ends, mut pairs) = opposite_edges(share.clone(), faces);
+    fn new(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> Self {
+        let (ends, mut pairs) = opposite_edges(pulse, share.clone(), faces);
+        pulse.beat(0);
         let mut rows = Self { offsets: Vec::with_capacity(ends.len() + 1), ..Self::default() };
         rows.neighbors.reserve(pairs.len());
         let mut begin = 0;
-        for (v, end) in share.zip(ends) {
-            rows.push(v as u32, &mut pairs[begin..end as usize]);
-            begin = end as usize;
+        for own in pulse.through(0..ends.len()) {
+            for (v, &end) in (share.start + own.start..).zip(&ends[own]) {
+                rows.push(v as u32, &mut pairs[begin..end as usize]);
+                begin = end as usize;
+            }
         }
         rows
     }

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::pulse::Pulse;
+
 /// Vertices from which on another thread pays.
 const LEAST: usize = 20_000;
-/// Rows that a thread takes at once: enough that handing them out costs nothing beside the work on them.
-pub(crate) const PARALLEL: usize = 4096;
 /// Items that one task looks at.
 const CHUNK: usize = 8192;
 
@@ -37,6 +37,7 @@ pub(crate) fn cut<'a, T>(
 /// Adds what there is to say `of` each face, by its index, to the rows of its corners (0, 1, 2). Every vertex takes its faces in their
 /// order, whichever thread it belongs to.
 pub(crate) fn add_faces<T: Send, F>(
+    pulse: Pulse,
     rows: &mut [T],
     faces: &[[u32; 3]],
     of: impl Fn(usize) -> F + Sync,
@@ -46,12 +47,14 @@ pub(crate) fn add_faces<T: Send, F>(
     let is_whole = shares.len() == 1;
     let parts: Vec<_> = shares.iter().zip(cut(&shares, rows, |v| v + 1)).collect();
     parts.into_par_iter().for_each(|(share, rows)| {
-        for (f, face) in faces.iter().enumerate() {
-            if is_whole || face.iter().any(|&v| share.contains(&(v as usize))) {
-                let of_face = of(f);
-                for (corner, &v) in face.iter().enumerate() {
-                    if let Some(row) = rows.get_mut((v as usize).wrapping_sub(share.start)) {
-                        add(row, &of_face, corner);
+        for numbers in pulse.counting_if(share.start == 0).through(0..faces.len()) {
+            for (f, face) in numbers.clone().zip(&faces[numbers]) {
+                if is_whole || face.iter().any(|&v| share.contains(&(v as usize))) {
+                    let of_face = of(f);
+                    for (corner, &v) in face.iter().enumerate() {
+                        if let Some(row) = rows.get_mut((v as usize).wrapping_sub(share.start)) {
+                            add(row, &of_face, corner);
+                        }
                     }
                 }
             }
@@ -61,21 +64,28 @@ pub(crate) fn add_faces<T: Send, F>(
 
 /// Adds each item, by its index, to the row that it belongs to. Every row takes its items in their order, whichever thread it
 /// belongs to.
-pub(crate) fn add_to_rows<T: Send>(rows: &mut [T], row_of: &[u32], add: impl Fn(&mut T, usize) + Sync) {
+pub(crate) fn add_to_rows<T: Send>(pulse: Pulse, rows: &mut [T], row_of: &[u32], add: impl Fn(&mut T, usize) + Sync) {
     let shares = shares(rows.len());
     let parts: Vec<_> = shares.iter().zip(cut(&shares, rows, |row| row + 1)).collect();
     parts.into_par_iter().for_each(|(share, rows)| {
-        for (i, &row) in row_of.iter().enumerate() {
-            if let Some(row) = rows.get_mut((row as usize).wrapping_sub(share.start)) {
-                add(row, i);
+        for numbers in pulse.counting_if(share.start == 0).through(0..row_of.len()) {
+            for (i, &row) in numbers.clone().zip(&row_of[numbers]) {
+                if let Some(row) = rows.get_mut((row as usize).wrapping_sub(share.start)) {
+                    add(row, i);
+                }
             }
         }
     });
 }
 
 /// The indices of the items that are wanted, ascending.
-pub(crate) fn indices_where<T: Sync>(items: &[T], is_wanted: impl Fn(u32, &T) -> bool + Sync) -> Vec<u32> {
+pub(crate) fn indices_where<T: Sync>(
+    pulse: Pulse,
+    items: &[T],
+    is_wanted: impl Fn(u32, &T) -> bool + Sync,
+) -> Vec<u32> {
     let of_chunk = |(chunk, items): (usize, &[T])| -> Vec<u32> {
+        pulse.beat(items.len());
         let numbered = ((chunk * CHUNK) as u32..).zip(items);
         numbered.filter(|&(i, item)| is_wanted(i, item)).map(|(i, _)| i).collect()
     };
@@ -96,7 +106,7 @@ mod tests {
         corners.for_each(|(v, corner)| naive[v as usize].push(corner));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let mut rows = vec![Vec::new(); n as usize];
-        pool.install(|| add_faces(&mut rows, &faces, |f| f, |row, &f, corner| row.push([f, corner])));
+        pool.install(|| add_faces(Pulse::NONE, &mut rows, &faces, |f| f, |row, &f, corner| row.push([f, corner])));
         assert_eq!(rows, naive);
     }
 
@@ -108,7 +118,7 @@ mod tests {
         row_of.iter().enumerate().for_each(|(i, &row)| naive[row as usize].push(i));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let mut rows = vec![Vec::new(); n];
-        pool.install(|| add_to_rows(&mut rows, &row_of, |row, i| row.push(i)));
+        pool.install(|| add_to_rows(Pulse::NONE, &mut rows, &row_of, |row, i| row.push(i)));
         assert_eq!(rows, naive);
     }
 
@@ -116,8 +126,8 @@ mod tests {
     fn indices_are_those_that_a_look_at_all_finds() {
         let items: Vec<u32> = (0..3 * CHUNK as u32 + 5).map(|i| i * i % 101).collect();
         let naive: Vec<u32> = (0..items.len() as u32).filter(|&i| items[i as usize] < 7 && i % 3 > 0).collect();
-        assert_eq!(indices_where(&items, |i, &item| item < 7 && i % 3 > 0), naive);
-        assert!(indices_where(&[0; 0], |_, _| true).is_empty());
+        assert_eq!(indices_where(Pulse::NONE, &items, |i, &item| item < 7 && i % 3 > 0), naive);
+        assert!(indices_where(Pulse::NONE, &[0; 0], |_, _| true).is_empty());
     }
 
     #[test]

@@ -54,7 +54,7 @@ impl std::fmt::Display for WeightsError {
             Self::Missing(name) => write!(f, "the tensor `{name}` is missing: these weights belong to another network"),
             Self::NotF32(name) => write!(f, "the tensor `{name}` is not of type F32: convert the weights"),
             Self::WrongShape { name, expected, found } => {
-                write!(f, "the tensor `{name}` has shape {found:?}, the network's sizes ask for {expected:?}")
+                write!(f, "the tensor `{name}` has shape {found:?}, the architecture needs {expected:?}")
             }
             Self::NotFinite(name) => write!(f, "the tensor `{name}` has entries that are not finite: train again"),
         }

@@ -1,11 +1,11 @@
 //! The smallest result found whose distance from the original is proved to be small enough.
 
-use std::ops::ControlFlow;
-
 use crate::mesh::TriMesh;
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance};
 use crate::model::Weights;
-use crate::simplify::{Event, Input, Options, Simplified, SimplifyError, Target, simplify_levels_of_detail};
+use crate::simplify::{Input, Listener, Options, Simplified, SimplifyError, Target, simplify_levels_of_detail};
+
+use super::part::part_of;
 
 /// Sizes looked at in one go, from one collapse.
 const SIZES: usize = 8;
@@ -52,12 +52,17 @@ pub fn simplify_to_error(
     weights: Option<&Weights>,
     options: &Options,
     error: f64,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<Bounded, SimplifyError> {
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let mut levels = |sizes: &[usize]| at_sizes(input, weights, options, sizes, progress);
+    let mut n_before = 0;
+    let mut levels = |sizes: &[usize]| {
+        let progress = &mut part_of(progress, n_before, MOST_ROUNDS + 1);
+        n_before += 1;
+        at_sizes(input, weights, options, sizes, progress)
+    };
     let (best, n_tries) = smallest_that_holds(input.mesh, error, &mut levels)?;
     let is_proved = best.is_some();
     let simplified = match best {
@@ -79,7 +84,7 @@ fn at_sizes(
     weights: Option<&Weights>,
     options: &Options,
     sizes: &[usize],
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let whole = (WHOLE * input.mesh.positions().len() as f64) as usize;
     let first = sizes.iter().copied().fold(whole, usize::max).max(1);
@@ -166,6 +171,8 @@ impl Range {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ops::ControlFlow;
+
     use crate::mesh::{shapes, topology};
     use crate::metrics::{Surface, surface_distance};
 

@@ -3,6 +3,7 @@
 //! The simplifier is asked for a number of vertices; which number it takes is found here, by trying.
 
 mod error;
+mod part;
 mod size;
 
 pub use error::{Bounded, simplify_to_error};

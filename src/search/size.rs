@@ -1,9 +1,9 @@
 //! The largest result that fits into a number of bytes.
 
-use std::ops::ControlFlow;
-
 use crate::model::Weights;
-use crate::simplify::{Event, Input, Options, Simplified, SimplifyError, Target, simplify_input};
+use crate::simplify::{Input, Listener, Options, Simplified, SimplifyError, Target, simplify_input};
+
+use super::part::part_of;
 
 /// Results tried at most.
 const MOST_TRIES: usize = 8;
@@ -35,15 +35,15 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     options: &Options,
     n_bytes: usize,
     bytes_of: &dyn Fn(&Simplified) -> Result<usize, E>,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<Simplified, E> {
     let n_all = input.mesh.positions().len();
     let mut fits: Option<(Simplified, usize)> = None;
     let mut too_large: Option<(Simplified, usize)> = None;
     let mut vertices = FIRST.min(n_all);
-    for _ in 0..MOST_TRIES {
+    for n_before in 0..MOST_TRIES {
         let options = Options { target: Target::Vertices(vertices), ..options.clone() };
-        let result = simplify_input(input, weights, &options, progress)?;
+        let result = simplify_input(input, weights, &options, &mut part_of(progress, n_before, MOST_TRIES))?;
         let n = bytes_of(&result)?;
         let is_last = n <= n_bytes && (vertices == n_all || n as f64 >= FULL * n_bytes as f64);
         let is_held = n > n_bytes && result.mesh.positions().len() > vertices;

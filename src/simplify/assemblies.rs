@@ -1,7 +1,6 @@
 //! The two assemblies as the driver runs them: what the options ask for on the way in, what is told on the way out.
 
-use std::ops::ControlFlow;
-
+use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
 
@@ -10,8 +9,9 @@ use super::components::{Prune, Pruned, pruned};
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
 use super::map;
-use super::options::{Assembly, Event, Options, Parts, Report, ScoreSource, Simplified, SimplifyError};
+use super::options::{Assembly, Options, Parts, Report, ScoreSource, Simplified, SimplifyError};
 use super::paper;
+use super::progress::Progress;
 
 /// What is asked of a run.
 pub(super) struct Task<'a> {
@@ -37,10 +37,10 @@ pub(super) fn closed_levels(
     weights: Option<&Weights>,
     task: &Task,
     sizes: &Sizes,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
     let Some(&first) = sizes.limits.first() else { return Ok(Vec::new()) };
-    let Some(pruned) = pruned_for(input.mesh, first, task.options) else {
+    let Some(pruned) = pruned_for(progress.pulse, input.mesh, first, task.options) else {
         return levels_of(input, weights, task, sizes, progress);
     };
     let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
@@ -51,10 +51,10 @@ pub(super) fn closed_levels(
 }
 
 /// The mesh without the components that the options let go; `None` where all stay.
-fn pruned_for(mesh: &TriMesh, limit: Limit, options: &Options) -> Option<Pruned> {
+fn pruned_for(pulse: Pulse, mesh: &TriMesh, limit: Limit, options: &Options) -> Option<Pruned> {
     let n_target = limit.vertices.min(limit.faces / 2 + 2);
     let prune = Prune { for_target: options.prune.then_some(n_target), below: options.prune_below };
-    if options.prune || prune.below > 0.0 { pruned(mesh, &prune) } else { None }
+    if options.prune || prune.below > 0.0 { pruned(pulse, mesh, &prune) } else { None }
 }
 
 /// The closed assembly's results of all of a mesh.
@@ -63,7 +63,7 @@ fn levels_of(
     weights: Option<&Weights>,
     task: &Task,
     sizes: &Sizes,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
     let Task { options, differentiable, half } = *task;
     let Input { mesh, attributes, importance } = *input;
@@ -97,19 +97,19 @@ pub(super) fn paper_result(
     weights: Option<&Weights>,
     options: &Options,
     limit: Limit,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     let weights = weights.unwrap_or_else(|| Weights::shipped_paper_open());
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
-    let result = paper::simplify_paper(mesh, n_target, weights, options.seed, progress)?;
+    let result = paper::simplified(mesh, n_target, weights, options.seed, progress)?;
     let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
-    let report = Report::of(&mesh);
+    let report = Report::of(progress.pulse, &mesh);
     let attributes = Attributes::default();
     Ok(Simplified { mesh, attributes, source_vertices: Some(kept), map: None, report })
 }
 
 /// The mesh as it is, for targets that it meets already.
-pub(super) fn unchanged(input: &Input, options: &Options, oversample: f64) -> Simplified {
+pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options, oversample: f64) -> Simplified {
     let mesh = input.mesh;
     let scores = if options.assembly == Assembly::Closed { options.scores } else { ScoreSource::Network };
     Simplified {
@@ -117,6 +117,6 @@ pub(super) fn unchanged(input: &Input, options: &Options, oversample: f64) -> Si
         attributes: input.attributes.clone(),
         source_vertices: Some((0..mesh.positions().len() as u32).collect()),
         map: options.map.then(|| map::of_unchanged(mesh)),
-        report: Report { oversample, scores, ..Report::of(mesh) },
+        report: Report { oversample, scores, ..Report::of(pulse, mesh) },
     }
 }

@@ -1,5 +1,6 @@
 //! Connected components: which may be pruned, and which ended in their smallest form.
 
+use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{TriMesh, compact};
 
@@ -10,29 +11,34 @@ const LEAST_SHARE: f64 = 4.0;
 const TETRAHEDRON: usize = 4;
 
 /// The component of every face, numbered in the order of their first faces, and how many there are.
-fn components(mesh: &TriMesh) -> (Vec<u32>, usize) {
+fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
-    for &[a, b, c] in mesh.faces() {
-        sets.union(a, b);
-        sets.union(b, c);
+    for faces in pulse.over(mesh.faces()) {
+        for &[a, b, c] in faces {
+            sets.union(a, b);
+            sets.union(b, c);
+        }
     }
     let mut number = vec![u32::MAX; mesh.positions().len()];
     let mut n = 0;
-    let component = mesh.faces().iter().map(|face| {
+    let mut number_of = |face: &[u32; 3]| {
         let slot = &mut number[sets.find(face[0]) as usize];
         if *slot == u32::MAX {
             *slot = n;
             n += 1;
         }
         *slot
-    });
-    let component = component.collect();
+    };
+    let mut component = Vec::with_capacity(mesh.faces().len());
+    for faces in pulse.over(mesh.faces()) {
+        component.extend(faces.iter().map(&mut number_of));
+    }
     (component, n as usize)
 }
 
 /// Number of components, and of those that no collapse can make smaller (a tetrahedron or a single triangle).
-pub(super) fn count_components(mesh: &TriMesh) -> (usize, usize) {
-    let (component, n) = components(mesh);
+pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
+    let (component, n) = components(pulse, mesh);
     let mut n_faces = vec![0; n];
     component.iter().for_each(|&c| n_faces[c as usize] += 1);
     (n, n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
@@ -60,8 +66,8 @@ pub(super) struct Prune {
 }
 
 /// Drops components; the largest by area always stays. `None` where nothing is dropped.
-pub(super) fn pruned(mesh: &TriMesh, prune: &Prune) -> Option<Pruned> {
-    let (component, n) = components(mesh);
+pub(super) fn pruned(pulse: Pulse, mesh: &TriMesh, prune: &Prune) -> Option<Pruned> {
+    let (component, n) = components(pulse, mesh);
     let areas = areas(mesh, &component, n);
     let mut by_area: Vec<usize> = (0..n).collect();
     by_area.sort_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)));
@@ -131,13 +137,13 @@ mod tests {
     #[test]
     fn small_boxes_go_first_and_the_largest_always_stays() {
         let boxes = shapes::many_boxes(94);
-        assert_eq!(count_components(&boxes), (94, 0));
+        assert_eq!(count_components(Pulse::NONE, &boxes), (94, 0));
         let for_target = |n| Prune { for_target: Some(n), below: 0.0 };
-        assert!(pruned(&boxes, &for_target(1_000_000_000)).is_none());
-        let some = pruned(&boxes, &for_target(100)).unwrap();
-        assert_eq!(count_components(&some.mesh).0, 94 - some.n_dropped);
-        let last = pruned(&boxes, &for_target(4)).unwrap();
-        assert_eq!((count_components(&last.mesh).0, last.n_dropped), (1, 93));
+        assert!(pruned(Pulse::NONE, &boxes, &for_target(1_000_000_000)).is_none());
+        let some = pruned(Pulse::NONE, &boxes, &for_target(100)).unwrap();
+        assert_eq!(count_components(Pulse::NONE, &some.mesh).0, 94 - some.n_dropped);
+        let last = pruned(Pulse::NONE, &boxes, &for_target(4)).unwrap();
+        assert_eq!((count_components(Pulse::NONE, &last.mesh).0, last.n_dropped), (1, 93));
     }
 
     #[test]
@@ -151,16 +157,16 @@ mod tests {
         }
         let cubes = TriMesh::new(positions, faces).unwrap();
         let below = |side: f64| Prune { for_target: None, below: side * 3f64.sqrt() };
-        assert!(pruned(&cubes, &below(0.99)).is_none());
-        let two = pruned(&cubes, &below(1.01)).unwrap();
+        assert!(pruned(Pulse::NONE, &cubes, &below(0.99)).is_none());
+        let two = pruned(Pulse::NONE, &cubes, &below(1.01)).unwrap();
         assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
-        assert_eq!(pruned(&cubes, &below(2.01)).unwrap().n_dropped, 2);
-        let last = pruned(&cubes, &below(100.0)).unwrap();
+        assert_eq!(pruned(Pulse::NONE, &cubes, &below(2.01)).unwrap().n_dropped, 2);
+        let last = pruned(Pulse::NONE, &cubes, &below(100.0)).unwrap();
         assert_eq!((last.n_dropped, last.mesh.faces().len()), (2, 12));
     }
 
     #[test]
     fn a_tetrahedron_is_as_small_as_it_gets() {
-        assert_eq!(count_components(&shapes::tetrahedron()), (1, 1));
+        assert_eq!(count_components(Pulse::NONE, &shapes::tetrahedron()), (1, 1));
     }
 }

@@ -1,13 +1,11 @@
 //! Levels of detail: several results of one mesh, for what one and a little more costs.
 
-use std::ops::ControlFlow;
-
 use crate::model::Weights;
 
 use super::assemblies::Task;
 use super::driver::run_levels;
 use super::input::Input;
-use super::options::{Event, Options, Simplified, SimplifyError, Target};
+use super::options::{Listener, Options, Simplified, SimplifyError, Target};
 
 /// Levels of detail: as [`simplify_input`](super::simplify_input) to the target of `options`, and from there on to the `further` ones, each no
 /// larger than the one before. What they share is done once.
@@ -33,7 +31,7 @@ pub fn simplify_levels_of_detail(
     weights: Option<&Weights>,
     options: &Options,
     further: &[Target],
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
     let task = Task { options, differentiable: false, half: None };
@@ -43,6 +41,8 @@ pub fn simplify_levels_of_detail(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ops::ControlFlow;
+
     use crate::mesh::{shapes, topology};
     use crate::simplify::simplify;
 

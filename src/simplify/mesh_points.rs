@@ -4,11 +4,11 @@
 //! along it, and A of Eq. (3) is which regions it joins, or the graph itself where every point is kept. No triangle is
 //! a candidate but those of A_s. Nothing here promises a closed surface.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::paper::{NO_SAMPLE, assign_to_samples, begin, choose_faces};
-use super::{Event, SimplifyError, scattered_samples};
+use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
+use super::progress::{POINTS, Progress, listened};
+use super::{Listener, SimplifyError, scattered_samples};
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, consistently_wound};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
@@ -54,26 +54,36 @@ pub fn mesh_points(
     n_vertices: usize,
     weights: &Weights,
     seed: u64,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<MeshedPoints, SimplifyError> {
     let n_samples = n_vertices.min(points.len());
     if n_samples < 3 {
         return Err(SimplifyError::TooFewPoints(n_samples));
     }
-    begin("scores", progress)?;
+    listened(progress, &POINTS, |progress| meshed(points, n_samples, weights, seed, progress))
+}
+
+fn meshed(
+    points: &[[f32; 3]],
+    n_samples: usize,
+    weights: &Weights,
+    seed: u64,
+    progress: Progress,
+) -> Result<MeshedPoints, SimplifyError> {
+    progress.enter("scores", 1)?;
     let graph = Arc::new(cloud_graph(points));
     let cloud = in_edge_lengths(points, &graph);
     let samples = drawn(&cloud, &graph, n_samples, weights, seed);
-    begin("assign", progress)?;
+    progress.enter("assign", 1)?;
     let assignment = assign_to_samples(&cloud, &graph, &samples);
     let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
-    begin("edges", progress)?;
+    progress.enter("edges", 1)?;
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
     let sampled = in_edge_lengths(&sampled, &original);
     let edges = predict_edges(weights, &sampled, &original);
-    begin("faces", progress)?;
+    progress.enter("faces", 1)?;
     let faces = predict_faces(weights, &sampled, &edges, &[]);
-    begin("assemble", progress)?;
+    progress.enter("assemble", 1)?;
     let chosen = choose_faces(&faces, edges.graph.n_entries());
     let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
     assembled(points, &samples, &consistently_wound(&sampled, &chosen))
@@ -132,6 +142,8 @@ mod tests {
     use super::*;
     use crate::mesh::{shapes, topology};
     use crate::model::Architecture;
+    use crate::simplify::Event;
+    use std::ops::ControlFlow;
 
     fn go_on(_: Event) -> ControlFlow<()> {
         ControlFlow::Continue(())

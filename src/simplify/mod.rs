@@ -13,6 +13,7 @@ mod mesh_points;
 mod network_scores;
 mod options;
 pub mod paper;
+mod progress;
 mod record;
 mod sample_vertices;
 mod scattered_samples;
@@ -20,8 +21,6 @@ mod symmetric;
 mod used;
 mod versions;
 mod weighed;
-
-use std::ops::ControlFlow;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
@@ -36,8 +35,8 @@ pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, Event, Map, MirrorPlane, Options, Outcome, Parts, Report, ScoreSource, Simplified, SimplifyError,
-    Symmetry, Target,
+    Assembly, Axis, Event, Listener, Map, MirrorPlane, Options, Outcome, Parts, Report, ScoreSource, Simplified,
+    SimplifyError, Symmetry, Target,
 };
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
@@ -71,7 +70,7 @@ pub fn simplify(
     mesh: &TriMesh,
     weights: Option<&Weights>,
     options: &Options,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
     simplify_input(&Input::bare(mesh), weights, options, progress)
 }
@@ -103,7 +102,7 @@ pub fn simplify_input(
     input: &Input,
     weights: Option<&Weights>,
     options: &Options,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
     let task = Task { options, differentiable: false, half: None };
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
@@ -135,7 +134,7 @@ pub fn simplify_recorded(
     mesh: &TriMesh,
     weights: Option<&Weights>,
     options: &Options,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<(Simplified, Record), SimplifyError> {
     let task = Task { options, differentiable: true, half: None };
     let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;

@@ -1,5 +1,8 @@
 //! What a caller asks of the simplifier and what it is told: plain data, no algorithm.
 
+use std::ops::ControlFlow;
+
+use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Frame, TriMesh};
 
 use super::components::count_components;
@@ -202,13 +205,13 @@ pub struct Report {
 
 impl Report {
     /// Of a mesh to which nothing was done.
-    pub(super) fn of(mesh: &TriMesh) -> Self {
+    pub(super) fn of(pulse: Pulse, mesh: &TriMesh) -> Self {
         Self {
             outcome: Outcome::Reached,
             scores: ScoreSource::Network,
             oversample: 1.0,
             vertices_after_pass: mesh.positions().len(),
-            components_at_minimum: count_components(mesh).1,
+            components_at_minimum: count_components(pulse, mesh).1,
             components_pruned: 0,
             kept_edges: 0,
             locked_vertices: 0,
@@ -250,14 +253,25 @@ pub struct Map {
     pub corner_weights: Vec<[[f32; 3]; 3]>,
 }
 
-/// A stage begins, or moves on; `done` is in 0..=1.
+/// A stage begins, or moves on.
+///
+/// Events come from whichever thread is at work, one at a time. In the closed assembly they come every few milliseconds, in the
+/// paper's at the beginning of each stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
     /// Name of the stage, as in the report.
     pub stage: &'static str,
-    /// Share of the stage that is done.
+    /// Share of the stage that is done, in 0..=1: 0 at its beginning, and never less than before.
     pub done: f32,
+    /// Share of the run that is done, in 0..=1, by the time that stages take on a large mesh; never less than before.
+    pub total: f32,
 }
+
+/// Who hears of a run's events, and stops it by `ControlFlow::Break`.
+///
+/// A run in the closed assembly stops within about a tenth of a second of being asked, one in the paper's when its stage ends. A
+/// build with `panic = "abort"` stops when a stage ends, whichever the assembly.
+pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
 
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq)]

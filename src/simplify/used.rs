@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
-use crate::mesh::shares::PARALLEL;
+use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::{TriMesh, compact};
 
 use super::closed::Derivative;
@@ -27,14 +27,16 @@ impl<'a> Used<'a> {
     ///
     /// # Errors
     /// [`SimplifyError::Empty`] where there is no face.
-    pub fn of(mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
+    pub fn of(pulse: Pulse, mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
         if mesh.faces().is_empty() {
             return Err(SimplifyError::Empty);
         }
         let n_before = mesh.positions().len();
         let used: Vec<AtomicBool> = (0..n_before).map(|_| AtomicBool::new(false)).collect();
         let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
-        mesh.faces().par_iter().with_min_len(PARALLEL).for_each(mark);
+        for faces in pulse.over(mesh.faces()) {
+            faces.par_iter().with_min_len(PARALLEL).for_each(mark);
+        }
         if used.into_iter().all(AtomicBool::into_inner) {
             return Ok(Self { mesh: Cow::Borrowed(mesh), sources: None, n_before });
         }

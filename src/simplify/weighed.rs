@@ -1,13 +1,12 @@
 //! The closed assembly under any importance of the vertices, whole or without one of its parts: for learning which importance
 //! is best, and for measuring what each part is worth.
 
-use std::ops::ControlFlow;
-
 use crate::mesh::{Frame, TriMesh};
 
 use super::closed::{Importance, Keep, Request, simplify_levels};
 use super::limits::{Limit, oversample_of_pass, ratio};
 use super::options::{Parts, SimplifyError};
+use super::progress::Progress;
 
 /// What an importance leads to.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +59,7 @@ pub fn simplify_weighed(
         differentiable: false,
         keep: Keep::default(),
     };
-    let levels = simplify_levels(mesh, &request, &[limit], &mut |_| ControlFlow::Continue(()))?;
+    let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD)?;
     let closed = levels.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(Weighed { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
@@ -76,6 +75,8 @@ fn is_importance(importance: Importance, n_vertices: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ops::ControlFlow;
+
     use crate::mesh::{shapes, topology};
     use crate::model::Weights;
     use crate::simplify::{Options, ScoreSource, Target, simplify};

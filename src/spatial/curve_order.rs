@@ -10,16 +10,18 @@ const CROWD: usize = 256;
 const CELLS: f32 = (1 << BITS) as f32;
 /// Items that one task looks at.
 const CHUNK: usize = 4096;
+/// Items that are put in their places between two beats.
+const BETWEEN_BEATS: usize = 1 << 18;
 /// Most times that places are looked at closer.
 const DEPTH: usize = 12;
 
 /// Lowest and highest coordinates of a box.
 type Bounds = ([f32; 3], [f32; 3]);
 
-/// The indices `0..n` of finite points along the curve.
-pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync) -> Vec<u32> {
+/// The indices `0..n` of finite points along the curve; calls `beat` every few milliseconds.
+pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
-    arrange(&mut order, &point, 0);
+    arrange(&mut order, &point, &beat, 0);
     order
 }
 
@@ -47,12 +49,12 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
         std::array::from_fn(|k| a[k] / 3.0 + b[k] / 3.0 + c[k] / 3.0)
     };
     let mut order = vec![0; faces.len()];
-    put_in_order(&mut order, keys, &middle, 0);
+    put_in_order(&mut order, keys, &middle, &|| (), 0);
     order
 }
 
 /// Sorts along the curve through the box of the middles, and again within the places that hold a crowd.
-fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth: usize) {
+fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: &(impl Fn() + Sync), depth: usize) {
     let (low, high) = bounds(order, middle);
     let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 || depth > DEPTH {
@@ -63,20 +65,38 @@ fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth:
         let [x, y, z] = middle(face);
         key_of([(x, low[0]), (y, low[1]), (z, low[2])].map(cell), face)
     };
-    let keys = order.par_iter().with_min_len(CHUNK).map(key).collect();
-    put_in_order(order, keys, middle, depth);
+    let mut keys = Vec::with_capacity(order.len());
+    for order in order.chunks(BETWEEN_BEATS) {
+        beat_if(order.len() == BETWEEN_BEATS, beat);
+        keys.par_extend(order.par_iter().with_min_len(CHUNK).map(key));
+    }
+    put_in_order(order, keys, middle, beat, depth);
 }
 
 /// Puts items in the order of their keys, and those in places that hold a crowd in their order along a curve of their own.
-fn put_in_order(order: &mut [u32], keys: Vec<u64>, middle: &(impl Fn(u32) -> [f32; 3] + Sync), depth: usize) {
-    let keys = sorted_by_place(keys);
+fn put_in_order(
+    order: &mut [u32],
+    keys: Vec<u64>,
+    middle: &(impl Fn(u32) -> [f32; 3] + Sync),
+    beat: &(impl Fn() + Sync),
+    depth: usize,
+) {
+    let keys = sorted_by_place(keys, beat);
     order.iter_mut().zip(&keys).for_each(|(item, &key)| *item = key as u32);
     let mut start = 0;
     for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
         if run.len() > CROWD && run.len() < keys.len() {
-            arrange(&mut order[start..start + run.len()], middle, depth + 1);
+            arrange(&mut order[start..start + run.len()], middle, beat, depth + 1);
         }
+        beat_if(start / BETWEEN_BEATS < (start + run.len()) / BETWEEN_BEATS, beat);
         start += run.len();
+    }
+}
+
+/// Beats where that much was done: places are many and small.
+fn beat_if(is_due: bool, beat: &impl Fn()) {
+    if is_due {
+        beat();
     }
 }
 
@@ -138,7 +158,7 @@ fn spread(x: u32) -> u32 {
 }
 
 /// Sorts keys by their upper half, from the lowest digit to the highest; equal ones keep their order.
-fn sorted_by_place(mut keys: Vec<u64>) -> Vec<u64> {
+fn sorted_by_place(mut keys: Vec<u64>, beat: &impl Fn()) -> Vec<u64> {
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 32 + BITS, 32 + 2 * BITS] {
         let digit = |key: u64| (key >> shift) as usize & ((1 << BITS) - 1);
@@ -148,10 +168,13 @@ fn sorted_by_place(mut keys: Vec<u64>) -> Vec<u64> {
         for start in &mut starts {
             sum += std::mem::replace(start, sum);
         }
-        for &key in &keys {
-            let start = &mut starts[digit(key)];
-            sorted[*start as usize] = key;
-            *start += 1;
+        for keys in keys.chunks(BETWEEN_BEATS) {
+            beat_if(keys.len() == BETWEEN_BEATS, beat);
+            for &key in keys {
+                let start = &mut starts[digit(key)];
+                sorted[*start as usize] = key;
+                *start += 1;
+            }
         }
         std::mem::swap(&mut keys, &mut sorted);
     }
@@ -175,7 +198,7 @@ mod tests {
         let keys: Vec<u64> = (0..5000u64).map(|i| (i * i * 2_654_435_761 % (1 << 30)) << 32 | i).collect();
         let mut expected = keys.clone();
         expected.sort_unstable();
-        assert_eq!(sorted_by_place(keys), expected);
+        assert_eq!(sorted_by_place(keys, &|| ()), expected);
     }
 
     #[test]

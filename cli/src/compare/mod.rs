@@ -63,12 +63,12 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let progress = Progress::new(args.quiet);
-    progress.show("read", 0.0);
+    progress.show("read");
     let (original, simplified) = read_all(args)?;
-    progress.show("check", 0.0);
+    progress.show("check");
     let judging = judging(args, std::iter::once(&original).chain(&simplified));
     let comparison = judged(args, original, simplified, judging);
-    progress.show("picture", 0.0);
+    progress.show("picture");
     let (pending, notes) = written(args, &comparison)?;
     drop(progress);
     files::place(pending)?;

@@ -101,7 +101,12 @@ fn head(title: &str, parts: &[Part], name: &str) -> String {
 }
 
 fn index() -> String {
-    let line = |page: &Page| format!("- [{}]({}.md)\n", page.title, page.name);
+    let line = |Page { title, name, .. }: &Page| {
+        if root().join("docs/measured").join(name).with_extension("md").exists() {
+            return format!("- [{title}]({name}.md)\n");
+        }
+        format!("- {title}: not made yet, `lab measure --only {name}`\n")
+    };
     let lines: String = PAGES.iter().map(line).collect();
     let lines = lines + "- [Build and shape](build.md), by `scripts/build_page`\n";
     format!(

@@ -38,16 +38,18 @@ pub fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterat
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
 
     #[test]
     fn a_diamond_flipped_twice_is_the_same_turned_round() {
         let faces = [[0, 1, 2], [3, 1, 0], [2, 1, 4]];
-        let around = FacesAround::new(5, &faces);
+        let around = FacesAround::new(Pulse::NONE, 5, &faces);
         let found: Vec<Diamond> = diamonds(&faces, &around, 0).collect();
         assert_eq!(found.iter().map(|diamond| diamond.corners).collect::<Vec<_>>(), [[0, 1, 2, 3], [1, 2, 0, 4]]);
         assert_eq!((found[0].pair(), found[0].flipped()), ([[0, 1, 2], [1, 0, 3]], [[2, 3, 1], [3, 2, 0]]));
         let flipped = found[0].flipped();
-        let twice = diamonds(&flipped, &FacesAround::new(4, &flipped), 0).next().map(|diamond| diamond.flipped());
+        let twice =
+            diamonds(&flipped, &FacesAround::new(Pulse::NONE, 4, &flipped), 0).next().map(|diamond| diamond.flipped());
         assert_eq!(twice, Some([[1, 0, 3], [0, 1, 2]]));
     }
 }

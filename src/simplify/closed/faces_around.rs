@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, cut, shares};
 
 /// The faces around each vertex as compressed rows.
@@ -24,14 +25,14 @@ pub struct Corner {
 
 impl FacesAround {
     /// Sorts `faces` under their `n_vertices` corners.
-    pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Self {
+    pub fn new(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Self {
         let mut starts = vec![0u32; n_vertices + 1];
-        add_faces(&mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
+        add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
         (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
         let mut rows = vec![Corner::default(); 3 * faces.len()];
         let shares = shares(n_vertices);
         let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
-        parts.into_par_iter().for_each(|(share, rows)| fill(rows, &starts[share.clone()], share.start, faces));
+        parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
         Self { starts, rows, changed: FxHashMap::default() }
     }
 
@@ -77,14 +78,16 @@ impl FacesAround {
 }
 
 /// Fills the rows of some vertices, from `first` on, whose rows begin at `starts`.
-fn fill(rows: &mut [Corner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
+fn fill(pulse: Pulse, rows: &mut [Corner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
     let before = starts.first().copied().unwrap_or(0);
     let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();
-    for (f, &[a, b, c]) in (0u32..).zip(faces) {
-        for (v, next) in [(a, b), (b, c), (c, a)] {
-            if let Some(slot) = slots.get_mut((v as usize).wrapping_sub(first)) {
-                rows[*slot as usize] = Corner { face: f, next };
-                *slot += 1;
+    for numbers in pulse.counting_if(first == 0).through(0..faces.len()) {
+        for (f, &[a, b, c]) in (numbers.start as u32..).zip(&faces[numbers]) {
+            for (v, next) in [(a, b), (b, c), (c, a)] {
+                if let Some(slot) = slots.get_mut((v as usize).wrapping_sub(first)) {
+                    rows[*slot as usize] = Corner { face: f, next };
+                    *slot += 1;
+                }
             }
         }
     }
@@ -97,12 +100,12 @@ mod tests {
     #[test]
     fn a_flipped_edge_is_found_as_if_sorted_anew() {
         let mut faces = vec![[0, 1, 2], [1, 0, 3], [2, 1, 4]];
-        let mut around = FacesAround::new(5, &faces);
+        let mut around = FacesAround::new(Pulse::NONE, 5, &faces);
         assert_eq!((around.along(1, 0), around.joins(2, 3)), (Some(1), false));
         for (f, now) in [(0u32, [2, 3, 1]), (1, [3, 2, 0])] {
             around.replace(f, std::mem::replace(&mut faces[f as usize], now), now);
         }
-        let anew = FacesAround::new(5, &faces);
+        let anew = FacesAround::new(Pulse::NONE, 5, &faces);
         for v in 0..5 {
             let sorted = |around: &FacesAround| {
                 let mut row: Vec<(u32, u32)> = around.corners(v).iter().map(|c| (c.face, c.next)).collect();

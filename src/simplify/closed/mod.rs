@@ -18,17 +18,17 @@ mod request;
 mod result;
 mod trace;
 
-use std::ops::ControlFlow;
-
+use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Frame, TriMesh, topology};
 
 use super::limits::Limit;
-use super::options::{Event, Report, SimplifyError};
+use super::options::{Report, SimplifyError};
+use super::progress::Progress;
 use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
 use cluster::{importance, quotient};
-use collapse::{Collapse, Constraints, End, of_colours};
+use collapse::{Collapse, Constraints, End, merges_to, of_colours};
 use original::Original;
 use output::Output;
 use prepare::prepare;
@@ -49,36 +49,33 @@ pub(super) use result::Closed;
 /// 1.7 % at 60; without flips 2.6 %.
 const COARSE: usize = 15;
 
-/// Enters a stage, or says that the run is to stop.
-type Enter<'a> = &'a mut dyn FnMut(&'static str) -> Result<(), SimplifyError>;
-
 /// Simplifies `mesh` to the first of the limits, then on to each further one, from where the collapse stood before. The first
 /// level alone is known as a function of the positions.
 pub(super) fn simplify_levels(
     mesh: &TriMesh,
     request: &Request,
     limits: &[Limit],
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let mut enter = |stage| match progress(Event { stage, done: 0.0 }) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
-    };
     let Some(&first) = limits.first() else { return Ok(Vec::new()) };
-    let (clustered, collapse) = cluster(mesh, request, first, &mut enter)?;
+    let (clustered, collapse) = cluster(mesh, request, first, progress)?;
     let mut collapse = Some(collapse);
     let mut levels = Vec::with_capacity(limits.len());
     for &limit in limits {
         // The last level needs the memory of the collapse for itself.
         let Some(mut running) = collapse.take() else { break };
         if !levels.is_empty() {
-            enter("collapse")?;
+            progress.enter("collapse", running.merges_to(limit))?;
         }
         let end = running.run(limit);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
-        collapse = (levels.len() + 1 < limits.len()).then_some(running);
-        levels.push(refine(&clustered, request, output, end, trace, &mut enter)?);
+        if levels.len() + 1 < limits.len() {
+            collapse = Some(running);
+        } else {
+            running.end();
+        }
+        levels.push(refine(&clustered, request, output, end, trace, progress)?);
     }
     Ok(levels)
 }
@@ -122,31 +119,32 @@ fn cluster<'a>(
     mesh: &'a TriMesh,
     request: &Request,
     limit: Limit,
-    enter: Enter,
-) -> Result<(Clustered<'a>, Collapse), SimplifyError> {
-    enter("surface")?;
-    let mut original = prepare(mesh, &request.keep);
-    enter("samples")?;
+    progress: Progress<'a>,
+) -> Result<(Clustered<'a>, Collapse<'a>), SimplifyError> {
+    let n_faces = mesh.faces().len();
+    progress.enter("surface", n_faces)?;
+    let mut original = prepare(mesh, &request.keep, progress.pulse);
+    progress.enter("samples", n_faces)?;
     let count = SampleCount::of(&original.surface, request, limit);
     let mut assignment = samples::draw(&original.surface, count, request.seed);
-    enter("scores")?;
+    progress.enter("scores", n_faces)?;
     importance::weigh(&mut original.surface, &assignment, request.importance);
-    enter("cuts")?;
+    progress.enter("cuts", n_faces)?;
     let mut sums = samples::cut(&original, &mut assignment, count);
-    enter("quotient")?;
+    progress.enter("quotient", n_faces)?;
     let quotient = quotient::quotient(&original.surface, &original.features, &mut assignment, &mut sums);
-    enter("placement")?;
+    progress.enter("placement", n_faces)?;
     let mut placed = placement::place(&original.surface, &assignment, &sums, &quotient.faces);
     let constraints = constraints(&original, &assignment, &mut placed);
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
-    enter("collapse")?;
+    progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
     let of_colours = |attributes| of_colours(&original, &assignment, &placed, attributes);
     let colours = request.keep.attributes.map(of_colours).unwrap_or_default();
     let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() {
         let history = request.differentiable.then(Vec::new);
-        Collapse::new(&placed, &quotient.rings).under(constraints, colours, history)
+        Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, history)
     } else {
-        Collapse::toward(limit, &placed, &quotient.rings)
+        Collapse::toward(progress.pulse, limit, &placed, &quotient.rings)
     };
     let n_refined = quotient.n_refined;
     // Nothing that follows asks for these.
@@ -175,28 +173,28 @@ fn refine(
     mut output: Output,
     end: End,
     mut trace: Option<Trace>,
-    enter: Enter,
+    progress: Progress,
 ) -> Result<Closed, SimplifyError> {
     let original = &clustered.original;
     let Keep { subset, attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
-    enter("flips")?;
+    let mut points = Points::new(&original.surface, output.positions.len());
+    progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
-    let mut points = Points::new(&original.surface, output.positions.len());
     let flips = is_coarse && request.parts.flips;
     let mut n_flipped = if flips { flips::flip(&mut points, &mut output) } else { 0 };
-    enter("fit")?;
+    progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     if request.parts.fit && !subset {
         fit::fit(original, &mut points, &mut output, trace.as_mut());
     }
-    enter("finish")?;
+    progress.enter("finish", output.faces().len())?;
     n_flipped += foldovers::repair(original, &mut output, is_coarse);
     let carried = attributes.and_then(|attributes| output.carried(original, attributes));
     let (attributes, corner_map) = carried.unzip();
     let mut positions = result::local_positions(original, &output);
-    let n_separated = duplicate_positions::separate(&mut positions, &output.pins, &request.frame);
+    let n_separated = duplicate_positions::separate(progress.pulse, &mut positions, &output.pins, &request.frame);
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
     let mut closed = Closed::new(original, output, positions)?;
     (closed.attributes, closed.derivative) = (attributes.unwrap_or_default(), derivative);
@@ -213,5 +211,5 @@ fn refine(
 pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
     let topology = topology(mesh);
     topology.non_manifold_edges + topology.non_manifold_vertices + topology.inconsistent_edges == 0
-        && duplicate_positions::are_apart(mesh.positions(), frame)
+        && duplicate_positions::are_apart(Pulse::NONE, mesh.positions(), frame)
 }

@@ -40,16 +40,19 @@ impl<'a> Original<'a> {
     #[cfg(test)]
     pub fn bare(mesh: &'a TriMesh) -> Self {
         let (features, pins) = (FeatureEdges::default(), Pins::default());
-        Self { mesh, surface: Surface::new(mesh), features, pins }
+        Self { mesh, surface: Surface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
     }
 
     /// For each output vertex that is wanted the vertex of its region that lies closest to it; any for others.
     pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
-        for (v, &output) in vertex_of.iter().enumerate().filter(|(_, output)| wanted[**output as usize]) {
-            let distance = self.surface.positions[v].distance_squared(positions[output as usize]);
-            if distance < best[output as usize].0 {
-                best[output as usize] = (distance, v as u32);
+        for numbers in self.surface.pulse.through(0..vertex_of.len()) {
+            let outputs = numbers.clone().zip(&vertex_of[numbers]);
+            for (v, &output) in outputs.filter(|(_, output)| wanted[**output as usize]) {
+                let distance = self.surface.positions[v].distance_squared(positions[output as usize]);
+                if distance < best[output as usize].0 {
+                    best[output as usize] = (distance, v as u32);
+                }
             }
         }
         best.into_iter().map(|(_, v)| v).collect()
@@ -104,7 +107,10 @@ impl<'a> Original<'a> {
     /// The regions of the wanted output vertices; `vertex_of` names the output vertex of each vertex.
     pub fn regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
         let mut regions: FxHashMap<u32, Region> = FxHashMap::default();
-        for (v, &output) in (0u32..).zip(vertex_of).filter(|(_, output)| wanted[**output as usize]) {
+        let wanted = |v: &u32| wanted[vertex_of[*v as usize] as usize];
+        let numbers = self.surface.pulse.through(0..vertex_of.len());
+        for v in numbers.flat_map(|numbers| numbers.start as u32..numbers.end as u32).filter(wanted) {
+            let output = vertex_of[v as usize];
             let region = regions.entry(output).or_default();
             region.points.push(self.surface.positions[v as usize]);
             // A face is noted once for each region, at the first of its corners there.
@@ -127,7 +133,7 @@ impl<'a> Original<'a> {
             surface: &self.surface,
             orders: self.corner_orders(),
             seams: self.features.edges.iter().copied().collect(),
-            around: FacesAround::new(self.surface.n_vertices(), &self.surface.faces),
+            around: FacesAround::new(self.surface.pulse, self.surface.n_vertices(), &self.surface.faces),
         }
     }
 

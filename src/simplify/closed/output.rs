@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::mesh::Attributes;
+use crate::mesh::pulse::Pulse;
 
 use super::attributes::corners::{CornerMap, Corners};
 use super::diamond::Diamond;
@@ -31,8 +32,14 @@ pub struct Output {
 impl Output {
     /// What a collapse left: positions (n_vertices x 3), faces and which way they look (n_faces x 3 each), what may not move, and
     /// for each vertex of the surface the output vertex that its region became.
-    pub fn new(positions: Vec<Vec3>, faces: Vec<[u32; 3]>, meant: Vec<Vec3>, pins: Pins, vertex_of: Vec<u32>) -> Self {
-        let around = FacesAround::new(positions.len(), &faces);
+    pub fn new(
+        pulse: Pulse,
+        positions: Vec<Vec3>,
+        (faces, meant): (Vec<[u32; 3]>, Vec<Vec3>),
+        pins: Pins,
+        vertex_of: Vec<u32>,
+    ) -> Self {
+        let around = FacesAround::new(pulse, positions.len(), &faces);
         Self { positions, faces, meant, around, pins, vertex_of, corners: None }
     }
 
@@ -89,10 +96,10 @@ impl Output {
     }
 
     /// Gives diamonds that share no face their other diagonals.
-    pub fn flip_all(&mut self, diamonds: &[Diamond]) {
+    pub fn flip_all(&mut self, pulse: Pulse, diamonds: &[Diamond]) {
         diamonds.iter().for_each(|diamond| self.swap_diagonal(diamond));
         if !diamonds.is_empty() {
-            self.around = FacesAround::new(self.positions.len(), &self.faces);
+            self.around = FacesAround::new(pulse, self.positions.len(), &self.faces);
         }
     }
 
@@ -122,6 +129,6 @@ impl Output {
         let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
         let normal = |face: &[u32; 3]| crate::geometry::triangle::area_normal(corners(face)).normalize_or_zero();
         let meant = faces.iter().map(normal).collect();
-        Self::new(positions, faces, meant, Pins::default(), vertex_of)
+        Self::new(Pulse::NONE, positions, (faces, meant), Pins::default(), vertex_of)
     }
 }

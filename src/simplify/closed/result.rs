@@ -1,9 +1,7 @@
 //! What the closed assembly hands out, on its way to the caller.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
-use crate::mesh::shares::PARALLEL;
 use crate::mesh::{Attributes, TriMesh};
 use crate::simplify::components::Pruned;
 use crate::simplify::map;
@@ -40,13 +38,16 @@ impl Closed {
     /// # Errors
     /// [`SimplifyError::Overflow`] where a position is not finite.
     pub fn new(original: &Original, output: Output, positions: Vec<[f32; 3]>) -> Result<Self, SimplifyError> {
+        let pulse = original.surface.pulse;
+        pulse.beat(0);
         let (faces, pins, mut vertex_of) = output.into_parts();
         vertex_of.truncate(original.mesh.positions().len());
+        pulse.beat(0);
         let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
         let sources = || pins.origins().iter().map(|&v| original.surface.source(v)).collect();
         Ok(Self {
             attributes: Attributes::default(),
-            report: Report::of(&mesh),
+            report: Report::of(pulse, &mesh),
             map: None,
             vertex_of,
             source_vertices: pins.is_subset().then(sources),
@@ -82,7 +83,7 @@ impl Closed {
 pub fn local_positions(original: &Original, output: &Output) -> Vec<[f32; 3]> {
     let Original { mesh, surface, .. } = original;
     let local = |p: &Vec3| surface.scale.restore(p.as_dvec3());
-    let mut positions: Vec<[f32; 3]> = output.positions.par_iter().with_min_len(PARALLEL).map(local).collect();
+    let mut positions: Vec<[f32; 3]> = surface.pulse.map(&output.positions, local);
     let pins = &output.pins;
     for (x, &v) in (0u32..).zip(pins.origins()).filter(|(x, _)| pins.is_subset() || pins.is_locked(*x)) {
         positions[x as usize] = mesh.positions()[surface.source(v) as usize];

@@ -11,12 +11,12 @@ pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use quotient::{Quotient, quotient};
 
 use super::network_scores::edge_graph;
-use super::{Event, SimplifyError, scattered_samples, vertex_normals};
+use super::progress::{PAPER, Progress, listened};
+use super::{Listener, SimplifyError, scattered_samples, vertex_normals};
 use crate::mesh::TriMesh;
 use crate::model::{
     PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
 };
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// A simplified mesh over vertices of the input.
@@ -66,10 +66,21 @@ pub fn simplify_paper(
     n_target_vertices: usize,
     weights: &Weights,
     seed: u64,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
-    let stages = paper_stages(mesh, n_target_vertices, weights, seed, progress)?;
-    begin("assemble", progress)?;
+    listened(progress, &PAPER, |progress| simplified(mesh, n_target_vertices, weights, seed, progress))
+}
+
+/// As [`simplify_paper`], within a run.
+pub(super) fn simplified(
+    mesh: &TriMesh,
+    n_target_vertices: usize,
+    weights: &Weights,
+    seed: u64,
+    progress: Progress,
+) -> Result<PaperResult, SimplifyError> {
+    let stages = stages(mesh, n_target_vertices, weights, seed, progress)?;
+    progress.enter("assemble", 1)?;
     let faces = assemble(&gather(mesh.positions(), &stages.samples), &stages);
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
@@ -94,25 +105,35 @@ pub fn paper_stages(
     n_target_vertices: usize,
     weights: &Weights,
     seed: u64,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: &mut Listener,
+) -> Result<PaperStages, SimplifyError> {
+    listened(progress, &PAPER, |progress| stages(mesh, n_target_vertices, weights, seed, progress))
+}
+
+fn stages(
+    mesh: &TriMesh,
+    n_target_vertices: usize,
+    weights: &Weights,
+    seed: u64,
+    progress: Progress,
 ) -> Result<PaperStages, SimplifyError> {
     if mesh.faces().is_empty() {
         return Err(SimplifyError::Empty);
     }
-    begin("scores", progress)?;
+    progress.enter("scores", 1)?;
     let rings = Arc::new(edge_graph(mesh));
     let points = in_edge_lengths(mesh.positions(), &rings);
     let normals = (weights.architecture().point_sampler_inputs == 6).then(|| vertex_normals(mesh));
     let scores = vertex_scores(weights, &points, normals.as_deref(), &rings);
-    begin("sample", progress)?;
+    progress.enter("sample", 1)?;
     let samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
-    begin("assign", progress)?;
+    progress.enter("assign", 1)?;
     let assignment = assign_to_samples(&points, &rings, &samples);
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
-    begin("edges", progress)?;
+    progress.enter("edges", 1)?;
     let sampled = in_edge_lengths(&gather(&points, &samples), &quotient.edges);
     let edges = predict_edges(weights, &sampled, &Arc::new(quotient.edges.clone()));
-    begin("faces", progress)?;
+    progress.enter("faces", 1)?;
     let faces = predict_faces(weights, &sampled, &edges, &quotient.triangles);
     Ok(PaperStages { scores, samples, assignment, quotient, edges, faces })
 }
@@ -129,21 +150,13 @@ fn gather(points: &[[f32; 3]], samples: &[u32]) -> Vec<[f32; 3]> {
     samples.iter().map(|&vertex| points[vertex as usize]).collect()
 }
 
-pub(super) fn begin(
-    stage: &'static str,
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
-) -> Result<(), SimplifyError> {
-    match progress(Event { stage, done: 0.0 }) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simplify::Event;
     use rustc_hash::FxHashMap;
     use std::f32::consts::TAU;
+    use std::ops::ControlFlow;
 
     /// A torus of n x m quads, each cut in two.
     fn torus(n: u32, m: u32) -> TriMesh {

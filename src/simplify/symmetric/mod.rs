@@ -11,8 +11,7 @@ mod plane;
 mod twofold;
 mod whole;
 
-use std::ops::ControlFlow;
-
+use crate::mesh::pulse::Pulse;
 use crate::model::Weights;
 
 use super::assemblies::{Sizes, Task, closed_levels};
@@ -20,7 +19,8 @@ use super::closed::{Closed, Half};
 use super::components::count_components;
 use super::input::Input;
 use super::limits::resolve_levels;
-use super::options::{Assembly, Event, Options, Report, Simplified, SimplifyError, Symmetry, Target};
+use super::options::{Assembly, Options, Report, Simplified, SimplifyError, Symmetry, Target};
+use super::progress::Progress;
 use super::used::Used;
 use pairs::Pairs;
 use plane::Plane;
@@ -34,13 +34,11 @@ pub(super) fn levels(
     task: &Task,
     symmetry: Symmetry,
     targets: &[Target],
-    progress: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    progress: Progress,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     check(task)?;
-    if progress(Event { stage: "symmetry", done: 0.0 }).is_break() {
-        return Err(SimplifyError::Interrupted);
-    }
-    let Used { mesh, sources, .. } = &Used::of(input.mesh)?;
+    progress.enter("symmetry", input.mesh.faces().len())?;
+    let Used { mesh, sources, .. } = &Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(sources.as_deref());
     let limits = resolve_levels(mesh, targets, task.options)?;
     let frame = &task.options.frame;
@@ -79,7 +77,7 @@ fn mirrored(half: Closed, plane: &Plane, groups: &GroupPairs, options: &Options)
     let (mesh, attributes, separated_vertices) = whole::whole(half, plane, groups, &options.frame)?;
     let report = Report {
         separated_vertices,
-        components_at_minimum: count_components(&mesh).1,
+        components_at_minimum: count_components(Pulse::NONE, &mesh).1,
         mirror: Some(plane.in_file(&options.frame)),
         ..report
     };

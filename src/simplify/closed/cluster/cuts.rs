@@ -11,7 +11,6 @@ use super::assignment::Assignment;
 use super::placement::PULL;
 use super::quotient::{far_half, members};
 use super::sums::Sum;
-use crate::mesh::shares::PARALLEL;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// A region is costly from this many times the mean error on. Twelve large training meshes at ratios 0.03 to 0.15: the
@@ -23,22 +22,31 @@ const HEAVY: f64 = 0.2;
 /// How often the mean is taken anew: a bound. At 4 and at 16 none of 48 results of twelve large training meshes
 /// differs.
 const ROUNDS: usize = 8;
+/// Regions that are cut between two beats: at a few microseconds each, about ten milliseconds.
+const TOGETHER: usize = 4096;
 
 /// Cuts costly regions in two while they hold much of the error, at most until there are `most_regions`, and keeps the
 /// sums of the regions in step.
 pub fn cut_costly(surface: &Surface, assignment: &mut Assignment, sums: &mut Vec<Sum>, most_regions: usize) {
-    let mut errors: Vec<f64> = sums.par_iter().with_min_len(PARALLEL).map(error).collect();
+    let mut errors = surface.pulse.map(sums, error);
     // The vertices of the regions that were looked at.
     let mut vertices_of = BTreeMap::new();
     for _ in 0..ROUNDS {
+        surface.pulse.beat(0);
         let Some(costly) = costly_regions(&errors) else { break };
         let mut is_new = vec![false; assignment.n_regions];
         costly.iter().for_each(|r| is_new[*r as usize] = !vertices_of.contains_key(r));
-        vertices_of.append(&mut members(assignment, &is_new));
+        vertices_of.append(&mut members(surface.pulse, assignment, &is_new));
         let regions = costly.iter().filter_map(|r| vertices_of.remove(r)).filter(|vertices| vertices.len() > 1);
         let regions: Vec<Vec<u32>> = regions.take(most_regions.saturating_sub(assignment.n_regions)).collect();
-        let halves: Vec<[Part; 2]> = regions.par_iter().map(|vertices| Part::halves(surface, vertices)).collect();
-        for ([near, far], vertices) in halves.into_iter().zip(&regions) {
+        let mut halves: Vec<[Part; 2]> = Vec::with_capacity(regions.len());
+        for numbers in surface.pulse.counting_if(false).by(TOGETHER, 0..regions.len()) {
+            halves.par_extend(regions[numbers].par_iter().map(|vertices| Part::halves(surface, vertices)));
+        }
+        for (n_before, ([near, far], vertices)) in halves.into_iter().zip(&regions).enumerate() {
+            if n_before % TOGETHER == 0 {
+                surface.pulse.beat(0);
+            }
             let (old, new) = (assignment.region[vertices[0] as usize], assignment.n_regions as u32);
             assignment.n_regions += 1;
             far.vertices.iter().for_each(|&v| assignment.region[v as usize] = new);

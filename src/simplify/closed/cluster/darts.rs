@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::assignment::Assignment;
 use super::edge_lengths::EdgeLengths;
+use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Area per dart in squares of its radius. Discs of diameter r thrown at random jam at 0.547 of the area, which leaves
@@ -39,8 +40,9 @@ const SHRINK: f64 = 0.98;
 
 /// Throws at least `n_samples` darts, and not many more.
 pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, seed: u64) -> Assignment {
-    let order = shuffled(surface.n_vertices(), seed);
-    let mut radius = radius_for(lengths, n_samples);
+    let order = shuffled(surface, seed);
+    let mut radius = radius_for(surface, lengths, n_samples);
+    surface.pulse.beat(0);
     let mut field = Field::new(surface, lengths);
     field.cover(&order, radius as f32);
     let mut n_before = 0;
@@ -51,6 +53,7 @@ pub fn throw_darts(surface: &Surface, lengths: &EdgeLengths, n_samples: usize, s
             break;
         }
         n_before = field.samples.len();
+        surface.pulse.beat(0);
         if share >= TOO_MANY {
             radius *= share.sqrt();
             field = Field::new(surface, lengths);
@@ -78,10 +81,11 @@ pub fn assign_to(surface: &Surface, lengths: &EdgeLengths, samples: &[u32]) -> A
 
 /// The vertex indices, block after block, each block in random order: neighbours in memory are mostly neighbours on
 /// the surface, and a block's worth of them stays in cache.
-fn shuffled(n: usize, seed: u64) -> Vec<u32> {
+fn shuffled(surface: &Surface, seed: u64) -> Vec<u32> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut order: Vec<u32> = (0..n as u32).collect();
+    let mut order: Vec<u32> = (0..surface.n_vertices() as u32).collect();
     for block in order.chunks_mut(BLOCK) {
+        surface.pulse.beat(block.len());
         for i in (1..block.len()).rev() {
             let j = ((random.next_u64() >> 32) * (i as u64 + 1)) >> 32;
             block.swap(i, j as usize);
@@ -91,8 +95,8 @@ fn shuffled(n: usize, seed: u64) -> Vec<u32> {
 }
 
 /// The radius at which about `n_samples` darts find room: no vertex can hold more than one.
-fn radius_for(lengths: &EdgeLengths, n_samples: usize) -> f64 {
-    let cells = histogram(&lengths.areas);
+fn radius_for(surface: &Surface, lengths: &EdgeLengths, n_samples: usize) -> f64 {
+    let cells = histogram(surface.pulse, &lengths.areas);
     let expected = |radius: f64| {
         let disc = AREA_PER_DART * radius * radius;
         cells.iter().map(|&(area, count)| count * chance(area / disc)).sum::<f64>()
@@ -110,14 +114,16 @@ fn radius_for(lengths: &EdgeLengths, n_samples: usize) -> f64 {
 }
 
 /// How many areas there are of each size, sizes within three percent as one: (mean area, count).
-fn histogram(areas: &[f32]) -> Vec<(f64, f64)> {
+fn histogram(pulse: Pulse, areas: &[f32]) -> Vec<(f64, f64)> {
     /// Five bits of the mantissa are left: 32 sizes between a number and twice that, 3 % apart.
     const SHIFT: u32 = 18;
     let mut bins = vec![(0.0f64, 0u32); (u32::MAX >> (SHIFT + 1)) as usize + 1];
-    for &area in areas {
-        let bin = &mut bins[(area.max(0.0).to_bits() >> SHIFT) as usize];
-        bin.0 += f64::from(area);
-        bin.1 += 1;
+    for areas in pulse.counting_if(false).over(areas) {
+        for &area in areas {
+            let bin = &mut bins[(area.max(0.0).to_bits() >> SHIFT) as usize];
+            bin.0 += f64::from(area);
+            bin.1 += 1;
+        }
     }
     let used = bins.into_iter().filter(|bin| bin.1 > 0);
     used.map(|(sum, count)| (sum / f64::from(count), f64::from(count))).collect()
@@ -168,9 +174,11 @@ impl<'a> Field<'a> {
             self.samples.extend(samples);
             self.boundaries.extend(boundaries);
         }
+        surface.pulse.beat(0);
         let mut whole = Run::new(surface, lengths, 0, &mut self.distance, &mut self.owner);
         whole.front = self.boundaries.iter().map(|&v| (v, whole.distance[v as usize])).collect();
         whole.grow(radius);
+        surface.pulse.beat(0);
     }
 
     /// Frees the vertices that a smaller radius no longer reaches.
@@ -189,10 +197,10 @@ impl<'a> Field<'a> {
 
     /// The regions of the samples, numbered like them.
     fn assignment(self) -> Assignment {
+        self.surface.pulse.beat(0);
         let mut number = vec![0; self.owner.len()];
         self.samples.iter().zip(0u32..).for_each(|(&v, i)| number[v as usize] = i);
-        let owners = self.owner.par_iter().with_min_len(BLOCK);
-        let region = owners.map(|&sample| number[sample as usize]).collect();
+        let region = self.surface.pulse.map(&self.owner, |&sample| number[sample as usize]);
         Assignment { region, n_regions: self.samples.len(), samples: self.samples }
     }
 }
@@ -237,10 +245,12 @@ impl<'a> Run<'a> {
 
     /// Throws darts at these vertices, in this order, until all are reached.
     fn cover(&mut self, order: &[u32], radius: f32) {
-        for &v in order {
-            if self.distance[(v - self.first) as usize] == f32::INFINITY {
-                self.plant(v);
-                self.grow(radius);
+        for numbers in self.surface.pulse.by(BLOCK, 0..order.len()) {
+            for &v in &order[numbers] {
+                if self.distance[(v - self.first) as usize] == f32::INFINITY {
+                    self.plant(v);
+                    self.grow(radius);
+                }
             }
         }
     }
@@ -258,34 +268,47 @@ impl<'a> Run<'a> {
     /// First come, first served: a vertex that is reached again by a shorter way goes on again. Within the few rings of
     /// a dart that is rare, and costs less than keeping the front in order.
     fn grow(&mut self, radius: f32) {
-        while let Some(&(v, distance)) = self.front.get(self.next) {
-            self.next += 1;
-            let place = (v - self.first) as usize;
-            if distance > self.distance[place] {
-                continue;
+        while self.next < self.front.len() {
+            let begin = self.next;
+            self.next = self.front.len().min(begin + BLOCK);
+            for at in begin..self.next {
+                self.grow_from(at, radius);
             }
-            let owner = self.owner[place];
-            let neighbors = self.surface.neighbors(v);
-            let mut is_boundary = false;
-            for (&w, &length) in neighbors.iter().zip(self.lengths.of(self.surface, v)) {
-                let place = w.wrapping_sub(self.first) as usize;
-                let Some(reached) = self.distance.get_mut(place) else {
-                    is_boundary = true;
-                    continue;
-                };
-                let there = distance + length;
-                if there < *reached && (there <= radius || *reached < f32::INFINITY) {
-                    *reached = there;
-                    self.owner[place] = owner;
-                    self.front.push((w, there));
-                }
-            }
-            if is_boundary {
-                self.boundaries.push(v);
+            if self.next == begin + BLOCK {
+                self.surface.pulse.beat(0);
             }
         }
         self.front.clear();
         self.next = 0;
+    }
+
+    /// Lets a vertex of the front claim its neighbours for its sample.
+    #[inline(always)]
+    fn grow_from(&mut self, at: usize, radius: f32) {
+        let (v, distance) = self.front[at];
+        let place = (v - self.first) as usize;
+        if distance > self.distance[place] {
+            return;
+        }
+        let owner = self.owner[place];
+        let neighbors = self.surface.neighbors(v);
+        let mut is_boundary = false;
+        for (&w, &length) in neighbors.iter().zip(self.lengths.of(self.surface, v)) {
+            let place = w.wrapping_sub(self.first) as usize;
+            let Some(reached) = self.distance.get_mut(place) else {
+                is_boundary = true;
+                continue;
+            };
+            let there = distance + length;
+            if there < *reached && (there <= radius || *reached < f32::INFINITY) {
+                *reached = there;
+                self.owner[place] = owner;
+                self.front.push((w, there));
+            }
+        }
+        if is_boundary {
+            self.boundaries.push(v);
+        }
     }
 }
 
@@ -324,13 +347,13 @@ mod tests {
     #[test]
     fn every_vertex_belongs_to_its_nearest_sample() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::grid(20, 9), shapes::thin_sheet(12, 0.01)] {
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             let lengths = EdgeLengths::new(&surface);
             let mut field = Field::new(&surface, &lengths);
-            let order = shuffled(surface.n_vertices(), 5);
-            field.cover(&order, radius_for(&lengths, 30) as f32);
-            field.uncover(radius_for(&lengths, 50) as f32);
-            field.cover(&order, radius_for(&lengths, 50) as f32);
+            let order = shuffled(&surface, 5);
+            field.cover(&order, radius_for(&surface, &lengths, 30) as f32);
+            field.uncover(radius_for(&surface, &lengths, 50) as f32);
+            field.cover(&order, radius_for(&surface, &lengths, 50) as f32);
             let assignment = field.assignment();
             assert_nearest(&surface, &lengths, &assignment.samples, &assignment.region);
             let given = [0, 7, 33, 101];
@@ -341,7 +364,7 @@ mod tests {
     #[test]
     fn there_are_as_many_darts_as_asked_for_and_few_more() {
         for mesh in [shapes::wavy_sphere(4, 50.0), shapes::bolt(32)] {
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             let lengths = EdgeLengths::new(&surface);
             for n in [20, 100, 700] {
                 let darts = throw_darts(&surface, &lengths, n, 3);
@@ -355,7 +378,7 @@ mod tests {
     #[test]
     fn fewer_darts_than_components_end_at_one_for_each() {
         let mesh = shapes::many_boxes(30);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let lengths = EdgeLengths::new(&surface);
         assert_eq!(throw_darts(&surface, &lengths, 10, 1).n_regions, 30);
     }
@@ -363,7 +386,7 @@ mod tests {
     #[test]
     fn runs_side_by_side_give_nearest_samples_and_hardly_more_of_them() {
         let mesh = shapes::torus(420, 200, 1.0, 0.4);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         assert!(surface.n_vertices() > RUN);
         let lengths = EdgeLengths::new(&surface);
         let darts = throw_darts(&surface, &lengths, 4000, 1);

@@ -30,14 +30,21 @@ impl EdgeLengths {
     pub fn new(surface: &Surface) -> Self {
         let parts: Vec<Self> =
             shares(surface.n_vertices()).into_par_iter().map(|share| Self::part(surface, share)).collect();
-        parts.into_iter().reduce(Self::and).unwrap_or_default()
+        let and = |lengths: Self, after| {
+            surface.pulse.beat(0);
+            lengths.and(after)
+        };
+        parts.into_iter().reduce(and).unwrap_or_default()
     }
 
     /// The edges from the vertices of `share`.
     fn part(surface: &Surface, share: Range<usize>) -> Self {
         // Rings have six neighbours on average, and ghost vertices.
         let mut lengths = Vec::with_capacity(7 * share.len());
-        let areas = share.map(|v| measure(surface, v as u32, &mut lengths)).collect();
+        let mut areas = Vec::with_capacity(share.len());
+        for vertices in surface.pulse.through(share) {
+            areas.extend(vertices.map(|v| measure(surface, v as u32, &mut lengths)));
+        }
         Self { lengths, areas }
     }
 
@@ -74,12 +81,13 @@ fn measure(surface: &Surface, v: u32, lengths: &mut Vec<f32>) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
 
     #[test]
     fn lengths_are_those_of_the_formula() {
         let mesh = shapes::wavy_sphere(2, 5.0);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let lengths = EdgeLengths::new(&surface);
         for v in 0..surface.n_vertices() as u32 {
             for (&w, &length) in surface.neighbors(v).iter().zip(lengths.of(&surface, v)) {
@@ -94,7 +102,7 @@ mod tests {
     #[test]
     fn flat_parts_have_their_euclidean_lengths_and_areas() {
         let mesh = shapes::grid(6, 6);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let lengths = EdgeLengths::new(&surface);
         let inner = (0..surface.n_vertices() as u32).filter(|&v| surface.rings.ghost(v).is_none());
         for v in inner {

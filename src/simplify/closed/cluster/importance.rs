@@ -7,9 +7,8 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::linalg::{Csr, Stars};
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::add_to_rows;
 use crate::model::{Weights, star_scores, surface_scores};
 
@@ -26,6 +25,8 @@ const MEASURED: usize = 2048;
 /// Vertices per region from which on the sample's score stands for all of them. Twelve large training meshes at ratios
 /// 0.03 to 0.15: at 1 and at 16 the mean distance is 0.1 % farther; fewer scores take less time.
 const LARGE: usize = 4;
+/// Vertices that are scored between two beats: at less than a microsecond each, about ten milliseconds on one thread.
+const TOGETHER: usize = 1 << 14;
 
 /// Weighs the vertices of a surface.
 pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance) {
@@ -35,6 +36,7 @@ pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importa
             .unwrap_or_else(|| importance_of_scores(&scores(surface, weights), &areas(surface))),
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
+    surface.pulse.beat(0);
     surface.weigh(factors);
 }
 
@@ -51,16 +53,23 @@ fn importance_of_regions(surface: &Surface, assignment: &Assignment, weights: &W
 fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Weights) -> Option<Vec<f32>> {
     let scores = scores_of(surface, &assignment.samples, weights)?;
     let mut areas = vec![0.0; assignment.n_regions];
-    add_to_rows(&mut areas, &assignment.region, |area, v| *area += surface.weight(v));
-    let factors = importance_of_scores(&scores, &areas);
-    Some(assignment.region.par_iter().map(|&r| factors[r as usize]).collect())
+    add_to_rows(surface.pulse, &mut areas, &assignment.region, |area, v| *area += surface.weight(v));
+    let factors = importance_with(surface.pulse, &scores, &areas);
+    surface.pulse.beat(0);
+    Some(surface.pulse.map(&assignment.region, |&r| factors[r as usize]))
 }
 
 /// The scores of some vertices.
 fn scores_of(surface: &Surface, vertices: &[u32], weights: &Weights) -> Option<Vec<f32>> {
-    let star = |i: usize| (vertices[i] as usize, surface.neighbors(vertices[i]));
-    let stars = Stars { x: [&surface.positions, &surface.normals], n: vertices.len(), of: star };
-    star_scores(weights, &stars, mean_edge_length(surface))
+    let edge_length = mean_edge_length(surface);
+    let mut scores = Vec::with_capacity(vertices.len());
+    for numbers in surface.pulse.by(TOGETHER, 0..vertices.len()) {
+        let vertices = &vertices[numbers];
+        let star = |i: usize| (vertices[i] as usize, surface.neighbors(vertices[i]));
+        let stars = Stars { x: [&surface.positions, &surface.normals], n: vertices.len(), of: star };
+        scores.extend(star_scores(weights, &stars, edge_length)?);
+    }
+    Some(scores)
 }
 
 /// The mean length of the edges, of a part of them on a large surface; 1 where they have none.
@@ -100,10 +109,15 @@ fn edges(surface: &Surface) -> Csr {
 /// assert!((factors[1] / factors[0] - 2.0_f32.exp()).abs() < 1e-5);
 /// ```
 pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
+    importance_with(Pulse::NONE, scores, areas)
+}
+
+/// As [`importance_of_scores`], where someone may listen.
+fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
     let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
-    scores.par_iter().map(|&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp()).collect()
+    pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
 }
 
 /// The weights of the vertices as long as all count alike, n_vertices.
@@ -120,7 +134,7 @@ mod tests {
     #[test]
     fn scores_are_those_of_the_mesh() {
         let mesh = shapes::wavy_sphere(3, 5.0);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         assert_eq!(edges(&surface), edge_graph(&mesh));
         let weights = Weights::random(1);
         for (own, of_mesh) in scores(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
@@ -131,7 +145,7 @@ mod tests {
     #[test]
     fn scores_of_some_vertices_are_those_of_the_mesh() {
         for mesh in [shapes::wavy_sphere(3, 5.0), shapes::grid(9, 7)] {
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             let samples = [5, 0, 17, 33];
             let weights = Weights::shipped_default();
             let own = scores_of(&surface, &samples, weights).unwrap();
@@ -148,7 +162,7 @@ mod tests {
         let mesh = shapes::wavy_sphere(3, 5.0);
         let n = mesh.positions().len();
         let weighed = |n_regions: usize| {
-            let mut surface = Surface::new(&mesh);
+            let mut surface = Surface::new(&mesh, Pulse::NONE);
             let region = (0..n).map(|v| (v % n_regions) as u32).collect();
             let assignment = Assignment { region, n_regions, samples: (0..n_regions as u32).collect() };
             weigh(&mut surface, &assignment, Importance::Network(Weights::shipped_default()));
@@ -163,7 +177,7 @@ mod tests {
     #[test]
     fn importance_multiplies_quadrics() {
         let mesh = shapes::grid(5, 5);
-        let (plain, mut heavy) = (Surface::new(&mesh), Surface::new(&mesh));
+        let (plain, mut heavy) = (Surface::new(&mesh, Pulse::NONE), Surface::new(&mesh, Pulse::NONE));
         weigh(&mut heavy, &Assignment::identity(36), Importance::Given(&[2.0; 36]));
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
         let even = importance_of_scores(&[7.0; 36], &areas(&plain));

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::shares::add_to_rows;
 
 use super::assignment::Assignment;
 use super::sums::Sum;
-use crate::mesh::shares::PARALLEL;
 use crate::simplify::closed::prepare::surface::Surface;
 
 /// Weight of the distance to the region's vertices against that to its planes, which say nothing along a flat part.
@@ -53,6 +53,11 @@ pub struct Placement<'a> {
 }
 
 impl Placement<'_> {
+    /// Who listens.
+    pub fn pulse(&self) -> Pulse<'_> {
+        self.surface.pulse
+    }
+
     /// Where the vertex of a region is.
     pub fn position(&self, region: u32) -> DVec3 {
         let own = || self.surface.positions[region as usize].as_dvec3();
@@ -98,9 +103,9 @@ pub fn place<'a>(
         return Placement { positions: Vec::new(), surface, sums: &[] };
     }
     let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
-    let mut positions: Vec<DVec3> = sums.par_iter().with_min_len(PARALLEL).map(best).collect();
+    let mut positions: Vec<DVec3> = surface.pulse.map(sums, best);
     for _ in 0..ROUNDS {
-        let turned = turned_regions(&positions, sums, faces);
+        let turned = turned_regions(surface, &positions, sums, faces);
         if turned.is_empty() {
             break;
         }
@@ -162,7 +167,7 @@ fn central_vertices(
     is_wanted: impl Fn(u32) -> bool + Sync,
 ) -> Vec<u32> {
     let mut nearest = vec![(f64::INFINITY, 0); sums.len()];
-    add_to_rows(&mut nearest, &assignment.region, |best, v| {
+    add_to_rows(surface.pulse, &mut nearest, &assignment.region, |best, v| {
         let r = assignment.region[v];
         if is_wanted(r) {
             let distance = surface.positions[v].as_dvec3().distance_squared(sums[r as usize].mean());
@@ -173,14 +178,17 @@ fn central_vertices(
 }
 
 /// The regions at the corners of faces that look away from what they stand for.
-fn turned_regions(positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<u32> {
+fn turned_regions(surface: &Surface, positions: &[DVec3], sums: &[Sum], faces: &[[u32; 3]]) -> Vec<u32> {
     let turned = |face: &&[u32; 3]| {
         let normal = area_normal_f64(face.map(|r| positions[r as usize]));
         let meant: DVec3 = face.iter().map(|&r| sums[r as usize].normal.normalize_or_zero()).sum();
         normal.dot(meant) <= 0.0
     };
-    let turned: Vec<&[u32; 3]> = faces.par_iter().with_min_len(PARALLEL).filter(turned).collect();
-    turned.into_iter().flatten().copied().collect()
+    let mut all: Vec<&[u32; 3]> = Vec::new();
+    for faces in surface.pulse.over(faces) {
+        all.par_extend(faces.par_iter().with_min_len(PARALLEL).filter(turned));
+    }
+    all.into_iter().flatten().copied().collect()
 }
 
 #[cfg(test)]
@@ -193,7 +201,7 @@ mod tests {
     #[test]
     fn three_sides_meet_at_the_corner() {
         let mesh = shapes::cuboid([1.0; 3], 8);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let near = |p: &[f32; 3]| p.iter().all(|&x| x <= 0.25);
         let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
@@ -206,7 +214,7 @@ mod tests {
     #[test]
     fn a_region_in_a_plane_goes_to_its_middle_and_a_vertex_stays() {
         let mesh = shapes::grid(10, 10);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let within = |p: &[f32; 3]| (0.25..0.75).contains(&p[0]) && (0.25..0.75).contains(&p[1]);
         let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::mesh::OneRings;
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, add_to_rows, indices_where, shares};
 
 use super::assignment::Assignment;
@@ -25,6 +26,9 @@ const HALVINGS: usize = 3;
 /// Share of the regions up to which broken ones are taken apart at once. Twelve large training meshes at ratios 0.03 to
 /// 0.15: at 1e-4 half of the results differ, by 0.1 % in the mean distance.
 const FEW: f64 = 1e-3;
+
+/// Regions that are cut between two beats.
+const BETWEEN_BEATS: usize = 1024;
 
 /// Most parts that the faces are looked through in: each makes counts for all regions, which are added up by one
 /// thread. Results do not depend on it.
@@ -59,7 +63,7 @@ pub fn quotient<'a>(
         let parts = if round < HALVINGS && attempt.is_many() { Parts::Halves } else { Parts::Vertices };
         if !refine(surface, assignment, sums, &attempt.broken, parts, &attempt.faces) {
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
-            if let Some((faces, rings)) = attempt.into_rings(assignment.n_regions) {
+            if let Some((faces, rings)) = attempt.into_rings(surface.pulse, assignment.n_regions) {
                 let (faces, rings) = (Cow::Owned(faces), Cow::Owned(rings));
                 return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
             }
@@ -91,10 +95,10 @@ impl Attempt {
         let (n_inner, n_regions) = (meeting.inner.len(), assignment.n_regions);
         let mut faces = meeting.inner;
         faces.extend(meeting.boundary);
-        mark_flat_pillows(&faces, n_regions, &mut broken);
+        mark_flat_pillows(surface.pulse, &faces, n_regions, &mut broken);
         let mut attempt = Self { faces, n_inner, n_regions, broken, rings: None };
         if !attempt.is_many() {
-            match OneRings::new(n_regions + surface.rings.n_ghosts(), &attempt.faces) {
+            match OneRings::with(surface.pulse, n_regions + surface.rings.n_ghosts(), &attempt.faces) {
                 Ok(rings) => attempt.rings = Some(rings),
                 Err(error) => error.vertices.iter().for_each(|&r| attempt.broken[r as usize] = true),
             }
@@ -109,10 +113,10 @@ impl Attempt {
     }
 
     /// The faces of the surface and the rings over them; `None` where regions are broken.
-    fn into_rings(mut self, n_regions: usize) -> Option<(Vec<[u32; 3]>, OneRings)> {
+    fn into_rings(mut self, pulse: Pulse, n_regions: usize) -> Option<(Vec<[u32; 3]>, OneRings)> {
         let is_closed = self.n_inner == self.faces.len();
         self.faces.truncate(self.n_inner);
-        let rings = self.rings.filter(|_| is_closed).or_else(|| OneRings::new(n_regions, &self.faces).ok())?;
+        let rings = self.rings.filter(|_| is_closed).or_else(|| OneRings::with(pulse, n_regions, &self.faces).ok())?;
         (!self.broken.contains(&true)).then_some((self.faces, rings))
     }
 }
@@ -132,10 +136,10 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, ghost_faces: &[[u32
     let n_regions = assignment.n_regions as u32;
     let label = |v: u32| if v < n_inner { assignment.region[v as usize] } else { n_regions + v - n_inner };
     let mut twice_euler = vec![0i32; assignment.n_regions];
-    add_to_rows(&mut twice_euler, &assignment.region, |euler, _| *euler += 2);
+    add_to_rows(surface.pulse, &mut twice_euler, &assignment.region, |euler, _| *euler += 2);
     let mut collect = |faces: &[[u32; 3]]| {
         let chunk = faces.len().div_ceil(shares(faces.len()).len().min(MOST_SHARES)).max(1);
-        let share = |faces: &[[u32; 3]]| share_of_meeting_faces(faces, label, assignment.n_regions);
+        let share = |faces: &[[u32; 3]]| share_of_meeting_faces(surface.pulse, faces, label, assignment.n_regions);
         let parts: Vec<(Vec<[u32; 3]>, Vec<i32>)> = faces.par_chunks(chunk).map(share).collect();
         let mut meeting = Vec::new();
         for (faces, with_two) in parts {
@@ -153,19 +157,22 @@ fn meeting_faces(surface: &Surface, assignment: &Assignment, ghost_faces: &[[u32
 
 /// Of these faces those between three labels, and for each region how many have two or three corners in it.
 fn share_of_meeting_faces(
+    pulse: Pulse,
     faces: &[[u32; 3]],
     label: impl Fn(u32) -> u32,
     n_regions: usize,
 ) -> (Vec<[u32; 3]>, Vec<i32>) {
     let mut meeting = Vec::new();
     let mut with_two = vec![0i32; if faces.is_empty() { 0 } else { n_regions }];
-    for &[a, b, c] in faces {
-        let [a, b, c] = [label(a), label(b), label(c)];
-        let twice = if a == b || a == c { a } else { b };
-        if a != b && b != c && c != a {
-            meeting.push([a, b, c]);
-        } else if let Some(count) = with_two.get_mut(twice as usize) {
-            *count += 1;
+    for faces in pulse.over(faces) {
+        for &[a, b, c] in faces {
+            let [a, b, c] = [label(a), label(b), label(c)];
+            let twice = if a == b || a == c { a } else { b };
+            if a != b && b != c && c != a {
+                meeting.push([a, b, c]);
+            } else if let Some(count) = with_two.get_mut(twice as usize) {
+                *count += 1;
+            }
         }
     }
     (meeting, with_two)
@@ -184,10 +191,10 @@ fn mark_bridges(boundary: &[[u32; 3]], broken: &mut [bool]) {
 
 /// Marks the regions with fewer than three neighbours, and those: contracted, the faces between them would lie on each
 /// other.
-fn mark_flat_pillows(faces: &[[u32; 3]], n_regions: usize, broken: &mut [bool]) {
+fn mark_flat_pillows(pulse: Pulse, faces: &[[u32; 3]], n_regions: usize, broken: &mut [bool]) {
     let mut n_faces = vec![0u32; broken.len()];
-    add_faces(&mut n_faces, faces, |_| (), |n_faces, (), _| *n_faces += 1);
-    let flat = indices_where(faces, |_, face| face.iter().any(|&r| n_faces[r as usize] < 3));
+    add_faces(pulse, &mut n_faces, faces, |_| (), |n_faces, (), _| *n_faces += 1);
+    let flat = indices_where(pulse, faces, |_, face| face.iter().any(|&r| n_faces[r as usize] < 3));
     flat.into_iter().flat_map(|f| faces[f as usize]).for_each(|r| broken[r as usize] = true);
     n_faces[..n_regions].iter().zip(broken).for_each(|(&n, broken)| *broken |= n == 0);
 }
@@ -212,16 +219,21 @@ fn refine(
         return false;
     }
     let mut sizes = vec![0u32; assignment.n_regions];
-    add_to_rows(&mut sizes, &assignment.region, |size, _| *size += 1);
+    add_to_rows(surface.pulse, &mut sizes, &assignment.region, |size, _| *size += 1);
     let single = |r: u32| sizes.get(r as usize).is_none_or(|&size| size < 2);
     let mut cut: Vec<bool> = broken.iter().enumerate().map(|(r, &b)| b && !single(r as u32)).collect();
-    for face in faces {
-        if face.iter().any(|&r| broken[r as usize] && single(r)) {
-            face.iter().for_each(|&r| cut[r as usize] = !single(r));
+    for faces in surface.pulse.counting_if(false).over(faces) {
+        for face in faces {
+            if face.iter().any(|&r| broken[r as usize] && single(r)) {
+                face.iter().for_each(|&r| cut[r as usize] = !single(r));
+            }
         }
     }
-    let members = members(assignment, &cut);
-    for (&r, vertices) in &members {
+    let members = members(surface.pulse, assignment, &cut);
+    for (n_before, (&r, vertices)) in members.iter().enumerate() {
+        if n_before % BETWEEN_BEATS == 0 {
+            surface.pulse.beat(0);
+        }
         match parts {
             Parts::Halves => cut_region(surface, assignment, vertices),
             Parts::Vertices => dissolve(assignment, vertices),
@@ -247,15 +259,23 @@ fn move_sums(surface: &Surface, assignment: &Assignment, sums: &mut Vec<Sum>, (r
 }
 
 /// The vertices of the regions that are wanted, n_regions or more, each list ascending.
-pub fn members(assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32, Vec<u32>> {
+pub fn members(pulse: Pulse, assignment: &Assignment, wanted: &[bool]) -> BTreeMap<u32, Vec<u32>> {
     if !wanted.contains(&true) {
         return BTreeMap::new();
     }
     let inside = |r: u32| wanted[r as usize];
-    let members = indices_where(&assignment.region, |_, &r| inside(r));
+    let members = indices_where(pulse, &assignment.region, |_, &r| inside(r));
     let mut pairs: Vec<(u32, u32)> = members.into_iter().map(|v| (assignment.region[v as usize], v)).collect();
+    pulse.beat(0);
     pairs.sort_unstable();
-    pairs.chunk_by(|x, y| x.0 == y.0).map(|list| (list[0].0, list.iter().map(|pair| pair.1).collect())).collect()
+    let lists = pairs.chunk_by(|x, y| x.0 == y.0).enumerate();
+    let vertices = lists.map(|(n_before, list)| {
+        if n_before % BETWEEN_BEATS == 0 {
+            pulse.beat(0);
+        }
+        (list[0].0, list.iter().map(|pair| pair.1).collect())
+    });
+    vertices.collect()
 }
 
 /// Gives the half of a region that is nearer to its far end a label of its own, and so each part that is cut off.
@@ -364,7 +384,7 @@ mod tests {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(9);
         let mut below = |n: usize| (random.next_u64() % n as u64) as u32;
         for mesh in &meshes {
-            let surface = Surface::new(mesh);
+            let surface = Surface::new(mesh, Pulse::NONE);
             let lengths = EdgeLengths::new(&surface);
             for n_regions in [1, 3, 8, 40, 90] {
                 let mut samples: Vec<u32> = (0..n_regions).map(|_| below(surface.n_vertices())).collect();
@@ -384,7 +404,7 @@ mod tests {
     #[test]
     fn good_regions_are_left_alone() {
         let mesh = shapes::icosphere(3);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let lengths = EdgeLengths::new(&surface);
         let corners: Vec<u32> = (0..12).collect();
         let mut assignment = assign_to(&surface, &lengths, &corners);
@@ -396,7 +416,7 @@ mod tests {
     #[test]
     fn regions_of_one_vertex_each_are_numbered_like_the_vertices() {
         let mesh = shapes::icosphere(1);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let n_regions = surface.n_vertices();
         let mut assignment =
             Assignment { region: (0..n_regions as u32).rev().collect(), n_regions, samples: Vec::new() };

@@ -61,7 +61,10 @@ pub fn draw(surface: &Surface, count: SampleCount, seed: u64) -> Assignment {
         return Assignment::identity(surface.n_vertices());
     }
     let lengths = EdgeLengths::new(surface);
-    throw_darts(surface, &lengths, count.n_darts, seed)
+    surface.pulse.beat(0);
+    let assignment = throw_darts(surface, &lengths, count.n_darts, seed);
+    surface.pulse.beat(0);
+    assignment
 }
 
 /// Cuts regions that cost too much and gives locked vertices regions of their own. Returns the sums of the regions; none where

@@ -72,6 +72,6 @@ impl AddAssign for Sum {
 /// The sums of all regions.
 pub fn sums(surface: &Surface, assignment: &Assignment) -> Vec<Sum> {
     let mut sums = vec![Sum::default(); assignment.n_regions];
-    add_to_rows(&mut sums, &assignment.region, |sum, v| *sum += Sum::of(surface, v));
+    add_to_rows(surface.pulse, &mut sums, &assignment.region, |sum, v| *sum += Sum::of(surface, v));
     sums
 }

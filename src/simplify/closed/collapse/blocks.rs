@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use crate::mesh::OneRings;
+use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::limits::Limit;
 use crate::spatial::curve_order;
@@ -25,29 +26,30 @@ const LEAST_BLOCKS: usize = 2;
 /// a few percent, have no other turn.
 const LEFT: f64 = 0.02;
 
-impl Collapse {
+impl<'a> Collapse<'a> {
     /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
-    pub fn toward(limit: Limit, placed: &Placement, rings: &OneRings) -> Self {
+    pub fn toward(pulse: Pulse<'a>, limit: Limit, placed: &Placement, rings: &OneRings) -> Self {
         if rings.n_vertices() >= LEAST_BLOCKS * BLOCK {
-            return collapse_in_blocks(placed, rings, limit);
+            return collapse_in_blocks(pulse, placed, rings, limit);
         }
-        Self::new(placed, rings)
+        Self::new(pulse, placed, rings)
     }
 }
 
 /// A complex over these positions, quadrics and rings, most of the way down to the limit.
-fn collapse_in_blocks(placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse {
+fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse<'a> {
     let n_vertices = rings.n_vertices();
     let (ghosts, n_faces) = ghosts(rings);
-    let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array());
-    let split = Split::new(order, n_vertices.div_ceil(BLOCK));
+    let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array(), || pulse.beat(0));
+    let split = Split::new(pulse.counting_if(false), order, n_vertices.div_ceil(BLOCK));
+    pulse.beat(0);
     let block = |i| split.block(i, placed, rings);
     let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();
     blocks.par_iter_mut().for_each(Collapse::price);
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
     let share = n_free as f64 / n_vertices as f64;
     descend(&mut blocks, (share * merges_to(limit, n_vertices, n_faces) as f64) as usize);
-    split.joined(blocks, ghosts, n_faces)
+    split.joined(pulse, blocks, ghosts, n_faces)
 }
 
 /// Takes away about as many vertices as are `to_do`, never more, in rounds of all blocks together.
@@ -83,9 +85,11 @@ struct Split {
 
 impl Split {
     /// So many blocks of about equal size of vertices in this order.
-    fn new(order: Vec<u32>, n_blocks: usize) -> Self {
+    fn new(pulse: Pulse, order: Vec<u32>, n_blocks: usize) -> Self {
         let mut rank = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(i, &v)| rank[v as usize] = i as u32);
+        for numbers in pulse.through(0..order.len()) {
+            numbers.clone().zip(&order[numbers]).for_each(|(i, &v)| rank[v as usize] = i as u32);
+        }
         let starts = (0..=n_blocks).map(|i| order.len() * i / n_blocks).collect();
         Self { order, rank, starts }
     }
@@ -99,7 +103,8 @@ impl Split {
     }
 
     /// The complex of a block. Neighbours elsewhere stand behind its own vertices, by their numbers in the mesh.
-    fn block(&self, i: usize, placed: &Placement, rings: &OneRings) -> Collapse {
+    fn block<'a>(&self, i: usize, placed: &'a Placement, rings: &OneRings) -> Collapse<'a> {
+        placed.pulse().beat(0);
         let own = self.vertices(i);
         let n_inner = own.len();
         let mut frozen = vec![false; n_inner];
@@ -116,11 +121,11 @@ impl Split {
             let ring = links.push(rings.ring(v).iter().map(neighbor));
             nodes.push(Node::new(placed, v, ring));
         }
-        Collapse { frozen, ..Collapse::of(nodes, links, n_inner, 2 * n_inner) }
+        Collapse { frozen, ..Collapse::of(placed.pulse(), nodes, links, [n_inner, 2 * n_inner]) }
     }
 
     /// One complex again, of what lives in the blocks, with the ghost vertices and out of as many faces as it had before.
-    fn joined(&self, blocks: Vec<Collapse>, ghosts: Vec<Node>, n_faces: usize) -> Collapse {
+    fn joined<'a>(&self, pulse: Pulse<'a>, blocks: Vec<Collapse>, ghosts: Vec<Node>, n_faces: usize) -> Collapse<'a> {
         let mut n_before = 0;
         let numbered = blocks.into_iter().map(|block| {
             let first = n_before;
@@ -132,7 +137,10 @@ impl Split {
         let numbers = |(first, block): &(u32, Collapse)| block.numbers(*first);
         let numbers: Vec<Vec<u32>> = numbered.par_iter().map(numbers).collect();
         let mut begun = vec![0; self.order.len()];
-        self.order.iter().zip(numbers.iter().flatten()).for_each(|(&v, &number)| begun[v as usize] = number);
+        for (block, numbers) in numbers.iter().enumerate() {
+            pulse.beat(0);
+            self.vertices(block).iter().zip(numbers).for_each(|(&v, &number)| begun[v as usize] = number);
+        }
 
         let elsewhere = |w: u32| match (w as usize).checked_sub(begun.len()) {
             None => begun[w as usize],
@@ -141,12 +149,12 @@ impl Split {
         let part = |((_, block), numbers): ((u32, Collapse), &Vec<u32>)| block.part(numbers, elsewhere);
         let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
         let n_merged = self.order.len() - n_inner;
-        Collapse { begun, ..whole_of(parts, ghosts, n_inner, n_faces - 2 * n_merged) }
+        Collapse { begun, ..whole_of(pulse, parts, ghosts, [n_inner, n_faces - 2 * n_merged]) }
     }
 }
 
 /// The complex of these parts and the ghost vertices, with so many vertices and faces.
-fn whole_of(parts: Vec<Part>, ghosts: Vec<Node>, n_inner: usize, n_faces: usize) -> Collapse {
+fn whole_of<'a>(pulse: Pulse<'a>, parts: Vec<Part>, ghosts: Vec<Node>, [n_inner, n_faces]: [usize; 2]) -> Collapse<'a> {
     let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
     let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
     for part in parts {
@@ -159,6 +167,7 @@ fn whole_of(parts: Vec<Part>, ghosts: Vec<Node>, n_inner: usize, n_faces: usize)
     let all_nodes = || {
         let mut nodes = Vec::with_capacity(n_inner + ghosts.len());
         for (n_before, part) in nodes_of {
+            pulse.beat(0);
             nodes.extend(part.into_iter().map(|node| Node { ring: node.ring.after(n_before), ..node }));
         }
         nodes.extend(ghosts);
@@ -166,11 +175,14 @@ fn whole_of(parts: Vec<Part>, ghosts: Vec<Node>, n_inner: usize, n_faces: usize)
     };
     let all_links = || {
         let mut links = Links::with_capacity(n_inner);
-        links_of.into_iter().for_each(|part| links.append(part));
+        for part in links_of {
+            pulse.beat(0);
+            links.append(part);
+        }
         links
     };
     let (nodes, links) = rayon::join(all_nodes, all_links);
-    Collapse { least, unpriced: Some(unpriced), ..Collapse::of(nodes, links, n_inner, n_faces) }
+    Collapse { least, unpriced: Some(unpriced), ..Collapse::of(pulse, nodes, links, [n_inner, n_faces]) }
 }
 
 /// What lives of a block, in the numbers of the whole.
@@ -182,9 +194,10 @@ struct Part {
     unpriced: Vec<u32>,
 }
 
-impl Collapse {
+impl Collapse<'_> {
     /// What lives of this block; `numbers` are those of its vertices, `elsewhere` gives those of others.
     fn part(self, numbers: &[u32], elsewhere: impl Fn(u32) -> u32) -> Part {
+        self.pulse.beat(0);
         let n_own = self.n_inner as u32;
         let number = |w: u32| w.checked_sub(n_own).map_or_else(|| numbers[w as usize], &elsewhere);
         let mut links = Links::with_capacity(self.n_vertices);
@@ -203,6 +216,7 @@ impl Collapse {
 
     /// The number of each vertex, merged ones that of what they became, when those that live are counted from `first`.
     fn numbers(&self, first: u32) -> Vec<u32> {
+        self.pulse.beat(0);
         let mut numbers = vec![0; self.n_inner];
         self.living().zip(first..).for_each(|(v, number)| numbers[v as usize] = number);
         (0..self.n_inner as u32).for_each(|v| numbers[v as usize] = numbers[self.last(v) as usize]);
@@ -224,14 +238,14 @@ mod tests {
     }
 
     /// The collapse of a mesh to its fifth in blocks and as a whole.
-    fn in_blocks_and_whole(mesh: &TriMesh) -> [Collapse; 2] {
-        let surface = Surface::new(mesh);
+    fn in_blocks_and_whole(mesh: &TriMesh) -> [Collapse<'static>; 2] {
+        let surface = Surface::new(mesh, Pulse::NONE);
         let n_vertices = surface.n_vertices();
         assert!(n_vertices >= LEAST_BLOCKS * BLOCK);
         let placed = place(&surface, &Assignment::identity(n_vertices), &[], &surface.faces);
         let limit = Limit { vertices: n_vertices / 5, faces: usize::MAX };
-        let mut whole = Collapse::new(&placed, &surface.rings);
-        let mut in_blocks = collapse_in_blocks(&placed, &surface.rings, limit);
+        let mut whole = Collapse::new(Pulse::NONE, &placed, &surface.rings);
+        let mut in_blocks = collapse_in_blocks(Pulse::NONE, &placed, &surface.rings, limit);
         let left = in_blocks.n_vertices - limit.vertices;
         assert!((0.002..0.2).contains(&(left as f64 / n_vertices as f64)), "{left}");
         assert_eq!([whole.run(limit), in_blocks.run(limit)], [End::Reached; 2]);
@@ -262,7 +276,7 @@ mod tests {
     #[test]
     fn blocks_are_near_what_they_stand_for() {
         let mesh = shapes::torus(380, 200, 1.0, 0.4);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let [in_blocks, _] = in_blocks_and_whole(&mesh);
         let output = in_blocks.output(&Assignment::identity(surface.n_vertices()));
         let far = surface.positions.iter().zip(&output.vertex_of);

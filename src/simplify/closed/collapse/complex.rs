@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
-use crate::mesh::shares::{PARALLEL, indices_where};
+use crate::mesh::pulse::{PARALLEL, Pulse};
+use crate::mesh::shares::indices_where;
 use crate::simplify::closed::cluster::assignment::Assignment;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::output::Output;
@@ -25,7 +26,7 @@ const LEAST_AREA: f32 = 1e-12;
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.
-pub struct Collapse {
+pub struct Collapse<'a> {
     /// Vertices, the ghost vertices of the boundaries last.
     pub(super) nodes: Vec<Node>,
     /// Where the vertices are: what the nodes say, once more and closer together.
@@ -54,6 +55,8 @@ pub struct Collapse {
     pub(super) constraints: Option<Constraints>,
     /// The merges in order, where they are to be remembered.
     pub history: Option<Vec<Merge>>,
+    /// Who listens: the items done are merges.
+    pub(super) pulse: Pulse<'a>,
 }
 
 /// A merge of two vertices.
@@ -86,19 +89,19 @@ impl End {
         match self {
             Self::Reached => Outcome::Reached,
             Self::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
-            Self::Held => Outcome::Stopped("seams, creases or locked vertices hold what is left".into()),
-            Self::WouldTurn => Outcome::Stopped("no edge is left that could go without turning a face over".into()),
+            Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
+            Self::WouldTurn => Outcome::Stopped("every remaining merge would turn a face over".into()),
         }
     }
 }
 
 /// The merges without which so many vertices and faces do not come to the limit: each takes away two faces at most.
-pub(super) fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
+pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The ghost vertices, each with as many neighbours as there are vertices on its boundary, and the faces of a surface with these
-/// rings, those at ghost vertices left out.
+/// The ghost vertices of the boundaries, each with as many neighbours as there are vertices on its boundary, and the faces of a surface with
+/// these rings, those at the ghost vertices left out.
 pub(super) fn ghosts(rings: &OneRings) -> (Vec<Node>, usize) {
     let n_inner = rings.n_vertices();
     let mut n_neighbors = vec![0; rings.n_ghosts()];
@@ -123,16 +126,19 @@ pub(super) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     area_normal.length_squared() > LEAST_AREA * scale * scale
 }
 
-impl Collapse {
+impl<'a> Collapse<'a> {
     /// Starts from the placed vertices and the rings of the faces over them.
-    pub fn new(placed: &Placement, rings: &OneRings) -> Self {
+    pub fn new(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings) -> Self {
         let n_inner = rings.n_vertices();
         let mut links = Links::with_capacity(n_inner);
-        let node = |v: u32| Node::new(placed, v, links.push(rings.ring(v).iter().copied()));
-        let mut nodes: Vec<Node> = (0..n_inner as u32).map(node).collect();
+        let mut node = |v: usize| Node::new(placed, v as u32, links.push(rings.ring(v as u32).iter().copied()));
         let (ghosts, n_faces) = ghosts(rings);
+        let mut nodes: Vec<Node> = Vec::with_capacity(n_inner + ghosts.len());
+        for vertices in pulse.counting_if(false).through(0..n_inner) {
+            nodes.extend(vertices.map(&mut node));
+        }
         nodes.extend(ghosts);
-        Self::of(nodes, links, n_inner, n_faces)
+        Self::of(pulse, nodes, links, [n_inner, n_faces])
     }
 
     /// The same under constraints, with a price on colours, and with a history if there is one to be written.
@@ -145,10 +151,14 @@ impl Collapse {
         Self { constraints, colours, history, ..self }
     }
 
-    /// Starts from nodes, the ghost vertices last, and their neighbours.
-    pub(super) fn of(nodes: Vec<Node>, links: Links, n_inner: usize, n_faces: usize) -> Self {
+    /// Starts from nodes, the ghost vertices last, and their neighbours; so many vertices and faces.
+    pub(super) fn of(pulse: Pulse<'a>, nodes: Vec<Node>, links: Links, [n_inner, n_faces]: [usize; 2]) -> Self {
+        let mut positions = Vec::with_capacity(n_inner);
+        for nodes in pulse.counting_if(false).over(&nodes[..n_inner]) {
+            positions.extend(nodes.iter().map(|node| node.position));
+        }
         Self {
-            positions: nodes[..n_inner].iter().map(|node| node.position).collect(),
+            positions,
             merged: (0..n_inner as u32).collect(),
             nodes,
             links,
@@ -164,40 +174,52 @@ impl Collapse {
             colours: AttributeQuadrics::default(),
             constraints: None,
             history: None,
+            pulse,
         }
+    }
+
+    /// Gives the memory back, in parts: that of millions of vertices takes a while.
+    pub fn end(self) {
+        let Self { nodes, links, pulse, .. } = self;
+        pulse.beat(0);
+        drop(nodes);
+        pulse.beat(0);
+        drop(links);
+        pulse.beat(0);
     }
 
     /// What is left, renumbered; each face begins with its first vertex. `assignment` says which vertex each of the surface's was
     /// at the start.
     pub fn output(&self, assignment: &Assignment) -> Output {
-        let living = indices_where(&self.merged, |v, &merged| v == merged);
+        let pulse = self.pulse.counting_if(false);
+        let living = indices_where(pulse, &self.merged, |v, &merged| v == merged);
         let mut number = vec![NONE; self.n_inner];
         (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
         let place = |&v: &u32| self.positions[v as usize];
-        let positions: Vec<Vec3> = living.par_iter().with_min_len(PARALLEL).map(place).collect();
+        let positions: Vec<Vec3> = pulse.map(&living, place);
         let faces: Vec<Vec<[u32; 3]>> =
             living.par_chunks(PARALLEL).map(|chunk| self.faces_from(chunk, &number)).collect();
         let faces = faces.concat();
         let normal = |face: &[u32; 3]| unit_normal(face.map(|v| positions[v as usize]));
-        let normals = faces.par_iter().with_min_len(PARALLEL).map(normal).collect();
+        let normals = pulse.map(&faces, normal);
         let of_regions = self.vertex_of_regions(&number);
-        let became = |&region: &u32| of_regions[region as usize];
-        let vertex_of = assignment.region.par_iter().with_min_len(PARALLEL).map(became).collect();
+        let vertex_of = pulse.map(&assignment.region, |&region| of_regions[region as usize]);
         let pins = self.constraints.as_ref().map(|constraints| constraints.pins.of_living(&living));
-        Output::new(positions, faces, normals, pins.unwrap_or_default(), vertex_of)
+        Output::new(pulse, positions, (faces, normals), pins.unwrap_or_default(), vertex_of)
     }
 
     /// For each vertex at the start the number of the one that stands for it now.
     fn vertex_of_regions(&self, number: &[u32]) -> Vec<u32> {
         let last = |v: u32| number[self.last(v) as usize];
         match self.begun.as_slice() {
-            [] => (0..self.n_inner as u32).into_par_iter().with_min_len(PARALLEL).map(last).collect(),
-            begun => begun.par_iter().with_min_len(PARALLEL).map(|&v| last(v)).collect(),
+            [] => self.pulse.counting_if(false).map_numbers(self.n_inner, |v| last(v as u32)),
+            begun => self.pulse.counting_if(false).map(begun, |&v| last(v)),
         }
     }
 
     /// The faces whose first vertices these are, those at ghost vertices left out, by the numbers of their vertices.
     fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
+        self.pulse.beat(0);
         let mut faces = Vec::with_capacity(2 * vertices.len());
         for &v in vertices {
             let span = self.nodes[v as usize].ring;

@@ -8,7 +8,7 @@ use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, End};
 
-impl Collapse {
+impl Collapse<'_> {
     /// The vertices that stay on the plane, where this is the collapse of a half.
     pub(super) fn plane(&self) -> Option<&PlaneVertices> {
         self.constraints.as_ref().and_then(|constraints| constraints.pins.plane())

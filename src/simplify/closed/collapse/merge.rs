@@ -11,7 +11,7 @@ use super::pair::{LocalQuadric, MergedVertex, Pair};
 /// the largest distance is 2 to 3 % farther at 0 and at 0.4, the mean the same within 0.3 %.
 const LEAST_COSINE: f32 = 0.2;
 
-impl Collapse {
+impl Collapse<'_> {
     /// Whether nothing but the quadrics of the nodes sets the prices.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {

@@ -20,13 +20,14 @@ mod pair;
 mod rounds;
 
 pub use attribute_quadrics::of_colours;
-pub use complex::{Collapse, End, Merge};
+pub use complex::{Collapse, End, Merge, merges_to};
 pub use constraints::Constraints;
 pub use pair::Place;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::cluster::assignment::Assignment;
     use crate::simplify::closed::cluster::placement::place;
@@ -35,10 +36,10 @@ mod tests {
     use crate::simplify::limits::Limit;
     use glam::Vec3;
 
-    fn begin(mesh: &TriMesh) -> (Surface<'_>, Collapse) {
-        let surface = Surface::new(mesh);
+    fn begin(mesh: &TriMesh) -> (Surface<'_>, Collapse<'static>) {
+        let surface = Surface::new(mesh, Pulse::NONE);
         let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);
-        let collapse = Collapse::new(&placed, &surface.rings);
+        let collapse = Collapse::new(Pulse::NONE, &placed, &surface.rings);
         (surface, collapse)
     }
 

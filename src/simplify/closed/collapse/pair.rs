@@ -319,6 +319,7 @@ pub(super) fn prices_around(u: &Node, others: [&Node; WIDTH]) -> [f32; WIDTH] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
     use crate::simplify::closed::cluster::assignment::Assignment;
     use crate::simplify::closed::cluster::placement::place;
@@ -332,7 +333,7 @@ mod tests {
     #[test]
     fn prices_are_what_the_placement_costs() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::cuboid([1.0; 3], 4), shapes::thin_sheet(9, 1e-3)] {
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             let nodes = nodes(&surface);
             let edges: Vec<[u32; 2]> = surface.faces.iter().map(|&[a, b, _]| [a, b]).collect();
             let scale: f32 = nodes.iter().map(|node| node.quadric.a[0] + node.quadric.a[3] + node.quadric.a[5]).sum();

@@ -141,7 +141,7 @@ mod tests {
     use crate::simplify::closed::request::{Importance, Keep, Request};
     use crate::simplify::limits::Limit;
     use crate::simplify::options::Parts;
-    use std::ops::ControlFlow;
+    use crate::simplify::progress::Progress;
 
     fn run(mesh: &TriMesh, vertices: usize) -> (Closed, Derivative) {
         let limit = Limit { vertices, faces: usize::MAX };
@@ -156,7 +156,7 @@ mod tests {
             differentiable: true,
             keep: Keep::default(),
         };
-        let levels = simplify_levels(mesh, &request, &[limit], &mut |_| ControlFlow::Continue(())).unwrap();
+        let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD).unwrap();
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)

@@ -47,6 +47,7 @@ fn with_image(plane: &PlaneVertices, quadric: [f32; 6]) -> [f32; 6] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
     use crate::simplify::closed::request::Half;
 
@@ -59,7 +60,7 @@ mod tests {
         let (half, sources) = crate::mesh::compact(whole.positions(), faces).unwrap();
         let on_plane: Vec<bool> = half.positions().iter().map(|p| p[0].abs() < 1e-6).collect();
         assert_eq!(on_plane.iter().filter(|&&on| on).count(), 24);
-        let (mut surface, of_whole) = (Surface::new(&half), Surface::new(&whole));
+        let (mut surface, of_whole) = (Surface::new(&half, Pulse::NONE), Surface::new(&whole, Pulse::NONE));
         let plane = PlaneVertices::of(&surface, &Half { axis: 0, on_plane: &on_plane });
         complete(&mut surface, &plane);
         // The halves are normalised by other powers of two.

@@ -6,6 +6,7 @@ pub mod surface;
 pub mod uneven;
 
 use crate::mesh::TriMesh;
+use crate::mesh::pulse::Pulse;
 
 use super::original::Original;
 use super::pins::Pins;
@@ -19,9 +20,9 @@ use surface::Surface;
 /// at 1 both are 4.5 % farther.
 const EDGE_WEIGHT: f32 = 0.3;
 
-/// Makes a mesh and what of it has to stay the original of an assembly.
-pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep) -> Original<'a> {
-    let mut surface = Surface::new(mesh);
+/// Makes a mesh and what of it has to stay the original of an assembly, to whose work `pulse` listens.
+pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
+    let mut surface = Surface::new(mesh, pulse);
     let features = FeatureEdges::on(&surface, keep.edges);
     let pins = Pins::on(&surface, keep);
     surface.support_edges(&features.edges, EDGE_WEIGHT);

@@ -7,10 +7,9 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
+use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::shares::{cut, shares};
-use crate::mesh::{Manifold, OneRings, TriMesh, manifold};
-
-use crate::mesh::shares::PARALLEL;
+use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
 
 /// How much a boundary counts against the surface: weight of the squared distance from the line along a boundary edge
 /// at either end, over the edge's squared length. Twelve open training meshes at ratios 0.05 and 0.2: the mean distance
@@ -19,6 +18,10 @@ pub const BOUNDARY_WEIGHT: f32 = 3.0;
 /// Weight of a vertex over the mean below which it gets as much along each axis. It makes the empty quadrics of faces
 /// without area regular: at 1e-5 no result of 64 of training meshes differs, at 1e-3 four do.
 const LIGHT: f64 = 1e-4;
+
+/// Normals that are made unit vectors, and quadrics that are weighed, between two beats: at a few nanoseconds each, about five
+/// milliseconds.
+const TOGETHER: usize = 1 << 20;
 
 /// An oriented manifold of unit size with what every later stage asks of its vertices.
 pub struct Surface<'a> {
@@ -37,6 +40,8 @@ pub struct Surface<'a> {
     pub importance: Vec<f32>,
     /// From normalised to local coordinates.
     pub scale: Normalisation,
+    /// Who listens to what is done with it.
+    pub pulse: Pulse<'a>,
     /// For the vertices that were split off where sheets met, the vertices they are copies of.
     copies: Vec<u32>,
 }
@@ -79,16 +84,16 @@ impl Normalisation {
 
 impl<'a> Surface<'a> {
     /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
-    pub fn new(mesh: &'a TriMesh) -> Self {
-        let Manifold { faces, rings, copies, .. } = manifold(mesh.positions(), mesh.faces());
+    pub fn new(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
+        let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
+        pulse.beat(0);
         let scale = Normalisation::of(mesh.positions());
-        let mut positions: Vec<Vec3> =
-            mesh.positions().par_iter().with_min_len(PARALLEL).map(|&p| scale.normalise(p)).collect();
+        let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
-        let (normals, mut quadrics) = face_sums(&positions, &faces);
+        let (normals, mut quadrics) = face_sums(pulse, &positions, &faces);
         add_boundary_lines(&positions, &rings, &mut quadrics);
-        support_weightless(&mut quadrics);
-        Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, copies }
+        support_weightless(pulse, &mut quadrics);
+        Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, pulse, copies }
     }
 
     /// Stands a plane on each of these edges, so that their curves keep their places.
@@ -106,7 +111,10 @@ impl<'a> Surface<'a> {
     /// Lets every vertex count by as much more, n_vertices positive factors.
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
-        self.quadrics.par_iter_mut().zip(&importance).with_min_len(PARALLEL).for_each(weigh);
+        for (quadrics, importance) in self.quadrics.chunks_mut(TOGETHER).zip(importance.chunks(TOGETHER)) {
+            self.pulse.beat(0);
+            quadrics.par_iter_mut().zip(importance).with_min_len(PARALLEL).for_each(weigh);
+        }
         self.importance = importance;
     }
 
@@ -150,15 +158,21 @@ impl<'a> Surface<'a> {
 /// Unit vertex normals and plane quadrics, a third of every face to each corner, in one pass over the faces per thread.
 ///
 /// Every vertex adds its faces up in their order, whichever thread it belongs to.
-fn face_sums(positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
+fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
     let shares = shares(positions.len());
     let sums = cut(&shares, &mut normals, |v| v + 1).into_iter().zip(cut(&shares, &mut quadrics, |v| v + 1));
     let parts: Vec<_> = shares.iter().zip(sums).collect();
     parts.into_par_iter().for_each(|(share, (normals, quadrics))| {
-        add_faces(positions, faces, share, normals, quadrics);
-        normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+        let pulse = pulse.counting_if(share.start == 0);
+        for faces in pulse.over(faces) {
+            add_faces(positions, faces, share, normals, quadrics);
+        }
+        for normals in normals.chunks_mut(TOGETHER) {
+            pulse.beat(0);
+            normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+        }
     });
     (normals, quadrics)
 }
@@ -225,11 +239,12 @@ fn stand_plane_on([a, b]: [u32; 2], weight: f32, positions: &[Vec3], normals: &[
 }
 
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.
-fn support_weightless(quadrics: &mut [[f32; 6]]) {
+fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     let weight = |q: &[f32; 6]| q[0] + q[3] + q[5];
     // In chunks that do not depend on the threads.
     let sum = |chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum();
     let sums: Vec<f64> = quadrics.par_chunks(PARALLEL).map(sum).collect();
+    pulse.beat(0);
     let floor = least_weight(sums.iter().sum(), quadrics.len()) as f32;
     let too_light = quadrics.par_iter_mut().with_min_len(PARALLEL).filter(|q| weight(q) < floor);
     too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));
@@ -265,7 +280,7 @@ mod tests {
     #[test]
     fn quadrics_weigh_the_area_and_normals_are_unit() {
         for mesh in [shapes::wavy_sphere(3, 5.0), shapes::torus(20, 8, 3.0, 1.0), shapes::cuboid([1e-3; 3], 3)] {
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
             assert!((weight / f64::from(area(&surface)) - 1.0).abs() < 1e-3);
             assert!(surface.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
@@ -278,7 +293,7 @@ mod tests {
             let unit = shapes::icosphere(2);
             let places = unit.positions().iter().map(|p| p.map(|x| x * size + shift)).collect();
             let mesh = TriMesh::new(places, unit.faces().to_vec()).unwrap();
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             assert!(surface.positions.iter().all(|p| (0.2..0.8).contains(&p.length())));
             let near = |p: f32, q: f32| (p - q).abs() <= 4.0 * f32::EPSILON * (size + shift);
             for (p, local) in surface.positions.iter().zip(mesh.positions()) {
@@ -294,7 +309,7 @@ mod tests {
         for flat in [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]] {
             let places = unit.positions().iter().map(|p| std::array::from_fn(|k| p[k] * flat[k])).collect();
             let mesh = TriMesh::new(places, unit.faces().to_vec()).unwrap();
-            let surface = Surface::new(&mesh);
+            let surface = Surface::new(&mesh, Pulse::NONE);
             assert!((0..surface.n_vertices()).all(|v| surface.weight(v) > 0.0));
             assert!(surface.positions.iter().chain(&surface.normals).all(|p| p.is_finite()));
         }
@@ -303,7 +318,7 @@ mod tests {
     #[test]
     fn split_vertices_know_where_they_come_from() {
         let mesh = shapes::tetrahedra_sharing_vertex();
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         assert_eq!((surface.n_split(), surface.n_vertices()), (1, 8));
         let last = surface.sources().last().unwrap() as usize;
         assert_eq!(surface.positions[7], surface.positions[last]);

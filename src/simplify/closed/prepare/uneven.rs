@@ -41,10 +41,11 @@ pub fn is_uneven(surface: &Surface) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
 
     fn uneven(mesh: &TriMesh) -> bool {
-        is_uneven(&Surface::new(mesh))
+        is_uneven(&Surface::new(mesh, Pulse::NONE))
     }
 
     #[test]

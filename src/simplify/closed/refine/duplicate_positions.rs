@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::mesh::Frame;
+use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::pins::Pins;
 
 /// Bits per vertex in the table that finds the vertices whose positions may coincide. The table has 16 to 32 times as
@@ -19,8 +20,8 @@ const BATCH: usize = 16_384;
 ///
 /// `positions` are local, n_vertices x 3; `frame` says how they will be written. Vertices that are locked stay, whatever lies where
 /// they are.
-pub fn separate(positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
-    if !pins.let_duplicates_move() || are_apart(positions, frame) {
+pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
+    if !pins.let_duplicates_move() || are_apart(pulse, positions, frame) {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
@@ -49,7 +50,7 @@ pub fn separate_twins(
 ) -> usize {
     let images = positions.iter().map(|&p| (p, image(p))).filter(|(p, image)| p != image).map(|(_, image)| image);
     let all: Vec<[f32; 3]> = positions.iter().copied().chain(images).collect();
-    if are_apart(&all, frame) {
+    if are_apart(Pulse::NONE, &all, frame) {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
@@ -76,12 +77,13 @@ pub fn separate_twins(
 }
 
 /// Whether no two vertices would be written at the same position.
-pub fn are_apart(positions: &[[f32; 3]], frame: &Frame) -> bool {
+pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
     let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);
     let (mut any, mut bits) = (0, Vec::new());
     for positions in positions.chunks(BATCH) {
+        pulse.beat(positions.len());
         positions.par_iter().map(|&position| bit_of(key(frame, position))).collect_into_vec(&mut bits);
         for bit in &bits {
             let mask = 1 << (bit % 64);
@@ -142,7 +144,7 @@ mod tests {
     #[test]
     fn equal_positions_come_apart_by_little() {
         let mut positions = [[1.0, 2.0, 3.0]; 20];
-        assert_eq!(separate(&mut positions, &Pins::default(), &Frame::default()), 19);
+        assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &Frame::default()), 19);
         let distinct: FxHashSet<[u32; 3]> = positions.iter().map(|p| p.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), 20);
         assert!(positions.iter().all(|p| Vec3::from(*p).distance(Vec3::new(1.0, 2.0, 3.0)) < 1e-5));
@@ -152,16 +154,16 @@ mod tests {
     fn what_counts_is_the_rounding_of_the_file() {
         let far = Frame { origin: [5e6, 0.0, 0.0], double: false };
         let mut positions = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]];
-        assert_eq!(separate(&mut positions, &Pins::default(), &far), 1);
+        assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &far), 1);
         let mut positions = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]];
-        assert_eq!(separate(&mut positions, &Pins::default(), &Frame { double: true, ..far }), 0);
+        assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &Frame { double: true, ..far }), 0);
     }
 
     #[test]
     fn thousands_in_one_place_stay_close() {
         for point in [[1.0f32, -2.0, 3.0], [0.0; 3], [1e-3, 5e5, 0.0]] {
             let mut positions = vec![point; 5000];
-            assert_eq!(separate(&mut positions, &Pins::default(), &Frame::default()), 4999);
+            assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &Frame::default()), 4999);
             let distinct: FxHashSet<[u32; 3]> = positions.iter().map(|p| p.map(f32::to_bits)).collect();
             assert_eq!(distinct.len(), 5000);
             let reach = Vec3::from(point).abs().max_element().max(1e-30);
@@ -172,7 +174,7 @@ mod tests {
     #[test]
     fn the_largest_coordinates_stay_finite() {
         let mut positions = vec![[f32::MAX, 0.0, -f32::MAX]; 50];
-        assert_eq!(separate(&mut positions, &Pins::default(), &Frame::default()), 49);
+        assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &Frame::default()), 49);
         assert!(positions.as_flattened().iter().all(|x| x.is_finite()));
     }
 
@@ -180,7 +182,7 @@ mod tests {
     fn doubles_far_from_the_origin_come_apart_in_the_file() {
         let frame = Frame { origin: [5e9, -3.0, 0.0], double: true };
         let mut positions = [[1e-12, 0.0, 0.0]; 9];
-        separate(&mut positions, &Pins::default(), &frame);
+        separate(Pulse::NONE, &mut positions, &Pins::default(), &frame);
         let distinct: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(&frame, *p)).collect();
         assert_eq!(distinct.len(), 9);
     }

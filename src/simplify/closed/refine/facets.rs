@@ -2,10 +2,9 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use glam::Vec3;
-use rayon::prelude::*;
-
 use crate::geometry::triangle::nearest_weights;
+use crate::mesh::pulse::Pulse;
+use glam::Vec3;
 
 use crate::simplify::closed::output::Output;
 
@@ -78,9 +77,9 @@ pub struct Facets<'a> {
 
 impl<'a> Facets<'a> {
     /// Of all faces of an output.
-    pub fn new(output: &'a Output) -> Self {
+    pub fn new(pulse: Pulse, output: &'a Output) -> Self {
         let facet = |face: &[u32; 3]| Facet::new(face.map(|v| output.positions[v as usize]));
-        Self { facets: output.faces().par_iter().map(facet).collect(), output }
+        Self { facets: pulse.map(output.faces(), facet), output }
     }
 
     /// Unit normal of a face; zero where there is none.

@@ -11,6 +11,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, cut, indices_where, shares};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
@@ -42,19 +43,28 @@ const LEAST_MEANT: f32 = 0.2;
 
 /// Moves the output vertices toward the points of the original by one step; writes it down where that is wanted.
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: Option<&mut Trace>) {
-    let facets = Facets::new(output);
+    let pulse = points.pulse().counting_if(false);
+    let facets = Facets::new(pulse, output);
     let mut matches = trace.as_ref().map(|_| Vec::new());
-    let mut sums = vec![FaceSums::default(); output.faces().len()];
+    let mut sums = Vec::with_capacity(output.faces().len());
+    pulse.through(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
     points.place(&facets, |found| {
         add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
-    let counts = counts(&sums);
+    pulse.beat(0);
+    let counts = counts(pulse, &sums);
+    pulse.beat(0);
     let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
     let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point(), stay };
-    let steps = solve(&facets, &weighed);
-    let boundary = if points.have_boundary() { boundary_vertices(output) } else { Vec::new() };
-    let after = take_steps(&facets, &steps, &boundary);
+    let steps = solve(pulse, &facets, &weighed);
+    let boundary = if points.have_boundary() { boundary_vertices(pulse, output) } else { Vec::new() };
+    let after = take_steps(pulse, &facets, &steps, &boundary);
+    // Memory goes back in two parts: that of millions of faces takes a while.
+    drop(facets);
+    pulse.beat(0);
+    drop(sums);
+    pulse.beat(0);
     if let (Some(trace), Some(matches)) = (trace, matches) {
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
         trace.steps.push(Step { matches, counts, moved, stay });
@@ -127,31 +137,33 @@ impl FaceSums {
 
 /// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
 /// not their squares.
-fn counts(sums: &[FaceSums]) -> Vec<f32> {
+fn counts(pulse: Pulse, sums: &[FaceSums]) -> Vec<f32> {
     let [squares, area] = sums
         .iter()
         .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
+    pulse.beat(0);
     let mean = (squares / area.max(f64::MIN_POSITIVE)) as f32;
     let count = |sum: &FaceSums| {
         let count = 1.0 / (sum.squares / (sum.area() * mean) + USUAL).sqrt();
         // Without points or heights there is nothing to weigh.
         if count.is_finite() { count } else { 1.0 }
     };
-    sums.par_iter().map(count).collect()
+    pulse.map(sums, count)
 }
 
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
 /// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays, and one that would go far.
-fn solve(facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
+fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     let Weighed { sums, counts, faces_per_point, .. } = *weighed;
     let faces = facets.output.faces();
-    let directions = directions(facets, weighed);
+    let directions = directions(pulse, facets, weighed);
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
         let rises = faces[f].map(|v| normal.dot(directions[v as usize]));
         sums[f].slope_and_curvature(rises).map(|change| counts[f] * change)
     };
-    let changes: Vec<[f32; 2]> = (0..sums.len()).into_par_iter().map(change).collect();
+    let changes: Vec<[f32; 2]> = pulse.map_numbers(sums.len(), change);
+    pulse.beat(0);
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
     let total = [total(0), total(1)];
     // Slope, curvature and the area of the points.
@@ -162,9 +174,10 @@ fn solve(facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
         let [slope, curvature] = changes[f];
         sums[f].weights.map(|weight| [weight * share * slope, weight * share * curvature, weight])
     };
-    add_faces(&mut gains, faces, shares, |gain, shares, corner| {
+    add_faces(pulse, &mut gains, faces, shares, |gain, shares, corner| {
         gain.iter_mut().zip(shares[corner]).for_each(|(gain, share)| *gain += share);
     });
+    pulse.beat(0);
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
@@ -175,14 +188,14 @@ fn solve(facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
 }
 
 /// Each vertex's solution of its own lumped 3 x 3 system.
-fn directions(facets: &Facets, Weighed { sums, counts, stay, .. }: &Weighed) -> Vec<Vec3> {
+fn directions(pulse: Pulse, facets: &Facets, Weighed { sums, counts, stay, .. }: &Weighed) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);
         (normal * counts[f], outer(normal, counts[f]), &sums[f])
     };
-    add_faces(&mut systems, output.faces(), planes, |system, (normal, outer, sum), corner| {
+    add_faces(pulse, &mut systems, output.faces(), planes, |system, (normal, outer, sum), corner| {
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
@@ -210,12 +223,12 @@ fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
 }
 
 /// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
-fn take_steps(facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
+fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
     let output = facets.output;
     let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
     let stay = output.pins.locked_vertices().chain(boundary.iter().copied());
     stay.for_each(|v| after[v as usize] = output.positions[v as usize]);
-    let mut turned = indices_where(output.faces(), |f, _| turns(facets, f, &after));
+    let mut turned = indices_where(pulse, output.faces(), |f, _| turns(facets, f, &after));
     while !turned.is_empty() {
         let mut back = Vec::new();
         for v in turned.iter().flat_map(|&f| output.face(f)) {
@@ -231,10 +244,14 @@ fn take_steps(facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
 }
 
 /// The vertices of the boundaries, but for those of the cut of a half.
-fn boundary_vertices(output: &Output) -> Vec<u32> {
-    let sides = output.faces().par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+fn boundary_vertices(pulse: Pulse, output: &Output) -> Vec<u32> {
     let is_open = |&[a, b]: &[u32; 2]| output.around().along(b, a).is_none() && !output.pins.are_on_cut(a, b);
-    sides.filter(is_open).flatten_iter().collect()
+    let mut vertices = Vec::new();
+    for faces in pulse.over(output.faces()) {
+        let sides = faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        vertices.par_extend(sides.filter(is_open).flatten_iter());
+    }
+    vertices
 }
 
 /// Whether a face turns too far when its corners go to where they are `after`.

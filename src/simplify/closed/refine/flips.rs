@@ -43,20 +43,23 @@ pub fn flip(points: &mut Points, output: &mut Output) -> usize {
         }
         is_flipped
     });
-    output.flip_all(&chosen);
+    output.flip_all(points.pulse().counting_if(false), &chosen);
     chosen.len()
 }
 
 /// The diamonds whose other diagonal pays, best gains first.
 fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
-    let facets = Facets::new(output);
+    let pulse = points.pulse().counting_if(false);
+    let facets = Facets::new(pulse, output);
     let weighed = PointsOfFaces::new(points, &facets);
     let rate = |f: u32| {
         let later = diamonds(output.faces(), output.around(), f).filter(move |diamond| diamond.faces[1] > f);
         later.filter_map(|diamond| Some((weighed.gain(&facets, &diamond)?, diamond)))
     };
-    let n_faces = output.faces().len() as u32;
-    let mut rated: Vec<(f32, Diamond)> = (0..n_faces).into_par_iter().flat_map_iter(rate).collect();
+    let mut rated: Vec<(f32, Diamond)> = Vec::new();
+    for faces in pulse.through(0..output.faces().len()) {
+        rated.par_extend((faces.start as u32..faces.end as u32).into_par_iter().flat_map_iter(rate));
+    }
     rated.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.faces.cmp(&y.1.faces)));
     rated.into_iter().map(|(_, diamond)| diamond).collect()
 }
@@ -93,10 +96,12 @@ impl PointsOfFaces {
         });
         (2..starts.len()).for_each(|f| starts[f] += starts[f - 1]);
         let mut weighed = vec![Weighed::default(); found.len()];
-        for (face, point, area) in found {
-            let slot = &mut starts[face as usize + 1];
-            weighed[*slot as usize] = Weighed { at: points.position(point), area };
-            *slot += 1;
+        for found in points.pulse().counting_if(false).over(&found) {
+            for &(face, point, area) in found {
+                let slot = &mut starts[face as usize + 1];
+                weighed[*slot as usize] = Weighed { at: points.position(point), area };
+                *slot += 1;
+            }
         }
         let mean = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / n_faces as f64;
         Self { starts, points: weighed, errors, least_error: LEAST_ERROR * mean as f32 }
@@ -136,6 +141,7 @@ impl PointsOfFaces {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::prepare::surface::Surface;
 
@@ -155,7 +161,7 @@ mod tests {
     #[test]
     fn a_diagonal_across_the_ridge_turns_to_run_along_it() {
         let roof = roof();
-        let surface = Surface::new(&roof);
+        let surface = Surface::new(&roof, Pulse::NONE);
         let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
         let two_faces = |corners: [u32; 4]| faces_over(&surface, &corners, vec![[0, 1, 2], [1, 0, 3]]);
         let mut output = two_faces([left, right, back, front]);
@@ -167,7 +173,7 @@ mod tests {
     #[test]
     fn a_diagonal_that_exists_is_not_made_twice() {
         let roof = roof();
-        let surface = Surface::new(&roof);
+        let surface = Surface::new(&roof, Pulse::NONE);
         let corners = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8, 17 * 4];
         let mut output = faces_over(&surface, &corners, vec![[0, 1, 2], [1, 0, 3], [2, 3, 4]]);
         assert_eq!(flip(&mut Points::new(&surface, usize::MAX / 64), &mut output), 0);

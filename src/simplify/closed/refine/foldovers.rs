@@ -10,6 +10,7 @@ use glam::Vec3;
 use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, indices_where};
 use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
@@ -61,7 +62,7 @@ pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usiz
 
 /// The faces that look elsewhere than the faces around them, and than the original where a walk finds that.
 fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
-    let mut folded = against_their_surroundings(output, least);
+    let mut folded = against_their_surroundings(original.surface.pulse, output, least);
     if folded.is_empty() {
         return folded;
     }
@@ -227,11 +228,11 @@ fn opposes_all(output: &Output, f: u32) -> bool {
 }
 
 /// The faces that look elsewhere than the mean normal at one of their corners.
-fn against_their_surroundings(output: &Output, least: f32) -> Vec<u32> {
+fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     let normal = |f: usize| area_normal(output.triangle(f as u32));
     let mut means = vec![Vec3::ZERO; output.positions.len()];
-    add_faces(&mut means, output.faces(), normal, |mean, normal, _| *mean += normal);
-    indices_where(output.faces(), |f, face| {
+    add_faces(pulse, &mut means, output.faces(), normal, |mean, normal, _| *mean += normal);
+    indices_where(pulse, output.faces(), |f, face| {
         let normal = normal(f as usize);
         face.iter().any(|&v| turns(normal, means[v as usize], least))
     })

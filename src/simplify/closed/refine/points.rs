@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
+use crate::mesh::pulse::Pulse;
 
 use crate::simplify::closed::prepare::surface::Surface;
 
@@ -67,6 +68,7 @@ impl<'a> Points<'a> {
                 self.place_run(facets, points.collect(), faces, found);
             });
             hand_on(found);
+            self.surface.pulse.beat(found.len());
         }
         self.faces = faces;
     }
@@ -102,6 +104,16 @@ impl<'a> Points<'a> {
         }
     }
 
+    /// Who listens.
+    pub fn pulse(&self) -> Pulse<'a> {
+        self.surface.pulse
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.faces.len()
+    }
+
     /// Faces of the original for each point.
     pub fn faces_per_point(&self) -> f32 {
         self.surface.faces.len() as f32 / self.faces.len().max(1) as f32
@@ -132,12 +144,12 @@ mod tests {
     #[test]
     fn points_belong_to_the_faces_that_a_search_of_all_finds() {
         let mesh = shapes::wavy_sphere(4, 3.0);
-        let surface = Surface::new(&mesh);
+        let surface = Surface::new(&mesh, Pulse::NONE);
         let coarse = shapes::icosphere(2);
         // The first vertices of a sphere that is divided further are those of the coarser one.
         let positions = surface.positions[..coarse.positions().len()].to_vec();
         let output = Output::over(&surface.positions, positions.clone(), coarse.faces().to_vec());
-        let facets = Facets::new(&output);
+        let facets = Facets::new(Pulse::NONE, &output);
         let mut points = Points::new(&surface, surface.faces.len());
         let (mut n_found, mut n_like_naive) = (0, 0);
         points.place(&facets, |matches| {

@@ -1,0 +1,317 @@
+//! Who listens to a run: told how far it is, and able to stop it.
+//!
+//! A run enters its stages one after the other; between, long loops beat ([`Pulse`]) with the number of items they have done. Whoever
+//! beats while nobody else tells the listener does so; nobody waits.
+//!
+//! When the listener has asked to stop, the next beat on any thread ends the work by unwinding, with a payload of our own and by
+//! `resume_unwind`, which runs no panic hook and prints nothing; rayon carries it over to the thread that called. It is caught once,
+//! where the run began, and becomes [`SimplifyError::Interrupted`]; any other panic goes on. A `Result` through every loop, iterator
+//! and kernel would be the other way; it would stand in each of their signatures and cost every run. Nothing outlives the unwinding:
+//! all that a run works on is its own. In a build with `panic = "abort"` beats only keep the wish in mind, and the run stops where
+//! the next stage begins.
+
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::mesh::pulse::Pulse;
+
+use super::options::{Event, Listener, SimplifyError};
+
+/// A stage as it is known ahead.
+#[derive(Clone, Copy)]
+pub(super) struct Stage {
+    name: &'static str,
+    /// How long it takes, over all stages of its run.
+    share: f32,
+    /// Items that its beats count, over the size that it is entered with.
+    passes: f32,
+}
+
+const fn stage(name: &'static str, share: f32, passes: f32) -> Stage {
+    Stage { name, share, passes }
+}
+
+/// The stages of the closed assembly. Shares: means of those of a torus of ten million faces at ratios of 0.05 and 0.5 on one
+/// thread (`examples/progress.rs`): 0.19 and 0.14, 0.23 and 0, 0.03 and 0.07, 0.05 and 0, 0.11 and 0, 0.05 and 0, 0.24 and 0.54,
+/// 0.08 and 0, 0.04 and 0.20, 0.01 and 0.05. Passes were counted there; they are fewer where every vertex is a sample.
+const CLOSED: [Stage; 10] = [
+    stage("surface", 0.16, 5.0),
+    stage("samples", 0.11, 2.5),
+    stage("scores", 0.05, 1.2),
+    stage("cuts", 0.02, 1.2),
+    stage("quotient", 0.05, 12.0),
+    stage("placement", 0.02, 1.0),
+    stage("collapse", 0.39, 1.0),
+    stage("flips", 0.04, 1.0),
+    stage("fit", 0.12, 1.0),
+    stage("finish", 0.03, 5.0),
+];
+
+/// Of these, what every level of detail after the first goes through again: from the collapse on.
+const OF_LEVEL: usize = 6;
+
+/// What comes before where the result is to be mirrored: of a vase of 12 thousand faces 6.3 times as long as all that follows, of
+/// suzanne 1.7 times (ratio 0.1, one thread).
+const SYMMETRY: Stage = stage("symmetry", 4.0, 1.0);
+
+/// The stages of the paper's assembly. Their beats are their beginnings. Shares: means of cat0, horse0 and the bunny at ratios of
+/// 0.05 and 0.2 on one thread; the faces take 0.45 to 0.79.
+pub(super) const PAPER: [Stage; 6] = [
+    stage("scores", 0.19, 1.0),
+    stage("sample", 0.10, 1.0),
+    stage("assign", 0.04, 1.0),
+    stage("edges", 0.04, 1.0),
+    stage("faces", 0.62, 1.0),
+    stage("assemble", 0.01, 1.0),
+];
+
+/// The stages of meshing a cloud: those of the paper's assembly, whose shares they have.
+pub(super) const POINTS: [Stage; 5] = [
+    stage("scores", 0.20, 1.0),
+    stage("assign", 0.05, 1.0),
+    stage("edges", 0.05, 1.0),
+    stage("faces", 0.69, 1.0),
+    stage("assemble", 0.01, 1.0),
+];
+
+/// The stages of so many results of the closed assembly, one from the collapse of the other; mirrored or not.
+pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool) -> Vec<Stage> {
+    let further = (1..n_levels).flat_map(|_| &CLOSED[OF_LEVEL..]);
+    is_mirrored.then_some(&SYMMETRY).into_iter().chain(&CLOSED).chain(further).copied().collect()
+}
+
+/// A run that may be listened to.
+#[derive(Clone, Copy)]
+pub(super) struct Progress<'a> {
+    enters: &'a dyn Fn(&'static str, usize) -> Result<(), SimplifyError>,
+    /// What its loops beat with.
+    pub pulse: Pulse<'a>,
+}
+
+impl Progress<'_> {
+    /// That of a run that nobody listens to.
+    pub const UNHEARD: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
+
+    /// Enters a stage over so many faces, merges or points; to enter the one that the run is in already changes nothing.
+    ///
+    /// # Errors
+    /// [`SimplifyError::Interrupted`] where the listener has asked to stop.
+    pub fn enter(self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
+        (self.enters)(stage, size)
+    }
+}
+
+/// Runs something through these stages, to which a listener listens.
+///
+/// # Errors
+/// Those of the work; [`SimplifyError::Interrupted`] where the listener asked to stop.
+pub(super) fn listened<T>(
+    listener: &mut Listener,
+    stages: &[Stage],
+    work: impl FnOnce(Progress) -> Result<T, SimplifyError>,
+) -> Result<T, SimplifyError> {
+    let ear = Ear::new(listener, stages);
+    let (enters, beats) = (|stage, size| ear.enter(stage, size), |n| ear.beat(n));
+    let progress = Progress { enters: &enters, pulse: Pulse::new(&beats) };
+    match catch_unwind(AssertUnwindSafe(|| work(progress))) {
+        Ok(result) => result,
+        Err(payload) if payload.is::<Stopped>() => Err(SimplifyError::Interrupted),
+        Err(payload) => resume_unwind(payload),
+    }
+}
+
+/// The payload of the unwinding that ends a run.
+struct Stopped;
+
+/// A listener, and what it has heard.
+struct Ear<'a> {
+    heard: Mutex<Heard<'a>>,
+    /// Whether the run is to stop.
+    stops: AtomicBool,
+    /// Items of the stage that are done.
+    n_done: AtomicUsize,
+}
+
+struct Heard<'a> {
+    listener: &'a mut Listener<'a>,
+    stages: &'a [Stage],
+    /// The stage that the run is in, and where among the stages it stands.
+    stage: Option<(&'static str, usize)>,
+    /// Items of the stage.
+    n_items: f32,
+    done: f32,
+    total: f32,
+}
+
+impl<'a> Ear<'a> {
+    fn new(listener: &'a mut Listener<'a>, stages: &'a [Stage]) -> Self {
+        let heard = Heard { listener, stages, stage: None, n_items: 1.0, done: 0.0, total: 0.0 };
+        Self { heard: Mutex::new(heard), stops: AtomicBool::new(false), n_done: AtomicUsize::new(0) }
+    }
+
+    fn enter(&self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
+        let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        if heard.stage.is_none_or(|(name, _)| name != stage) && !self.stops.load(Relaxed) {
+            self.n_done.store(0, Relaxed);
+            self.tell(heard, |heard| heard.begin(stage, size));
+        }
+        if self.stops.load(Relaxed) { Err(SimplifyError::Interrupted) } else { Ok(()) }
+    }
+
+    fn beat(&self, n_items: usize) {
+        let n_done = self.n_done.fetch_add(n_items, Relaxed) + n_items;
+        if !self.stops.load(Relaxed)
+            && let Ok(heard) = self.heard.try_lock()
+        {
+            self.tell(heard, |heard| heard.move_on(n_done));
+        }
+        if cfg!(panic = "unwind") && self.stops.load(Relaxed) {
+            resume_unwind(Box::new(Stopped));
+        }
+    }
+
+    fn tell(&self, mut heard: MutexGuard<Heard<'a>>, how: impl FnOnce(&mut Heard<'a>) -> ControlFlow<()>) {
+        if how(&mut heard).is_break() {
+            self.stops.store(true, Relaxed);
+        }
+    }
+}
+
+impl Heard<'_> {
+    /// A stage begins.
+    fn begin(&mut self, name: &'static str, size: usize) -> ControlFlow<()> {
+        let first = self.stage.map_or(0, |(_, at)| at + 1);
+        let ahead = self.stages.iter().skip(first).position(|stage| stage.name == name);
+        let at = ahead.map_or(first.saturating_sub(1), |ahead| first + ahead);
+        self.stage = Some((name, at));
+        self.n_items = self.stages.get(at).map_or(1.0, |stage| stage.passes * size as f32).max(1.0);
+        self.done = 0.0;
+        self.move_on(0)
+    }
+
+    /// So many items of the stage are done.
+    fn move_on(&mut self, n_done: usize) -> ControlFlow<()> {
+        let Some((stage, at)) = self.stage else { return ControlFlow::Continue(()) };
+        self.done = (n_done as f32 / self.n_items).min(1.0).max(self.done);
+        let share = |stages: &[Stage]| stages.iter().map(|stage| stage.share).sum::<f32>();
+        let within = self.stages.get(at).map_or(0.0, |stage| stage.share * self.done);
+        let total = (share(&self.stages[..at]) + within) / share(self.stages).max(f32::MIN_POSITIVE);
+        self.total = total.min(1.0).max(self.total);
+        (self.listener)(Event { stage, done: self.done, total: self.total })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::{Input, Options, Simplified, Target, simplify, simplify_levels_of_detail};
+
+    fn go_on(_: Event) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// All events of some work, and whether they only rise.
+    fn heard(work: impl FnOnce(&mut Listener)) -> Vec<Event> {
+        let mut events: Vec<Event> = Vec::new();
+        work(&mut |event| {
+            let last = events.last().copied().unwrap_or(Event { stage: "", done: 0.0, total: 0.0 });
+            assert!((last.total..=1.0).contains(&event.total), "{last:?} {event:?}");
+            let least = if last.stage == event.stage { last.done } else { 0.0 };
+            assert!((least..=1.0).contains(&event.done), "{last:?} {event:?}");
+            assert!(last.stage == event.stage || event.done == 0.0, "{event:?}");
+            events.push(event);
+            ControlFlow::Continue(())
+        });
+        events
+    }
+
+    fn stages(events: &[Event]) -> Vec<&'static str> {
+        events.chunk_by(|x, y| x.stage == y.stage).map(|events| events[0].stage).collect()
+    }
+
+    #[test]
+    fn what_is_done_rises_to_nearly_all_on_any_number_of_threads() {
+        let mesh = shapes::torus(600, 300, 1.0, 0.4);
+        for (ratio, n_threads) in [(0.03, 1), (0.03, 4), (0.5, 2)] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+            let options = Options::new(Target::Ratio(ratio));
+            let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, None, &options, listener)).unwrap();
+            let events = heard(run);
+            assert_eq!(stages(&events), CLOSED.map(|stage| stage.name));
+            assert!(events.last().unwrap().total > 0.95, "{:?}", events.last());
+            for stage in ["surface", "collapse", "fit"] {
+                let of_stage: Vec<&Event> = events.iter().filter(|event| event.stage == stage).collect();
+                let done = of_stage.last().unwrap().done;
+                assert!(of_stage.len() > 6 && done > 0.7, "{stage}: {} {done}", of_stage.len());
+            }
+        }
+    }
+
+    #[test]
+    fn levels_of_detail_are_parts_of_one_run() {
+        let mesh = shapes::wavy_sphere(4, 8.0);
+        let options = Options::new(Target::Ratio(0.5));
+        let further = [Target::Ratio(0.2), Target::Vertices(50)];
+        let run = |listener: &mut Listener| {
+            _ = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &further, listener).unwrap();
+        };
+        let events = heard(run);
+        assert_eq!(stages(&events).iter().filter(|stage| **stage == "collapse").count(), 3);
+        let of_first = events.iter().find(|event| event.stage == "finish").unwrap();
+        assert!(of_first.total < 0.8 && events.last().unwrap().total > 0.9);
+    }
+
+    /// The result of a run that is asked to stop at the event of this number.
+    fn stopped_at(event: usize, mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
+        let mut n_heard = 0;
+        simplify(mesh, None, options, &mut |_| {
+            n_heard += 1;
+            if n_heard > event { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    }
+
+    #[test]
+    fn stopped_at_any_event_it_says_so_quietly_and_the_next_run_is_unharmed() {
+        static IS_LOUD: AtomicBool = AtomicBool::new(false);
+        let others = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if info.payload().is::<Stopped>() {
+                IS_LOUD.store(true, Relaxed);
+            } else {
+                others(info);
+            }
+        }));
+        let options = Options { oversample: Some(2.0), ..Options::new(Target::Ratio(0.05)) };
+        // Every event of a run of few, some of one whose collapse is done in blocks.
+        for (mesh, step) in [(shapes::icosphere(4), 1), (shapes::torus(400, 200, 1.0, 0.4), 50)] {
+            let options = if step == 1 { options.clone() } else { Options::new(Target::Ratio(0.5)) };
+            let expected = simplify(&mesh, None, &options, &mut go_on);
+            for n_threads in [1, 4] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+                let n_events = heard(|listener| {
+                    _ = pool.install(|| simplify(&mesh, None, &options, listener));
+                });
+                assert!(n_events.len() > 40, "{}", n_events.len());
+                // With several threads some runs hear of fewer events: those that come at once are told as one.
+                let last = if n_threads == 1 { n_events.len() } else { n_events.len() / 2 };
+                for event in (0..last).step_by(step) {
+                    let result = pool.install(|| stopped_at(event, &mesh, &options));
+                    assert_eq!(result, Err(SimplifyError::Interrupted), "{event} of {}", n_events.len());
+                }
+                assert_eq!(pool.install(|| simplify(&mesh, None, &options, &mut go_on)), expected);
+            }
+        }
+        assert!(!IS_LOUD.load(Relaxed));
+    }
+
+    #[test]
+    fn a_panic_of_the_listener_goes_on() {
+        let mesh = shapes::icosphere(3);
+        let run = || simplify(&mesh, None, &Options::new(Target::Vertices(50)), &mut |_| resume_unwind(Box::new(7u8)));
+        let payload = catch_unwind(AssertUnwindSafe(run)).unwrap_err();
+        assert_eq!(payload.downcast_ref(), Some(&7u8));
+    }
+}
