@@ -13,6 +13,24 @@ pub fn area_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
+/// Squared length of a normal over the fourth power of the longer of two edges below which it is rounding: eight
+/// roundings of a coordinate, squared. In the collapse: at 0 four of 64 results of training meshes differ, none farther off.
+const LEAST_AREA: f32 = 1e-12;
+
+/// Whether the area normal of a triangle is more than rounding.
+#[inline]
+pub(crate) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
+    let scale = a.distance_squared(b).max(a.distance_squared(c));
+    area_normal.length_squared() > LEAST_AREA * scale * scale
+}
+
+/// Unit normal of a triangle; zero where it has (nearly) no area.
+#[inline]
+pub(crate) fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
+    let normal = area_normal(corners);
+    if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
+}
+
 /// [`area_normal`] in double precision.
 pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)

@@ -52,8 +52,7 @@ pub(super) fn closed_levels(
 
 /// The mesh without the components that the options let go; `None` where all stay.
 fn pruned_for(pulse: Pulse, mesh: &TriMesh, limit: Limit, options: &Options) -> Option<Pruned> {
-    let n_target = limit.vertices.min(limit.faces / 2 + 2);
-    let prune = Prune { for_target: options.prune.then_some(n_target), below: options.prune_below };
+    let prune = Prune { for_target: options.prune.then_some(limit.size()), below: options.prune_below };
     if options.prune || prune.below > 0.0 { pruned(pulse, mesh, &prune) } else { None }
 }
 

@@ -35,7 +35,8 @@ pub fn simplify_levels_of_detail(
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
     let task = Task { options, differentiable: false, half: None };
-    run_levels(input, weights, &task, &targets, progress)
+    let levels = run_levels(input, weights, &task, &targets, progress)?;
+    Ok(levels.into_iter().map(|(simplified, _)| simplified).collect())
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod options;
 pub mod paper;
 mod progress;
 mod record;
+mod report;
 mod sample_vertices;
 mod scattered_samples;
 mod symmetric;

@@ -2,10 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Frame, TriMesh};
-
-use super::components::count_components;
 
 /// How large the result should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -201,27 +198,6 @@ pub struct Report {
     pub separated_vertices: usize,
     /// The plane that the result is mirrored about, if it was to be. What was done is then counted on one of the halves.
     pub mirror: Option<MirrorPlane>,
-}
-
-impl Report {
-    /// Of a mesh to which nothing was done.
-    pub(super) fn of(pulse: Pulse, mesh: &TriMesh) -> Self {
-        Self {
-            outcome: Outcome::Reached,
-            scores: ScoreSource::Network,
-            oversample: 1.0,
-            vertices_after_pass: mesh.positions().len(),
-            components_at_minimum: count_components(pulse, mesh).1,
-            components_pruned: 0,
-            kept_edges: 0,
-            locked_vertices: 0,
-            split_vertices: 0,
-            refined_regions: 0,
-            flipped_edges: 0,
-            separated_vertices: 0,
-            mirror: None,
-        }
-    }
 }
 
 /// The result: a mesh and what was done.

@@ -67,14 +67,8 @@ pub(super) const PAPER: [Stage; 6] = [
     stage("assemble", 0.01, 1.0),
 ];
 
-/// The stages of meshing a cloud: those of the paper's assembly, whose shares they have.
-pub(super) const POINTS: [Stage; 5] = [
-    stage("scores", 0.20, 1.0),
-    stage("assign", 0.05, 1.0),
-    stage("edges", 0.05, 1.0),
-    stage("faces", 0.69, 1.0),
-    stage("assemble", 0.01, 1.0),
-];
+/// The stages of meshing a cloud: those of the paper's assembly but that samples are drawn with the scores.
+pub(super) const POINTS: [Stage; 5] = [PAPER[0], PAPER[2], PAPER[3], PAPER[4], PAPER[5]];
 
 /// The stages of so many results of the closed assembly, one from the collapse of the other; mirrored or not.
 pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool) -> Vec<Stage> {

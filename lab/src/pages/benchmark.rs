@@ -134,10 +134,7 @@ fn whole(rows: &Table, inputs: &Inputs) -> String {
     let line = |&(method, about): &(&str, &str)| {
         let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
         let of = |n: usize| format!("{n} of {}", rows_of.len());
-        let zero = |names: &[&str]| {
-            let is_zero = |row: &&&Row| names.iter().all(|name| rows.figure(row, name) == Some(0.0));
-            of(rows_of.iter().filter(is_zero).count())
-        };
+        let zero = |names: &[&str]| of(rows_of.iter().filter(|row| are_zero(rows, row, names)).count());
         let sum = |name: &str| {
             let total: f64 = rows_of.iter().filter_map(|row| rows.figure(row, name)).sum();
             count(total as usize)
@@ -154,6 +151,11 @@ fn whole(rows: &Table, inputs: &Inputs) -> String {
     };
     let reference = (REFERENCE, "meshoptimizer, `simplify`");
     table(&head, &METHODS.iter().chain([&reference]).map(line).collect::<Vec<_>>())
+}
+
+/// Whether all of these figures are measured and 0.
+fn are_zero(rows: &Table, row: &Row, figures: &[&str]) -> bool {
+    figures.iter().all(|figure| rows.figure(row, figure) == Some(0.0))
 }
 
 /// The results that a method has of inputs that are closed and manifold.
@@ -217,10 +219,7 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
     ];
     let line = |&(method, about): &(&str, &str)| {
         let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
-        let is_whole = |row: &&&Row| {
-            rows.figure(row, "edges_without_two_faces") == Some(0.0)
-                && rows.figure(row, "non_manifold_vertices") == Some(0.0)
-        };
+        let is_whole = |row: &&&Row| are_zero(rows, row, &["edges_without_two_faces", "non_manifold_vertices"]);
         let n_whole = rows_of.iter().filter(is_whole).count();
         let figures = Figure::ALL.iter().map(|&figure| match method {
             REFERENCE => "1".into(),

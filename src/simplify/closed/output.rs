@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::geometry::triangle::unit_normal;
 use crate::mesh::Attributes;
 use crate::mesh::pulse::Pulse;
 
@@ -30,15 +31,10 @@ pub struct Output {
 }
 
 impl Output {
-    /// What a collapse left: positions (n_vertices x 3), faces and which way they look (n_faces x 3 each), what may not move, and
-    /// for each vertex of the surface the output vertex that its region became.
-    pub fn new(
-        pulse: Pulse,
-        positions: Vec<Vec3>,
-        (faces, meant): (Vec<[u32; 3]>, Vec<Vec3>),
-        pins: Pins,
-        vertex_of: Vec<u32>,
-    ) -> Self {
+    /// What a collapse left: positions (n_vertices x 3), faces (n_faces x 3), what may not move, and for each vertex of the surface
+    /// the output vertex that its region became. Faces are meant to look as they do now.
+    pub fn new(pulse: Pulse, positions: Vec<Vec3>, faces: Vec<[u32; 3]>, pins: Pins, vertex_of: Vec<u32>) -> Self {
+        let meant = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
         let around = FacesAround::new(pulse, positions.len(), &faces);
         Self { positions, faces, meant, around, pins, vertex_of, corners: None }
     }
@@ -126,9 +122,6 @@ impl Output {
             (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap_or(0)
         };
         let vertex_of = original.iter().map(nearest).collect();
-        let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
-        let normal = |face: &[u32; 3]| crate::geometry::triangle::area_normal(corners(face)).normalize_or_zero();
-        let meant = faces.iter().map(normal).collect();
-        Self::new(Pulse::NONE, positions, (faces, meant), Pins::default(), vertex_of)
+        Self::new(Pulse::NONE, positions, faces, Pins::default(), vertex_of)
     }
 }

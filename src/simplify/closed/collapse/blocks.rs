@@ -121,7 +121,7 @@ impl Split {
             let ring = links.push(rings.ring(v).iter().map(neighbor));
             nodes.push(Node::new(placed, v, ring));
         }
-        Collapse { frozen, ..Collapse::of(placed.pulse(), nodes, links, [n_inner, 2 * n_inner]) }
+        Collapse { frozen, ..Collapse::of(placed.pulse(), nodes, links, n_inner, 2 * n_inner) }
     }
 
     /// One complex again, of what lives in the blocks, with the ghost vertices and out of as many faces as it had before.
@@ -149,12 +149,12 @@ impl Split {
         let part = |((_, block), numbers): ((u32, Collapse), &Vec<u32>)| block.part(numbers, elsewhere);
         let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
         let n_merged = self.order.len() - n_inner;
-        Collapse { begun, ..whole_of(pulse, parts, ghosts, [n_inner, n_faces - 2 * n_merged]) }
+        Collapse { begun, ..whole_of(pulse, parts, ghosts, n_inner, n_faces - 2 * n_merged) }
     }
 }
 
 /// The complex of these parts and the ghost vertices, with so many vertices and faces.
-fn whole_of<'a>(pulse: Pulse<'a>, parts: Vec<Part>, ghosts: Vec<Node>, [n_inner, n_faces]: [usize; 2]) -> Collapse<'a> {
+fn whole_of(pulse: Pulse<'_>, parts: Vec<Part>, ghosts: Vec<Node>, n_inner: usize, n_faces: usize) -> Collapse<'_> {
     let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
     let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
     for part in parts {
@@ -182,7 +182,7 @@ fn whole_of<'a>(pulse: Pulse<'a>, parts: Vec<Part>, ghosts: Vec<Node>, [n_inner,
         links
     };
     let (nodes, links) = rayon::join(all_nodes, all_links);
-    Collapse { least, unpriced: Some(unpriced), ..Collapse::of(pulse, nodes, links, [n_inner, n_faces]) }
+    Collapse { least, unpriced: Some(unpriced), ..Collapse::of(pulse, nodes, links, n_inner, n_faces) }
 }
 
 /// What lives of a block, in the numbers of the whole.

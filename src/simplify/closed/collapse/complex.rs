@@ -3,7 +3,6 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::geometry::triangle::area_normal;
 use crate::mesh::OneRings;
 use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::shares::indices_where;
@@ -17,10 +16,6 @@ use super::attribute_quadrics::AttributeQuadrics;
 use super::constraints::Constraints;
 use super::links::{Links, Span};
 use super::pair::{Node, Place};
-
-/// Squared length of a normal over the fourth power of the longer of two edges below which it is rounding: eight
-/// roundings of a coordinate, squared. At 0 four of 64 results of training meshes differ, none farther off.
-const LEAST_AREA: f32 = 1e-12;
 
 /// No vertex.
 pub(super) const NONE: u32 = u32::MAX;
@@ -100,8 +95,8 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The ghost vertices of the boundaries, each with as many neighbours as there are vertices on its boundary, and the faces of a surface with
-/// these rings, those at the ghost vertices left out.
+/// The ghost vertices, each with as many neighbours as there are vertices on its boundary, and the faces of a surface with these
+/// rings, those at ghost vertices left out.
 pub(super) fn ghosts(rings: &OneRings) -> (Vec<Node>, usize) {
     let n_inner = rings.n_vertices();
     let mut n_neighbors = vec![0; rings.n_ghosts()];
@@ -112,18 +107,6 @@ pub(super) fn ghosts(rings: &OneRings) -> (Vec<Node>, usize) {
     let at_ghosts: usize = n_neighbors.iter().map(|n| *n as usize).sum();
     let ghosts = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
     (ghosts.collect(), (rings.n_entries() - 2 * at_ghosts) / 3)
-}
-
-/// Unit normal of a triangle; zero where it has (nearly) no area.
-fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
-    let normal = area_normal(corners);
-    if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
-}
-
-/// Whether this normal of a triangle is more than rounding.
-pub(super) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
-    let scale = a.distance_squared(b).max(a.distance_squared(c));
-    area_normal.length_squared() > LEAST_AREA * scale * scale
 }
 
 impl<'a> Collapse<'a> {
@@ -138,7 +121,7 @@ impl<'a> Collapse<'a> {
             nodes.extend(vertices.map(&mut node));
         }
         nodes.extend(ghosts);
-        Self::of(pulse, nodes, links, [n_inner, n_faces])
+        Self::of(pulse, nodes, links, n_inner, n_faces)
     }
 
     /// The same under constraints, with a price on colours, and with a history if there is one to be written.
@@ -152,7 +135,7 @@ impl<'a> Collapse<'a> {
     }
 
     /// Starts from nodes, the ghost vertices last, and their neighbours; so many vertices and faces.
-    pub(super) fn of(pulse: Pulse<'a>, nodes: Vec<Node>, links: Links, [n_inner, n_faces]: [usize; 2]) -> Self {
+    pub(super) fn of(pulse: Pulse<'a>, nodes: Vec<Node>, links: Links, n_inner: usize, n_faces: usize) -> Self {
         let mut positions = Vec::with_capacity(n_inner);
         for nodes in pulse.counting_if(false).over(&nodes[..n_inner]) {
             positions.extend(nodes.iter().map(|node| node.position));
@@ -200,12 +183,10 @@ impl<'a> Collapse<'a> {
         let faces: Vec<Vec<[u32; 3]>> =
             living.par_chunks(PARALLEL).map(|chunk| self.faces_from(chunk, &number)).collect();
         let faces = faces.concat();
-        let normal = |face: &[u32; 3]| unit_normal(face.map(|v| positions[v as usize]));
-        let normals = pulse.map(&faces, normal);
         let of_regions = self.vertex_of_regions(&number);
         let vertex_of = pulse.map(&assignment.region, |&region| of_regions[region as usize]);
         let pins = self.constraints.as_ref().map(|constraints| constraints.pins.of_living(&living));
-        Output::new(pulse, positions, (faces, normals), pins.unwrap_or_default(), vertex_of)
+        Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
     /// For each vertex at the start the number of the one that stands for it now.

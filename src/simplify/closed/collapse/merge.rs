@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use crate::geometry::triangle::area_normal;
+use crate::geometry::triangle::{area_normal, has_area};
 
-use super::complex::{Collapse, Merge, has_area};
+use super::complex::{Collapse, Merge};
 use super::pair::{LocalQuadric, MergedVertex, Pair};
 
 /// Least cosine between a face's normals before and after a collapse. Nineteen training meshes at ratios 0.01 to 0.05:

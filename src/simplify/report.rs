@@ -1,0 +1,28 @@
+//! The report that every other one begins with: of a mesh to which nothing was done.
+
+use crate::mesh::TriMesh;
+use crate::mesh::pulse::Pulse;
+
+use super::components::count_components;
+use super::options::{Outcome, Report, ScoreSource};
+
+impl Report {
+    /// Of a mesh to which nothing was done.
+    pub(super) fn of(pulse: Pulse, mesh: &TriMesh) -> Self {
+        Self {
+            outcome: Outcome::Reached,
+            scores: ScoreSource::Network,
+            oversample: 1.0,
+            vertices_after_pass: mesh.positions().len(),
+            components_at_minimum: count_components(pulse, mesh).1,
+            components_pruned: 0,
+            kept_edges: 0,
+            locked_vertices: 0,
+            split_vertices: 0,
+            refined_regions: 0,
+            flipped_edges: 0,
+            separated_vertices: 0,
+            mirror: None,
+        }
+    }
+}
