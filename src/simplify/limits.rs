@@ -37,6 +37,12 @@ impl Limit {
         self.vertices.min(self.faces / 2 + 2)
     }
 
+    /// So many times as large.
+    pub fn times(self, factor: f64) -> Self {
+        let times = |n: usize| (n as f64 * factor) as usize;
+        Self { vertices: times(self.vertices), faces: times(self.faces) }
+    }
+
     /// Whether a mesh is as small as asked already.
     pub fn is_met_by(self, mesh: &TriMesh) -> bool {
         self.vertices >= mesh.positions().len() && self.faces >= mesh.faces().len()

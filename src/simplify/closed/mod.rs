@@ -28,7 +28,7 @@ use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
 use cluster::{importance, quotient};
-use collapse::{Collapse, Constraints, End, merges_to, of_colours};
+use collapse::{Collapse, Constraints, End, first_quadrics, merges_to, of_colours};
 use original::Original;
 use output::Output;
 use prepare::prepare;
@@ -108,9 +108,9 @@ impl Clustered<'_> {
     }
 
     /// What the run has chosen so far, where its merges were written down.
-    fn traced(&self, merges: Option<Vec<collapse::Merge>>) -> Option<Trace> {
-        let (merges, cases) = (merges?, self.cases.clone()?);
-        Some(Trace { region: self.assignment.region.clone(), cases, merges, ..Trace::default() })
+    fn traced(&self, history: Option<Vec<collapse::Event>>) -> Option<Trace> {
+        let (history, cases) = (history?, self.cases.clone()?);
+        Some(Trace { region: self.assignment.region.clone(), cases, history, ..Trace::default() })
     }
 }
 
@@ -136,12 +136,12 @@ fn cluster<'a>(
     progress.enter("placement", n_faces)?;
     let mut placed = placement::place(&original.surface, &assignment, &sums, &quotient.faces);
     let constraints = constraints(&original, &assignment, &mut placed);
+    placed.sum_planes(&quotient.rings, &assignment);
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
-    let of_colours = |attributes| of_colours(&original, &assignment, &placed, attributes);
-    let colours = request.keep.attributes.map(of_colours).unwrap_or_default();
+    let colours = request.keep.attributes.map(|it| of_colours(&original, &assignment, &placed, it)).unwrap_or_default();
     let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() {
-        let history = request.differentiable.then(Vec::new);
+        let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
         Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, history)
     } else {
         Collapse::toward(progress.pulse, limit, &placed, &quotient.rings)
@@ -187,7 +187,7 @@ fn refine(
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     if request.parts.fit && !subset {
-        fit::fit(original, &mut points, &mut output, trace.as_mut());
+        fit::fit(original, &mut points, &mut output, &mut trace);
     }
     progress.enter("finish", output.faces().len())?;
     n_flipped += foldovers::repair(original, &mut output, is_coarse);

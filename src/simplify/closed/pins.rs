@@ -197,8 +197,13 @@ impl PlaneVertices {
         }
     }
 
+    /// The sum of a quadric and its image, upper triangles.
+    pub fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
+        self.without_slant(quadric.map(|x| 2.0 * x))
+    }
+
     /// An upper triangle whose axis has nothing to do with the two others.
-    pub fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
+    fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
         let slanted = [[1, 2], [1, 4], [2, 4]][self.axis];
         slanted.into_iter().for_each(|entry| a[entry] = 0.0);
         a

@@ -1,8 +1,8 @@
 //! What a run wrote down, so that its result is known as a function of the positions.
 
 use super::cluster::placement::Case;
-use super::collapse::Merge;
-use super::refine::points::Match;
+use super::collapse::Event;
+use super::refine::points::{Density, Match};
 
 /// What a run chose on its way, as far as its result depends on positions.
 #[derive(Default)]
@@ -11,8 +11,8 @@ pub struct Trace {
     pub region: Vec<u32>,
     /// How the vertex of each region was placed.
     pub cases: Vec<Case>,
-    /// The merges of the collapse, in order.
-    pub merges: Vec<Merge>,
+    /// What happened in the collapse, in order.
+    pub history: Vec<Event>,
     /// The faces that were fitted.
     pub faces: Vec<[u32; 3]>,
     /// The steps of the fit.
@@ -21,6 +21,8 @@ pub struct Trace {
 
 /// A step of the fit as it was taken.
 pub struct Step {
+    /// How many points there were on a face.
+    pub density: Density,
     /// The points and where they belonged.
     pub matches: Vec<Match>,
     /// For each output face how much its points count.

@@ -94,7 +94,8 @@ fn ours(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
     entered.push(("end", thread_time()));
     let mut stages: Vec<(String, f64)> = Vec::new();
     for pair in entered.windows(2) {
-        let seconds = (pair[1].1 - pair[0].1).as_secs_f64();
+        // On several threads either may tell, each by a clock of its own.
+        let seconds = pair[1].1.saturating_sub(pair[0].1).as_secs_f64();
         // A stage is heard of again and again while it goes on.
         match stages.iter_mut().find(|stage| stage.0 == pair[0].0) {
             Some(stage) => stage.1 += seconds,

@@ -14,8 +14,9 @@ use crate::simplify::options::Outcome;
 
 use super::attribute_quadrics::AttributeQuadrics;
 use super::constraints::Constraints;
+use super::history::Event;
 use super::links::{Links, Span};
-use super::pair::{Node, Place};
+use super::pair::Node;
 
 /// No vertex.
 pub(super) const NONE: u32 = u32::MAX;
@@ -44,25 +45,16 @@ pub struct Collapse<'a> {
     /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
     pub(super) begun: Vec<u32>,
     pub(super) turn_forbidden: bool,
+    /// Whether every price is kept that of the present surface.
+    pub(super) is_last_stretch: bool,
     /// What merges cost the colours at the corners, if there are any.
     pub(super) colours: AttributeQuadrics,
     /// What constrains it beside the topology.
     pub(super) constraints: Option<Constraints>,
-    /// The merges in order, where they are to be remembered.
-    pub history: Option<Vec<Merge>>,
+    /// What happened, in order, where that is to be remembered.
+    pub history: Option<Vec<Event>>,
     /// Who listens: the items done are merges.
     pub(super) pulse: Pulse<'a>,
-}
-
-/// A merge of two vertices.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Merge {
-    /// The vertex that stays.
-    pub kept: u32,
-    /// The one merged into it.
-    pub gone: u32,
-    /// Where the merged vertex went.
-    pub place: Place,
 }
 
 /// How a run ended.
@@ -129,7 +121,7 @@ impl<'a> Collapse<'a> {
         self,
         constraints: Option<Constraints>,
         colours: AttributeQuadrics,
-        history: Option<Vec<Merge>>,
+        history: Option<Vec<Event>>,
     ) -> Self {
         Self { constraints, colours, history, ..self }
     }
@@ -154,6 +146,7 @@ impl<'a> Collapse<'a> {
             frozen: Vec::new(),
             begun: Vec::new(),
             turn_forbidden: false,
+            is_last_stretch: false,
             colours: AttributeQuadrics::default(),
             constraints: None,
             history: None,

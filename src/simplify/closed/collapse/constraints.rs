@@ -4,8 +4,10 @@
 //! points may merge. A vertex of a curve never meets another one across the surface, and no face between two curves goes with its
 //! last two edges: nothing that lies between curves is lost.
 
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use crate::geometry::Quadric;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::pins::Pins;
 
@@ -15,6 +17,8 @@ use super::pair::{MergedVertex, Pair, Place};
 pub struct Constraints {
     /// For each vertex on a feature curve its neighbours along it.
     along: FxHashMap<u32, Vec<u32>>,
+    /// For each of them the planes on the original's edges that became it.
+    planes: FxHashMap<u32, Quadric>,
     /// What may not move.
     pub(super) pins: Pins,
 }
@@ -28,7 +32,20 @@ impl Constraints {
             along.entry(a).or_default().push(b);
             along.entry(b).or_default().push(a);
         }
-        Self { along, pins: original.pins.of_regions(region, origin) }
+        let mut planes: FxHashMap<u32, Quadric> = FxHashMap::default();
+        for edge in &original.features.edges {
+            for &v in edge {
+                let quadric = planes.entry(region[v as usize]).or_default();
+                *quadric += original.surface.plane_on_edge(*edge, v);
+            }
+        }
+        Self { along, planes, pins: original.pins.of_regions(region, origin) }
+    }
+
+    /// The planes on the curves of two vertices about `origin`; nothing where no curve runs through them.
+    pub fn planes_on_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
+        let planes = vertices.into_iter().filter_map(|v| self.planes.get(&v));
+        planes.fold(Quadric::default(), |sum, planes| sum + planes.about(origin))
     }
 
     /// The merged vertex of `u` and `v`, seen from `u`; `None` where they stay two.
@@ -68,6 +85,9 @@ impl Constraints {
     /// Takes note that `v` was merged into `u`.
     pub fn merge(&mut self, u: u32, v: u32, place: Place) {
         self.pins.merge(u, v, place == Place::Gone);
+        if let Some(planes) = self.planes.remove(&v) {
+            *self.planes.entry(u).or_default() += planes;
+        }
         let Some(of_v) = self.along.remove(&v) else { return };
         for w in of_v {
             if let Some(list) = self.along.get_mut(&w) {

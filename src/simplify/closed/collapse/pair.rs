@@ -19,14 +19,16 @@ const REACH: f64 = 2.0;
 /// its roundings. Sixteen training meshes: the largest distance is 1.4 % farther at 1e-7, the root mean square 1.2 %.
 const LEAST_PIVOT: f32 = 1e-6;
 
-/// A vertex: where it is, what it stands for, and where its neighbours are listed. One cache line.
+/// A vertex: where it is, the planes around it, and where its neighbours are listed. One cache line.
 #[derive(Clone, Copy, Default)]
 #[repr(align(64))]
 pub(super) struct Node {
     /// Where it is.
     pub position: Vec3,
-    /// What it stands for.
-    pub quadric: LocalQuadric,
+    /// Quadric of the planes through it, an upper triangle: `d -> d'Ad` for the offset `d` from there.
+    pub planes: [f32; 6],
+    /// How much more than its area it counts.
+    pub importance: f32,
     /// Where its neighbours are listed.
     pub ring: Span,
     /// The neighbour that it is to be merged with; none (`u32::MAX`) where it may not go.
@@ -36,34 +38,25 @@ pub(super) struct Node {
 impl Node {
     /// A vertex that was not merged yet.
     pub fn new(placed: &Placement, v: u32, ring: Span) -> Self {
-        let position = placed.position(v).as_vec3();
-        let quadric = match placed.own_planes(v) {
-            Some(a) => LocalQuadric { a, ..LocalQuadric::default() },
-            None => LocalQuadric::new(&placed.quadric(v), position),
-        };
-        Self { position, quadric, ring, partner: u32::MAX }
-    }
-}
-
-/// A quadric about its vertex: `d -> d'Ad - 2 b'd + c` for the offset `d` from there. Small numbers, so that single
-/// precision holds them as well as double precision held them about the origin.
-#[derive(Clone, Copy, Default)]
-pub(super) struct LocalQuadric {
-    a: [f32; 6],
-    b: [f32; 3],
-    /// Its value at the vertex.
-    pub c: f32,
-}
-
-impl LocalQuadric {
-    /// The quadric about `position`, rounded.
-    pub fn new(quadric: &Quadric, position: Vec3) -> Self {
-        let Quadric { a, b, c } = quadric.about(position.as_dvec3());
-        Self { a: a.map(|x| x as f32), b: b.as_vec3().to_array(), c: c.max(0.0) as f32 }
+        Self {
+            position: placed.position(v).as_vec3(),
+            planes: placed.planes(v),
+            importance: placed.importance(v),
+            ring,
+            partner: u32::MAX,
+        }
     }
 
-    fn wide(&self) -> Quadric {
-        Quadric { a: self.a.map(f64::from), b: DVec3::from(self.b.map(f64::from)), c: f64::from(self.c) }
+    /// The area that it stands for.
+    #[inline(always)]
+    pub fn area(&self) -> f32 {
+        (self.planes[0] + self.planes[3] + self.planes[5]) / self.importance
+    }
+
+    /// The planes about itself.
+    #[inline(always)]
+    fn quadric(&self) -> Quadric {
+        Quadric { a: self.planes.map(f64::from), ..Quadric::default() }
     }
 }
 
@@ -103,7 +96,7 @@ impl Pair {
     #[inline(always)]
     pub(super) fn new(u: &Node, v: &Node) -> Self {
         let other = (v.position - u.position).as_dvec3();
-        Self { sum: u.quadric.wide() + v.quadric.wide().about(-other), other }
+        Self { sum: u.quadric() + v.quadric().about(-other), other }
     }
 
     /// An edge to `other` by the summed quadric about its first end.
@@ -245,22 +238,16 @@ impl Pairs {
             lanes!(others, position.z) - all(u.position.z),
         ];
         let of_v = [
-            lanes!(others, quadric.a[0]),
-            lanes!(others, quadric.a[1]),
-            lanes!(others, quadric.a[2]),
-            lanes!(others, quadric.a[3]),
-            lanes!(others, quadric.a[4]),
-            lanes!(others, quadric.a[5]),
+            lanes!(others, planes[0]),
+            lanes!(others, planes[1]),
+            lanes!(others, planes[2]),
+            lanes!(others, planes[3]),
+            lanes!(others, planes[4]),
+            lanes!(others, planes[5]),
         ];
-        let b_of_v = [lanes!(others, quadric.b[0]), lanes!(others, quadric.b[1]), lanes!(others, quadric.b[2])];
-        let c_of_v = lanes!(others, quadric.c);
         let there = times(&of_v, other);
-        let both =
-            [there[0] + b_of_v[0] + b_of_v[0], there[1] + b_of_v[1] + b_of_v[1], there[2] + b_of_v[2] + b_of_v[2]];
-        let own = &u.quadric;
-        let a = std::array::from_fn(|i| all(own.a[i]) + of_v[i]);
-        let b = std::array::from_fn(|i| all(own.b[i]) + (b_of_v[i] + there[i]));
-        Self { a, b, c: all(own.c) + (c_of_v + dot(both, other)), other }
+        let a = std::array::from_fn(|i| all(u.planes[i]) + of_v[i]);
+        Self { a, b: there, c: dot(there, other), other }
     }
 
     /// The minima, from `u`, and their values.
@@ -336,7 +323,7 @@ mod tests {
             let surface = Surface::new(&mesh, Pulse::NONE);
             let nodes = nodes(&surface);
             let edges: Vec<[u32; 2]> = surface.faces.iter().map(|&[a, b, _]| [a, b]).collect();
-            let scale: f32 = nodes.iter().map(|node| node.quadric.a[0] + node.quadric.a[3] + node.quadric.a[5]).sum();
+            let scale: f32 = nodes.iter().map(Node::area).sum();
             for &[u, v] in &edges {
                 let (u, v) = (&nodes[u as usize], &nodes[v as usize]);
                 let naive = Pair::new(u, v).placement().price as f32;

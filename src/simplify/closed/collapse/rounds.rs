@@ -66,6 +66,12 @@ impl Work for Round<'_, '_> {
 impl Collapse<'_> {
     /// Collapses the cheapest edges until the limit or until none may go.
     pub fn run(&mut self, limit: Limit) -> End {
+        let stretch = Self::last_stretch(limit);
+        if self.merges_to(stretch) > 0 || !self.is_last_stretch {
+            self.is_last_stretch = false;
+            self.run_to(stretch);
+            self.begin_last_stretch();
+        }
         if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
     }
 
@@ -204,8 +210,21 @@ impl Collapse<'_> {
             self.least[v as usize] = f32::INFINITY;
             self.price_around(u);
             self.tell_neighbors(u, v);
+            if self.is_last_stretch {
+                self.price_neighbors(u);
+            }
         }
         done
+    }
+
+    /// Sums and prices the neighbours of a merged vertex anew.
+    fn price_neighbors(&mut self, u: u32) {
+        let neighbors: Vec<u32> = self.ring(u).filter(|&w| !self.is_ghost(w) && !self.is_frozen(w)).collect();
+        neighbors.iter().for_each(|&w| self.renew(w));
+        for w in neighbors {
+            self.price_around(w);
+            self.tell_neighbors(w, u);
+        }
     }
 
     /// Prices `u` with all its neighbours, and chooses the one that costs least.

@@ -93,19 +93,21 @@ impl FitStep<'_> {
         self.output_faces.iter().map(|face| area_normal_f64(corners(face))).collect()
     }
 
-    /// How much a point counts.
-    fn count(&self, m: &Match) -> f64 {
-        f64::from(self.step.counts[m.projection.face as usize])
+    /// How much a point counts, over the length of its face's area normal.
+    fn share(&self, m: &Match) -> f64 {
+        0.5 * f64::from(self.step.counts[m.projection.face as usize]) / f64::from(self.step.density.per_face())
     }
 
     fn row(&self, m: &Match, normals: &[DVec3]) -> Row {
-        let point = self.input_faces[m.point as usize].map(|v| self.input[v as usize]);
+        let density = self.step.density;
+        let corners_of_point = self.input_faces[density.face(m.point)].map(|v| self.input[v as usize]);
+        let point: DVec3 = corners_of_point.iter().zip(density.weights(m.point)).map(|(p, weight)| *p * weight).sum();
         let face = self.output_faces[m.projection.face as usize];
         let corners = [0, 1, 2].map(|i| (face[i] as usize, f64::from(m.projection.weights[i])));
         let foot: DVec3 = corners.iter().map(|&(v, share)| self.output[v] * share).sum();
-        let gap = (point[0] + point[1] + point[2]) / 3.0 - foot;
+        let gap = point - foot;
         let normal = normals[m.projection.face as usize].normalize_or_zero();
-        let area = 0.5 * self.count(m) * area_normal_f64(point).length();
+        let area = self.share(m) * area_normal_f64(corners_of_point).length();
         Row { corners, area, gap, normal, height: normal.dot(gap) }
     }
 
@@ -138,11 +140,14 @@ impl FitStep<'_> {
             to_units[m.projection.face as usize] += to.normal + row.gap * to.height;
             let to_gap = row.normal * to.height;
             row.corners.iter().for_each(|&(v, share)| to_output[v] -= to_gap * share);
-            let face = self.input_faces[m.point as usize];
+            let face = self.input_faces[self.step.density.face(m.point)];
             let corners = face.map(|v| self.input[v as usize]);
-            let to_normal = area_normal_f64(corners).normalize_or_zero() * (0.5 * self.count(m) * to.area);
+            let to_normal = area_normal_f64(corners).normalize_or_zero() * (self.share(m) * to.area);
             let to_corners = area_normal_backward(corners, to_normal);
-            face.iter().zip(to_corners).for_each(|(&v, to)| to_input[v as usize] += to + to_gap / 3.0);
+            let weights = self.step.density.weights(m.point);
+            for ((&v, to), weight) in face.iter().zip(to_corners).zip(weights) {
+                to_input[v as usize] += to + to_gap * weight;
+            }
         }
         for (face, to_unit) in self.output_faces.iter().zip(to_units) {
             let corners = face.map(|v| self.output[v as usize]);

@@ -50,15 +50,11 @@ impl Planes {
         let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
         let normals: Vec<DVec3> = self.faces.iter().map(|face| area_normal_f64(corners(face))).collect();
         for (face, &normal) in self.faces.iter().zip(&normals) {
-            let double_area = normal.length();
-            if double_area > 0.0 {
-                let plane = outer(normal, normal) * (1.0 / (6.0 * double_area));
-                face.iter().for_each(|&v| matrices[v as usize] += plane);
-            }
+            let plane = plane(normal);
+            face.iter().for_each(|&v| matrices[v as usize] += plane);
         }
         for &[w, v] in &self.boundaries {
-            let edge = positions[w as usize] - positions[v as usize];
-            let line = (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BOUNDARY_WEIGHT);
+            let line = line(positions[w as usize] - positions[v as usize]);
             matrices[w as usize] += line;
             matrices[v as usize] += line;
         }
@@ -86,8 +82,19 @@ impl Planes {
     }
 }
 
-/// Derivative of `N N' / (6 |N|)` to the area normal N.
-fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
+/// The quadric of a face's plane for each of its corners, `N N' / (6 |N|)` of the area normal N: a third of its area.
+pub(super) fn plane(normal: DVec3) -> DMat3 {
+    let double_area = normal.length();
+    if double_area > 0.0 { outer(normal, normal) * (1.0 / (6.0 * double_area)) } else { DMat3::ZERO }
+}
+
+/// The quadric of the line along a boundary edge, `e'e I - e e'` times its weight.
+pub(super) fn line(edge: DVec3) -> DMat3 {
+    (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BOUNDARY_WEIGHT)
+}
+
+/// Derivative of [`plane`] to the area normal N.
+pub(super) fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     let double_area = normal.length();
     if double_area > 0.0 {
         let along = *gradient * normal;
@@ -97,7 +104,7 @@ fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     }
 }
 
-/// Derivative of the quadric of the line along a boundary edge, `e'e I - e e'` times its weight.
-fn line_backward(edge: DVec3, gradient: &DMat3) -> DVec3 {
+/// Derivative of [`line`] to the edge.
+pub(super) fn line_backward(edge: DVec3, gradient: &DMat3) -> DVec3 {
     (edge * trace(gradient) - *gradient * edge) * (2.0 * f64::from(BOUNDARY_WEIGHT))
 }

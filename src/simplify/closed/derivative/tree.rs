@@ -1,13 +1,15 @@
 //! The vertices of regions and of their unions: minima of summed quadrics, or what took their place.
 //!
-//! Every merge of the collapse is a node over two older ones. Its quadric is their sum; its vertex is the minimum of
-//! that, or the vertex of one of the two, or the middle between them, as it was when the edge went.
+//! Every merge of the collapse is a node over two older ones. Its vertex is the minimum of their quadrics together, or the vertex
+//! of one of the two, or the middle between them, as it was when the edge went. A quadric is one of planes around a node, at the
+//! places that its neighbours had when it was summed; where every vertex is a region, the first ones are those of the input.
 
 use glam::{DMat3, DVec3};
 
 use super::algebra::{Form, outer, solve, solve_backward, stiffened, stiffened_backward, trace};
+use super::star::Star;
 use crate::simplify::closed::cluster::placement::{Case, FIRM_PULL, PULL};
-use crate::simplify::closed::collapse::{Merge, Place};
+use crate::simplify::closed::collapse::{Event, Place};
 
 /// Regions and their unions, constant.
 pub(super) struct Tree {
@@ -15,16 +17,33 @@ pub(super) struct Tree {
     region: Vec<u32>,
     /// How the vertex of each region was placed.
     cases: Vec<Case>,
-    /// Children of the nodes that are unions, and how their vertices were placed; older ones first.
-    unions: Vec<([u32; 2], Place)>,
+    /// What happened to them, older steps first.
+    steps: Vec<Step>,
     /// For each output vertex its node: a region, or n_regions + the number of a union.
     roots: Vec<u32>,
 }
 
+/// A step of the collapse.
+enum Step {
+    /// A new node: a union of two, by a quadric of each.
+    Union {
+        /// The older nodes.
+        nodes: [usize; 2],
+        /// Their quadrics.
+        quadrics: [usize; 2],
+        /// How its vertex was placed.
+        place: Place,
+    },
+    /// A new quadric.
+    Star(Star),
+}
+
 /// A tree at given positions.
 pub(super) struct Grown {
-    /// Quadrics of all nodes.
+    /// Sums over the regions.
     forms: Vec<Form>,
+    /// The quadrics that the collapse had: those of the regions first, then one for each star.
+    quadrics: Vec<Form>,
     /// Vertices of all nodes.
     places: Vec<DVec3>,
     /// Weight of each region's vertices, and the sum of their weighted positions.
@@ -32,23 +51,37 @@ pub(super) struct Grown {
 }
 
 impl Tree {
-    /// The tree of these merges; `output_of` names the output vertex of each region.
-    pub fn new(region: Vec<u32>, cases: Vec<Case>, merges: &[Merge], output_of: &[u32]) -> Self {
-        let n_regions = cases.len() as u32;
-        let mut node_of: Vec<u32> = (0..n_regions).collect();
-        let mut unions = Vec::with_capacity(merges.len());
-        for merge in merges {
-            let [kept, gone] = [merge.kept, merge.gone].map(|r| r as usize);
-            unions.push(([node_of[kept], node_of[gone]], merge.place));
-            node_of[kept] = n_regions + unions.len() as u32 - 1;
+    /// The tree of what happened; `output_of` names the output vertex of each region.
+    pub fn new(region: Vec<u32>, cases: Vec<Case>, history: &[Event], output_of: &[u32]) -> Self {
+        let n_regions = cases.len();
+        // Of every vertex of the collapse its node and its quadric.
+        let mut node_of: Vec<usize> = (0..n_regions).collect();
+        let mut quadric_of = node_of.clone();
+        let (mut n_nodes, mut n_quadrics) = (n_regions, n_regions);
+        let mut steps = Vec::with_capacity(history.len());
+        for event in history {
+            match event {
+                Event::Merge(merge) => {
+                    let both = [merge.kept, merge.gone].map(|r| r as usize);
+                    let (nodes, quadrics) = (both.map(|r| node_of[r]), both.map(|r| quadric_of[r]));
+                    steps.push(Step::Union { nodes, quadrics, place: merge.place });
+                    node_of[both[0]] = n_nodes;
+                    n_nodes += 1;
+                }
+                Event::Renewal(renewal) => {
+                    steps.push(Step::Star(Star::new(renewal, &node_of)));
+                    quadric_of[renewal.vertex as usize] = n_quadrics;
+                    n_quadrics += 1;
+                }
+            }
         }
         // The last union of a family stands for it, and later unions have larger numbers.
         let mut roots = vec![0; output_of.iter().max().map_or(0, |&last| last as usize + 1)];
         for (&node, &output) in node_of.iter().zip(output_of) {
             let root = &mut roots[output as usize];
-            *root = node.max(*root);
+            *root = (node as u32).max(*root);
         }
-        Self { region, cases, unions, roots }
+        Self { region, cases, steps, roots }
     }
 
     /// Computes quadrics and vertices from those of the input.
@@ -65,18 +98,22 @@ impl Tree {
         }
         let place = |r: usize| place(&self.cases[r], &forms[r], mean(moments[r]), positions);
         let mut places: Vec<DVec3> = (0..n_regions).map(place).collect();
-        for ([kept, gone], place) in &self.unions {
-            let [kept, gone] = [*kept, *gone].map(|node| node as usize);
-            let form = forms[kept] + forms[gone];
-            places.push(match place {
-                Place::Minimum => solve(&form.a, form.b),
-                Place::Kept => places[kept],
-                Place::Gone => places[gone],
-                Place::Middle => (places[kept] + places[gone]) * 0.5,
-            });
-            forms.push(form);
+        let mut quadrics = forms.clone();
+        for step in &self.steps {
+            match step {
+                Step::Star(star) => quadrics.push(star.quadric(&places)),
+                Step::Union { nodes: [kept, gone], quadrics: [of_kept, of_gone], place } => places.push(match place {
+                    Place::Minimum => {
+                        let form = quadrics[*of_kept] + quadrics[*of_gone];
+                        solve(&form.a, form.b)
+                    }
+                    Place::Kept => places[*kept],
+                    Place::Gone => places[*gone],
+                    Place::Middle => (places[*kept] + places[*gone]) * 0.5,
+                }),
+            }
         }
-        Grown { forms, places, moments }
+        Grown { forms, quadrics, places, moments }
     }
 
     /// The output vertices.
@@ -95,8 +132,7 @@ impl Tree {
     ) -> Vec<DMat3> {
         let mut to_places = vec![DVec3::ZERO; at.places.len()];
         self.roots.iter().zip(gradient).for_each(|(&node, g)| to_places[node as usize] += *g);
-        let mut to_forms = vec![Form::ZERO; at.forms.len()];
-        self.unions_backward(at, &mut to_places, &mut to_forms);
+        let mut to_forms = self.steps_backward(at, &mut to_places);
         let mut to_moments = vec![(0.0, DVec3::ZERO); self.cases.len()];
         for (r, case) in self.cases.iter().enumerate() {
             let (to_form, to_mean) = match *case {
@@ -123,21 +159,35 @@ impl Tree {
         vertices.map(to_matrix).collect()
     }
 
-    /// Hands gradients down from unions to their children, newest first.
-    fn unions_backward(&self, at: &Grown, to_places: &mut [DVec3], to_forms: &mut [Form]) {
-        for (number, ([kept, gone], place)) in self.unions.iter().enumerate().rev() {
-            let (node, kept, gone) = (self.cases.len() + number, *kept as usize, *gone as usize);
-            let to_place = to_places[node];
-            match place {
-                Place::Minimum => to_forms[node] += solve_backward(&at.forms[node].a, at.places[node], to_place),
-                Place::Kept => to_places[kept] += to_place,
-                Place::Gone => to_places[gone] += to_place,
-                Place::Middle => [kept, gone].into_iter().for_each(|child| to_places[child] += to_place * 0.5),
+    /// Hands gradients down from unions and stars to what they are made of, newest first; returns those to the sums over the
+    /// regions.
+    fn steps_backward(&self, at: &Grown, to_places: &mut [DVec3]) -> Vec<Form> {
+        let mut to_quadrics = vec![Form::ZERO; at.quadrics.len()];
+        let (mut node, mut quadric) = (at.places.len(), at.quadrics.len());
+        for step in self.steps.iter().rev() {
+            match step {
+                Step::Star(star) => {
+                    quadric -= 1;
+                    star.backward(&at.places, &to_quadrics[quadric], to_places);
+                }
+                Step::Union { nodes: [kept, gone], quadrics, place } => {
+                    node -= 1;
+                    let to_place = to_places[node];
+                    match place {
+                        Place::Minimum => {
+                            let form = at.quadrics[quadrics[0]] + at.quadrics[quadrics[1]];
+                            let to_form = solve_backward(&form.a, at.places[node], to_place);
+                            quadrics.iter().for_each(|&quadric| to_quadrics[quadric] += to_form);
+                        }
+                        Place::Kept => to_places[*kept] += to_place,
+                        Place::Gone => to_places[*gone] += to_place,
+                        Place::Middle => [kept, gone].into_iter().for_each(|&child| to_places[child] += to_place * 0.5),
+                    }
+                }
             }
-            let to_form = to_forms[node];
-            to_forms[kept] += to_form;
-            to_forms[gone] += to_form;
         }
+        to_quadrics.truncate(at.forms.len());
+        to_quadrics
     }
 }
 

@@ -10,7 +10,7 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
     for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.has(v))) {
         if let Some((_, quadric)) = plane_of(face.map(|v| surface.positions[v as usize])) {
-            let quadric = with_image(plane, quadric);
+            let quadric = plane.with_image(quadric);
             let corners = face.iter().filter(|&&v| plane.has(v));
             corners.for_each(|&v| add(&mut sums[v as usize], &quadric));
         }
@@ -34,14 +34,9 @@ fn add_boundaries(surface: &Surface, plane: &PlaneVertices, sums: &mut [[f32; 6]
     let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
     for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {
         let v = if plane.has(a) { a } else { b };
-        let line = with_image(plane, surface.line_along_boundary([a, b]));
+        let line = plane.with_image(surface.line_along_boundary([a, b]));
         add(&mut sums[v as usize], &line);
     }
-}
-
-/// The sum of a quadric and its image, upper triangles.
-fn with_image(plane: &PlaneVertices, quadric: [f32; 6]) -> [f32; 6] {
-    plane.without_slant(quadric.map(|x| 2.0 * x))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Least squares of the output vertices to the original surface.
 //!
 //! A vertex at the minimum of its tangent planes lies too far inside a curved surface for the triangles around it
-//! to cut the surface. So centroids of input faces are sent to the output face that they lie over, and the output
+//! to cut the surface. So points of input faces are sent to the output face that they lie over, and the output
 //! vertices move toward where the weighted squared heights over the faces are smallest: each in the direction of
 //! its own 3 x 3 system, all by the length that is best for them together. Points of faces that lie far from them count
 //! less, so that a few do not decide for all. A step that turns a face, does not pay or goes far is not taken, and none at
@@ -41,8 +41,18 @@ const LEAST_COSINE: f32 = 0.7;
 /// guard: without it none of 121 results of training meshes differs.
 const LEAST_MEANT: f32 = 0.2;
 
-/// Moves the output vertices toward the points of the original by one step; writes it down where that is wanted.
-pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: Option<&mut Trace>) {
+/// Moves the output vertices toward the points of the original, in as many steps as these are worth; writes the steps down
+/// where that is wanted.
+pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
+    // Each step takes vertices of curves along the surface, off their curves.
+    let n_steps = if original.features.is_empty() { points.n_steps() } else { 1 };
+    for _ in 0..n_steps {
+        step(original, points, output, trace.as_mut());
+    }
+}
+
+/// Moves the output vertices by one step.
+fn step(original: &Original, points: &mut Points, output: &mut Output, trace: Option<&mut Trace>) {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
     let mut matches = trace.as_ref().map(|_| Vec::new());
@@ -56,7 +66,7 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
     let counts = counts(pulse, &sums);
     pulse.beat(0);
     let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
-    let weighed = Weighed { sums: &sums, counts: &counts, faces_per_point: points.faces_per_point(), stay };
+    let weighed = Weighed { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
     let steps = solve(pulse, &facets, &weighed);
     let boundary = if points.have_boundary() { boundary_vertices(pulse, output) } else { Vec::new() };
     let after = take_steps(pulse, &facets, &steps, &boundary);
@@ -67,7 +77,7 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
     pulse.beat(0);
     if let (Some(trace), Some(matches)) = (trace, matches) {
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
-        trace.steps.push(Step { matches, counts, moved, stay });
+        trace.steps.push(Step { density: points.density(), matches, counts, moved, stay });
     }
     output.positions.copy_from_slice(&after);
 }
@@ -89,8 +99,8 @@ struct FaceSums {
 struct Weighed<'a> {
     sums: &'a [FaceSums],
     counts: &'a [f32],
-    /// Faces of the original for each point.
-    faces_per_point: f32,
+    /// By how much fewer points there are than on all faces of the original.
+    thinning: f32,
     /// Weight of staying in place against the points.
     stay: f32,
 }
@@ -154,7 +164,7 @@ fn counts(pulse: Pulse, sums: &[FaceSums]) -> Vec<f32> {
 /// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
 /// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays, and one that would go far.
 fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
-    let Weighed { sums, counts, faces_per_point, .. } = *weighed;
+    let Weighed { sums, counts, thinning, .. } = *weighed;
     let faces = facets.output.faces();
     let directions = directions(pulse, facets, weighed);
     let change = |f: usize| {
@@ -181,7 +191,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
-        let is_near = step.length_squared() <= FARTHEST * FARTHEST * faces_per_point * area;
+        let is_near = step.length_squared() <= FARTHEST * FARTHEST * thinning * area;
         if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
     };
     directions.par_iter().zip(gains).map(step).collect()
@@ -279,7 +289,7 @@ mod tests {
         let mut output = Output::over(&surface.positions, before.clone(), coarse.faces().to_vec());
         let mut points = Points::new(surface, before.len());
         for _ in 0..n_steps {
-            fit(&original, &mut points, &mut output, None);
+            step(&original, &mut points, &mut output, None);
         }
         (before, output.positions)
     }

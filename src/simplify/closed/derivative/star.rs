@@ -1,0 +1,71 @@
+//! The quadric of the planes around a node as a function of the places of its neighbours, in double precision, with derivative.
+
+use glam::{DMat3, DVec3};
+
+use super::algebra::{Form, area_normal_backward, outer, stiffened, stiffened_backward};
+use super::planes::{line, line_backward, plane, plane_backward};
+use crate::geometry::triangle::area_normal_f64;
+use crate::simplify::closed::cluster::placement::PULL;
+use crate::simplify::closed::collapse::Renewal;
+
+/// The faces, boundary edges and folds around a node.
+pub(super) struct Star {
+    /// The node.
+    centre: usize,
+    /// The other corners of its faces.
+    faces: Vec<[usize; 2]>,
+    /// The other ends of its boundary edges and of its folds.
+    lines: Vec<usize>,
+    /// How much more than its area it counts, constant.
+    importance: f64,
+}
+
+impl Star {
+    /// The star of a vertex that was summed anew when `node_of` named the nodes.
+    pub fn new(Renewal { vertex, ring, folds, importance }: &Renewal, node_of: &[usize]) -> Self {
+        let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
+        let mut faces = Vec::with_capacity(nodes.len());
+        let mut lines: Vec<usize> = folds.iter().map(|&w| node_of[w as usize]).collect();
+        for (before, here) in nodes.iter().cycle().skip(nodes.len().saturating_sub(1)).zip(&nodes) {
+            match (before, here) {
+                (&Some(p), &Some(q)) => faces.push([p, q]),
+                (&Some(end), None) | (None, &Some(end)) => lines.push(end),
+                (None, None) => {}
+            }
+        }
+        Self { centre: node_of[*vertex as usize], faces, lines, importance: f64::from(*importance) }
+    }
+
+    fn matrix(&self, places: &[DVec3]) -> DMat3 {
+        let centre = places[self.centre];
+        let of_face = |&[p, q]: &[usize; 2]| plane(area_normal_f64([centre, places[p], places[q]]));
+        let of_edge = |&end: &usize| line(places[end] - centre);
+        let sum = self.faces.iter().map(of_face).chain(self.lines.iter().map(of_edge)).sum::<DMat3>();
+        stiffened(&(sum * self.importance), f64::from(PULL))
+    }
+
+    /// The quadric where the nodes lie at these places.
+    pub fn quadric(&self, places: &[DVec3]) -> Form {
+        let a = self.matrix(places);
+        Form { a, b: a * places[self.centre] }
+    }
+
+    /// Adds to `to_places` what a gradient to the quadric comes to.
+    pub fn backward(&self, places: &[DVec3], &Form { a, b }: &Form, to_places: &mut [DVec3]) {
+        let centre = places[self.centre];
+        to_places[self.centre] += self.matrix(places) * b;
+        let to_matrix = a + (outer(b, centre) + outer(centre, b)) * 0.5;
+        let to_matrix = stiffened_backward(&to_matrix, f64::from(PULL)) * self.importance;
+        for &[p, q] in &self.faces {
+            let corners = [centre, places[p], places[q]];
+            let to_normal = plane_backward(area_normal_f64(corners), &to_matrix);
+            let to_corners = area_normal_backward(corners, to_normal);
+            [self.centre, p, q].into_iter().zip(to_corners).for_each(|(node, to)| to_places[node] += to);
+        }
+        for &end in &self.lines {
+            let to_edge = line_backward(places[end] - centre, &to_matrix);
+            to_places[end] += to_edge;
+            to_places[self.centre] -= to_edge;
+        }
+    }
+}
