@@ -58,7 +58,12 @@ pub struct Placement<'a> {
     sums: &'a [Sum],
 }
 
-impl Placement<'_> {
+impl<'a> Placement<'a> {
+    /// Vertices at these positions, whose planes are not summed yet.
+    fn at(positions: Vec<DVec3>, surface: &'a Surface<'a>, sums: &'a [Sum]) -> Self {
+        Self { positions, planes: Vec::new(), importance: Vec::new(), surface, sums }
+    }
+
     /// Who listens.
     pub fn pulse(&self) -> Pulse<'_> {
         self.surface.pulse
@@ -133,7 +138,7 @@ pub fn place<'a>(
     faces: &[[u32; 3]],
 ) -> Placement<'a> {
     if assignment.n_regions == surface.n_vertices() {
-        return Placement { positions: Vec::new(), planes: Vec::new(), importance: Vec::new(), surface, sums: &[] };
+        return Placement::at(Vec::new(), surface, &[]);
     }
     let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
     let mut positions: Vec<DVec3> = surface.pulse.map(sums, best);
@@ -149,7 +154,7 @@ pub fn place<'a>(
             positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
         }
     }
-    Placement { positions, planes: Vec::new(), importance: Vec::new(), surface, sums }
+    Placement::at(positions, surface, sums)
 }
 
 /// Planes with a small pull to their vertex, which they say nothing about along a flat part: upper triangles.

@@ -1,5 +1,7 @@
 //! What a collapse writes down, so that its result is known as a function of where it began.
 
+use glam::Vec3;
+
 use crate::mesh::OneRings;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::prepare::surface::folds_around;
@@ -42,18 +44,25 @@ pub struct Renewal {
     pub importance: f32,
 }
 
+impl Renewal {
+    /// Of a vertex with these neighbours in order, [`GHOST`] for a ghost vertex, where they lie now.
+    pub fn new(vertex: u32, ring: Vec<u32>, place: impl Fn(u32) -> Vec3, importance: f32) -> Self {
+        let places = ring.iter().map(|&w| (w != GHOST).then(|| place(w)));
+        let folds = folds_around(place(vertex), places).map(|i| ring[i]).collect();
+        Self { vertex, ring, folds, importance }
+    }
+}
+
 /// What a history begins with: the quadrics of regions that are no vertices, over the faces of the quotient, which has these rings.
 pub fn first_quadrics(placed: &Placement, rings: &OneRings) -> Vec<Event> {
     if placed.is_of_surface() {
         return Vec::new();
     }
     let n_regions = rings.n_vertices() as u32;
+    let place = |region: u32| placed.position(region).as_vec3();
     let first = |vertex: u32| {
-        let ring: Vec<u32> = rings.ring(vertex).iter().map(|&w| if w < n_regions { w } else { GHOST }).collect();
-        let place = |&w: &u32| (w != GHOST).then(|| placed.position(w).as_vec3());
-        let folds = folds_around(placed.position(vertex).as_vec3(), ring.iter().map(place));
-        let folds = folds.map(|i| ring[i]).collect();
-        Event::Renewal(Renewal { vertex, ring, folds, importance: placed.importance(vertex) })
+        let ring = rings.ring(vertex).iter().map(|&w| if w < n_regions { w } else { GHOST }).collect();
+        Event::Renewal(Renewal::new(vertex, ring, place, placed.importance(vertex)))
     };
     (0..n_regions).map(first).collect()
 }

@@ -6,7 +6,7 @@
 //! stretch the neighbours of a merged vertex are summed and priced anew, too, so that every price is that of the present surface.
 
 use crate::simplify::closed::cluster::placement::pulled;
-use crate::simplify::closed::prepare::surface::{Neighbour, folds_around, planes_around};
+use crate::simplify::closed::prepare::surface::{Neighbour, planes_around};
 use crate::simplify::limits::Limit;
 
 use super::complex::Collapse;
@@ -53,11 +53,9 @@ impl Collapse<'_> {
 
     /// Writes down that the quadric of a vertex was summed anew.
     fn write_down(&mut self, u: u32, importance: f32) {
-        let ring: Vec<u32> = self.ring(u).map(|w| if self.is_ghost(w) { GHOST } else { w }).collect();
-        let places = ring.iter().map(|&w| self.positions.get(w as usize).copied());
-        let folds = folds_around(self.positions[u as usize], places).map(|i| ring[i]).collect();
-        let renewal = Event::Renewal(Renewal { vertex: u, ring, folds, importance });
-        self.history.get_or_insert_default().push(renewal);
+        let ring = self.ring(u).map(|w| if self.is_ghost(w) { GHOST } else { w }).collect();
+        let renewal = Renewal::new(u, ring, |w| self.positions[w as usize], importance);
+        self.history.get_or_insert_default().push(Event::Renewal(renewal));
     }
 
     /// The planes around a vertex.

@@ -109,20 +109,27 @@ impl<'a> Surface<'a> {
     /// Stands a plane on each of these edges, so that their curves keep their places.
     pub fn support_edges(&mut self, edges: &[[u32; 2]]) {
         for &edge in edges {
-            stand_plane_on(edge, &self.positions, &self.normals, &mut self.quadrics);
+            let plane = self.plane_on(edge, EDGE_WEIGHT);
+            edge.into_iter().for_each(|v| add(&mut self.quadrics[v as usize], &plane));
         }
     }
 
     /// The plane that stands on a kept edge, as it counts for one of its ends.
-    pub fn plane_on_edge(&self, [a, b]: [u32; 2], end: u32) -> Quadric {
-        let [p, q] = [a, b].map(|v| self.positions[v as usize]);
+    pub fn plane_on_edge(&self, edge: [u32; 2], end: u32) -> Quadric {
         let weight = EDGE_WEIGHT * self.importance.get(end as usize).copied().unwrap_or(1.0);
-        Quadric::around(plane_on(q - p, self.normals[a as usize] + self.normals[b as usize], weight), p)
+        Quadric::around(self.plane_on(edge, weight), self.positions[edge[0] as usize])
+    }
+
+    /// The plane that stands on an edge, `weight` times its squared length, an upper triangle.
+    fn plane_on(&self, [a, b]: [u32; 2], weight: f32) -> [f32; 6] {
+        let edge = self.positions[b as usize] - self.positions[a as usize];
+        let across = edge.cross(self.normals[a as usize] + self.normals[b as usize]).normalize_or_zero();
+        outer(across, weight * edge.length_squared())
     }
 
     /// The quadric of the line along an edge of a boundary, an upper triangle.
-    pub fn line_along_boundary(&self, edge: [u32; 2]) -> [f32; 6] {
-        line_along(edge, &self.positions)
+    pub fn line_along_boundary(&self, [a, b]: [u32; 2]) -> [f32; 6] {
+        line_along(self.positions[b as usize] - self.positions[a as usize])
     }
 
     /// Lets every vertex count by as much more, n_vertices positive factors.
@@ -234,33 +241,16 @@ fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32
         return;
     }
     for [w, v, _] in rings.ghost_faces() {
-        let line = line_along([v, w], positions);
+        let line = line_along(positions[w as usize] - positions[v as usize]);
         [v, w].into_iter().for_each(|end| add(&mut quadrics[end as usize], &line));
     }
 }
 
-/// The weighted squared distance from the line along an edge, an upper triangle.
-fn line_along([a, b]: [u32; 2], positions: &[Vec3]) -> [f32; 6] {
-    line_of(positions[b as usize] - positions[a as usize])
-}
-
-/// The weighted squared distance from the line along a boundary edge, an upper triangle.
-pub fn line_of(edge: Vec3) -> [f32; 6] {
+/// The weighted squared distance from the line along a boundary edge or a fold, an upper triangle.
+fn line_along(edge: Vec3) -> [f32; 6] {
     let mut line = outer(edge, -BOUNDARY_WEIGHT);
     [0, 3, 5].into_iter().for_each(|diagonal| line[diagonal] += BOUNDARY_WEIGHT * edge.length_squared());
     line
-}
-
-/// Adds the plane that stands on a kept edge to both ends.
-fn stand_plane_on([a, b]: [u32; 2], positions: &[Vec3], normals: &[Vec3], quadrics: &mut [[f32; 6]]) {
-    let edge = positions[b as usize] - positions[a as usize];
-    let plane = plane_on(edge, normals[a as usize] + normals[b as usize], EDGE_WEIGHT);
-    [a, b].into_iter().for_each(|v| add(&mut quadrics[v as usize], &plane));
-}
-
-/// The plane that stands on an edge of a surface with this normal there, `weight` times the edge's squared length.
-fn plane_on(edge: Vec3, normal: Vec3, weight: f32) -> [f32; 6] {
-    outer(edge.cross(normal).normalize_or_zero(), weight * edge.length_squared())
 }
 
 /// A neighbour in the ring of a vertex.
@@ -300,7 +290,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
             normal = of_face;
         }
         if let (Neighbour::At(end), Neighbour::Ghost) | (Neighbour::Ghost, Neighbour::At(end)) = (before, here) {
-            add(&mut sum, &line_of(end - centre));
+            add(&mut sum, &line_along(end - centre));
         }
         has_folds |= last.dot(normal) < 0.0;
         first = first.or(Some(normal));
@@ -310,7 +300,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
     if has_folds {
         let places: Vec<Option<Vec3>> = ring.map(Neighbour::position).collect();
         for end in folds_around(centre, places.iter().copied()).filter_map(|i| places[i]) {
-            add(&mut sum, &line_of(end - centre));
+            add(&mut sum, &line_along(end - centre));
         }
     }
     sum
