@@ -22,6 +22,8 @@ mod gltf_assets;
 mod invariants;
 mod judge;
 mod layers;
+#[cfg(all(feature = "io", feature = "weights"))]
+mod optimize;
 mod parts;
 #[cfg(feature = "picture")]
 mod picture;

@@ -94,6 +94,9 @@ pub struct SimplifyArgs {
     /// Where the scores come from, which decide where vertices go
     #[arg(long, value_enum, default_value = "network")]
     pub scores: ScoresArg,
+    /// The figure in which the result is to be near
+    #[arg(long, value_enum, default_value = "balanced")]
+    pub optimize: OptimizeArg,
     /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
@@ -153,6 +156,19 @@ pub enum ScoresArg {
     Network,
     /// No network: every vertex counts by its area
     Geometry,
+}
+
+/// The figure in which a result is to be near.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OptimizeArg {
+    /// Good in all of them
+    Balanced,
+    /// The mean distance; no network, takes longer
+    Mean,
+    /// The largest distance; takes longer, the mean is farther
+    Max,
+    /// The normals, and so the shading; the mean is farther
+    Normals,
 }
 
 const MESH_POINTS_NOTES: &str = "\

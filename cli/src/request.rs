@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::Format;
-use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Options, ScoreSource, Symmetry, Target};
+use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, ScoresArg, SimplifyArgs};
+use crate::args::{AssemblyArg, OptimizeArg, ScoresArg, SimplifyArgs};
 use crate::failure::Failure;
 
 /// More threads than any machine has, fewer than a system refuses to start.
@@ -187,8 +187,16 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
         ScoresArg::Network => ScoreSource::Network,
         ScoresArg::Geometry => ScoreSource::Geometry,
     };
+    options.optimize = match args.optimize {
+        OptimizeArg::Balanced => Optimize::Balanced,
+        OptimizeArg::Mean => Optimize::Mean,
+        OptimizeArg::Max => Optimize::Max,
+        OptimizeArg::Normals => Optimize::Normals,
+    };
     if options.scores == ScoreSource::Geometry {
-        check_no_network(args)?;
+        check_no_network("--scores geometry", args)?;
+    } else if options.optimize == Optimize::Mean {
+        check_no_network("--optimize mean", args)?;
     }
     if let Some(x) = args.oversample.filter(|x| !(1.0..=4.0).contains(x)) {
         return Err(Failure::Usage(format!("--oversample {x}: give a number from 1 to 4")));
@@ -244,6 +252,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),
         ("--importance", args.importance.is_some()),
+        ("--optimize", args.optimize != OptimizeArg::Balanced),
         ("--map", args.map.is_some()),
         ("--symmetric", args.symmetric.is_some()),
         ("--error", args.error.is_some()),
@@ -296,14 +305,14 @@ fn n_bytes(text: &str) -> Result<usize, Failure> {
     value.map(|x| x as usize).ok_or_else(|| Failure::Usage(format!("--size {text}: give bytes, like 500kB or 2MB")))
 }
 
-/// Scores from the geometry leave a network nothing to do.
-fn check_no_network(args: &SimplifyArgs) -> Result<(), Failure> {
+/// Where every vertex counts by its area, a network has nothing to do.
+fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
     let why = match (args.assembly, &args.weights) {
         (AssemblyArg::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
         (_, Some(_)) => "it uses no network: leave --weights out",
         _ => return Ok(()),
     };
-    Err(Failure::Usage(format!("--scores geometry: {why}")))
+    Err(Failure::Usage(format!("{option}: {why}")))
 }
 
 fn target(args: &SimplifyArgs) -> Result<Target, Failure> {

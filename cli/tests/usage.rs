@@ -36,6 +36,19 @@ fn scores_from_the_geometry_ask_no_network_and_say_why() {
 }
 
 #[test]
+fn the_mean_asks_no_network_and_the_paper_has_no_choice() {
+    let optimize = |rest: &[&str]| refused(&[&["-o", "a.ply", "--ratio", "0.5", "--optimize"][..], rest].concat());
+    for (rest, reason) in [(["mean", "--weights", "w"], "--weights"), (["max", "--assembly", "paper"], "leave one out")]
+    {
+        let run = optimize(&rest);
+        assert_eq!(run.code, Some(2));
+        let line = the_line(&run);
+        assert!(line.contains("--optimize") && line.contains(reason), "{line}");
+    }
+    assert_eq!(optimize(&["all"]).code, Some(2));
+}
+
+#[test]
 fn other_settings_are_checked_too() {
     for bad in [
         &["--oversample", "0.5"][..],

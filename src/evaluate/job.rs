@@ -14,7 +14,7 @@ use crate::baselines::{Size, simplify_by};
 use crate::io::{Format, read_path, write, write_path};
 use crate::mesh::{Frame, TriMesh};
 use crate::model::Weights;
-use crate::simplify::{Assembly, Options, ScoreSource, Target, simplify};
+use crate::simplify::{Assembly, Optimize, Options, ScoreSource, Target, simplify};
 
 /// What one run is to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,6 +82,9 @@ fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: Option<&Weigh
     let options = match method {
         Method::Network => options,
         Method::Geometry => Options { scores: ScoreSource::Geometry, ..options },
+        Method::Mean => Options { optimize: Optimize::Mean, ..options },
+        Method::Max => Options { optimize: Optimize::Max, ..options },
+        Method::Normals => Options { optimize: Optimize::Normals, ..options },
         Method::Paper => Options { assembly: Assembly::Paper, ..options },
         Method::Baseline(baseline) => {
             let size = Size { vertices: job.vertices, faces: job.faces };

@@ -10,6 +10,12 @@ pub enum Method {
     Network,
     /// Ours without a network: closed assembly, scores of the geometry.
     Geometry,
+    /// Ours for the mean distance.
+    Mean,
+    /// Ours for the largest distance.
+    Max,
+    /// Ours for the normals.
+    Normals,
     /// The paper's assembly with a network of the paper's sizes.
     Paper,
     /// A method of others that the library has.
@@ -23,10 +29,13 @@ impl Method {
     ///
     /// ```
     /// use neural_mesh::evaluate::Method;
-    /// assert_eq!(Method::names()[..4], ["network", "geometry", "paper", "qem"]);
+    /// assert_eq!(Method::names()[..4], ["network", "geometry", "mean", "max"]);
     /// ```
     pub fn names() -> Vec<&'static str> {
-        ["network", "geometry", "paper"].into_iter().chain(Baseline::ALL.map(Baseline::name)).collect()
+        ["network", "geometry", "mean", "max", "normals", "paper"]
+            .into_iter()
+            .chain(Baseline::ALL.map(Baseline::name))
+            .collect()
     }
 
     /// The method of that name; `None` for tools and unknown names.
@@ -39,6 +48,9 @@ impl Method {
         match name {
             "network" => Some(Self::Network),
             "geometry" => Some(Self::Geometry),
+            "mean" => Some(Self::Mean),
+            "max" => Some(Self::Max),
+            "normals" => Some(Self::Normals),
             "paper" => Some(Self::Paper),
             _ => Baseline::from_name(name).map(Self::Baseline),
         }
@@ -53,6 +65,9 @@ impl Method {
         match self {
             Self::Network => "network",
             Self::Geometry => "geometry",
+            Self::Mean => "mean",
+            Self::Max => "max",
+            Self::Normals => "normals",
             Self::Paper => "paper",
             Self::Baseline(baseline) => baseline.name(),
             Self::Tool(tool) => &tool.name,
@@ -66,7 +81,7 @@ impl Method {
     /// assert!(Method::Paper.is_ours() && !Method::from_name("qem").unwrap().is_ours());
     /// ```
     pub fn is_ours(&self) -> bool {
-        matches!(self, Self::Network | Self::Geometry | Self::Paper)
+        !matches!(self, Self::Baseline(_) | Self::Tool(_))
     }
 }
 

@@ -314,7 +314,7 @@ impl Run<'_> {
         let Settings { threads, time_limit, samples, .. } = self.request.settings;
         let [closed, paper] = &self.origin.weights;
         let weights = match method {
-            Method::Network => closed.as_str(),
+            Method::Network | Method::Max | Method::Normals => closed.as_str(),
             Method::Paper => paper,
             _ => "",
         };

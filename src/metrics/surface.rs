@@ -11,6 +11,8 @@ use crate::spatial::NearestOnTriangles;
 pub struct Surface {
     /// Points spread over the surface by area, n_samples.
     pub samples: Vec<DVec3>,
+    /// The vertices that faces use: no sample lies at the end of a spike.
+    pub vertices: Vec<DVec3>,
     /// Face of each sample, n_samples.
     pub sample_faces: Vec<u32>,
     /// Unit normal of each face, n_faces; zero where the face has no area.
@@ -29,6 +31,7 @@ impl Surface {
         let samples = surface_samples(mesh, n_samples, seed);
         Self {
             samples: samples.iter().map(|sample| sample.point(mesh)).collect(),
+            vertices: used_vertices(mesh),
             sample_faces: samples.iter().map(|sample| sample.face).collect(),
             normals: face_normals(mesh),
             nearest: NearestOnTriangles::new(&triangles(mesh)),
@@ -49,6 +52,13 @@ fn face_normals(mesh: &TriMesh) -> Vec<DVec3> {
 
 fn normal(corners: [[f32; 3]; 3]) -> DVec3 {
     area_normal_f64(corners.map(|corner| DVec3::from_array(corner.map(f64::from))))
+}
+
+fn used_vertices(mesh: &TriMesh) -> Vec<DVec3> {
+    let mut is_used = vec![false; mesh.positions().len()];
+    mesh.faces().as_flattened().iter().for_each(|&v| is_used[v as usize] = true);
+    let used = mesh.positions().iter().zip(is_used).filter(|(_, is_used)| *is_used);
+    used.map(|(p, _)| DVec3::from_array(p.map(f64::from))).collect()
 }
 
 /// Diagonal of the box around the vertices that faces use; 0 where there are none.

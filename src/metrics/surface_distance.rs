@@ -1,8 +1,10 @@
-//! How far two surfaces are apart, in position and in direction, measured from samples of both.
+//! How far two surfaces are apart, in position and in direction, measured from samples of both; the largest distance from the
+//! vertices, too.
 //!
 //! The two-sided point-to-surface distance stands beside the paper's CD (Sec. 4), which at 50 thousand samples measures
 //! its own noise; the mean of `1 - |n.n'|` is the paper's NE, that of `1 - n.n'` also sees faces that are turned over.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Surface;
@@ -17,7 +19,7 @@ pub struct OneSided {
     pub mean: f64,
     /// Root of the mean squared distance.
     pub rms: f64,
-    /// Largest distance.
+    /// Largest distance, of the samples and of all vertices.
     pub max: f64,
     /// Mean of `1 - n.n'`, n the normal at the sample and n' that of the nearest face; 0 to 2.
     pub normal_error: f64,
@@ -96,11 +98,17 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
     Some(OneSided {
         mean: all.distance / n,
         rms: (all.distance2 / n).sqrt(),
-        max: all.max,
+        max: all.max.max(farthest_vertex(from, to)),
         normal_error: all.normal_error / n_normals,
         unsigned_normal_error: all.unsigned_normal_error / n_normals,
         normal_angle: all.normal_angle / n_normals,
     })
+}
+
+/// The largest distance of a vertex.
+fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
+    let distance2 = |p: &DVec3| to.nearest.nearest(*p).map_or(0.0, |hit| hit.distance2);
+    from.vertices.par_iter().map(distance2).reduce(|| 0.0, f64::max).sqrt()
 }
 
 /// Sums over the samples of one task.

@@ -4,7 +4,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
 
-use super::closed::{Closed, Half, Importance, Keep, Request, simplify_levels};
+use super::closed::{Aim, Closed, Half, Importance, Keep, Request, simplify_levels};
 use super::components::{Prune, Pruned, pruned};
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
@@ -66,7 +66,9 @@ fn levels_of(
 ) -> Result<Vec<Closed>, SimplifyError> {
     let Task { options, differentiable, half } = *task;
     let Input { mesh, attributes, importance } = *input;
-    let importance = match options.scores {
+    let aim = Aim::of(options.optimize);
+    let scores = if aim.strength > 0.0 { options.scores } else { ScoreSource::Geometry };
+    let importance = match scores {
         _ if !importance.is_empty() => Importance::Given(importance),
         ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
         ScoreSource::Geometry => Importance::Even,
@@ -79,6 +81,7 @@ fn levels_of(
         oversample: sizes.oversample,
         all_if_uneven: options.oversample.is_none(),
         importance,
+        aim,
         parts: Parts::default(),
         seed: options.seed,
         frame: options.frame,
@@ -86,7 +89,7 @@ fn levels_of(
         keep,
     };
     let mut levels = simplify_levels(mesh, &request, sizes.limits, progress)?;
-    levels.iter_mut().for_each(|closed| closed.report.scores = options.scores);
+    levels.iter_mut().for_each(|closed| closed.report.scores = scores);
     Ok(levels)
 }
 

@@ -34,6 +34,8 @@ pub struct Options {
     pub assembly: Assembly,
     /// Where the scores come from (closed assembly only; the paper's always asks its network).
     pub scores: ScoreSource,
+    /// What the result is to be near in (closed assembly only).
+    pub optimize: Optimize,
     /// Samples drawn per vertex asked for, 1 to 4; `None` lets the method choose (closed assembly only).
     pub oversample: Option<f64>,
     /// Seed of the sampling.
@@ -64,6 +66,7 @@ impl Options {
             target,
             assembly: Assembly::default(),
             scores: ScoreSource::default(),
+            optimize: Optimize::default(),
             oversample: None,
             seed: 0,
             prune: false,
@@ -158,6 +161,20 @@ pub enum ScoreSource {
     Network,
     /// From the geometry alone: every vertex counts by its area. No weights are used.
     Geometry,
+}
+
+/// The figure in which a result is to be near, and what that costs the others (`docs/measured/benchmark.md`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Optimize {
+    /// Good in all of them.
+    #[default]
+    Balanced,
+    /// The mean distance. Every vertex counts by its area, no scores are asked for; takes longer.
+    Mean,
+    /// The largest distance. More vertices go where the surface bends; the mean distance is farther.
+    Max,
+    /// The normals, and so the shading. The same trade.
+    Normals,
 }
 
 /// Whether the size asked for was reached, or what stopped it short.

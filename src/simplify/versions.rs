@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 2;
+pub const CLOSED_VERSION: u32 = 3;
 
 /// Version of the paper's assembly, likewise.
 ///

@@ -3,7 +3,7 @@
 
 use crate::mesh::{Frame, TriMesh};
 
-use super::closed::{Importance, Keep, Request, simplify_levels};
+use super::closed::{Aim, Importance, Keep, Request, simplify_levels};
 use super::limits::{Limit, oversample_of_pass, ratio};
 use super::options::{Parts, SimplifyError};
 use super::progress::Progress;
@@ -53,6 +53,7 @@ pub fn simplify_weighed(
         oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
         all_if_uneven: false,
         importance,
+        aim: Aim::default(),
         parts: *parts,
         seed,
         frame: Frame::default(),

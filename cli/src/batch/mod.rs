@@ -81,7 +81,12 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.size.as_ref().map(|size| format!("--size {size}")),
     ];
     let target = sizes.into_iter().flatten().collect::<String>();
-    let mut words = format!("{target} --assembly {:?} --scores {:?} --seed {}", args.assembly, args.scores, args.seed);
+    let mut words = [
+        target,
+        format!("--assembly {:?} --scores {:?} --optimize {:?}", args.assembly, args.scores, args.optimize),
+        format!("--seed {}", args.seed),
+    ]
+    .join(" ");
     words.make_ascii_lowercase();
     let named = [
         args.oversample.map(|x| format!(" --oversample {x}")),

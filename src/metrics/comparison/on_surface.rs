@@ -20,7 +20,12 @@ pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> 
         figure("chamfer", "diagonal^2", cd, chamfer),
         figure("distance_mean", unit, "mean distance between the surfaces, both ways", both.map(|d| d.mean * share)),
         figure("distance_rms", unit, "root mean square of that distance", both.map(|d| d.rms * share)),
-        figure("distance_max", unit, "largest distance between the surfaces (Hausdorff)", both.map(|d| d.max * share)),
+        figure(
+            "distance_max",
+            unit,
+            "largest distance between the surfaces (Hausdorff), of samples and vertices",
+            both.map(|d| d.max * share),
+        ),
         figure("normal_error", "", unsigned, both.map(|d| d.unsigned_normal_error)),
         figure("normal_error_signed", "", signed, both.map(|d| d.normal_error)),
         figure("normal_angle", "degrees", "mean angle between normals", both.map(|d| d.normal_angle.to_degrees())),

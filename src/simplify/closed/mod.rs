@@ -3,6 +3,7 @@
 //! Two nouns carry it: [`Original`](original::Original) answers every question about a place on the input;
 //! [`Output`](output::Output) is made once by the collapse and kept in step by all that follows.
 
+mod aim;
 mod attributes;
 mod cluster;
 mod collapse;
@@ -36,6 +37,7 @@ use refine::points::Points;
 use refine::{duplicate_positions, fit, flips, foldovers};
 use trace::Trace;
 
+pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
 pub use cluster::importance::importance_of_scores;
 pub(super) use derivative::Derivative;
@@ -67,7 +69,7 @@ pub(super) fn simplify_levels(
         if !levels.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let end = running.run(limit);
+        let end = running.run(limit, request.aim.last_stretch);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
         if levels.len() + 1 < limits.len() {
@@ -128,13 +130,13 @@ fn cluster<'a>(
     let count = SampleCount::of(&original.surface, request, limit);
     let mut assignment = samples::draw(&original.surface, count, request.seed);
     progress.enter("scores", n_faces)?;
-    importance::weigh(&mut original.surface, &assignment, request.importance);
+    importance::weigh(&mut original.surface, &assignment, request.importance, request.aim.strength);
     progress.enter("cuts", n_faces)?;
     let mut sums = samples::cut(&original, &mut assignment, count);
     progress.enter("quotient", n_faces)?;
     let quotient = quotient::quotient(&original.surface, &original.features, &mut assignment, &mut sums);
     progress.enter("placement", n_faces)?;
-    let mut placed = placement::place(&original.surface, &assignment, &sums, &quotient.faces);
+    let mut placed = Placement::new(&original.surface, quotient.places, &sums);
     let constraints = constraints(&original, &assignment, &mut placed);
     placed.sum_planes(&quotient.rings, &assignment);
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
@@ -144,7 +146,7 @@ fn cluster<'a>(
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
         Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, history)
     } else {
-        Collapse::toward(progress.pulse, limit, &placed, &quotient.rings)
+        Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings)
     };
     let n_refined = quotient.n_refined;
     // Nothing that follows asks for these.
@@ -178,7 +180,7 @@ fn refine(
     let original = &clustered.original;
     let Keep { subset, attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
-    let mut points = Points::new(&original.surface, output.positions.len());
+    let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     attributes.into_iter().for_each(|attributes| output.carry(original, attributes));

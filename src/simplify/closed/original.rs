@@ -58,18 +58,19 @@ impl<'a> Original<'a> {
         best.into_iter().map(|(_, v)| v).collect()
     }
 
-    /// The normal of the face closest to `point` among those where a walk from vertex `start` ends, not of unit length.
-    pub fn normal_near(&self, point: Vec3, start: u32) -> Vec3 {
+    /// The point closest to `point` on the faces around the vertex where a walk from vertex `start` ends.
+    pub fn closest_near(&self, point: Vec3, start: u32) -> ClosestPoint {
         let v = self.vertex_near(point, start);
-        let mut nearest = (f32::INFINITY, [Vec3::ZERO; 3]);
+        let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
         for [p, q] in self.sides(v) {
             let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
-            let distance = nearest_point(point, corners).distance_squared(point);
-            if distance < nearest.0 {
-                nearest = (distance, corners);
+            let there = nearest_point(point, corners);
+            let distance = there.distance(point);
+            if distance < closest.distance {
+                closest = ClosestPoint { point: there, normal: self.normal_at(v, corners), distance };
             }
         }
-        self.normal_at(v, nearest.1)
+        closest
     }
 
     /// The vertex at which a walk toward `point` ends that begins at `start`.
@@ -347,7 +348,7 @@ mod tests {
             let face = surface.faces.iter().find(|face| face.contains(&v)).unwrap();
             let centroid = corners(face).iter().sum::<Vec3>() / 3.0;
             let start = surface.neighbors(surface.neighbors(v)[0])[0];
-            let (found, naive) = (original.normal_near(centroid, start), area_normal(corners(face)));
+            let (found, naive) = (original.closest_near(centroid, start).normal, area_normal(corners(face)));
             assert!(found.distance(naive) <= 1e-3 * naive.length(), "{found} {naive}");
         }
     }

@@ -4,6 +4,8 @@ use crate::mesh::{Attributes, Frame};
 use crate::model::Weights;
 use crate::simplify::options::Parts;
 
+use super::aim::Aim;
+
 /// What the closed assembly is asked.
 pub struct Request<'a> {
     /// Samples per vertex asked for.
@@ -12,6 +14,8 @@ pub struct Request<'a> {
     pub all_if_uneven: bool,
     /// How much more than its area each vertex of the mesh counts.
     pub importance: Importance<'a>,
+    /// What the result is to be near in.
+    pub aim: Aim,
     /// What is done beside the darts, quotient and collapse.
     pub parts: Parts,
     /// Seed of the darts.

@@ -19,9 +19,6 @@ use crate::simplify::closed::request::Importance;
 /// Scores farther than this from their mean count as if they were not. It bounds the importance at 33 times the mean
 /// for any network; the shipped weights stay within 2 on sixteen training meshes.
 const MOST_SCORE: f32 = 3.5;
-/// How much of a network's score counts. Nineteen training meshes, four ratios: at 1 the mean distance is 2 % farther, the
-/// normal error 1.5 % smaller; at 0.5 1.1 % nearer, 1.3 % larger and the largest distance 6 % farther.
-const STRENGTH: f32 = 0.7;
 /// Vertices whose edges stand for all in the mean length: 12,000 edges tell it within 1 %. Sixteen training meshes: the
 /// mean distance moves by 0.2 % with 256 vertices or with all, as with another order of the vertices.
 const MEASURED: usize = 2048;
@@ -31,12 +28,12 @@ const LARGE: usize = 4;
 /// Vertices that are scored between two beats: at less than a microsecond each, about ten milliseconds on one thread.
 const TOGETHER: usize = 1 << 14;
 
-/// Weighs the vertices of a surface.
-pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance) {
+/// Weighs the vertices of a surface; of a network's scores so much counts.
+pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance, strength: f32) {
     let factors = match importance {
         Importance::Even => return,
-        Importance::Network(weights) => importance_of_regions(surface, assignment, weights)
-            .unwrap_or_else(|| importance_of_scores(&weakened(scores(surface, weights)), &areas(surface))),
+        Importance::Network(weights) => importance_of_regions(surface, assignment, weights, strength)
+            .unwrap_or_else(|| importance_of_scores(&weakened(scores(surface, weights), strength), &areas(surface))),
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
     surface.pulse.beat(0);
@@ -45,11 +42,16 @@ pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importa
 
 /// The importance of each vertex by the score of its sample where regions are large, by its own elsewhere, n_vertices;
 /// `None` for a network that sees more than neighbours.
-fn importance_of_regions(surface: &Surface, assignment: &Assignment, weights: &Weights) -> Option<Vec<f32>> {
+fn importance_of_regions(
+    surface: &Surface,
+    assignment: &Assignment,
+    weights: &Weights,
+    strength: f32,
+) -> Option<Vec<f32>> {
     if surface.n_vertices() < LARGE * assignment.samples.len() {
-        return importance_of_stars(surface, &Assignment::identity(surface.n_vertices()), weights);
+        return importance_of_stars(surface, &Assignment::identity(surface.n_vertices()), weights, strength);
     }
-    importance_of_stars(surface, assignment, weights)
+    importance_of_stars(surface, assignment, weights, strength)
 }
 
 /// The importance of the regions: means over their vertices by area; none where all count alike.
@@ -66,18 +68,23 @@ pub fn of_regions(surface: &Surface, assignment: &Assignment) -> Vec<f32> {
 }
 
 /// The importance of each vertex by the score of its sample, n_vertices.
-fn importance_of_stars(surface: &Surface, assignment: &Assignment, weights: &Weights) -> Option<Vec<f32>> {
+fn importance_of_stars(
+    surface: &Surface,
+    assignment: &Assignment,
+    weights: &Weights,
+    strength: f32,
+) -> Option<Vec<f32>> {
     let scores = scores_of(surface, &assignment.samples, weights)?;
     let mut areas = vec![0.0; assignment.n_regions];
     add_to_rows(surface.pulse, &mut areas, &assignment.region, |area, v| *area += surface.weight(v));
-    let factors = importance_with(surface.pulse, &weakened(scores), &areas);
+    let factors = importance_with(surface.pulse, &weakened(scores, strength), &areas);
     surface.pulse.beat(0);
     Some(surface.pulse.map(&assignment.region, |&r| factors[r as usize]))
 }
 
 /// What of the scores counts.
-fn weakened(mut scores: Vec<f32>) -> Vec<f32> {
-    scores.iter_mut().for_each(|score| *score *= STRENGTH);
+fn weakened(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
+    scores.iter_mut().for_each(|score| *score *= strength);
     scores
 }
 
@@ -187,7 +194,7 @@ mod tests {
             let mut surface = Surface::new(&mesh, Pulse::NONE);
             let region = (0..n).map(|v| (v % n_regions) as u32).collect();
             let assignment = Assignment { region, n_regions, samples: (0..n_regions as u32).collect() };
-            weigh(&mut surface, &assignment, Importance::Network(Weights::shipped_default()));
+            weigh(&mut surface, &assignment, Importance::Network(Weights::shipped_default()), 0.7);
             surface.importance
         };
         let (coarse, fine, own) = (weighed(n / LARGE), weighed(n / LARGE + 1), weighed(n));
@@ -200,7 +207,7 @@ mod tests {
     fn importance_multiplies_quadrics() {
         let mesh = shapes::grid(5, 5);
         let (plain, mut heavy) = (Surface::new(&mesh, Pulse::NONE), Surface::new(&mesh, Pulse::NONE));
-        weigh(&mut heavy, &Assignment::identity(36), Importance::Given(&[2.0; 36]));
+        weigh(&mut heavy, &Assignment::identity(36), Importance::Given(&[2.0; 36]), 0.7);
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
         let even = importance_of_scores(&[7.0; 36], &areas(&plain));
         assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));

@@ -59,9 +59,10 @@ pub struct Placement<'a> {
 }
 
 impl<'a> Placement<'a> {
-    /// Vertices at these positions, whose planes are not summed yet.
-    fn at(positions: Vec<DVec3>, surface: &'a Surface<'a>, sums: &'a [Sum]) -> Self {
-        Self { positions, planes: Vec::new(), importance: Vec::new(), surface, sums }
+    /// Vertices at these places, whose planes are not summed yet.
+    pub fn new(surface: &'a Surface<'a>, places: Places, sums: &'a [Sum]) -> Self {
+        let sums = if places.positions.is_empty() { &[] } else { sums };
+        Self { positions: places.positions, planes: Vec::new(), importance: Vec::new(), surface, sums }
     }
 
     /// Who listens.
@@ -130,31 +131,38 @@ impl<'a> Placement<'a> {
     }
 }
 
-/// Places a vertex for each region of `assignment`, of which the sums are given and the faces of the quotient.
-pub fn place<'a>(
-    surface: &'a Surface<'a>,
-    assignment: &Assignment,
-    sums: &'a [Sum],
-    faces: &[[u32; 3]],
-) -> Placement<'a> {
-    if assignment.n_regions == surface.n_vertices() {
-        return Placement::at(Vec::new(), surface, &[]);
-    }
-    let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
-    let mut positions: Vec<DVec3> = surface.pulse.map(sums, best);
-    for _ in 0..ROUNDS {
-        let turned = turned_regions(surface, &positions, sums, faces);
-        if turned.is_empty() {
-            break;
+/// Where the vertices of the regions lie, of which the sums are given and the faces of the quotient.
+#[derive(Default)]
+pub struct Places {
+    /// Positions, n_regions x 3; empty where every vertex is one and stays where it is.
+    pub positions: Vec<DVec3>,
+    /// Regions at the corners of faces that look away from what they stand for, wherever their vertices lie.
+    pub turned: Vec<u32>,
+}
+
+impl Places {
+    /// At the minima of the planes, and at vertices of the input where these would turn faces over.
+    pub fn new(surface: &Surface, assignment: &Assignment, sums: &[Sum], faces: &[[u32; 3]]) -> Self {
+        if assignment.n_regions == surface.n_vertices() {
+            return Self::default();
         }
-        let mut has_turned = vec![false; sums.len()];
-        turned.iter().for_each(|&r| has_turned[r as usize] = true);
-        let safe = central_vertices(surface, assignment, sums, |r| has_turned[r as usize]);
-        for r in turned {
-            positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
+        let best = |sum: &Sum| best_position(&sum.quadric(f64::from(PULL)), sum).1;
+        let mut positions: Vec<DVec3> = surface.pulse.map(sums, best);
+        let mut turned = turned_regions(surface, &positions, sums, faces);
+        for _ in 0..ROUNDS {
+            if turned.is_empty() {
+                break;
+            }
+            let mut has_turned = vec![false; sums.len()];
+            turned.iter().for_each(|&r| has_turned[r as usize] = true);
+            let safe = central_vertices(surface, assignment, sums, |r| has_turned[r as usize]);
+            for r in turned {
+                positions[r as usize] = surface.positions[safe[r as usize] as usize].as_dvec3();
+            }
+            turned = turned_regions(surface, &positions, sums, faces);
         }
+        Self { positions, turned }
     }
-    Placement::at(positions, surface, sums)
 }
 
 /// Planes with a small pull to their vertex, which they say nothing about along a flat part: upper triangles.
@@ -165,7 +173,7 @@ pub fn pulled(mut planes: [f32; 6]) -> [f32; 6] {
     planes
 }
 
-/// How [`place`] came to these positions.
+/// How [`Places`] came to these positions.
 pub fn cases(assignment: &Assignment, placed: &Placement) -> Vec<Case> {
     let Placement { positions, surface, sums, .. } = placed;
     if assignment.n_regions == surface.n_vertices() {
@@ -244,6 +252,10 @@ mod tests {
     use crate::simplify::closed::cluster::sums::sums;
     use glam::Vec3;
 
+    fn placed<'a>(surface: &'a Surface<'a>, assignment: &Assignment, sums: &'a [Sum]) -> Placement<'a> {
+        Placement::new(surface, Places::new(surface, assignment, sums, &[]), sums)
+    }
+
     #[test]
     fn three_sides_meet_at_the_corner() {
         let mesh = shapes::cuboid([1.0; 3], 8);
@@ -252,8 +264,8 @@ mod tests {
         let region = mesh.positions().iter().map(|p| u32::from(!near(p))).collect();
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
         let sums = sums(&surface, &assignment);
-        let placed = place(&surface, &assignment, &sums, &[]);
-        let corner = surface.scale.restore(placed.position(0));
+        let places = placed(&surface, &assignment, &sums);
+        let corner = surface.scale.restore(places.position(0));
         assert!(Vec3::from(corner).length() < 1e-3, "{corner:?}");
     }
 
@@ -265,10 +277,10 @@ mod tests {
         let region = mesh.positions().iter().map(|p| u32::from(!within(p))).collect();
         let assignment = Assignment { region, n_regions: 2, samples: Vec::new() };
         let sums = sums(&surface, &assignment);
-        let placed = place(&surface, &assignment, &sums, &[]);
-        let middle = Vec3::from(surface.scale.restore(placed.position(0)));
+        let places = placed(&surface, &assignment, &sums);
+        let middle = Vec3::from(surface.scale.restore(places.position(0)));
         assert!(middle.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-3, "{middle}");
-        let placed = place(&surface, &Assignment::identity(surface.n_vertices()), &[], &[]);
-        assert!((0u32..).zip(&surface.positions).all(|(v, p)| placed.position(v).as_vec3() == *p));
+        let places = placed(&surface, &Assignment::identity(surface.n_vertices()), &[]);
+        assert!((0u32..).zip(&surface.positions).all(|(v, p)| places.position(v).as_vec3() == *p));
     }
 }

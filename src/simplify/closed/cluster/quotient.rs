@@ -15,6 +15,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, add_to_rows, indices_where, shares};
 
 use super::assignment::Assignment;
+use super::placement::Places;
 use super::sums::Sum;
 use crate::simplify::closed::prepare::feature_edges::FeatureEdges;
 use crate::simplify::closed::prepare::surface::Surface;
@@ -26,6 +27,10 @@ const HALVINGS: usize = 3;
 /// Share of the regions up to which broken ones are taken apart at once. Twelve large training meshes at ratios 0.03 to
 /// 0.15: at 1e-4 half of the results differ, by 0.1 % in the mean distance.
 const FEW: f64 = 1e-3;
+
+/// How often the regions around pleats are taken apart. Eight training meshes at ratios 0.05 to 0.2: without, 40 faces of the
+/// results are turned, after one round 6, after two 3, after four 2; the largest distance is 7 % nearer after two.
+const SMOOTHINGS: usize = 2;
 
 /// Regions that are cut between two beats.
 const BETWEEN_BEATS: usize = 1024;
@@ -40,6 +45,8 @@ pub struct Quotient<'a> {
     pub faces: Cow<'a, [[u32; 3]]>,
     /// The rings over them.
     pub rings: Cow<'a, OneRings>,
+    /// Where its vertices lie.
+    pub places: Places,
     /// Regions that were cut to keep the surface a manifold.
     pub n_refined: usize,
 }
@@ -53,6 +60,7 @@ pub fn quotient<'a>(
 ) -> Quotient<'a> {
     let ghost_faces = surface.rings.ghost_faces();
     let n_before = assignment.n_regions;
+    let mut n_smoothings = 0;
     for round in 0.. {
         if assignment.n_regions == surface.n_vertices() {
             // Every region is a vertex, but not necessarily that of its own number.
@@ -60,18 +68,26 @@ pub fn quotient<'a>(
             break;
         }
         let attempt = Attempt::new(surface, features, assignment, &ghost_faces);
-        let parts = if round < HALVINGS && attempt.is_many() { Parts::Halves } else { Parts::Vertices };
-        if !refine(surface, assignment, sums, &attempt.broken, parts, &attempt.faces) {
+        let is_many = attempt.is_many();
+        let parts = if round < HALVINGS && is_many { Parts::Halves } else { Parts::Vertices };
+        let places = if is_many { Places::default() } else { attempt.places(surface, assignment, sums) };
+        let mut to_cut = attempt.broken.clone();
+        if !is_many && n_smoothings < SMOOTHINGS {
+            n_smoothings += 1;
+            places.turned.iter().for_each(|&r| to_cut[r as usize] = true);
+        }
+        if !refine(surface, assignment, sums, &to_cut, parts, &attempt.faces) {
             // What is broken and cannot be cut lies in regions of several parts, which no search makes.
             if let Some((faces, rings)) = attempt.into_rings(surface.pulse, assignment.n_regions) {
                 let (faces, rings) = (Cow::Owned(faces), Cow::Owned(rings));
-                return Quotient { faces, rings, n_refined: assignment.n_regions - n_before };
+                return Quotient { faces, rings, places, n_refined: assignment.n_regions - n_before };
             }
             *assignment = Assignment::identity(surface.n_vertices());
         }
     }
     let (faces, rings) = (Cow::Borrowed(&*surface.faces), Cow::Borrowed(&surface.rings));
-    Quotient { faces, rings, n_refined: surface.n_vertices() - n_before }
+    let places = Places::new(surface, assignment, sums, &faces);
+    Quotient { faces, rings, places, n_refined: surface.n_vertices() - n_before }
 }
 
 /// The quotient over the regions as they are, and which of them break it.
@@ -110,6 +126,11 @@ impl Attempt {
     fn is_many(&self) -> bool {
         let n_broken = self.broken.iter().filter(|broken| **broken).count();
         n_broken as f64 > FEW * self.n_regions as f64
+    }
+
+    /// Where the vertices of its regions would lie.
+    fn places(&self, surface: &Surface, assignment: &Assignment, sums: &[Sum]) -> Places {
+        Places::new(surface, assignment, sums, &self.faces[..self.n_inner])
     }
 
     /// The faces of the surface and the rings over them; `None` where regions are broken.
@@ -424,5 +445,26 @@ mod tests {
         let quotient = quotient(&surface, &FeatureEdges::default(), &mut assignment, &mut sums);
         assert_eq!(*quotient.faces, *surface.faces);
         assert_eq!(assignment.region, Assignment::identity(n_regions).region);
+    }
+
+    #[test]
+    fn pleats_are_taken_apart() {
+        let mesh = shapes::wavy_sphere(4, 10.0);
+        let surface = Surface::new(&mesh, Pulse::NONE);
+        let lengths = EdgeLengths::new(&surface);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        let (mut before, mut after) = (0, 0);
+        for _ in 0..20 {
+            let mut samples: Vec<u32> =
+                (0..400).map(|_| (random.next_u64() % surface.n_vertices() as u64) as u32).collect();
+            samples.sort_unstable();
+            samples.dedup();
+            let mut assignment = assign_to(&surface, &lengths, &samples);
+            let mut sums = sums(&surface, &assignment);
+            let (meeting, _) = meeting_faces(&surface, &assignment, &[]);
+            before += Places::new(&surface, &assignment, &sums, &meeting.inner).turned.len();
+            after += quotient(&surface, &FeatureEdges::default(), &mut assignment, &mut sums).places.turned.len();
+        }
+        assert!(before > 0 && 10 * after < before, "{before} {after}");
     }
 }

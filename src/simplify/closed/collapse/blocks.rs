@@ -28,16 +28,21 @@ const LEFT: f64 = 0.02;
 
 impl<'a> Collapse<'a> {
     /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
-    pub fn toward(pulse: Pulse<'a>, limit: Limit, placed: &Placement, rings: &OneRings) -> Self {
+    pub fn toward(pulse: Pulse<'a>, limit: Limit, last_stretch: f64, placed: &Placement, rings: &OneRings) -> Self {
         if rings.n_vertices() >= LEAST_BLOCKS * BLOCK {
-            return collapse_in_blocks(pulse, placed, rings, limit);
+            return collapse_in_blocks(pulse, placed, rings, [limit.times(last_stretch), limit]);
         }
         Self::new(pulse, placed, rings)
     }
 }
 
-/// A complex over these positions, quadrics and rings, most of the way down to the limit.
-fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings, limit: Limit) -> Collapse<'a> {
+/// A complex over these positions, quadrics and rings, most of the way down to the last stretch and then to the limit.
+fn collapse_in_blocks<'a>(
+    pulse: Pulse<'a>,
+    placed: &Placement,
+    rings: &OneRings,
+    [stretch, limit]: [Limit; 2],
+) -> Collapse<'a> {
     let n_vertices = rings.n_vertices();
     let (ghosts, n_faces) = ghosts(rings);
     let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array(), || pulse.beat(0));
@@ -49,7 +54,7 @@ fn collapse_in_blocks<'a>(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
     let share = n_free as f64 / n_vertices as f64;
     let to_do = |limit| (share * merges_to(limit, n_vertices, n_faces) as f64) as usize;
-    let done = descend(&mut blocks, to_do(Collapse::last_stretch(limit)));
+    let done = descend(&mut blocks, to_do(stretch));
     blocks.par_iter_mut().for_each(|block| {
         block.begin_last_stretch();
         block.price();
@@ -244,7 +249,7 @@ mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes, topology};
     use crate::simplify::closed::cluster::assignment::Assignment;
-    use crate::simplify::closed::cluster::placement::place;
+    use crate::simplify::closed::cluster::placement::{Placement, Places};
     use crate::simplify::closed::collapse::{End, tests::error};
     use crate::simplify::closed::prepare::surface::Surface;
 
@@ -253,13 +258,13 @@ mod tests {
         let surface = Surface::new(mesh, Pulse::NONE);
         let n_vertices = surface.n_vertices();
         assert!(n_vertices >= LEAST_BLOCKS * BLOCK);
-        let placed = place(&surface, &Assignment::identity(n_vertices), &[], &surface.faces);
+        let placed = Placement::new(&surface, Places::default(), &[]);
         let limit = Limit { vertices: n_vertices / 5, faces: usize::MAX };
         let mut whole = Collapse::new(Pulse::NONE, &placed, &surface.rings);
-        let mut in_blocks = collapse_in_blocks(Pulse::NONE, &placed, &surface.rings, limit);
+        let mut in_blocks = collapse_in_blocks(Pulse::NONE, &placed, &surface.rings, [limit.times(1.1), limit]);
         let left = in_blocks.n_vertices - limit.vertices;
         assert!((0.002..0.2).contains(&(left as f64 / n_vertices as f64)), "{left}");
-        assert_eq!([whole.run(limit), in_blocks.run(limit)], [End::Reached; 2]);
+        assert_eq!([whole.run(limit, 1.1), in_blocks.run(limit, 1.1)], [End::Reached; 2]);
         [in_blocks, whole]
     }
 

@@ -7,22 +7,11 @@
 
 use crate::simplify::closed::cluster::placement::pulled;
 use crate::simplify::closed::prepare::surface::{Neighbour, planes_around};
-use crate::simplify::limits::Limit;
 
 use super::complex::Collapse;
 use super::history::{Event, GHOST, Renewal};
 
-/// Vertices over those asked for from which on every price is that of the present surface. Nineteen training meshes, four
-/// ratios: at 1.2 the mean distance is 0.4 % nearer and the largest 2 % farther, in 1.05 of the time; without, the mean
-/// distance of eleven of them is 2 % farther.
-const LAST_STRETCH: f64 = 1.1;
-
 impl Collapse<'_> {
-    /// The size at which the last stretch toward a limit begins.
-    pub(super) fn last_stretch(limit: Limit) -> Limit {
-        limit.times(LAST_STRETCH)
-    }
-
     /// Begins the last stretch: sums all quadrics anew; no price is known then.
     pub(super) fn begin_last_stretch(&mut self) {
         self.renew_all();

@@ -308,12 +308,11 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
-    use crate::simplify::closed::cluster::assignment::Assignment;
-    use crate::simplify::closed::cluster::placement::place;
+    use crate::simplify::closed::cluster::placement::{Placement, Places};
     use crate::simplify::closed::prepare::surface::Surface;
 
     fn nodes(surface: &Surface) -> Vec<Node> {
-        let placed = place(surface, &Assignment::identity(surface.n_vertices()), &[], &surface.faces);
+        let placed = Placement::new(surface, Places::default(), &[]);
         (0..surface.n_vertices() as u32).map(|v| Node::new(&placed, v, Span::default())).collect()
     }
 

@@ -64,9 +64,10 @@ impl Work for Round<'_, '_> {
 }
 
 impl Collapse<'_> {
-    /// Collapses the cheapest edges until the limit or until none may go.
-    pub fn run(&mut self, limit: Limit) -> End {
-        let stretch = Self::last_stretch(limit);
+    /// Collapses the cheapest edges until the limit or until none may go. From so many times the limit on every price is that of
+    /// the present surface.
+    pub fn run(&mut self, limit: Limit, last_stretch: f64) -> End {
+        let stretch = limit.times(last_stretch);
         if self.merges_to(stretch) > 0 || !self.is_last_stretch {
             self.is_last_stretch = false;
             self.run_to(stretch);

@@ -139,6 +139,7 @@ mod tests {
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
+    use crate::simplify::closed::aim::Aim;
     use crate::simplify::closed::request::{Importance, Keep, Request};
     use crate::simplify::limits::Limit;
     use crate::simplify::options::Parts;
@@ -151,6 +152,7 @@ mod tests {
             oversample: 2.0,
             all_if_uneven: false,
             importance: Importance::Given(&factors),
+            aim: Aim::default(),
             parts: Parts::default(),
             seed: 1,
             frame: Frame::default(),

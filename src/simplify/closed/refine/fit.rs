@@ -19,7 +19,9 @@ use crate::simplify::closed::prepare::surface::outer;
 use crate::simplify::closed::trace::{Step, Trace};
 
 use super::facets::{Facets, Projection};
+use super::far_points;
 use super::points::{Match, Points};
+use super::strays;
 
 /// Weight of staying in place against the points, which say little along the surface. Sixteen training meshes, four
 /// ratios: at 0.001 the largest distance is 2.5 % farther; at 0.004 it is 3 % nearer and the mean 0.4 % farther.
@@ -27,9 +29,6 @@ const STAY: f32 = 0.002;
 /// The same where there are curves to keep, which vertices would leave along the surface. Twelve training meshes with
 /// creases: at 0.002 the mean distance is 1.5 % nearer and the largest 13 % farther, at 0.02 the mean is 0.7 % farther.
 const STAY_BY_CURVES: f32 = 0.01;
-/// Squared heights over a face, over their mean, up to about which all points count alike. Sixteen training meshes,
-/// four ratios: 0.1 and 1 move the mean and the largest distance by 0.3 % at most.
-const USUAL: f32 = 0.3;
 /// How far a vertex goes at most, over the root of a third of the area around it. Nineteen training meshes at ratios
 /// 0.01 to 0.05: the largest distance is 10 % farther at 1.4 and 5 % nearer at 0.5, the mean 0.4 % farther and the
 /// same.
@@ -46,13 +45,24 @@ const LEAST_MEANT: f32 = 0.2;
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
     // Each step takes vertices of curves along the surface, off their curves.
     let n_steps = if original.features.is_empty() { points.n_steps() } else { 1 };
-    for _ in 0..n_steps {
-        step(original, points, output, trace.as_mut());
+    let start = output.positions.clone();
+    for n_before in 0..n_steps {
+        if n_before > 0 {
+            points.multiply();
+        }
+        step(original, points, output, &start, trace.as_mut());
+    }
+    for _ in 0..points.aim().draws {
+        let pulse = points.pulse().counting_if(false);
+        let facets = Facets::new(pulse, output);
+        let steps = far_points::draw(points, &facets);
+        let boundary = boundary_vertices(pulse, points, output);
+        output.positions = take_steps(pulse, &facets, &steps, &boundary);
     }
 }
 
-/// Moves the output vertices by one step.
-fn step(original: &Original, points: &mut Points, output: &mut Output, trace: Option<&mut Trace>) {
+/// Moves the output vertices, which were at `start` before the fit, by one step.
+fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[Vec3], trace: Option<&mut Trace>) {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
     let mut matches = trace.as_ref().map(|_| Vec::new());
@@ -63,12 +73,15 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, trace: Op
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
     pulse.beat(0);
-    let counts = counts(pulse, &sums);
+    let square = mean_square(&sums);
+    pulse.beat(0);
+    let counts = counts(pulse, &sums, points.aim().usual, square);
     pulse.beat(0);
     let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
     let weighed = Weighed { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
-    let steps = solve(pulse, &facets, &weighed);
-    let boundary = if points.have_boundary() { boundary_vertices(pulse, output) } else { Vec::new() };
+    let mut steps = solve(pulse, &facets, &weighed);
+    strays::take_back(original, &facets, start, &mut steps, square.sqrt());
+    let boundary = boundary_vertices(pulse, points, output);
     let after = take_steps(pulse, &facets, &steps, &boundary);
     // Memory goes back in two parts: that of millions of faces takes a while.
     drop(facets);
@@ -145,16 +158,19 @@ impl FaceSums {
     }
 }
 
-/// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
-/// not their squares.
-fn counts(pulse: Pulse, sums: &[FaceSums]) -> Vec<f32> {
+/// The mean squared height of the points.
+fn mean_square(sums: &[FaceSums]) -> f32 {
     let [squares, area] = sums
         .iter()
         .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
-    pulse.beat(0);
-    let mean = (squares / area.max(f64::MIN_POSITIVE)) as f32;
+    (squares / area.max(f64::MIN_POSITIVE)) as f32
+}
+
+/// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
+/// not their squares. Squared heights up to about `usual` times their mean count alike.
+fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
-        let count = 1.0 / (sum.squares / (sum.area() * mean) + USUAL).sqrt();
+        let count = 1.0 / (sum.squares / (sum.area() * mean) + usual).sqrt();
         // Without points or heights there is nothing to weigh.
         if count.is_finite() { count } else { 1.0 }
     };
@@ -254,7 +270,10 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
 }
 
 /// The vertices of the boundaries, but for those of the cut of a half.
-fn boundary_vertices(pulse: Pulse, output: &Output) -> Vec<u32> {
+fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32> {
+    if !points.have_boundary() {
+        return Vec::new();
+    }
     let is_open = |&[a, b]: &[u32; 2]| output.around().along(b, a).is_none() && !output.pins.are_on_cut(a, b);
     let mut vertices = Vec::new();
     for faces in pulse.over(output.faces()) {
@@ -278,6 +297,7 @@ fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::aim::Aim;
 
     /// Fits the vertices of `coarse`, which lie on `fine`, and returns where they were and where they are.
     fn fitted(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
@@ -287,9 +307,9 @@ mod tests {
             |p: &[f32; 3]| fine.positions().iter().position(|q| Vec3::from(*q).distance((*p).into()) < 1e-5).unwrap();
         let before: Vec<Vec3> = coarse.positions().iter().map(|p| surface.positions[of(p)]).collect();
         let mut output = Output::over(&surface.positions, before.clone(), coarse.faces().to_vec());
-        let mut points = Points::new(surface, before.len());
+        let mut points = Points::new(surface, before.len(), Aim::default());
         for _ in 0..n_steps {
-            step(&original, &mut points, &mut output, None);
+            step(&original, &mut points, &mut output, &before, None);
         }
         (before, output.positions)
     }

@@ -143,7 +143,12 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::aim::Aim;
     use crate::simplify::closed::prepare::surface::Surface;
+
+    fn points<'a>(surface: &'a Surface<'a>) -> Points<'a> {
+        Points::new(surface, usize::MAX / 64, Aim::default())
+    }
 
     /// A gentle roof with its ridge along y, 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
     fn roof() -> TriMesh {
@@ -165,9 +170,9 @@ mod tests {
         let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
         let two_faces = |corners: [u32; 4]| faces_over(&surface, &corners, vec![[0, 1, 2], [1, 0, 3]]);
         let mut output = two_faces([left, right, back, front]);
-        assert_eq!(flip(&mut Points::new(&surface, usize::MAX / 64), &mut output), 1);
+        assert_eq!(flip(&mut points(&surface), &mut output), 1);
         assert_eq!(output.faces(), [[2, 3, 1], [3, 2, 0]]);
-        assert_eq!(flip(&mut Points::new(&surface, usize::MAX / 64), &mut two_faces([front, back, left, right])), 0);
+        assert_eq!(flip(&mut points(&surface), &mut two_faces([front, back, left, right])), 0);
     }
 
     #[test]
@@ -176,6 +181,6 @@ mod tests {
         let surface = Surface::new(&roof, Pulse::NONE);
         let corners = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8, 17 * 4];
         let mut output = faces_over(&surface, &corners, vec![[0, 1, 2], [1, 0, 3], [2, 3, 4]]);
-        assert_eq!(flip(&mut Points::new(&surface, usize::MAX / 64), &mut output), 0);
+        assert_eq!(flip(&mut points(&surface), &mut output), 0);
     }
 }

@@ -72,7 +72,7 @@ fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
         let corners = output.triangle(f);
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         let start = starts[output.face(f)[0] as usize];
-        turns(original.normal_near(centroid, start), area_normal(corners), least)
+        turns(original.closest_near(centroid, start).normal, area_normal(corners), least)
     });
     folded
 }

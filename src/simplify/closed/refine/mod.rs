@@ -2,7 +2,9 @@
 
 pub mod duplicate_positions;
 mod facets;
+mod far_points;
 pub mod fit;
 pub mod flips;
 pub mod foldovers;
 pub mod points;
+mod strays;

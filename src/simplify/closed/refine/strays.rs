@@ -1,0 +1,67 @@
+//! Vertices that a step of the fit would take far off the original: they stay where they are.
+//!
+//! Heights over the faces are those of points of the original. Where it ends in a tip, a vertex can go far beyond it while
+//! every height gets less: above its spike there are no points. What decides is the vertex's own distance, which few
+//! vertices have to be asked for: those that rise over the faces around them.
+
+use glam::Vec3;
+
+use crate::mesh::pulse::Pulse;
+use crate::simplify::closed::original::Original;
+
+use super::facets::Facets;
+
+/// Distance from the original, over the root mean square of the points' heights, that a step may lead to. Nineteen training
+/// meshes, four ratios: at 3 the mean distance is 1 % farther, the largest the same; without, the largest is 25 % farther.
+const ASTRAY: f32 = 5.0;
+/// How far above or below a face around it, likewise, a vertex has to come since the collapse to be looked at. Eleven
+/// training meshes, four ratios: at 2 the largest distance is 1 % farther, when all are looked at 1 % nearer.
+const SUSPECT: f32 = 1.5;
+
+/// Takes the steps back that lead far off the original, where the vertices were at `start` before the fit and the heights of
+/// points over the faces are usually as large as this.
+pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &mut [Vec3], usual_height: f32) {
+    let pulse: Pulse = original.surface.pulse.counting_if(false);
+    let output = facets.output;
+    let places: Vec<Vec3> = output.positions.iter().zip(&*steps).map(|(p, step)| *p + *step).collect();
+    let is_suspect = |v: usize| {
+        let way = places[v] - start[v];
+        steps[v] != Vec3::ZERO
+            && output.around().faces(v as u32).any(|f| facets.normal(f).dot(way).abs() > SUSPECT * usual_height)
+    };
+    let suspects: Vec<bool> = pulse.map_numbers(steps.len(), is_suspect);
+    if !suspects.contains(&true) {
+        return;
+    }
+    let anchors = original.anchors(&places, &output.vertex_of, &suspects);
+    for v in (0..steps.len()).filter(|&v| suspects[v]) {
+        if original.closest_near(places[v], anchors[v]).distance > ASTRAY * usual_height {
+            steps[v] = Vec3::ZERO;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::simplify::closed::output::Output;
+
+    #[test]
+    fn a_step_into_the_void_is_taken_back_and_one_along_the_surface_is_not() {
+        let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(1));
+        let original = Original::bare(&fine);
+        // The first vertices of a sphere that is divided further are those of the coarser one.
+        let start = original.surface.positions[..coarse.positions().len()].to_vec();
+        let output = Output::over(&original.surface.positions, start.clone(), coarse.faces().to_vec());
+        let facets = Facets::new(Pulse::NONE, &output);
+        let mut steps = vec![Vec3::ZERO; start.len()];
+        steps[0] = start[0] * 0.5;
+        steps[1] = start[1].any_orthogonal_vector() * 0.05;
+        steps[2] = start[2] * 0.02;
+        let before = steps.clone();
+        take_back(&original, &facets, &start, &mut steps, 0.01 * start[0].length());
+        assert_eq!(steps[0], Vec3::ZERO);
+        assert_eq!(steps[1..], before[1..]);
+    }
+}
