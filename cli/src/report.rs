@@ -247,7 +247,7 @@ pub struct Cleaned {
 pub struct Distance {
     /// Mean of both directions.
     pub mean_percent: f64,
-    /// Largest of both directions.
+    /// Largest found in either direction: the true one is at least this.
     pub max_percent: f64,
     /// Samples on each surface.
     pub samples: usize,

@@ -112,10 +112,10 @@ pub fn size(input: &Size, output: &Size) -> String {
     format!("size      {} -> {} ({share:.1} % of the vertices)", counts(input), counts(output))
 }
 
-/// `distance  mean 0.12 %, max 0.85 % of the bounding-box diagonal`
+/// `distance  mean 0.12 %, max at least 0.85 % of the bounding-box diagonal`
 pub fn distance(distance: &Distance) -> String {
     let [mean, max] = [distance.mean_percent, distance.max_percent].map(figures);
-    format!("distance  mean {mean} %, max {max} % of the bounding-box diagonal")
+    format!("distance  mean {mean} %, max at least {max} % of the bounding-box diagonal")
 }
 
 /// `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`

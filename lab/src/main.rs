@@ -7,6 +7,7 @@
 mod bench;
 mod cgal;
 mod clock;
+mod largest;
 mod markdown;
 mod meshes;
 mod pages;

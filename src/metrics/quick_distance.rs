@@ -9,12 +9,19 @@ use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::spatial::FaceTree;
 
+use super::certified_distance::largest_from_faces;
+
 /// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
 const CHUNK: usize = 256;
-/// Samples in whose surroundings the largest distance is looked for: those that are the farthest.
-const FARTHEST: usize = 128;
-/// Faces before and after that of a sample, along the curve, that are its surroundings.
+/// A point may lead to the farthest one where it is at least this share as far as the farthest so far.
+const FAR: f64 = 0.7;
+/// Points in whose surroundings the largest distance is looked for: those that are the farthest.
+const FARTHEST: usize = 16;
+/// Faces before and after that of a point, along the curve, that are its surroundings.
 const AROUND: usize = 4;
+/// The search there ends when nothing is farther by more than this share, or after so many cuts of a face.
+const GAP: f64 = 0.02;
+const MOST_CUTS: usize = 1500;
 /// Faces whose areas one task finds.
 const AREAS_CHUNK: usize = 4096;
 /// What a sample is farther than the one before in its strip and across its face, as a share of both: multiples of these two,
@@ -26,8 +33,8 @@ const EVENLY: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 pub struct QuickDistance {
     /// Mean of the mean distances in both directions.
     pub mean: f64,
-    /// Largest distance found in either direction: of the samples, and of corners of the faces around the farthest of
-    /// them.
+    /// Largest distance found in either direction, at most the true one: of the samples, all vertices, and all points around the
+    /// farthest of them.
     pub max: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
@@ -50,8 +57,8 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     }
     let (original_tree, simplified_tree) = rayon::join(|| tree(original), || tree(simplified));
     let (forward, backward) = rayon::join(
-        || one_sided(original, [&original_tree, &simplified_tree], n_samples, seed),
-        || one_sided(simplified, [&simplified_tree, &original_tree], n_samples, seed),
+        || one_sided([original, simplified], [&original_tree, &simplified_tree], n_samples, seed),
+        || one_sided([simplified, original], [&simplified_tree, &original_tree], n_samples, seed),
     );
     Some(QuickDistance {
         mean: 0.5 * (forward.0 + backward.0),
@@ -99,28 +106,67 @@ fn tree(mesh: &TriMesh) -> FaceTree<'_> {
     FaceTree::new(mesh.positions(), mesh.faces())
 }
 
-/// Mean and largest distance from samples of one mesh to another; the trees are those of the mesh and of the other.
-fn one_sided(mesh: &TriMesh, [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> (f64, f64) {
-    let samples = along_curve(mesh, own.order(), n_samples, seed);
+/// Mean and largest distance from one mesh to another; the trees are those of the mesh and of the other.
+fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> (f64, f64) {
+    let samples = along_curve(meshes[0], own.order(), n_samples, seed);
     let in_a_row = |samples: &[Sample]| Isa::best().run(InARow { samples, tree: other });
-    let found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
+    let mut found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
-    let places = farthest(&found).into_iter().map(|i| (samples[i].place, found[i].face)).collect();
-    let largest = found.iter().map(|found| found.distance2).fold(0.0, f64::max);
-    let largest = Isa::best().run(Around { mesh, order: own.order(), places, tree: other, largest });
-    (mean, largest.sqrt())
+    let far = FAR * FAR * largest(&found);
+    let spots = spots(meshes, own.order());
+    let sweep =
+        |spots: &[Spot]| Isa::best().run(Sweep { mesh: meshes[0], order: own.order(), spots, tree: other, far });
+    found.par_extend(spots.par_chunks(CHUNK).flat_map_iter(sweep));
+    let largest = largest(&found).sqrt();
+    (mean, largest_from_faces(meshes, &around_the_farthest(found, own.order()), other, [largest, GAP], MOST_CUTS))
 }
 
-/// The samples that are the farthest, the farthest first: what is found around one spares searches around the others.
-fn farthest(found: &[Found]) -> Vec<usize> {
-    let mut farthest: Vec<usize> = (0..found.len()).collect();
-    let by_distance = |&i: &usize, &j: &usize| found[j].distance2.total_cmp(&found[i].distance2).then(i.cmp(&j));
-    if farthest.len() > FARTHEST {
-        farthest.select_nth_unstable_by(FARTHEST - 1, by_distance);
-        farthest.truncate(FARTHEST);
+/// The largest squared distance.
+fn largest(found: &[Found]) -> f64 {
+    found.iter().map(|found| found.distance2).fold(0.0, f64::max)
+}
+
+/// The faces around the points that are the farthest, each once.
+fn around_the_farthest(mut found: Vec<Found>, order: &[u32]) -> Vec<u32> {
+    let by_distance = |a: &Found, b: &Found| b.distance2.total_cmp(&a.distance2).then(a.place.cmp(&b.place));
+    if found.len() > FARTHEST {
+        found.select_nth_unstable_by(FARTHEST - 1, by_distance);
+        found.truncate(FARTHEST);
     }
-    farthest.sort_unstable_by(by_distance);
-    farthest
+    let around = |place: usize| place.saturating_sub(AROUND)..order.len().min(place + AROUND + 1);
+    let mut places: Vec<usize> = found.iter().flat_map(|found| around(found.place)).collect();
+    places.sort_unstable();
+    places.dedup();
+    places.into_iter().map(|place| order[place]).collect()
+}
+
+/// Where a distance is looked at besides the samples: the place of a face along the curve, and which corner of it, or, from three
+/// on, the middle of which side.
+#[derive(Clone, Copy)]
+struct Spot {
+    place: u32,
+    at: u32,
+}
+
+/// All vertices in the order of the faces along the curve, and the middles of the edges of the mesh with fewer faces: those cut
+/// across what bulges and bends.
+fn spots([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<Spot> {
+    let with_middles = mesh.faces().len() <= other.faces().len();
+    let mut is_seen = vec![false; mesh.positions().len()];
+    let mut spots = Vec::with_capacity(is_seen.len());
+    for (place, &face) in (0..).zip(order) {
+        let corners = mesh.faces()[face as usize];
+        for at in 0..3 {
+            let [v, next] = [corners[at], corners[(at + 1) % 3]];
+            if !std::mem::replace(&mut is_seen[v as usize], true) {
+                spots.push(Spot { place, at: at as u32 });
+            }
+            if with_middles && v < next {
+                spots.push(Spot { place, at: at as u32 + 3 });
+            }
+        }
+    }
+    spots
 }
 
 /// A point of a surface and the place of its face along the curve.
@@ -190,9 +236,9 @@ impl Work for Areas<'_> {
     }
 }
 
-/// What lies nearest to a sample.
+/// How far a point is (squared), and the place of its face along the curve.
 struct Found {
-    face: u32,
+    place: usize,
     distance2: f64,
 }
 
@@ -212,41 +258,38 @@ impl Work for InARow<'_> {
         for sample in self.samples {
             let (face, distance2) = self.tree.nearest_from(sample.point, last).unwrap_or_default();
             last = Some(face);
-            row.push(Found { face, distance2 });
+            row.push(Found { place: sample.place, distance2 });
         }
         row
     }
 }
 
-/// The largest distance (squared) of corners of the faces around some, or `largest` where that is more. A distance from one
-/// face is largest at a corner, and most faces of the finer mesh see one face of the other.
-struct Around<'a> {
+/// The spots that are farther than `far` (squared).
+struct Sweep<'a> {
     mesh: &'a TriMesh,
     order: &'a [u32],
-    /// Where the samples lie along the curve, and what is nearest to them.
-    places: Vec<(usize, u32)>,
+    spots: &'a [Spot],
     tree: &'a FaceTree<'a>,
-    largest: f64,
+    far: f64,
 }
 
-impl Work for Around<'_> {
-    type Output = f64;
+impl Work for Sweep<'_> {
+    type Output = Vec<Found>;
 
     #[inline(always)]
-    fn run(self) -> f64 {
-        let (mut largest, mut vertices) = (self.largest, Vec::new());
-        for (place, nearest) in self.places {
-            let faces = &self.order[place.saturating_sub(AROUND)..self.order.len().min(place + AROUND + 1)];
-            vertices.clear();
-            vertices.extend(faces.iter().flat_map(|&face| self.mesh.faces()[face as usize]));
-            vertices.sort_unstable();
-            vertices.dedup();
-            for &vertex in &vertices {
-                let p = point(self.mesh, vertex);
-                largest = self.tree.distance_above(largest, p, Some(nearest)).unwrap_or(largest);
+    fn run(self) -> Vec<Found> {
+        let (mut farther, mut last) = (Vec::new(), None);
+        for &Spot { place, at } in self.spots {
+            let corners = corners(self.mesh, self.order[place as usize]);
+            let (k, place) = (at as usize % 3, place as usize);
+            let p = if at < 3 { corners[k] } else { 0.5 * (corners[k] + corners[(k + 1) % 3]) };
+            let (face, distance2) = self.tree.near_from(p, last, self.far).unwrap_or_default();
+            last = Some(face);
+            if distance2 > self.far {
+                farther.push(Found { place, distance2 });
             }
         }
-        largest
+        farther
     }
 }
 

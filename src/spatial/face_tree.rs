@@ -105,24 +105,23 @@ impl<'a> FaceTree<'a> {
     /// The same, found sooner where the nearest one lies near the triangle `guess`, as it does for the next of points in a row.
     #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
-        self.best(p, guess, f64::NEG_INFINITY).map(|best| (best.face, best.distance2 / (self.scale * self.scale)))
+        self.near_from(p, guess, f64::NEG_INFINITY)
     }
 
-    /// The squared distance to the nearest triangle if it is more than `least`; found soon where it is not and `guess` is near
-    /// enough to say so.
+    /// The nearest triangle, or any that is no farther than `enough` (squared), and the squared distance to it; found soon where
+    /// the triangle `guess` is so near.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
-    /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    /// let tree = FaceTree::new(&positions, &[[0, 1, 2]]);
-    /// let above = |least| tree.distance_above(least, [0.25, 0.25, 2.0].into(), None);
-    /// assert_eq!((above(3.9), above(4.0)), (Some(4.0), None));
+    /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let tree = FaceTree::new(&positions, &[[0, 1, 2], [0, 1, 3]]);
+    /// let above = |enough| tree.near_from([0.25, 0.25, 0.5].into(), Some(0), enough);
+    /// assert_eq!((above(0.25), above(0.1)), (Some((0, 0.25)), Some((1, 0.0625))));
     /// ```
     #[inline(always)]
-    pub fn distance_above(&self, least: f64, p: DVec3, guess: Option<u32>) -> Option<f64> {
+    pub fn near_from(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64)> {
         let scale2 = self.scale * self.scale;
-        let found = self.best(p, guess, least * scale2)?.distance2 / scale2;
-        (found > least).then_some(found)
+        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2))
     }
 
     /// The triangles in their order along the curve.

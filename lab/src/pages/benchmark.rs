@@ -87,7 +87,7 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
          options or error limit: below 1 is better. Per mesh and ratio the median over three seeds (one for `--optimize` and methods without \
          randomness), then the median over the meshes.\n\n\
          - *mean distance*: from 50,000 samples on each surface to the other, both ways, averaged.\n\
-         - *largest distance*: the largest of these and of the distances of all vertices (Hausdorff, from below).\n\
+         - *largest distance*: certified (Hausdorff): no point of either surface is farther, and some within 1 %.\n\
          - *normal error*: mean of 1 - n.n' at the same samples, n' the normal at the nearest point.\n\
          - *time*: of the processor, one thread, the mesh in memory; a process for each run, methods taking turns ({machine}).\n\n\
          QEM (Garland and Heckbert, optimal placement) and Lindstrom-Turk are CGAL's `edge_collapse`, compiled with \

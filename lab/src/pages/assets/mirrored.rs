@@ -5,11 +5,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use neural_mesh::evaluate::median;
+use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Options, Symmetry, Target, simplify};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::Bench;
+use crate::largest::largest;
 use crate::markdown::{count, number, table};
 use crate::meshes::{load, name};
 
@@ -71,10 +73,12 @@ fn measured(path: &Path) -> Result<Option<Row>> {
         let Some(plane) = ours.report.mirror else { return Ok(None) };
         row.plane = format!("{} = {:.4}", plane.axis, plane.at).trim_end_matches('0').trim_end_matches('.').to_owned();
         let other = simplify(&mesh, None, &plain, &mut |_| ControlFlow::Continue(()))?;
-        let [ours, other] =
-            [ours.mesh, other.mesh].map(|mesh| surface_distance(&original, &Surface::new(&mesh, SAMPLES, 1)));
-        let (ours, other) = (ours.context("no faces")?.both, other.context("no faces")?.both);
-        *quotients = [ours.mean / other.mean, ours.max / other.max];
+        let distances = |result: &TriMesh| -> Result<[f64; 2]> {
+            let found = surface_distance(&original, &Surface::new(result, SAMPLES, 1)).context("no faces")?;
+            Ok([found.both.mean, largest(&mesh, result)?])
+        };
+        let (ours, other) = (distances(&ours.mesh)?, distances(&other.mesh)?);
+        *quotients = [ours[0] / other[0], ours[1] / other[1]];
     }
     Ok(Some(row))
 }

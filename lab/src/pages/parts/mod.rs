@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::RATIOS;
 use crate::bench::Bench;
 use crate::clock::timed;
+use crate::largest::largest;
 use crate::markdown::{number, table};
 use crate::meshes::{load, name};
 use crate::quotients::{Figure, Quotients};
@@ -94,7 +95,7 @@ fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
             let (lighter, time) = one.install(|| timed(simplify)).with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&lighter, SAMPLES, 1)).context("no faces")?;
             let (both, share) = (distance.both, 100.0 / distance.diagonal);
-            let figures = [both.mean * share, both.max * share, both.normal_error];
+            let figures = [both.mean * share, largest(&mesh, &lighter)? * share, both.normal_error];
             measured.push(Measured { method: method.into(), ratio, seconds: time.thread, figures });
         }
     }

@@ -1,0 +1,108 @@
+//! The surface that distances are measured to, and the planes between its faces.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::piece::{Corner, Plane, reach};
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::spatial::FaceTree;
+
+/// Squared length of the sum or difference of two unit normals below which it has no direction.
+const NO_DIRECTION: f64 = 1e-12;
+
+/// The surface that distances are measured to.
+pub(super) struct Other<'a> {
+    mesh: &'a TriMesh,
+    tree: &'a FaceTree<'a>,
+}
+
+impl<'a> Other<'a> {
+    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>) -> Self {
+        Self { mesh, tree }
+    }
+
+    /// What is known at a point, sooner where its nearest face is near the one guessed.
+    pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> Corner {
+        let (face, distance2) = self.tree.nearest_from(point, guess).unwrap_or((0, f64::INFINITY));
+        Corner { point, distance: distance2.sqrt(), face }
+    }
+
+    /// What is known at a point by one face, no farther than `enough` or exact.
+    pub(super) fn corner_by(&self, face: u32, point: DVec3, enough: f64) -> Corner {
+        let corner = Corner { point, distance: self.distance_to(face, point), face };
+        if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
+    }
+
+    /// What is known at every vertex of a mesh.
+    pub(super) fn corners_of(&self, from: &TriMesh) -> Vec<Corner> {
+        from.positions().par_iter().map(|p| self.corner(DVec3::from(p.map(f64::from)), None)).collect()
+    }
+
+    /// How far a part with these corners may be from the surface, by the faces nearest to its corners and by the way to the
+    /// nearest corner; no sharper than what is allowed.
+    pub(super) fn upper(&self, corners: &[Corner], allows: impl Fn(f64) -> bool) -> f64 {
+        let mut upper = f64::INFINITY;
+        for (i, corner) in corners.iter().enumerate() {
+            upper = upper.min(corner.distance + reach(corners, corner));
+            let is_new = || corners[..i].iter().all(|before| before.face != corner.face);
+            if !allows(upper) && is_new() {
+                upper = upper.min(self.farthest_from(corners, corner.face));
+            }
+            if allows(upper) {
+                return upper;
+            }
+        }
+        upper
+    }
+
+    /// How far the farthest point between the corners is from one face: one of the corners is.
+    pub(super) fn farthest_from(&self, corners: &[Corner], face: u32) -> f64 {
+        corners.iter().map(|corner| self.distance(corner, face)).fold(0.0, f64::max)
+    }
+
+    fn distance(&self, corner: &Corner, face: u32) -> f64 {
+        if corner.face == face { corner.distance } else { self.distance_to(face, corner.point) }
+    }
+
+    fn distance_to(&self, face: u32, point: DVec3) -> f64 {
+        let [a, b, c] = self.triangle(face);
+        let weights = nearest_weights_f64(point, [a, b, c]);
+        (a * weights[0] + b * weights[1] + c * weights[2]).distance(point)
+    }
+
+    /// The planes that stand on the sides of a face: between them its points are the nearest, but for what curves around.
+    /// (Planes halfway to the neighbours' normals save one cut in twenty, and cost the search for the neighbours.)
+    pub(super) fn walls(&self, face: u32) -> [Plane; 3] {
+        let [a, b, c] = self.triangle(face);
+        let normal = self.normal(face);
+        let wall = |from: DVec3, to: DVec3| Plane { point: from, normal: normal.cross(to - from).normalize_or_zero() };
+        [wall(a, b), wall(b, c), wall(c, a)]
+    }
+
+    /// The plane whose points are as far from the plane of `face` as from that of the face which the part leaves it for.
+    pub(super) fn bisector(&self, corners: &[Corner], face: u32) -> Option<Plane> {
+        let gained = |corner: &Corner| self.distance(corner, face) - corner.distance;
+        let apart = corners.iter().filter(|corner| corner.face != face);
+        let leaving = apart.max_by(|x, y| gained(x).total_cmp(&gained(y)))?;
+        let plane_towards = |face: u32| {
+            let (point, normal) = (self.triangle(face)[0], self.normal(face));
+            Plane { point, normal: if normal.dot(leaving.point - point) < 0.0 { -normal } else { normal } }
+        };
+        let (ours, theirs) = (plane_towards(face), plane_towards(leaving.face));
+        let difference = ours.normal - theirs.normal;
+        let length2 = difference.length_squared();
+        let offset = ours.normal.dot(ours.point) - theirs.normal.dot(theirs.point);
+        let plane = || Plane { point: difference * (offset / length2), normal: difference / length2.sqrt() };
+        (length2 > NO_DIRECTION).then(plane)
+    }
+
+    fn triangle(&self, face: u32) -> [DVec3; 3] {
+        self.mesh.faces()[face as usize].map(|v| DVec3::from(self.mesh.positions()[v as usize].map(f64::from)))
+    }
+
+    fn normal(&self, face: u32) -> DVec3 {
+        area_normal_f64(self.triangle(face)).normalize_or_zero()
+    }
+}
