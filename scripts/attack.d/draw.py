@@ -1,0 +1,212 @@
+"""What a seed stands for: a mesh, the file that it is put into, and some runs of the program on it."""
+
+from dataclasses import dataclass, field
+from math import cos, pi, sin
+from random import Random
+
+import flaws
+import shapes
+import solids
+from formats import single
+
+ENDINGS = [".ply", ".obj", ".off", ".stl", ".glb"]
+RATIOS = ["0.5", "0.2", "0.1", "0.05", "0.02"]
+
+
+@dataclass
+class Drawn:
+    """A mesh before it is a file."""
+
+    points: list
+    faces: list
+    recipe: list = field(default_factory=list)
+    """Names of what was done."""
+    plain: bool = True
+    """Whether single precision about one origin holds it, so that no refusal is in order."""
+    mirrored: bool = False
+    """Whether it is its own mirror image, about a plane through 0 or through the middle."""
+    double: bool = False
+
+    def then(self, name, mesh, plain=True, mirrored=False):
+        self.points, self.faces = mesh
+        self.recipe.append(name)
+        self.plain, self.mirrored = self.plain and plain, self.mirrored and mirrored
+
+
+def base(rng):
+    """A surface to begin with: its name, mesh, and whether it is mirrored."""
+    n = lambda low, high: rng.randint(low, high)
+    closed = {
+        "icosphere": lambda: shapes.icosphere(n(0, 3)),
+        "ball": lambda: shapes.uv_sphere(4 * n(1, 8), 2 * n(1, 8)),
+        "ring": lambda: shapes.torus(4 * n(1, 8), 4 * n(1, 5), rng.uniform(0.05, 0.9)),
+        "box": lambda: shapes.box(n(1, 8), n(1, 8), n(1, 8)),
+        "rod": lambda: shapes.tube(4 * n(1, 8), n(1, 8), True),
+        "octahedron": shapes.octahedron,
+    }
+    large = lambda: shapes.torus(4 * n(35, 60), 4 * n(15, 30), 0.4)
+    others = {
+        "tetrahedron": shapes.tetrahedron,
+        "klein": lambda: shapes.klein(n(3, 24), n(3, 24)),
+        "moebius": lambda: shapes.moebius(n(3, 40), n(1, 8)),
+        "tube": lambda: shapes.tube(n(3, 30), n(1, 12), False),
+        "terrain": lambda: terrain(rng, n(2, 25), n(2, 25)),
+        "leaves": lambda: shapes.leaves(n(3, 8), n(1, 12)),
+        "soup": lambda: soup(rng, n(3, 40), n(1, 150)),
+        "fan": lambda: shapes.grid(1, n(3, 60), lambda i, j: (cos(j / 9) * i, sin(j / 9) * i, 0.0)),
+    }
+    kind = rng.random()
+    if kind < 0.01:
+        return "large ring", large(), True
+    if kind < 0.34:
+        name = rng.choice(list(closed))
+        return name, closed[name](), True
+    if kind < 0.58:
+        return "solid", solids.surface(solids.random_field(rng), n(4, 14), rng.choice([0.0, 1e-6, 0.05, 0.3])), False
+    if kind < 0.72:
+        return "voxels", voxels(rng), False
+    if kind < 0.82:
+        return "touching", touching(rng, closed), False
+    name = rng.choice(list(others))
+    return name, others[name](), False
+
+
+def terrain(rng, columns, rows):
+    heights = {}
+    return shapes.grid(columns, rows, lambda i, j: (float(i), float(j), heights.setdefault((i, j), rng.gauss(0, 0.4))))
+
+
+def soup(rng, n_points, n_faces):
+    points = [tuple(rng.uniform(-1, 1) for _ in range(3)) for _ in range(n_points)]
+    return points, [tuple(rng.sample(range(n_points), 3)) for _ in range(n_faces)]
+
+
+def voxels(rng):
+    """Random cells, denser or sparser, sometimes grown cell by cell across faces, edges or corners."""
+    side, share = rng.randint(2, 6), rng.uniform(0.15, 0.8)
+    cells = {(i, j, k) for i in range(side) for j in range(side) for k in range(side) if rng.random() < share} or {(0, 0, 0)}
+    if rng.random() < 0.4:
+        cells, at = {(0, 0, 0)}, (0, 0, 0)
+        for _ in range(rng.randint(1, 20)):
+            at = tuple(x + rng.choice((-1, 0, 1)) for x in at)
+            cells.add(at)
+    return shapes.voxels(cells)
+
+
+def touching(rng, closed):
+    """Boxes about one edge, chains of boxes along edges or through corners, or balls through their poles; all share vertices."""
+    n = rng.randint(1, 5)
+    box, count = shapes.box(n, n, n), rng.randint(2, 6)
+    how = rng.randrange(4)
+    if how == 0:
+        steps = [(i, i, 0) for i in range(count)]
+    elif how == 1:
+        steps = [(i, i, i) for i in range(count)]
+    elif how == 2:
+        steps = [(i, i % 2, (i + 1) % 2) for i in range(count)]
+    else:
+        box, steps = shapes.uv_sphere(4 * rng.randint(1, 5), 2 * rng.randint(1, 5)), [(0, 0, 2 * i) for i in range(count)]
+    return shapes.welded(shapes.joined(*(shapes.moved(box, step) for step in steps)))
+
+
+def alterations(rng, mesh):
+    """What may happen to a mesh: name to (the mesh after it, whether it is plain still, whether it is mirrored still)."""
+    n = lambda low, high: rng.randint(low, high)
+    small = len(mesh[1]) < 400
+    some = {
+        "shaken": lambda: (flaws.shaken(rng, mesh, rng.choice([0.01, 0.1, 0.3])), True, False),
+        "rotated": lambda: (flaws.rotated(rng, mesh), True, False),
+        "stretched": lambda: (flaws.stretched(rng, mesh), True, True),
+        "cut": lambda: (flaws.unevenly_cut(rng, mesh, n(1, 150)), True, False),
+        "sheet": lambda: (flaws.flattened(mesh, 10 ** rng.uniform(-7, -1)), False, True),
+        "flat": lambda: (flaws.flattened(mesh, 0.0), False, False),
+        "nested": lambda: (flaws.nested(mesh, n(2, 4), rng.random() < 0.5), True, True),
+        "without": lambda: (flaws.without(rng, mesh, n(1, 4)), True, False),
+        "repeated": lambda: (flaws.repeated(rng, mesh, n(1, 4)), True, False),
+        "pinched": lambda: (flaws.pinched(rng, mesh, n(1, 3)), True, False),
+        "turned over": lambda: (flaws.turned_over(rng, mesh, rng.choice([0.02, 0.5])), True, False),
+        "rounded": lambda: (flaws.rounded(mesh, rng.choice([8, 50, 1000])), True, False),
+        "littered": lambda: (flaws.littered(rng, mesh), True, False),
+        "not finite": lambda: (flaws.not_finite(rng, mesh), False, False),
+        "mixed scales": lambda: (flaws.mixed_scales(rng, mesh), False, False),
+        "far apart": lambda: (flaws.far_apart(rng, mesh), False, False),
+    }
+    if small:
+        some["many"] = lambda: (flaws.many(rng, mesh, n(2, 12 if len(mesh[1]) > 60 else 60)), True, False)
+    return some
+
+
+def placed(rng, drawn):
+    """Sometimes very large, very small or far from the origin."""
+    mesh = drawn.points, drawn.faces
+    kind = rng.random()
+    if kind < 0.06:
+        drawn.then("scaled", shapes.moved(mesh, scale=[10 ** rng.uniform(-30, 30)] * 3), plain=False, mirrored=True)
+    elif kind < 0.1:
+        drawn.then("denormal", shapes.moved(mesh, scale=[10 ** rng.uniform(-46, -36)] * 3), plain=False, mirrored=True)
+    elif kind < 0.2:
+        shift = [rng.choice([0, 1, -1]) * 10 ** rng.uniform(1, 9) for _ in range(3)]
+        drawn.then("offset", shapes.moved(mesh, shift), plain=False)
+
+
+def drawn(seed):
+    """The mesh of a seed."""
+    rng = Random(f"mesh {seed}")
+    name, mesh, mirrored = base(rng)
+    while not mesh[1]:
+        name, mesh, mirrored = base(rng)
+    result = Drawn(*mesh, [name], mirrored=mirrored)
+    for _ in range(rng.choice([0, 0, 1, 1, 2])):
+        some = alterations(rng, (result.points, result.faces))
+        name = rng.choice(list(some))
+        result.then(name, *some[name]())
+    placed(rng, result)
+    result.double = rng.random() < 0.2
+    if result.plain and not result.double:
+        result.points = [tuple(map(single, point)) for point in result.points]
+    return result
+
+
+def runs(seed, drawn, ending):
+    """Four runs on the mesh of a seed, the last at another kind of target: ending of the output, options."""
+    rng = Random(f"runs {seed}")
+    for number in range(4):
+        target = other_target(rng, len(drawn.faces)) if number == 3 else ["--ratio", rng.choice(RATIOS)]
+        out = rng.choice([ending, *ENDINGS])
+        some = options(rng, drawn)
+        if out in (".ply", ".stl") and rng.random() < 0.15:
+            some = ["--format", out[1:] + "-ascii", *some]
+        yield out, target + some
+
+
+def other_target(rng, n_faces):
+    return rng.choice([
+        lambda: ["--ratio", "1"],
+        lambda: ["--faces", str(rng.randint(1, n_faces + 5))],
+        lambda: ["--vertices", str(rng.randint(1, n_faces // 2 + 5))],
+        lambda: ["--error", f"{10 ** rng.uniform(-2, 1.3):.3g}%"],
+        lambda: ["--error", f"{10 ** rng.uniform(-2, 1.3):.3g}%"],
+        lambda: ["--size", str(int(rng.uniform(0.02, 1.1) * 40 * n_faces) + 100)],
+        lambda: ["--lods", rng.choice(["0.5,0.1", "0.7,0.3,0.05", "1,0.02"])],
+    ])()
+
+
+def options(rng, drawn):
+    """Options beside the target; about a third of the runs have none but the threads."""
+    some = []
+    if rng.random() < (0.5 if drawn.mirrored else 0.02):
+        some += [rng.choice(["--symmetric", "--symmetric=x", "--symmetric=y", "--symmetric=z"])]
+    elif rng.random() < 0.45:
+        some += rng.choice([
+            ["--subset"], ["--subset"], ["--lock-boundaries"], ["--subset", "--lock-boundaries"],
+            ["--prune"], ["--prune=3%"], ["--weld", "0.1%"],
+        ])
+    if rng.random() < 0.3:
+        some += rng.choice([["--optimize", "mean"], ["--optimize", "max"], ["--optimize", "normals"], ["--scores", "geometry"]])
+    if rng.random() < 0.12:
+        some += rng.choice([["--keep-features"], ["--crease-angle", "10"]])
+    if rng.random() < 0.25:
+        some += ["--oversample", rng.choice(["1", "1.5", "3"])]
+    if rng.random() < 0.1:
+        some += ["--seed", str(rng.randint(0, 99))]
+    return some + ["--threads", rng.choice(["1", "1", "2", "3", "8"])]
