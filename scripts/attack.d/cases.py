@@ -62,7 +62,7 @@ def verdicts(executable, case, subject, twice=False):
     with tempfile.TemporaryDirectory() as folder:
         done = ran(executable, case, subject, folder)
         found = judged(subject, done)
-        if not twice or any(kind in ("crash", "hang") for kind, _ in found):
+        if not twice or done.stopped:
             return found
         at = case.options.index("--threads") + 1
         other = "4" if case.options[at] == "1" else "1"
@@ -70,8 +70,9 @@ def verdicts(executable, case, subject, twice=False):
             options = [*case.options[:at], other, *case.options[at + 1 :]]
             second = ran(executable, case, subject, folder, options)
             bytes_of = lambda run: [path.read_bytes() for path in run.meshes]
-            if (done.code, bytes_of(done)) != (second.code, bytes_of(second)):
-                found.append(("threads", f"the result on {other} threads differs"))
+            if not second.stopped and (done.code, bytes_of(done)) != (second.code, bytes_of(second)):
+                said = f"exit code {second.code} after {done.code}, {second.words.strip()}"
+                found.append(("threads", f"the result on {other} threads differs: {said}"))
     return found
 
 

@@ -31,7 +31,7 @@ def sound(folder, mesh, result, options, ending=".ply"):
     output["closed"] = output["boundary_edges"] == 0
     keys = ["vertices", "faces", "components", "euler"]
     report = {"input": {key: getattr(subject.figures, key) for key in keys}, "output": output, "outcome": "reached"}
-    return subject, Done(options, 0, "", "", 0.1, [path], report, [])
+    return subject, Done(options, 0, "", "", 0.1, [path], False, report, [])
 
 
 def kinds(*of_run, **changes):

@@ -110,7 +110,7 @@ def value_of(options, name):
 def judged(subject, done):
     """All verdicts on a run."""
     found = list(of_run(subject, done))
-    if found or done.code not in (0, 3):
+    if found or done.stopped or done.code not in (0, 3):
         return found
     return [verdict for result in results(subject, done, found) for verdict in of_result(subject, done, result)] + found
 
@@ -118,7 +118,9 @@ def judged(subject, done):
 def of_run(subject, done):
     """Whether the run ended as it should, whatever it wrote."""
     if done.seconds > SECONDS:
-        yield "hang", f"{done.seconds:.0f} s"
+        yield "hang", f"{done.seconds:.0f} s of the processor"
+    if done.stopped:
+        return
     if done.code not in (0, 1, 2, 3) or "panicked" in done.words:
         yield "crash", f"exit code {done.code}: {done.words.strip()[:300]}"
         return
@@ -305,24 +307,28 @@ def of_locked(subject, done, result):
 
 
 def of_mirrored(subject, done, result):
-    """Images are exact where single precision holds the file."""
+    """Images are exact where single precision holds the file, whose text may have fewer digits."""
     if not subject.plain:
         return
-    axis, at = done.report["mirror"].split(" = ")
+    in_singles = [tuple(map(formats.single, point)) for point in result.points]
+    plane = done.report["mirror"]
+    lost = min(without_image(points, result.faces, plane) for points in (result.points, in_singles))
+    if lost[0] or lost[1] and result.figures.disagreeing == 0:
+        yield "mirrored", f"{lost[0]} vertices and {lost[1]} faces have no image about {plane}"
+
+
+def without_image(points, faces, plane):
+    """How many vertices have no image about a plane such as `x = 0`; if none, how many faces have none with opposite winding."""
+    axis, at = plane.split(" = ")
     axis, at = "xyz".index(axis), float(at)
     image = lambda point: tuple((2 * at - x if k == axis else x) + 0.0 for k, x in enumerate(point))
-    points = list(map(comparable(subject, result), result.points))
-    number = {point: i for i, point in enumerate(points)}
+    number = {tuple(x + 0.0 for x in point): i for i, point in enumerate(points)}
     images = [number.get(image(point)) for point in points]
-    lost = images.count(None)
-    if lost:
-        yield "mirrored", f"{lost} of {len(images)} vertices have no image about {done.report['mirror']}"
-        return
+    if None in images:
+        return images.count(None), 0
     first = lambda face: face[(i := face.index(min(face))) :] + face[:i]
-    faces = {first(face) for face in result.faces}
-    lost = sum(first(tuple(images[v] for v in face[::-1])) not in faces for face in result.faces)
-    if lost and result.figures.disagreeing == 0:
-        yield "mirrored", f"{lost} of {len(faces)} faces have no image about {done.report['mirror']}"
+    there = {first(face) for face in faces}
+    return 0, sum(first(tuple(images[v] for v in face[::-1])) not in there for face in faces)
 
 
 def of_pruned(subject, done, result):

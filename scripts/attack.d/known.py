@@ -1,4 +1,4 @@
-"""Promises that are known to be broken: as few and as narrow as can be. A line goes when its promise holds; at last there is none."""
+"""Promises that are known to be broken, as few and as narrow as can be. A line goes when its promise holds; at last all do."""
 
 from dataclasses import dataclass
 from typing import Callable

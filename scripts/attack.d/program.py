@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 # A run may take so many seconds, by the clock and of the processor's time: a busy machine is no fault of the program.
 SECONDS = 20
-# It is stopped after so many by the clock.
-STOPPED_AFTER = 90
+# It is stopped after so many by the clock; if it has hardly used the processor until then, it waits for itself.
+STOPPED_AFTER, IDLE = 120, 1
 MEMORY = 4 << 30
 
 
@@ -26,6 +26,8 @@ class Done:
     seconds: float
     meshes: list
     """The mesh files that it wrote: one, or one for each level of detail."""
+    stopped: bool
+    """Whether it took too long by the clock."""
     report: dict
     """What `--report` holds; None if it is not there."""
     stray: list
@@ -43,12 +45,14 @@ def run(program, mesh, output, options):
     except subprocess.TimeoutExpired as stopped:
         code, out, words = -9, stopped.stdout or b"", stopped.stderr or b""
     by_clock = time.monotonic() - began
-    seconds = by_clock if by_clock > STOPPED_AFTER else min(by_clock, processor_seconds() - before)
+    by_processor = processor_seconds() - before
+    seconds = by_clock if by_processor < IDLE else min(by_clock, by_processor)
     left = sorted(path for path in folder.iterdir() if path != report)
     meshes = sorted(path for path in left if path == output or path.name.startswith(output.stem + "-lod"))
     stray = [path.name for path in left if path not in meshes]
     said = [text.decode("utf-8", "replace") for text in (out, words)]
-    return Done(options, code, *said, seconds, meshes, json.loads(report.read_text()) if report.exists() else None, stray)
+    told = json.loads(report.read_text()) if report.exists() else None
+    return Done(options, code, *said, seconds, meshes, by_clock > STOPPED_AFTER, told, stray)
 
 
 def processor_seconds():
