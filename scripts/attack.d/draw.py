@@ -127,7 +127,6 @@ def alterations(rng, mesh):
         "turned over": lambda: (flaws.turned_over(rng, mesh, rng.choice([0.02, 0.5])), True, False),
         "rounded": lambda: (flaws.rounded(mesh, rng.choice([8, 50, 1000])), True, False),
         "littered": lambda: (flaws.littered(rng, mesh), True, False),
-        "not finite": lambda: (flaws.not_finite(rng, mesh), False, False),
         "mixed scales": lambda: (flaws.mixed_scales(rng, mesh), False, False),
         "far apart": lambda: (flaws.far_apart(rng, mesh), False, False),
     }
@@ -162,6 +161,8 @@ def drawn(seed):
         result.then(name, *some[name]())
     placed(rng, result)
     result.double = rng.random() < 0.2
+    if rng.random() < 0.03:
+        result.then("not finite", flaws.not_finite(rng, (result.points, result.faces)), plain=False)
     if result.plain and not result.double:
         result.points = [tuple(map(single, point)) for point in result.points]
     return result
