@@ -29,7 +29,7 @@ def sound(folder, mesh, result, options, ending=".ply"):
     subject = Subject(given)
     output = dict(vars(Result(path, {}, "", [], True).figures), components_pruned=0, split_vertices=0)
     output["closed"] = output["boundary_edges"] == 0
-    keys = ["vertices", "faces", "components", "euler"]
+    keys = ["vertices", "faces", "closed", "components", "euler"]
     report = {"input": {key: getattr(subject.figures, key) for key in keys}, "output": output, "outcome": "reached"}
     return subject, Done(options, 0, "", "", 0.1, [path], False, report, [])
 
@@ -74,7 +74,7 @@ def broken():
     yield "bytes", BALL, BALL, ["--size", "100"], {}
     yield "closed even", EDGE, (EDGE[0], EDGE[1][1:]), half, {"output": {"split_vertices": 9}}
     yield "closed again", FLAP, OPEN, half, {"output": {"split_vertices": 99}}
-    yield "read", BALL, BALL, whole, {"said": {"input": {"components": 2}}}
+    yield "read", BALL, BALL, whole, {"said": {"input": {"components": 2, "closed": True}}}
     yield "mirrored", BALL, moved, [*whole, "--symmetric"], {"said": {"mirror": "x = 0"}}
     yield "certified", BALL, moved, ["--error", "1%"], {"said": {"certified": {"upper": 0.1}}}
     yield "astray", BALL, moved, whole, {}

@@ -35,6 +35,7 @@ KNOWN = [
     Known("degenerate", always, "faces without area are made"),
     Known("doubled", given("--symmetric"), "the smallest mirrored results are one triangle twice"),
     Known("loops", given("--symmetric"), "a missing face whose image is there is filled in"),
+    Known("mirrored", given("--symmetric"), "a face without an image is no error"),
     Known("manifold", given("--symmetric"), "halves touch where the plane is crossed"),
     Known("pieces", given("--symmetric"), "halves come apart where the plane is crossed"),
     Known("pieces", given("--prune"), "parts that touch are dropped as one, and counted as one"),
