@@ -138,8 +138,12 @@ def of_run(subject, done):
         yield "whole", f"exit code {done.code}, meshes {[path.name for path in done.meshes]}, {done.stray}"
     elif done.code == 3 and (done.report["outcome"] == "reached" or not {"--error", "--size"} & set(done.options)):
         yield "exit", f"exit code 3, outcome {done.report['outcome']}"
-    elif done.code in (1, 2) and subject.faces and subject.plain and not any(x.startswith("--symmetric") for x in done.options):
+    elif done.code in (1, 2) and subject.faces and subject.plain and (subject.mirrored or not is_mirrored(done)):
         yield "refused", done.words.strip()
+
+
+def is_mirrored(done):
+    return any(word.startswith("--symmetric") for word in done.options)
 
 
 def is_scene(subject, done):
@@ -247,7 +251,7 @@ def of_size(subject, done, result):
         yield from of_unchanged(subject, done, result)
         return
     split = result.said["split_vertices"] + max(before.fans - before.vertices, 0)
-    step = 2 if key == "faces" or any(word.startswith("--symmetric") for word in done.options) else 1
+    step = 2 if key == "faces" or is_mirrored(done) else 1
     text = f"{size} {key}, {asked} asked for of {whole}, {split} split: {result.outcome}"
     least = 0 if result.said["components_pruned"] else asked - step
     if result.outcome == "reached" and not least <= size <= asked + split * (2 if key == "faces" else 1):
@@ -259,7 +263,7 @@ def of_size(subject, done, result):
 def of_unchanged(subject, done, result):
     before, after = subject.figures, result.figures
     # Edges across the plane of a mirrored result are split.
-    if any(word.startswith("--symmetric") for word in done.options):
+    if is_mirrored(done):
         return
     if before.odd_edges == 0 and after.faces != before.faces:
         yield "unchanged", f"{before.faces} faces become {after.faces}"
