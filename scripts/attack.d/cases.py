@@ -9,7 +9,8 @@ from pathlib import Path
 import draw
 import formats
 import program
-from judge import Subject, judged
+from judge import judged
+from subject import Subject
 
 
 @dataclass

@@ -7,8 +7,10 @@ from pathlib import Path
 import flaws
 import formats
 import shapes
-from judge import PROMISES, Result, Subject, judged
+from judge import judged
 from program import Done
+from promises import PROMISES
+from subject import Result, Subject
 from surface import has_no_area
 
 RING = shapes.torus(12, 8, 0.5)

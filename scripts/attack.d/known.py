@@ -20,7 +20,7 @@ def given(option):
 @dataclass
 class Known:
     kind: str
-    """The promise, one of `judge.PROMISES`."""
+    """The promise, one of `promises.PROMISES`."""
     holds_for: Callable
     """The cases in which it is known to be broken."""
     reason: str

@@ -12,7 +12,7 @@ from random import Random
 import cases
 import formats
 import surface
-from judge import Subject
+from subject import Subject
 
 
 def smaller(executable, folder, seconds):

@@ -1,0 +1,139 @@
+"""Verdicts on what an option asks for: positions that stay, images, sizes of parts, distances, bytes."""
+
+from math import dist
+
+import formats
+import surface
+from distance import largest
+
+# Share of the diagonal up to which a mirrored input may differ from its image.
+ALIKE = 0.0002
+
+
+def value_of(options, name):
+    return options[options.index(name) + 1] if name in options else None
+
+
+def is_mirrored(done):
+    return any(word.startswith("--symmetric") for word in done.options)
+
+
+def comparable(subject, result):
+    """How positions of both files compare: as single precision where either is in that, which text may write in fewer digits."""
+    singly = subject.is_single or result.path.suffix == ".stl"
+    return lambda point: tuple((formats.single(x) if singly else x) + 0.0 for x in point)
+
+
+def keeps_positions(subject, done, result):
+    """Whether positions that stay can be told: welding moves them, a glTF holds doubles about an origin of its own."""
+    return "--weld" not in done.options and (subject.is_single or result.path.suffix != ".glb")
+
+
+def of_subset(subject, done, result):
+    if not keeps_positions(subject, done, result):
+        return
+    as_one = comparable(subject, result)
+    strangers = set(map(as_one, result.points)) - set(map(as_one, subject.points))
+    if strangers:
+        yield "subset", f"{len(strangers)} of {result.figures.vertices} vertices are none of the input, such as {min(strangers)}"
+
+
+def of_locked(subject, done, result):
+    if not keeps_positions(subject, done, result) or not subject.figures.manifold:
+        return
+    as_one, edges = comparable(subject, result), surface.edges_of(result.faces)
+    asked = {frozenset(map(as_one, edge)) for edge in subject.boundary}
+    missing = asked - {frozenset(as_one(result.points[v]) for v in edge) for edge, around in edges.items() if len(around) == 1}
+    if missing:
+        yield "locked", f"{len(missing)} of {len(asked)} boundary edges are gone"
+
+
+def of_mirrored(subject, done, result):
+    """Images are exact where single precision holds the file, whose text may have fewer digits."""
+    if not subject.plain:
+        return
+    in_singles = [tuple(map(formats.single, point)) for point in result.points]
+    plane = done.report["mirror"]
+    unlike = boundary_without_image(subject, plane)
+    if unlike:
+        yield "mirrored", f"{unlike} of {len(subject.boundary)} boundary edges of the input have no image, which is no error"
+    lost = min(without_image(points, result.faces, plane) for points in (result.points, in_singles))
+    if lost[0] or lost[1] and result.figures.disagreeing == 0:
+        yield "mirrored", f"{lost[0]} vertices and {lost[1]} faces have no image about {plane}"
+
+
+def image_about(plane):
+    """What maps a point to its image about a plane such as `x = 0`."""
+    axis, at = plane.split(" = ")
+    axis, at = "xyz".index(axis), float(at)
+    return lambda point: tuple((2 * at - x if k == axis else x) + 0.0 for k, x in enumerate(point))
+
+
+def boundary_without_image(subject, plane):
+    """Edges whose middle has no image on another boundary edge, within a share of the diagonal."""
+    middles = [tuple(sum(axis) / 2 for axis in zip(*edge)) for edge in subject.boundary if len(edge) == 2]
+    images = list(map(image_about(plane), middles))
+    near = ALIKE * subject.diagonal
+    return sum(all(dist(image, middle) > near for middle in middles) for image in images)
+
+
+def without_image(points, faces, plane):
+    """How many vertices have no image about a plane; if all have one, how many faces have none with opposite winding."""
+    image = image_about(plane)
+    number = {tuple(x + 0.0 for x in point): i for i, point in enumerate(points)}
+    images = [number.get(image(point)) for point in points]
+    if None in images:
+        return images.count(None), 0
+    first = lambda face: face[(i := face.index(min(face))) :] + face[:i]
+    there = {first(face) for face in faces}
+    return 0, sum(first(tuple(images[v] for v in face[::-1])) not in there for face in faces)
+
+
+def of_pruned(subject, done, result):
+    size = next(word for word in done.options if word.startswith("--prune")).partition("=")[2]
+    if not size or not subject.figures.edge_manifold:
+        return
+    edges, sets = surface.edges_of(subject.faces), surface.Sets()
+    for around in edges.values():
+        sets.join(around[0][0], around[-1][0])
+    pieces = {}
+    for number, face in enumerate(subject.faces):
+        pieces.setdefault(sets.find(number), set()).update(subject.points[v] for v in face)
+    sizes = sorted(surface.diagonal(list(points)) / subject.diagonal for points in pieces.values())
+    limit = float(size.rstrip("%")) / 100
+    if any(abs(size / limit - 1) < 1e-4 for size in sizes):
+        return
+    small = min(sum(size < limit for size in sizes), len(sizes) - 1)
+    if result.said["components_pruned"] != small:
+        yield "pruned", f"{result.said['components_pruned']} of {len(sizes)} components, {small} are smaller than {size}"
+
+
+def of_error(subject, done, result):
+    asked = value_of(done.options, "--error")
+    if not asked or "--weld" in done.options or len(subject.faces) > 3000:
+        return
+    asked = float(asked.rstrip("%")) / 100 * subject.diagonal
+    found = largest((subject.points, subject.faces), (result.points, result.faces))
+    slack = 1e-6 * subject.diagonal
+    if found > 1.0001 * asked + slack and not (done.code == 3 and result.outcome != "reached"):
+        share = 100 / subject.diagonal
+        yield "error", f"{found * share:.4g} % away, {asked * share:.4g} % asked for, exit code {done.code}: {result.outcome}"
+    certified = done.report.get("certified")
+    if certified and found > 1.0001 * certified["upper"] + slack:
+        yield "certified", f"{found:.6g} away, {certified['upper']:.6g} certified"
+
+
+def of_bytes(subject, done, result):
+    asked, size = int(value_of(done.options, "--size")), result.path.stat().st_size
+    if size > asked and not (done.code == 3 and result.outcome != "reached"):
+        yield "bytes", f"{size} bytes, {asked} asked for, exit code {done.code}: {result.outcome}"
+
+
+CHECKS = {
+    "--subset": of_subset,
+    "--lock-boundaries": of_locked,
+    "--symmetric": of_mirrored,
+    "--prune": of_pruned,
+    "--error": of_error,
+    "--size": of_bytes,
+}

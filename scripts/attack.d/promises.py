@@ -1,0 +1,37 @@
+"""What the program promises, in its pages and its help, by kind: that which a verdict names when it is broken."""
+
+from program import SECONDS
+
+PROMISES = {
+    "crash": "CONTRIBUTING, help: a run ends with exit code 0, 1, 2 or 3; no panic, no signal",
+    "hang": f"no run on a mesh of this size takes {SECONDS} s",
+    "words": "help, `--quiet`: a failure is one line, `neural-mesh: ...`, without control characters; a success says nothing",
+    "whole": "README: a file appears whole or not at all: all of them with exit code 0 or 3, none otherwise",
+    "exit": "help: exit code 3 is for a bound that was not held, and its outcome says why",
+    "refused": "README: files are read as far as they can be understood: a mesh that single precision holds is not refused",
+    "file": "formats.md: the file is one of its format, its coordinates finite",
+    "threads": "README: the same bytes on any number of threads",
+    "read": "cleanup.rs: `input` of the report is the mesh of the file: equal positions are one vertex; nothing is lost",
+    "positions": "closed.md, 5: no two vertices are written at one position",
+    "doubled": "closed.md: no two faces of a result have the same three vertices",
+    "degenerate": "a result has no more faces without area than the input, in the numbers of the file",
+    "closed": "README: where the input is closed and manifold, so is the result",
+    "closed even": "an input whose edges have two, four, ... faces comes back closed",
+    "closed again": "an input that is closed until repeated faces go comes back closed",
+    "manifold": "closed.md, 1: the result is a manifold with or without boundary, also after equal positions are welded",
+    "winding": "closed.md, prepare: the surface is oriented: the winding of a two-sided result agrees",
+    "pieces": "README: the same components, less those reported dropped",
+    "handles": "README: the same handles",
+    "loops": "closed.md, 3: the same boundary loops",
+    "size": "README, closed.md: `reached` means the size asked for, and more vertices or faces mean that it was not",
+    "unchanged": "cli: what is as small as asked is written as it is",
+    "report": "what the report says of the result holds of the file",
+    "subset": "assets.md: with --subset vertices of the result are vertices of the input",
+    "locked": "assets.md: with --lock-boundaries vertices and edges of the boundary stay, bit for bit",
+    "mirrored": "assets.md: with --symmetric each vertex and face of the result has its image",
+    "pruned": "assets.md: --prune=SIZE drops the components smaller than that, and the largest by area stays",
+    "error": "assets.md: with --error nothing is farther than asked, or exit code 3 says so",
+    "certified": "assets.md: the certified distance is no less than the true one",
+    "bytes": "assets.md: with --size the file fits, or exit code 3 says so",
+    "astray": "README: the surface stays close: no vertex lies farther outside the box of the input than its diagonal",
+}

@@ -1,0 +1,64 @@
+"""What is judged: the mesh that a run was given, and those that it wrote."""
+
+from functools import cached_property
+
+import formats
+import surface
+
+# Boundary edges that the removal of repeated faces may open, and their share of the faces, for the holes to be closed again.
+SMALL_HOLES, FEW = 6, 0.05
+
+
+class Subject:
+    """The input, as the judge understands its file."""
+
+    def __init__(self, path, plain=True, mirrored=False):
+        self.path, self.plain, self.mirrored = path, plain, mirrored
+        self.points, self.faces, self.named = surface.cleaned(*formats.read(path))
+
+    @cached_property
+    def figures(self):
+        return surface.figures(self.points, self.faces)
+
+    @cached_property
+    def degenerate(self):
+        return surface.degenerate(self.points, self.faces)
+
+    @cached_property
+    def two_sided(self):
+        return surface.orientable(self.faces)
+
+    @cached_property
+    def diagonal(self):
+        return surface.diagonal(self.points)
+
+    @cached_property
+    def is_single(self):
+        return all(formats.single(x) == x for point in self.points for x in point)
+
+    def is_understood(self, done):
+        """Whether the program has seen the same mesh: it may weld what single precision cannot tell apart."""
+        said = done.report["input"]
+        return "--weld" not in done.options and all(said[key] == getattr(self.figures, key) for key in said)
+
+    @cached_property
+    def boundary(self):
+        """Boundary edges as pairs of points."""
+        edges = surface.edges_of(self.faces)
+        return {frozenset(self.points[v] for v in edge) for edge, around in edges.items() if len(around) == 1}
+
+    @cached_property
+    def opened_by_cleaning(self):
+        """Whether it is closed, with small holes where repeated faces went."""
+        are_few = 0 < len(self.named) - len(self.faces) <= max(FEW * len(self.faces), 1)
+        return are_few and self.figures.boundary_edges <= SMALL_HOLES and surface.odd_edges(self.named) == 0
+
+
+class Result:
+    """A mesh file that was written, and what the report says of it."""
+
+    def __init__(self, path, said, outcome, target, weld):
+        self.path, self.said, self.outcome, self.target = path, said, outcome, target
+        self.all_points, self.all_faces = formats.read(path)
+        self.points, self.faces, self.named = surface.cleaned(self.all_points, self.all_faces, weld)
+        self.figures = surface.figures(self.points, self.faces)
