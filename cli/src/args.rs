@@ -17,7 +17,7 @@ Batches: meshes are simplified in parallel, each into a file of its name below O
 that fails is a row too; the others continue, and the exit code is 1. Folders are searched with all folders below. \
 --format writes all results in one format.
 
-Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted. If a constraint stops the simplification \
+Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted. If a constraint stops the simplification \
 before the size asked for, the mesh is written, the exit code is 0, and a line and the report say what stopped it.";
 
 /// Arguments of `simplify`.
@@ -174,7 +174,7 @@ pub enum OptimizeArg {
 const MESH_POINTS_NOTES: &str = "\
 Reads the vertices of OBJ, PLY, STL, OFF and GLB, faces or not, and text with x y z on each line; writes OBJ, PLY, STL and \
 OFF. Points keep their positions; points at equal positions are merged. The result may have holes: the program says \
-so, and --report writes it down. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+so, and --report writes it down. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
 
 /// Arguments of `mesh-points`.
 #[derive(Debug, Parser)]
@@ -235,7 +235,7 @@ pub struct InfoArgs {
 const COMPARE_NOTES: &str = "\
 Reads OBJ, PLY, STL, OFF, glTF and GLB. The page of --html is one file that needs no network: the meshes side by side in \
 3-D under one camera, with the distance from the other surface painted on and the figures beside. The JSON and the page \
-explain the figures. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+explain the figures. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
 
 /// Arguments of `compare`.
 #[derive(Debug, Parser)]

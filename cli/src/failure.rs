@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::plain::plain;
+
 /// A reason to stop; the text says what, where and what to do.
 #[derive(Debug)]
 pub enum Failure {
@@ -36,9 +38,9 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // A file name or a message from elsewhere may hold line breaks; a failure is one line.
+            // A message from elsewhere may hold line breaks, a name of a file anything; a failure is one line.
             Self::Failed(text) | Self::Usage(text) | Self::Stopped(text) => {
-                f.write_str(&text.replace(['\n', '\r'], " "))
+                f.write_str(&plain(&text.replace(['\n', '\r'], " ")))
             }
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
         }

@@ -9,6 +9,7 @@ use tempfile::NamedTempFile;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::request::is_stream;
+use crate::words::closed;
 
 /// A result on its way to its place.
 pub struct Pending {
@@ -74,7 +75,7 @@ fn place_one(pending: Pending) -> Result<(), Failure> {
 pub fn write_to_stdout(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     let written = out.write_all(bytes).and_then(|()| out.flush());
-    written.map_err(|error| Failure::Failed(format!("standard output: {error}: check what reads it")))
+    written.map_err(|error| closed(&error))
 }
 
 fn exists(path: &Path) -> Failure {

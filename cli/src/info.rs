@@ -41,7 +41,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let info = of(&cleaned);
     if args.json {
         let json = serde_json::to_string_pretty(&info).map_err(|error| Failure::of(&source.path, error))?;
-        Voice::Out.say(&json);
+        json.lines().for_each(|line| Voice::Out.say(line));
     } else {
         lines(&info, &name(&source.path), &cleaned.counts.to_string()).iter().for_each(|line| Voice::Out.say(line));
     }

@@ -17,6 +17,7 @@ mod memory;
 mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
 mod missing;
+mod plain;
 mod progress;
 mod read;
 mod report;
@@ -32,15 +33,24 @@ mod train;
 mod train;
 mod words;
 
+use std::borrow::Cow;
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use command::{Args, Command};
+use failure::Failure;
+use plain::plain;
+use words::Voice;
 
 fn main() -> ExitCode {
     memory::keep_freed();
-    let done = match Args::parse().command {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(answer) => return answered(&answer),
+    };
+    let done = match args.command {
         Command::Simplify(args) if batch::is_meant(&args) => batch::run(*args),
         Command::Simplify(args) => request::resolve(*args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
@@ -50,6 +60,10 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::EvaluateOne => evaluate::work(),
     };
+    ended(done.and_then(|()| words::heard()))
+}
+
+fn ended(done: Result<(), Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -57,4 +71,17 @@ fn main() -> ExitCode {
             failure.exit_code()
         }
     }
+}
+
+/// Help, the version, or what is wrong with the arguments, which may be names of any bytes.
+fn answered(answer: &clap::Error) -> ExitCode {
+    if !answer.use_stderr() {
+        return ended(answer.print().and_then(|()| std::io::stdout().flush()).map_err(|error| words::closed(&error)));
+    }
+    match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
+        true => drop(answer.print()),
+        // Without the colours, which are made of escapes as well.
+        false => answer.to_string().lines().for_each(|line| Voice::Err.say(line)),
+    }
+    ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2))
 }

@@ -1,8 +1,10 @@
 //! What is said to people: the closing lines, notes, errors.
 
 use std::io::Write;
+use std::sync::OnceLock;
 
 use crate::failure::Failure;
+use crate::plain::plain;
 use crate::report::{Certified, Distance, Level, Report, Seconds, Size};
 
 /// Where words go.
@@ -17,14 +19,34 @@ pub enum Voice {
 }
 
 impl Voice {
-    /// Says a line. Nobody listening is no failure.
+    /// Says a line, made plain. Where standard output takes none, [`heard`] tells; nobody listening to standard error is no
+    /// failure.
     pub fn say(self, line: &str) {
-        let _ = match self {
-            Self::Out => writeln!(std::io::stdout(), "{line}"),
-            Self::Err => writeln!(std::io::stderr(), "{line}"),
-            Self::Quiet => Ok(()),
-        };
+        let line = plain(line);
+        match self {
+            Self::Out => {
+                let _ = writeln!(std::io::stdout(), "{line}").map_err(|error| UNHEARD.set(error));
+            }
+            Self::Err => drop(writeln!(std::io::stderr(), "{line}")),
+            Self::Quiet => {}
+        }
     }
+}
+
+/// Why standard output did not take a line, where it did not.
+static UNHEARD: OnceLock<std::io::Error> = OnceLock::new();
+
+/// Whether standard output took all that was said.
+pub fn heard() -> Result<(), Failure> {
+    match UNHEARD.get() {
+        Some(error) => Err(closed(error)),
+        None => std::io::stdout().flush().map_err(|error| closed(&error)),
+    }
+}
+
+/// Standard output is full, or nobody reads it any more.
+pub fn closed(error: &std::io::Error) -> Failure {
+    Failure::Failed(format!("standard output: {error}: check what reads it"))
 }
 
 /// One line on standard error.

@@ -11,6 +11,7 @@ mod evaluate;
 mod files;
 mod mesh_points;
 mod simplify;
+mod terminal;
 #[cfg(feature = "train")]
 mod train;
 mod usage;

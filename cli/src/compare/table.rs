@@ -3,6 +3,7 @@
 use neural_mesh::metrics::Figure;
 
 use super::{Comparison, Judged, LEFT_OUT, MOST_FOR_SPECTRUM, Named};
+use crate::plain::plain;
 use crate::words::{grouped, shortened};
 
 /// The lines of the table, columns aligned.
@@ -44,7 +45,7 @@ fn rows(results: &[Judged]) -> Vec<Vec<String>> {
     let row = |name: &str, unit: &str, of: &dyn Fn(&Judged) -> String| {
         [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
     };
-    let mut rows = vec![row("figure", "unit", &|result| shortened(&result.mesh.name))];
+    let mut rows = vec![row("figure", "unit", &|result| shortened(&plain(&result.mesh.name)))];
     let figures = results.first().map_or(&[][..], |result| &result.figures);
     for (at, Figure { name, unit, .. }) in figures.iter().enumerate() {
         rows.push(row(&name.replace('_', " "), unit, &|result| number(result.figures[at].value)));

@@ -16,7 +16,7 @@ RUN is created and holds settings.json (what was asked), rows.csv and rows.json 
 and seed), tables.md, error-size.svg, time-size.svg and error-time.svg. docs/evaluate.md explains them.
 
 Killed at any moment, it loses the current case; the same command with --resume continues. A method that fails or takes \
-too long is a row with its error. Exit codes: 0 done, 1 the input or the disk, 2 usage, 130 interrupted.";
+too long is a row with its error. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
 
 /// Measure methods at several sizes on a folder of meshes: tables, plots
 #[derive(Debug, Parser)]

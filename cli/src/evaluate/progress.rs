@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::evaluate::{Event, Row};
 
+use crate::plain::plain;
 use crate::words::Voice;
 
 /// Between two updates of the bar while a method runs.
@@ -44,10 +45,10 @@ impl EvaluateProgress {
             }
             Event::Running { method, round } if self.shown.elapsed() > PATIENCE => {
                 self.shown = Instant::now();
-                self.bar.set_message(format!("{}: {}, run {}", self.case, method.name(), round + 1));
+                self.show(&format!("{}: {}, run {}", self.case, method.name(), round + 1));
             }
             Event::Running { .. } => {}
-            Event::Judging => self.bar.set_message(format!("{}: measuring", self.case)),
+            Event::Judging => self.show(&format!("{}: measuring", self.case)),
             Event::Row(row) => self.row(row),
         }
     }
@@ -56,6 +57,11 @@ impl EvaluateProgress {
         if !error.is_empty() {
             self.say(&format!("failed    {mesh} at {ratio}, {method}: {error}"));
         }
+    }
+
+    /// Words in the bar.
+    fn show(&self, words: &str) {
+        self.bar.set_message(plain(words).into_owned());
     }
 
     /// A line above the bar.

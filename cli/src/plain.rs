@@ -1,0 +1,43 @@
+//! Text from outside made harmless for a terminal: what would steer it, or hide or reorder what people read, is spelled out.
+
+use std::borrow::Cow;
+
+/// The text with every character that a terminal obeys instead of showing it as its escape: `\u{1b}`, `\n`.
+///
+/// Backslashes stay, so that what was made plain stays as it is when it is made plain again.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    if !text.contains(steers) {
+        return Cow::Borrowed(text);
+    }
+    let escaped = |letter: char| if steers(letter) { letter.escape_default().to_string() } else { letter.to_string() };
+    Cow::Owned(text.chars().map(escaped).collect())
+}
+
+/// Controls of both sets, separators of lines, and what turns the direction of text.
+fn steers(letter: char) -> bool {
+    let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&letter)
+        || ('\u{2028}'..='\u{202e}').contains(&letter)
+        || ('\u{2066}'..='\u{2069}').contains(&letter);
+    letter.is_control() || turns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_steers_is_spelled_out_and_nothing_else() {
+        assert_eq!(plain("e\u{1b}[2J\u{9b}1m\u{7}\u{7f}"), "e\\u{1b}[2J\\u{9b}1m\\u{7}\\u{7f}");
+        assert_eq!(plain("a\nb\rc\td"), "a\\nb\\rc\\td");
+        assert_eq!(plain("\u{85}\u{2028}\u{2029}\u{202e}\u{2066}"), "\\u{85}\\u{2028}\\u{2029}\\u{202e}\\u{2066}");
+        for harmless in ["spot.ply", "a\\b", "Käse, 木, 🐄, \u{a0}", ""] {
+            assert!(matches!(plain(harmless), Cow::Borrowed(same) if same == harmless));
+        }
+    }
+
+    #[test]
+    fn twice_is_as_once() {
+        let once = plain("\u{1b}]0;x\u{7}\\").into_owned();
+        assert_eq!(plain(&once), once);
+    }
+}

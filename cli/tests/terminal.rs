@@ -1,0 +1,165 @@
+//! What the program says: bytes of files cannot steer the terminal, and words that nobody can hear are a failure.
+
+use std::fs;
+
+use crate::common::*;
+
+/// Clears the screen, renames the window, asks the terminal for an answer, turns the direction of text.
+const EVIL: &str = "e\u{1b}[2J\u{1b}]0;pwn\u{7}\u{9b}6n\u{202e}";
+/// What ends a line beside a line feed.
+const LINES: &str = "\u{85}\u{2028}\u{2029}";
+
+/// Runs the program; nothing that it says steers a terminal. Gives all that it says.
+#[track_caller]
+fn plain_words(run: &Run) -> String {
+    let said = format!("{}{}", String::from_utf8(run.out.clone()).unwrap(), run.words);
+    let steers =
+        |letter: char| letter != '\n' && (letter.is_control() || LINES.contains(letter) || letter == '\u{202e}');
+    assert!(!said.contains(steers), "{said:?}");
+    said
+}
+
+/// As [`plain_words`], of words that hold the name from the file.
+#[track_caller]
+fn spelled_out(run: &Run) -> String {
+    let said = plain_words(run);
+    assert!(said.contains("e\\u{1b}[2J\\u{1b}]0;pwn\\u{7}\\u{9b}6n\\u{202e}"), "{said}");
+    said
+}
+
+/// A tetrahedron with more in its header and in its body.
+fn tetrahedron(header: &str, faces: [&str; 4], more: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{header}end_header\n\
+         0 0 0\n1 0 0\n0 1 0\n0 0 1\n{}\n{more}",
+        faces.join("\n")
+    )
+}
+
+const FACES: [&str; 4] = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 2 0 3"];
+
+#[test]
+fn names_in_a_ply_are_spelled_out() {
+    let list = "element face 4\nproperty list uchar int vertex_indices\n";
+    let of_faces = ["3 0 2 1 0.5", "3 0 1 3 1", "3 1 2 3 2", "3 2 0 3 3"];
+    for file in [
+        tetrahedron(&format!("{list}element {EVIL} 1\nproperty int a\n"), FACES, "7\n"),
+        tetrahedron(&format!("{list}property float {EVIL}\n"), of_faces, ""),
+    ] {
+        let folder = folder();
+        fs::write(folder.path().join("a.ply"), file).unwrap();
+        let made = run(folder.path(), &["simplify", "a.ply", "-o", "b.ply", "--ratio", "1"]);
+        assert_eq!(made.code, Some(0), "{}", made.words);
+        assert!(spelled_out(&made).contains("note      "));
+    }
+    let folder = folder();
+    let cut = tetrahedron(&format!("{list}element {EVIL} 9\nproperty int a\n"), FACES, "7\n");
+    fs::write(folder.path().join("a.ply"), cut).unwrap();
+    let refused = run(folder.path(), &["simplify", "a.ply", "-o", "b.ply", "--ratio", "1"]);
+    assert_eq!(refused.code, Some(1));
+    spelled_out(&refused);
+    the_line(&refused);
+}
+
+#[test]
+fn names_in_an_obj_are_spelled_out() {
+    let folder = folder();
+    let named = format!("mtllib {EVIL}.mtl\no {EVIL}\ng {EVIL}\nusemtl {EVIL}\n{OCTAHEDRON}");
+    fs::write(folder.path().join("a.obj"), named).unwrap();
+    let arguments = ["simplify", "a.obj", "-o", "b.obj", "--ratio", "1"];
+    let made = run(folder.path(), &[&arguments[..], &["--picture", "b.png"]].concat());
+    assert_eq!(made.code, Some(0), "{}", made.words);
+    spelled_out(&made);
+    for importance in ["none=2", "none"] {
+        let refused = run(folder.path(), &[&arguments[..], &["--importance", importance, "--force"]].concat());
+        assert_eq!(refused.code, Some(2), "{}", refused.words);
+        plain_words(&refused);
+    }
+}
+
+#[test]
+fn names_in_a_gltf_are_spelled_out() {
+    let folder = folder();
+    let here = format!("data:application/octet-stream;base64,{}", "A".repeat(48));
+    for uri in [EVIL, &here] {
+        let asset = serde_json::json!({
+            "asset": { "version": "2.0" },
+            "scenes": [{ "nodes": [0] }],
+            "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "name": EVIL, "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{ "name": EVIL, "componentType": 5126, "count": 3, "type": EVIL, "bufferView": 0 }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "buffers": [{ "uri": uri, "byteLength": 36 }],
+        });
+        fs::write(folder.path().join("a.gltf"), asset.to_string()).unwrap();
+        for command in [&["info", "a.gltf"][..], &["simplify", "a.gltf", "-o", "b.glb", "--ratio", "1"]] {
+            let refused = run(folder.path(), command);
+            assert_eq!(refused.code, Some(1));
+            spelled_out(&refused);
+            the_line(&refused);
+        }
+    }
+}
+
+#[test]
+fn names_of_files_are_spelled_out() {
+    let folder = folder();
+    let [good, bad] = ["obj", "ply"].map(|ending| format!("{EVIL}{LINES}\n.{ending}"));
+    fs::write(folder.path().join(&good), OCTAHEDRON).unwrap();
+    fs::write(folder.path().join(&bad), "ply").unwrap();
+    for (command, code) in [
+        (&["info", &good][..], 0),
+        (&["info", &bad], 1),
+        (&["compare", &good, &good], 0),
+        (&["simplify", &bad, "-o", "b.ply", "--ratio", "0.5"], 1),
+        (&["simplify", ".", "-o", "out", "--ratio", "1"], 1),
+        (&["simplify", &good, "-o", &bad, "--ratio", "1", "--format", EVIL], 2),
+    ] {
+        let said = run(folder.path(), command);
+        assert_eq!(said.code, Some(code), "{command:?}: {}", said.words);
+        spelled_out(&said);
+    }
+    // As a pattern of the shell gives them.
+    let refused = run(folder.path(), &["info", &good, &bad]);
+    assert_eq!(refused.code, Some(2));
+    plain_words(&refused);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_a_failure() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    for arguments in [
+        &["info", "a.obj"][..],
+        &["info", "a.obj", "--json"],
+        &["simplify", "a.obj", "-o", "-", "--format", "obj", "--ratio", "1"],
+        &["simplify", "a.obj", "-o", "b.obj", "--ratio", "1"],
+        &["simplify", ".", "-o", "out", "--ratio", "1"],
+        &["compare", "a.obj", "a.obj"],
+        &["mesh-points", "a.obj", "-o", "c.obj"],
+        &["--help"],
+        &["--version"],
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let run = finish(program(folder.path(), arguments).stdout(full).spawn().unwrap());
+        assert_eq!(run.code, Some(1), "{arguments:?} {}", run.words);
+        assert!(run.words.contains("standard output: "), "{arguments:?} {}", run.words);
+    }
+    // The mesh has its place before words fail: what was made is there.
+    assert_eq!(info(folder.path(), "b.obj")["vertices"], 6);
+    assert_eq!(run(folder.path(), &["info", "a.obj"]).code, Some(0));
+}
+
+#[test]
+fn nobody_reading_the_words_is_a_failure() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    for arguments in [&["info", "a.obj"][..], &["info", "a.obj", "--json"], &["compare", "a.obj", "a.obj"]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let run = finish(program(folder.path(), arguments).stdout(writer).spawn().unwrap());
+        assert_eq!(run.code, Some(1), "{arguments:?}");
+        assert!(the_line(&run).contains("standard output: "), "{}", run.words);
+    }
+}
