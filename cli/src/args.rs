@@ -27,7 +27,8 @@ pub struct SimplifyArgs {
     /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
     pub inputs: Vec<PathBuf>,
-    /// The mesh to write; - for standard output (messages then go to standard error). For a batch, the folder
+    /// The mesh to write; - for standard output (messages then go to standard error). Of a link, what it leads to is replaced.
+    /// For a batch, the folder
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// File that names the meshes of a batch, one per line; - for standard input

@@ -11,11 +11,24 @@ use crate::interrupt;
 use crate::request::is_stream;
 use crate::words::closed;
 
+/// Links that are followed, as many as Linux follows.
+const MOST_LINKS: usize = 40;
+
 /// A result on its way to its place.
 pub struct Pending {
     temporary: NamedTempFile,
-    path: PathBuf,
+    /// What it is called.
+    name: PathBuf,
+    /// Where it will stand.
+    place: PathBuf,
     force: bool,
+}
+
+impl Pending {
+    /// Whether it will stand in this place.
+    pub fn is_at(&self, place: &Path) -> bool {
+        self.place == place
+    }
 }
 
 /// All bytes of a file, or of standard input.
@@ -29,16 +42,32 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     read.map_err(|error| Failure::of(path, format!("cannot be read: {error}: check the path")))
 }
 
+/// Refuses, before any work, results that would be one file, and places where none can be put.
+pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) -> Result<(), Failure> {
+    let paths: Vec<&Path> = paths.into_iter().collect();
+    let mut places = Vec::new();
+    for path in &paths {
+        let place = destination(path)?;
+        if places.contains(&place) {
+            let what = format!("{}: is the file of another result too: give each a file of its own", path.display());
+            return Err(Failure::Usage(what));
+        }
+        places.push(place);
+    }
+    paths.into_iter().try_for_each(|path| check_place(path, force))
+}
+
 /// Refuses, before any work, a place where no file can be put or where one stands that may not be replaced.
 pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
-    let folder = folder_of(path);
+    let place = destination(path)?;
+    let folder = folder_of(&place);
     if !folder.is_dir() {
         return Err(Failure::of(path, format!("there is no folder {}: create it first", folder.display())));
     }
     match std::fs::symlink_metadata(path) {
         Err(_) => Ok(()),
         Ok(_) if !force => Err(exists(path)),
-        // A link that leads nowhere is replaced; a folder or a device is not.
+        // What a link leads to need not be there yet; a folder or a device is not replaced.
         Ok(_) if std::fs::metadata(path).is_ok_and(|target| !target.is_file()) => {
             Err(Failure::of(path, "is not a file: choose another name"))
         }
@@ -46,15 +75,34 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
     }
 }
 
+/// The file that a name stands for, through links: they stay, and what they lead to is replaced. Its folder has its own name,
+/// if it is there.
+fn destination(path: &Path) -> Result<PathBuf, Failure> {
+    let mut place = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = std::fs::read_link(&place) else { return Ok(in_own_folder(&place)) };
+        place = folder_of(&place).join(next);
+    }
+    Err(Failure::of(path, "is a link that leads nowhere: choose another name"))
+}
+
+/// The path with its folder by its one name without links.
+pub fn in_own_folder(path: &Path) -> PathBuf {
+    let folder = std::fs::canonicalize(folder_of(path));
+    match (folder, path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_path_buf(),
+    }
+}
+
 /// Writes bytes, compressed where the name ends in `.gz`, to a temporary file in the folder where they will stand.
 pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failure> {
-    // Through a link, so that the link stays and the file behind it changes.
-    let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
-    let problem = |error| Failure::of(&path, format!("cannot be written: {error}: check the folder and the disk"));
-    let mut temporary = new_file_in(folder_of(&path)).map_err(problem)?;
+    let place = destination(name)?;
+    let problem = |error| Failure::of(name, format!("cannot be written: {error}: check the folder and the disk"));
+    let mut temporary = new_file_in(folder_of(&place)).map_err(problem)?;
     let bytes = io::packed_by_name(name, bytes).map_err(|error| Failure::of(name, error))?;
     temporary.write_all(&bytes).map_err(problem)?;
-    Ok(Pending { temporary, path, force })
+    Ok(Pending { temporary, name: name.into(), place, force })
 }
 
 /// Puts all results in their places, one after another, uninterrupted.
@@ -63,11 +111,11 @@ pub fn place(pending: Vec<Pending>) -> Result<(), Failure> {
 }
 
 fn place_one(pending: Pending) -> Result<(), Failure> {
-    let Pending { temporary, path, force } = pending;
-    let placed = if force { temporary.persist(&path) } else { temporary.persist_noclobber(&path) };
+    let Pending { temporary, name, place, force } = pending;
+    let placed = if force { temporary.persist(&place) } else { temporary.persist_noclobber(&place) };
     placed.map(drop).map_err(|error| match error.error.kind() {
-        std::io::ErrorKind::AlreadyExists => exists(&path),
-        _ => Failure::of(&path, format!("cannot be put in place: {}: check the folder", error.error)),
+        std::io::ErrorKind::AlreadyExists => exists(&name),
+        _ => Failure::of(&name, format!("cannot be put in place: {}: check the folder", error.error)),
     })
 }
 

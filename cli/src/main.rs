@@ -4,6 +4,7 @@ mod args;
 mod batch;
 mod command;
 mod compare;
+mod done;
 #[cfg(feature = "evaluate")]
 mod evaluate;
 #[cfg(not(feature = "evaluate"))]

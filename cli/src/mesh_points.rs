@@ -1,6 +1,7 @@
 //! `neural-mesh mesh-points`: read a cloud, mesh it, write, say what surface came of it.
 
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use neural_mesh::io::{self, Format};
@@ -56,8 +57,8 @@ struct Report {
 pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
     let request = resolve(args)?;
     let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
-    let mut files_to_be = results.filter(|path| !is_stream(path));
-    files_to_be.try_for_each(|path| files::check_place(path, request.args.force))?;
+    let files_to_be = results.map(PathBuf::as_path).filter(|path| !is_stream(path));
+    files::check_places(files_to_be, request.args.force)?;
     interrupt::watch(Failure::Interrupted);
     in_pool(request.args.threads, || run_in_pool(&request))
 }
@@ -69,7 +70,7 @@ fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
     if let Some(ratio) = args.ratio.filter(|&ratio| !(ratio > 0.0 && ratio <= 1.0)) {
         return Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1")));
     }
-    if args.report.as_deref().is_some_and(is_stream) || args.report.as_ref() == Some(&args.output) {
+    if args.report.as_deref().is_some_and(is_stream) {
         return Err(Failure::Usage("the report is a file of its own: give --report another name".into()));
     }
     Ok(Request { args, format })

@@ -153,7 +153,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         force: args.force,
     };
     check_threads(request.n_threads)?;
-    check_paths(&request)?;
+    check_streams(&request)?;
     Ok(request)
 }
 
@@ -368,19 +368,13 @@ pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
     }
 }
 
-/// Two results cannot go to one file, and only the mesh can go to standard output.
-fn check_paths(request: &Request) -> Result<(), Failure> {
-    let paths: Vec<&PathBuf> =
-        [&request.output, &request.report, &request.picture, &request.map].into_iter().flatten().collect();
-    for (index, path) in paths.iter().enumerate() {
-        if is_stream(path) {
-            return Err(Failure::Usage(
-                "only the mesh goes to standard output: give report, picture and map a file name".into(),
-            ));
-        }
-        if paths[..index].contains(path) {
-            return Err(Failure::Usage(format!("{}: named twice: give each result a file of its own", path.display())));
-        }
+/// Only the mesh can go to standard output.
+fn check_streams(request: &Request) -> Result<(), Failure> {
+    let others = [&request.report, &request.picture, &request.map];
+    match others.into_iter().flatten().any(|path| is_stream(path)) {
+        true => Err(Failure::Usage(
+            "only the mesh goes to standard output: give report, picture and map a file name".into(),
+        )),
+        false => Ok(()),
     }
-    Ok(())
 }

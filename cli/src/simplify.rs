@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use neural_mesh::io::{self, Format, OutputFile};
+use neural_mesh::io::{Format, OutputFile};
 use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
@@ -15,6 +15,7 @@ use neural_mesh::simplify::{
     simplify_levels_of_detail,
 };
 
+use crate::done::Done;
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
@@ -33,8 +34,9 @@ const SCREEN: f64 = 9.0 / 16.0;
 /// Does what is asked, on as many threads as asked.
 pub fn run(request: Request) -> Result<(), Failure> {
     let results = [&request.report, &request.picture, &request.map];
-    let paths = results.into_iter().flatten().cloned().chain(outputs(&request));
-    paths.into_iter().try_for_each(|path| files::check_place(&path, request.force))?;
+    let paths = outputs(&request).into_iter().chain(results.into_iter().flatten().cloned());
+    let paths: Vec<PathBuf> = paths.collect();
+    files::check_places(paths.iter().map(PathBuf::as_path), request.force)?;
     interrupt::watch(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(&request))
 }
@@ -54,33 +56,6 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let (report, cleaned) = done.put()?;
     say(request, &report, &cleaned);
     Ok(())
-}
-
-/// A run that is done but for the last step: nothing stands in its place yet.
-pub struct Done {
-    /// What was done.
-    report: Report,
-    /// What was cleaned, in words.
-    cleaned: String,
-    /// The mesh for standard output, where that is its place.
-    bytes: Option<Vec<u8>>,
-    /// The files.
-    pending: Vec<Pending>,
-    /// Files that belong beside the mesh, and the folder.
-    beside: Option<(PathBuf, Vec<OutputFile>)>,
-    force: bool,
-}
-
-impl Done {
-    /// Puts all that was made in its place; gives the report, and what was cleaned, in words.
-    pub fn put(self) -> Result<(Report, String), Failure> {
-        self.bytes.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-        if let Some((folder, beside)) = &self.beside {
-            io::write_files(folder, beside, self.force).map_err(|error| Failure::of(folder, error))?;
-        }
-        files::place(self.pending)?;
-        Ok((self.report, self.cleaned))
-    }
 }
 
 /// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.
@@ -265,9 +240,6 @@ fn written(
             done.bytes = Some(files.bytes);
             continue;
         };
-        if let Some(file) = files.beside.iter().find(|file| Some(file.path.as_os_str()) == path.file_name()) {
-            return Err(Failure::of(&file.path, "the mesh refers to a file of that name: choose another name for OUT"));
-        }
         done.pending.push(files::prepare(path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let (_, beside) = done.beside.get_or_insert((folder, Vec::new()));

@@ -90,17 +90,128 @@ fn written_files_have_the_permissions_of_new_files() {
 #[cfg(unix)]
 #[test]
 fn a_link_stays_and_the_file_behind_it_changes() {
+    use std::os::unix::fs::symlink;
     let folder = folder();
-    fs::write(folder.path().join("real.obj"), "old").unwrap();
-    std::os::unix::fs::symlink("real.obj", folder.path().join("link.obj")).unwrap();
-    let run = run_with_input(
-        folder.path(),
-        &["simplify", "-", "-o", "link.obj", "--ratio", "1", "-f"],
-        OCTAHEDRON.as_bytes(),
-    );
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    assert!(fs::symlink_metadata(folder.path().join("link.obj")).unwrap().is_symlink());
-    assert_eq!(info(folder.path(), "real.obj")["faces"], 8);
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("there")).unwrap();
+    fs::write(at("there/real.obj"), "old").unwrap();
+    symlink("there/real.obj", at("link.obj")).unwrap();
+    symlink("link.obj", at("twice.obj")).unwrap();
+    symlink("there/new.obj", at("ahead.obj")).unwrap();
+    symlink("nowhere/new.obj", at("nowhere.obj")).unwrap();
+    symlink("around.obj", at("around.obj")).unwrap();
+    let write = |name: &str, force: &[&str]| {
+        let arguments = [&["simplify", "-", "-o", name, "--ratio", "1"], force].concat();
+        run_with_input(folder.path(), &arguments, OCTAHEDRON.as_bytes())
+    };
+    for (link, real) in
+        [("link.obj", "there/real.obj"), ("twice.obj", "there/real.obj"), ("ahead.obj", "there/new.obj")]
+    {
+        assert_eq!(write(link, &[]).code, Some(1));
+        let before = fs::read(at(real)).ok();
+        let run = write(link, &["--force"]);
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
+        assert_eq!(info(folder.path(), real)["faces"], 8, "{before:?}");
+        fs::write(at(real), "old").unwrap();
+    }
+    for link in ["nowhere.obj", "around.obj"] {
+        let run = write(link, &["--force"]);
+        assert_eq!(run.code, Some(1));
+        assert!(the_line(&run).contains(link));
+    }
+    assert_eq!(files(&at("there")), ["new.obj", "real.obj"]);
+}
+
+/// Two results in one file, by two names: refused, and nothing is written.
+#[track_caller]
+fn one_file(folder: &std::path::Path, arguments: &[&str]) {
+    let before = files(folder);
+    let run = run(folder, arguments);
+    assert_eq!(run.code, Some(2), "{arguments:?} {}", run.words);
+    assert!(the_line(&run).contains("a file of its own"), "{}", run.words);
+    assert_eq!(files(folder), before);
+}
+
+#[test]
+fn results_that_would_be_one_file_are_refused_first() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("b")).unwrap();
+    fs::write(folder.path().join("in.obj"), OCTAHEDRON).unwrap();
+    let simplify = |more: &[&str]| one_file(folder.path(), &[&["simplify", "in.obj", "--ratio", "1"], more].concat());
+    let here = folder.path().join("a.ply");
+    for other in ["a.ply", "./a.ply", "b/../a.ply", here.to_str().unwrap()] {
+        for option in ["--report", "--picture", "--map"] {
+            simplify(&["-o", "a.ply", option, other]);
+            simplify(&["-o", "a.ply", option, other, "--force"]);
+        }
+    }
+    simplify(&["-o", "c.ply", "--report", "a", "--picture", "./a"]);
+    let lods = ["simplify", "in.obj", "--lods", "1,0.9", "-o", "a.ply", "--report", "a-lod1.ply"];
+    one_file(folder.path(), &lods);
+    one_file(folder.path(), &["mesh-points", "in.obj", "-o", "a.ply", "--report", "b/../a.ply"]);
+    one_file(folder.path(), &["compare", "in.obj", "in.obj", "--json", "a", "--html", "./a"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn results_that_would_be_one_file_through_links_are_refused_first() {
+    let folder = folder();
+    let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, folder.path().join(name)).unwrap();
+    fs::create_dir(folder.path().join("b")).unwrap();
+    fs::write(folder.path().join("in.obj"), OCTAHEDRON).unwrap();
+    fs::write(folder.path().join("b/a.ply"), "old").unwrap();
+    link("b", "c");
+    link("b/a.ply", "d.json");
+    link("b/new.ply", "e.json");
+    for (output, report) in [("b/f.ply", "c/f.ply"), ("b/a.ply", "d.json"), ("c/new.ply", "e.json")] {
+        let arguments = ["simplify", "in.obj", "--ratio", "1", "-o", output, "--report", report, "--force"];
+        one_file(folder.path(), &arguments);
+    }
+    assert_eq!(fs::read(folder.path().join("b/a.ply")).unwrap(), b"old");
+}
+
+#[test]
+fn what_a_mesh_needs_beside_it_gives_way_to_no_other_result() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("out/maps")).unwrap();
+    fs::create_dir(at("maps")).unwrap();
+    fs::write(at("in.mtl"), "newmtl m\nmap_Kd maps/t.png\n").unwrap();
+    fs::write(at("maps/t.png"), "texture").unwrap();
+    fs::write(at("in.obj"), format!("mtllib in.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
+    let simplify = |more: &[&str]| run(folder.path(), &[&["simplify", "in.obj", "--ratio", "1"], more].concat());
+    for (option, place) in
+        [("--report", "out/in.mtl"), ("--picture", "out/maps/t.png"), ("--map", "out/maps/../in.mtl")]
+    {
+        let refused = simplify(&["-o", "out/a.obj", option, place, "--force"]);
+        assert_eq!(refused.code, Some(1), "{option}");
+        assert!(the_line(&refused).contains("choose another name"), "{}", refused.words);
+        assert_eq!((files(&at("out")), files(&at("out/maps"))), (vec!["maps".into()], Vec::new()));
+    }
+    assert_eq!(simplify(&["-o", "out/in.mtl", "--format", "obj", "--force"]).code, Some(1));
+    assert_eq!(files(&at("out")), ["maps"]);
+    assert_eq!(simplify(&["-o", "out/a.obj", "--report", "out/maps/r.json"]).code, Some(0));
+    assert_eq!(files(&at("out")), ["a.obj", "in.mtl", "maps"]);
+}
+
+#[test]
+fn the_buffer_of_a_scene_gives_way_to_no_other_result() {
+    use base64::prelude::*;
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    run_with_input(folder.path(), &["simplify", "-", "-o", "a.gltf", "--ratio", "1"], OCTAHEDRON.as_bytes());
+    let mut scene = json(&at("a.gltf"));
+    let buffer = scene["buffers"][0]["uri"].as_str().unwrap().split(',').next_back().unwrap().to_string();
+    fs::write(at("a.bin"), BASE64_STANDARD.decode(buffer).unwrap()).unwrap();
+    scene["buffers"][0]["uri"] = "a.bin".into();
+    fs::write(at("a.gltf"), scene.to_string()).unwrap();
+    let arguments = ["simplify", "a.gltf", "--ratio", "1", "-o", "b.gltf", "--report"];
+    let refused = run(folder.path(), &[&arguments[..], &["b.bin", "--force"]].concat());
+    assert_eq!(refused.code, Some(1), "{}", refused.words);
+    assert_eq!(files(folder.path()), ["a.bin", "a.gltf"]);
+    assert_eq!(run(folder.path(), &[&arguments[..], &["b.json"]].concat()).code, Some(0));
+    assert_eq!(files(folder.path()), ["a.bin", "a.gltf", "b.bin", "b.gltf", "b.json"]);
 }
 
 #[cfg(unix)]

@@ -56,7 +56,7 @@ struct Judged {
 /// Compares, on as many threads as asked.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     check(args)?;
-    results(args).try_for_each(|path| files::check_place(path, args.force))?;
+    files::check_places(results(args), args.force)?;
     interrupt::watch(Failure::Interrupted);
     in_pool(args.threads, || run_in_pool(args))
 }
@@ -141,9 +141,6 @@ fn check(args: &CompareArgs) -> Result<(), Failure> {
     }
     if results(args).any(is_stream) {
         return Err(Failure::Usage("only the table goes to standard output: give JSON and page a file name".into()));
-    }
-    if args.json.is_some() && args.json == args.html {
-        return Err(Failure::Usage("JSON and page have the same name: give each a file of its own".into()));
     }
     Ok(())
 }
