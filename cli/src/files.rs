@@ -29,6 +29,11 @@ impl Pending {
     pub fn is_at(&self, place: &Path) -> bool {
         self.place == place
     }
+
+    fn is_there(&self) -> bool {
+        let there = std::fs::read(&self.place).ok();
+        !self.force && there.is_some() && there == std::fs::read(self.temporary.path()).ok()
+    }
 }
 
 /// All bytes of a file, or of standard input.
@@ -108,6 +113,11 @@ pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failur
 /// Puts all results in their places, one after another, uninterrupted.
 pub fn place(pending: Vec<Pending>) -> Result<(), Failure> {
     interrupt::uninterrupted(|| pending.into_iter().try_for_each(place_one))
+}
+
+/// As [`place`]; a file that stands in its place already, byte for byte, is one that an earlier run put there.
+pub fn place_or_find(pending: Vec<Pending>) -> Result<(), Failure> {
+    place(pending.into_iter().filter(|pending| !pending.is_there()).collect())
 }
 
 fn place_one(pending: Pending) -> Result<(), Failure> {

@@ -255,6 +255,149 @@ fn ctrl_c_leaves_a_batch_that_goes_on() {
 }
 
 #[test]
+fn a_texture_never_takes_the_place_of_another_mesh() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join("in").join(name);
+    put(&at("b.ply"), &shapes::icosphere(3), Format::Ply);
+    put(&at("c.obj"), &shapes::icosphere(2), Format::Obj);
+    for (name, texture) in [("a", "b.ply"), ("d", "c.obj"), ("e", "manifest.csv"), ("f", "t.png")] {
+        fs::write(at(&format!("{name}.mtl")), format!("newmtl m\nmap_Kd {texture}\n")).unwrap();
+        fs::write(at(&format!("{name}.obj")), format!("mtllib {name}.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
+    }
+    fs::write(at("manifest.csv"), "evil").unwrap();
+    fs::write(at("t.png"), "texture").unwrap();
+    let out = folder.path().join("out");
+    for more in [&[][..], &["--force"], &["--force", "--threads", "1"]] {
+        let run = run(folder.path(), &[&["simplify", "in", "-o", "out", "--ratio", "1"], more].concat());
+        assert_eq!(run.code, Some(1));
+        for (name, texture) in [("a.obj", "b.ply"), ("d.obj", "c.obj"), ("e.obj", "manifest.csv")] {
+            let outcome = outcome(&out, name);
+            assert!(outcome.starts_with("failed: ") && outcome.contains(texture), "{outcome}");
+        }
+        for name in ["b.ply", "c.obj", "f.obj"] {
+            assert_eq!(outcome(&out, name), "reached");
+        }
+        assert_eq!(info(&out, "b.ply")["vertices"], 642);
+        assert_eq!(info(&out, "c.obj")["vertices"], 162);
+        assert_eq!(files(&out), ["b.ply", "c.obj", "f.mtl", "f.obj", "manifest.csv", "t.png"]);
+    }
+}
+
+#[test]
+fn two_meshes_never_share_a_file_that_differs() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join("in").join(name);
+    for (place, texture) in [("x", "one"), ("y", "two")] {
+        fs::create_dir_all(at(place)).unwrap();
+        fs::write(at(place).join("t.png"), texture).unwrap();
+        fs::write(at(&format!("{place}.mtl")), format!("newmtl m\nmap_Kd {place}/t.png\n")).unwrap();
+        fs::create_dir_all(at("meshes")).unwrap();
+        let mesh = format!("mtllib ../{place}.mtl\nusemtl m\n{OCTAHEDRON}");
+        fs::write(at(&format!("meshes/{place}.obj")), mesh).unwrap();
+    }
+    // Both textures come from outside and would be `t.png` beside the result.
+    let arguments = ["simplify", "in/meshes", "-o", "out", "--ratio", "1", "--allow-outside", "--force"];
+    let run = run(folder.path(), &arguments);
+    let out = folder.path().join("out");
+    let mut outcomes = ["x.obj", "y.obj"].map(|name| outcome(&out, name));
+    outcomes.sort();
+    assert_eq!(run.code, Some(1), "{outcomes:?}");
+    assert!(outcomes[0].contains("t.png") && outcomes[0].contains("different file"), "{outcomes:?}");
+    assert_eq!(outcomes[1], "reached");
+    let kept = if outcome(&out, "x.obj") == "reached" { "one" } else { "two" };
+    assert_eq!(fs::read_to_string(out.join("t.png")).unwrap(), kept);
+}
+
+#[cfg(unix)]
+#[test]
+fn two_batches_in_one_folder_exclude_each_other() {
+    let folder = prepared();
+    let made = std::process::Command::new("mkfifo").arg(folder.path().join("weights")).status().unwrap();
+    assert!(made.success());
+    // Nobody writes the weights: the first batch waits for them, with its folder held.
+    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2"];
+    let mut first = program(folder.path(), &[&arguments[..], &["--weights", "weights"]].concat()).spawn().unwrap();
+    wait_until(|| folder.path().join("out/manifest.csv").exists());
+    for more in [&[][..], &["--resume"], &["--force"]] {
+        let second = run(folder.path(), &[&arguments[..], more].concat());
+        assert_eq!(second.code, Some(1));
+        assert!(the_line(&second).contains("another batch writes into this folder"), "{}", second.words);
+    }
+    assert_eq!(run(folder.path(), &["simplify", "in", "-o", "elsewhere", "--ratio", "0.2"]).code, Some(0));
+    assert_eq!(files(&folder.path().join("out")), ["manifest.csv"]);
+    // Killed, it holds nothing any more.
+    first.kill().unwrap();
+    first.wait().unwrap();
+    assert_eq!(run(folder.path(), &[&arguments[..], &["--force"]].concat()).code, Some(0));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_not_utf_8_keep_apart() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder();
+    let names = [&b"a\xfe.ply"[..], b"a\xff.ply", b"a\\xff.ply", b"a\xef\xbf\xbd.ply"].map(OsStr::from_bytes);
+    for (level, name) in names.iter().enumerate() {
+        put(&folder.path().join("in").join(name), &shapes::wavy_sphere(2, 1.0 + level as f64), Format::Ply);
+    }
+    let arguments = ["simplify", "in", "-o", "out", "--vertices", "40", "--resume"];
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    let out = folder.path().join("out");
+    let rows = manifest(&out);
+    assert_eq!(rows.keys().collect::<Vec<_>>(), [r"a\\xff.ply", r"a\xfe.ply", r"a\xff.ply", "a\u{fffd}.ply"]);
+    let results = names.map(|name| fs::read(out.join(name)).unwrap());
+    assert!((1..4).all(|i| !results[..i].contains(&results[i])));
+    // Each is found again under its own name: one that is gone is made, the others stay as they are.
+    for name in &names[1..] {
+        fs::write(out.join(name), name.as_bytes()).unwrap();
+    }
+    fs::remove_file(out.join(names[0])).unwrap();
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    assert_eq!(fs::read(out.join(names[0])).unwrap(), results[0]);
+    for name in &names[1..] {
+        assert_eq!(fs::read(out.join(name)).unwrap(), name.as_bytes());
+    }
+}
+
+#[test]
+fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
+    let folder = prepared();
+    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--resume"];
+    assert_eq!(run(folder.path(), &arguments).code, Some(0));
+    let out = folder.path().join("out");
+    let path = out.join("manifest.csv");
+    let without_time = || {
+        let mut rows = manifest(&out);
+        rows.values_mut().for_each(|row| drop(row.remove("seconds")));
+        rows
+    };
+    let (whole, text) = (without_time(), fs::read_to_string(&path).unwrap());
+    // The rows as a run leaves them that met results of a killed one.
+    let failed = text.replace(",reached,", ",\"failed: it exists already: continue with --resume\",");
+    assert_ne!(failed, text);
+    for left in [Some(failed), None] {
+        let written = left.map(|rows| fs::write(&path, rows));
+        if written.is_none() {
+            fs::remove_file(&path).unwrap();
+        }
+        let repaired = run(folder.path(), &arguments);
+        assert_eq!(repaired.code, Some(0), "{}", repaired.words);
+        assert_eq!(without_time(), whole);
+    }
+    // A file that is no result of this batch stays, however often the run is interrupted.
+    fs::write(out.join("c.off"), "mine").unwrap();
+    fs::remove_file(&path).unwrap();
+    for _ in 0..2 {
+        let refused = run(folder.path(), &arguments);
+        assert_eq!(refused.code, Some(1));
+        assert!(outcome(&out, "c.off").contains("exists already"), "{}", outcome(&out, "c.off"));
+        assert_eq!(fs::read(out.join("c.off")).unwrap(), b"mine");
+        assert_eq!(outcome(&out, "a.ply"), "reached");
+    }
+}
+
+#[test]
 fn what_makes_no_sense_is_a_usage_error() {
     let folder = prepared();
     for more in [

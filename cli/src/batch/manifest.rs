@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::inputs::Input;
+use super::spelled::{path_of, spelled};
 use crate::failure::Failure;
 use crate::files;
 use crate::report::Report;
 
 /// The name of the file.
-const NAME: &str = "manifest.csv";
+pub const NAME: &str = "manifest.csv";
 /// Time between two writes while meshes are done: what is lost with a killed program is done again.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// The outcome of a mesh that is not done yet.
@@ -53,8 +54,8 @@ impl Row {
 
     fn pending(input: &Input, output: &Path, request: &str) -> Self {
         Self {
-            name: slashed(&input.below),
-            output: slashed(output),
+            name: spelled(&input.below),
+            output: spelled(output),
             vertices: None,
             faces: None,
             output_vertices: None,
@@ -78,7 +79,7 @@ impl Row {
                 format!("belongs to another batch ({}): ask for the same, or choose another folder", old.request);
             return Err(Failure::of(manifest, what));
         }
-        if old.is_done() && folder.join(&old.output).is_file() {
+        if old.is_done() && folder.join(path_of(&old.output)).is_file() {
             *self = old.clone();
         }
         // A row without an end: the file is of a run that was killed before it wrote the row.
@@ -99,12 +100,6 @@ impl Row {
     }
 }
 
-/// A path with the same separators everywhere.
-fn slashed(path: &Path) -> String {
-    let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
-    names.join("/")
-}
-
 /// How many meshes ended how.
 pub struct Ends {
     pub reached: usize,
@@ -118,6 +113,8 @@ pub struct Manifest {
     rows: Mutex<Rows>,
     /// Whether the result of a mesh may take the place of a file.
     may_replace: Vec<bool>,
+    /// The meshes that are to be done.
+    waiting: Vec<usize>,
 }
 
 struct Rows {
@@ -131,7 +128,7 @@ impl Manifest {
         let path = folder.join(NAME);
         let known = if resume && path.exists() { read(&path)? } else { HashMap::new() };
         if !resume && !force {
-            let outputs = rows.iter().map(|row| folder.join(&row.output));
+            let outputs = rows.iter().map(|row| folder.join(path_of(&row.output)));
             refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
         }
         let mut may_replace = vec![force; rows.len()];
@@ -139,12 +136,16 @@ impl Manifest {
             if let Some(old) = known.get(&row.name) {
                 *may_replace |= row.go_on(old, folder, &path)?;
             }
-            let output = folder.join(&row.output);
-            if row.outcome == PENDING && !*may_replace && output.symlink_metadata().is_ok() {
+        }
+        let waiting = (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect();
+        for (row, _) in rows.iter_mut().zip(&may_replace).filter(|(row, may)| row.outcome == PENDING && !**may) {
+            let output = folder.join(path_of(&row.output));
+            if output.symlink_metadata().is_ok() {
+                // It fails unless the file proves to be its result, which a run put there that did not come to its row.
                 row.outcome = format!("{FAILED}{}", exists(&output));
             }
         }
-        let manifest = Self { path, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace };
+        let manifest = Self { path, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace, waiting };
         manifest.save()?;
         Ok(manifest)
     }
@@ -155,9 +156,8 @@ impl Manifest {
     }
 
     /// The meshes that are to be done.
-    pub fn waiting(&self) -> Vec<usize> {
-        let rows = &self.held().rows;
-        (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect()
+    pub fn waiting(&self) -> &[usize] {
+        &self.waiting
     }
 
     /// What the mesh is called.
@@ -167,7 +167,12 @@ impl Manifest {
 
     /// The path of the result below OUTDIR.
     pub fn output(&self, i: usize) -> PathBuf {
-        PathBuf::from(&self.held().rows[i].output)
+        path_of(&self.held().rows[i].output)
+    }
+
+    /// The paths of all results below OUTDIR.
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        self.held().rows.iter().map(|row| path_of(&row.output)).collect()
     }
 
     /// Whether the result may take the place of a file.

@@ -1,10 +1,13 @@
 //! `neural-mesh simplify` of many meshes: for each a file below OUTDIR and a row of its manifest, whatever becomes of it.
 
 mod inputs;
+mod lock;
 mod manifest;
 mod memory;
 mod outputs;
+mod places;
 mod schedule;
+mod spelled;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -23,6 +26,7 @@ use crate::words::Voice;
 use crate::{files, interrupt, read, simplify};
 use inputs::Input;
 use manifest::{Manifest, Row};
+use places::Places;
 
 /// Whether the arguments ask for a batch: a list, several meshes, a folder or a pattern.
 pub fn is_meant(args: &SimplifyArgs) -> bool {
@@ -35,11 +39,13 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let format = checked(&args)?;
     let inputs = inputs::find(&args)?;
     let folder = outputs::open(&args.output)?;
+    let _lock = lock::lock(&folder)?;
     let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
-    let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, weights };
+    let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
+    let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, places, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     batch.bar.finish_and_clear();
@@ -128,6 +134,7 @@ struct Batch {
     format: Option<Format>,
     inputs: Vec<Input>,
     manifest: Manifest,
+    places: Places,
     weights: Option<Weights>,
     bar: ProgressBar,
 }
@@ -156,11 +163,14 @@ impl Batch {
     }
 
     fn simplify_one(&self, i: usize) -> Result<Report, Failure> {
-        let output = outputs::ready(&self.folder, &self.manifest.output(i))?;
+        let below = self.manifest.output(i);
+        let output = outputs::ready(&self.folder, &below)?;
+        // What stands there may be its result.
+        files::check_place(&output, true)?;
         let request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
-        request.output.iter().try_for_each(|path| files::check_place(path, request.force))?;
         let done = simplify::simplify_file(&request, self.weights.as_ref(), &mut Progress::new(true))?;
-        done.put().map(|(report, _)| report)
+        let done = done.put_by(&|_, beside| self.places.write_beside(&below, beside), files::place_or_find)?;
+        Ok(done.0)
     }
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {

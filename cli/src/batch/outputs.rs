@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use neural_mesh::io::Format;
 
 use super::inputs::Input;
+use super::spelled::spelled;
 use crate::failure::Failure;
 
 /// Makes OUTDIR where there is none yet; gives its path without links.
@@ -56,8 +57,8 @@ fn free(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> P
 }
 
 /// Some disks take names in any case for one.
-fn folded(path: &Path) -> String {
-    path.to_string_lossy().to_lowercase()
+pub fn folded(path: &Path) -> String {
+    spelled(path).to_lowercase()
 }
 
 /// The format of a result where none is asked for: that of its mesh.

@@ -1,0 +1,122 @@
+//! What belongs beside the meshes of a batch, textures above all: none takes the place of a result or of another mesh's file.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use neural_mesh::io::OutputFile;
+
+use super::outputs::{folded, ready};
+use super::{lock, manifest};
+use crate::done::write_beside;
+use crate::failure::Failure;
+
+/// The places below OUTDIR that are taken.
+pub struct Places {
+    folder: PathBuf,
+    /// Results, done or to be done, and what the batch itself needs.
+    results: HashSet<String>,
+    /// The folders that they lie in.
+    folders: HashSet<String>,
+    /// What was written beside meshes.
+    beside: Mutex<HashSet<String>>,
+    /// Whether files of earlier runs are replaced.
+    force: bool,
+}
+
+impl Places {
+    /// Of a batch with these results, by their paths below OUTDIR.
+    pub fn new(folder: PathBuf, results: &[PathBuf], force: bool) -> Self {
+        let own = [manifest::NAME, lock::NAME].map(PathBuf::from);
+        let results = || results.iter().chain(&own);
+        Self {
+            folder,
+            folders: results().flat_map(|path| path.ancestors().skip(1)).map(folded).collect(),
+            results: results().map(|path| folded(path)).collect(),
+            beside: Mutex::default(),
+            force,
+        }
+    }
+
+    /// Writes what belongs beside a mesh whose result has this path below OUTDIR.
+    ///
+    /// # Errors
+    /// Before anything is written, where a file would take the place of a result; where it would replace another mesh's file
+    /// that is not the same; as the library does.
+    pub fn write_beside(&self, result: &Path, beside: &[OutputFile]) -> Result<(), Failure> {
+        let below = |file: &OutputFile| result.parent().unwrap_or(Path::new("")).join(&file.path);
+        if let Some(taken) = beside.iter().map(below).find(|path| self.is_taken(path)) {
+            let what = "the mesh needs a file where a result of the batch stands: rename one of them";
+            return Err(Failure::of(&self.folder.join(taken), what));
+        }
+        // Held while files are written: whoever comes second finds what the first one wrote.
+        let mut known = self.beside.lock().unwrap_or_else(PoisonError::into_inner);
+        // What others name comes first.
+        for file in beside.iter().rev() {
+            let path = ready(&self.folder, &below(file))?;
+            let is_new = known.insert(folded(&below(file)));
+            if !is_new && std::fs::read(&path).is_ok_and(|there| there != file.bytes) {
+                let what = "another mesh of the batch needs a different file of that name: rename one of them";
+                return Err(Failure::of(&path, what));
+            }
+            let folder = self.folder.join(result.parent().unwrap_or(Path::new("")));
+            write_beside(&folder, std::slice::from_ref(file), self.force && is_new)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a file there would take the place of a result, or stand in the way to one.
+    fn is_taken(&self, path: &Path) -> bool {
+        self.folders.contains(&folded(path)) || path.ancestors().any(|path| self.results.contains(&folded(path)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(path: &str, bytes: &[u8]) -> OutputFile {
+        OutputFile { path: path.into(), bytes: bytes.to_vec() }
+    }
+
+    #[test]
+    fn results_their_folders_and_the_manifest_are_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let results = ["a.obj", "deep/b.ply", "c.obj"].map(PathBuf::from);
+        let places = Places::new(folder.path().into(), &results, true);
+        let write =
+            |result: &str, path: &str| places.write_beside(Path::new(result), &[file("t.png", b"t"), file(path, b"x")]);
+        for path in ["c.obj", "C.OBJ", "c.obj/x.png", "deep", "deep/b.ply", "manifest.csv", "Manifest.CSV"] {
+            assert!(write("a.obj", path).is_err(), "{path}");
+        }
+        assert!(write("deep/b.ply", "b.ply").is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert!(write("a.obj", "deep/u.png").is_ok() && write("deep/b.ply", "c.obj").is_ok());
+        assert!(folder.path().join("deep/c.obj").is_file());
+    }
+
+    #[test]
+    fn the_first_mesh_keeps_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.png");
+        std::fs::write(&path, "of an earlier run").unwrap();
+        let write = |places: &Places, bytes| places.write_beside(Path::new("a.obj"), &[file("t.png", bytes)]);
+        let careful = Places::new(folder.path().into(), &[], false);
+        assert!(write(&careful, b"mine").is_err());
+        let places = Places::new(folder.path().into(), &[], true);
+        assert!(write(&places, b"mine").is_ok() && write(&places, b"mine").is_ok());
+        assert!(write(&places, b"yours").is_err());
+        assert_eq!(std::fs::read(&path).unwrap(), b"mine");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn no_link_leads_to_another_place() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("deep")).unwrap();
+        std::os::unix::fs::symlink("deep", folder.path().join("maps")).unwrap();
+        let places = Places::new(folder.path().into(), &["a.obj".into(), "deep/b.ply".into()], true);
+        assert!(places.write_beside(Path::new("a.obj"), &[file("maps/b.ply", b"x")]).is_err());
+        assert_eq!(std::fs::read_dir(folder.path().join("deep")).unwrap().count(), 0);
+    }
+}

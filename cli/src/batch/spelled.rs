@@ -1,0 +1,76 @@
+//! Paths as text with the same separators everywhere, from which the path comes back whatever its bytes.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+/// The names of a path with `/` between them. A byte that is no UTF-8 is written `\xff`, a backslash twice.
+pub fn spelled(path: &Path) -> String {
+    let names: Vec<String> = path.iter().map(spelled_name).collect();
+    names.join("/")
+}
+
+fn spelled_name(name: &OsStr) -> String {
+    let mut text = String::new();
+    for chunk in name.as_encoded_bytes().utf8_chunks() {
+        text += &chunk.valid().replace('\\', r"\\");
+        text.extend(chunk.invalid().iter().map(|byte| format!(r"\x{byte:02x}")));
+    }
+    text
+}
+
+/// The path that is spelled so.
+#[cfg(unix)]
+pub fn path_of(text: &str) -> PathBuf {
+    use std::os::unix::ffi::OsStrExt;
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('\\') {
+        bytes.extend(before.bytes());
+        let byte = after.strip_prefix('x').and_then(|after| u8::from_str_radix(after.get(..2)?, 16).ok());
+        bytes.push(byte.unwrap_or(b'\\'));
+        rest = after.get(if byte.is_some() { 3 } else { usize::from(after.starts_with('\\')) }..).unwrap_or_default();
+    }
+    bytes.extend(rest.bytes());
+    OsStr::from_bytes(&bytes).into()
+}
+
+/// The path that is spelled so; its names hold no backslash here.
+#[cfg(not(unix))]
+pub fn path_of(text: &str) -> PathBuf {
+    text.into()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+    use std::os::unix::ffi::OsStrExt;
+
+    #[test]
+    fn any_path_comes_back_and_no_two_are_spelled_alike() {
+        let names: [&[u8]; 9] = [
+            b"a.ply",
+            b"deep/er/b.ply",
+            b"a\xff.ply",
+            b"a\xfe.ply",
+            b"a\\xff.ply",
+            b"a\\.ply",
+            b"\\\xff\\",
+            b"k\xc3\xa4se\xc3",
+            b"\xef\xbf\xbd.ply",
+        ];
+        let paths = names.map(|name| PathBuf::from(OsStr::from_bytes(name)));
+        for path in &paths {
+            assert_eq!(path_of(&spelled(path)), *path, "{}", spelled(path));
+        }
+        assert_eq!(paths.iter().map(|path| spelled(path)).collect::<HashSet<_>>().len(), paths.len());
+        assert_eq!(spelled(&paths[2]), r"a\xff.ply");
+    }
+
+    #[test]
+    fn what_was_never_spelled_is_some_path() {
+        for text in ["\\", "a\\", "\\x", "\\x4", "\\xgg", "\\xä", "\\\\\\"] {
+            path_of(text);
+        }
+    }
+}
