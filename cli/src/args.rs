@@ -17,8 +17,10 @@ Batches: meshes are simplified in parallel, each into a file of its name below O
 that fails is a row too; the others continue, and the exit code is 1. Folders are searched with all folders below. \
 --format writes all results in one format.
 
-Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted. If a constraint stops the simplification \
-before the size asked for, the mesh is written, the exit code is 0, and a line and the report say what stopped it.";
+Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 3 written, but not as asked, 130 interrupted. If a \
+constraint stops the simplification before the size asked for, the mesh is written, a line and the report say what stopped \
+it (\"outcome\": \"stopped: ...\"), and the exit code is 0, or 3 with --strict. The bound of --error or --size is held or the exit \
+code is 3.";
 
 /// Arguments of `simplify`.
 #[derive(Debug, Parser)]
@@ -60,6 +62,9 @@ pub struct SimplifyArgs {
     /// in the name, of a glTF scene as one file (MSFT_lod)
     #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
     pub lods: Vec<f64>,
+    /// Exit with 3 where the size asked for was not reached
+    #[arg(long)]
+    pub strict: bool,
     /// Keep the vertices and edges of the boundary bit for bit, so that tiles fit together
     #[arg(long, alias = "lock-borders")]
     pub lock_boundaries: bool,

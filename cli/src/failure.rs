@@ -13,6 +13,8 @@ pub enum Failure {
     Failed(String),
     /// The arguments: exit code 2.
     Usage(String),
+    /// What was written does not hold what was asked of it: exit code 3.
+    Unmet(String),
     /// Ctrl-C: exit code 130.
     Interrupted,
     /// Ctrl-C where something was kept; the text says what: exit code 130.
@@ -30,6 +32,7 @@ impl Failure {
         ExitCode::from(match self {
             Self::Failed(_) => 1,
             Self::Usage(_) => 2,
+            Self::Unmet(_) => 3,
             Self::Interrupted | Self::Stopped(_) => 130,
         })
     }
@@ -39,7 +42,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // A message from elsewhere may hold line breaks, a name of a file anything; a failure is one line.
-            Self::Failed(text) | Self::Usage(text) | Self::Stopped(text) => {
+            Self::Failed(text) | Self::Usage(text) | Self::Unmet(text) | Self::Stopped(text) => {
                 f.write_str(&plain(&text.replace(['\n', '\r'], " ")))
             }
             Self::Interrupted => write!(f, "interrupted: nothing was written"),

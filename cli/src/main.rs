@@ -61,7 +61,8 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::EvaluateOne => evaluate::work(),
     };
-    ended(done.and_then(|()| words::heard()))
+    // Words that nobody could hear are the worse failure than a result that is short of what was asked.
+    ended(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::heard().and(done) } else { done })
 }
 
 fn ended(done: Result<(), Failure>) -> ExitCode {

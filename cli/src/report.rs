@@ -18,7 +18,7 @@ pub struct Report {
     pub output: Output,
     /// What was asked for.
     pub target: TargetWords,
-    /// `reached`, or what stopped it.
+    /// `reached`, or `stopped: ` and why: a size that was not reached, a bound that is not held.
     pub outcome: String,
     /// `geometry` or `network`.
     pub scores: &'static str,
@@ -54,7 +54,7 @@ pub struct Level {
     /// The mesh as written.
     #[serde(flatten)]
     pub output: Output,
-    /// `reached`, or what stopped it.
+    /// `reached`, or `stopped: ` and why: a size that was not reached, a bound that is not held.
     pub outcome: String,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
@@ -62,6 +62,11 @@ pub struct Level {
     /// at most 1. `null` with `--no-check`.
     pub screen_coverage: Option<f64>,
 }
+
+/// The outcome where what was asked is held.
+pub const REACHED: &str = "reached";
+/// How it begins where that is not so.
+const STOPPED: &str = "stopped: ";
 
 /// Lines of the screen that levels of detail are chosen for.
 const SCREEN_LINES: f64 = 1080.0;
@@ -333,12 +338,17 @@ pub fn scores(source: ScoreSource) -> &'static str {
     }
 }
 
-/// The words for how it ended.
+/// The words for how it ended: `reached`, or `stopped: ` and why.
 pub fn outcome(outcome: &Outcome) -> String {
     match outcome {
-        Outcome::Reached => "reached".into(),
-        Outcome::Stopped(why) => why.clone(),
+        Outcome::Reached => REACHED.into(),
+        Outcome::Stopped(why) => format!("{STOPPED}{why}"),
     }
+}
+
+/// What stopped a run that ended in these words.
+pub fn why_stopped(outcome: &str) -> Option<&str> {
+    outcome.strip_prefix(STOPPED)
 }
 
 /// Stages with their seconds, in order.

@@ -48,6 +48,8 @@ pub struct Request {
     pub quiet: bool,
     /// Whether existing files are replaced.
     pub force: bool,
+    /// Whether what was asked for and is not reached is told by the exit code.
+    pub strict: bool,
 }
 
 /// What the result has to meet.
@@ -61,6 +63,13 @@ pub enum Goal {
     Size(usize),
     /// The target of the options, and smaller ones after it.
     Levels(Vec<Target>),
+}
+
+impl Goal {
+    /// Whether it bounds the result, as a number of vertices or faces does not.
+    pub fn is_bound(&self) -> bool {
+        matches!(self, Self::Error(_) | Self::Size(_))
+    }
 }
 
 /// A distance.
@@ -136,6 +145,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     let request = Request {
         options: options(&args)?,
         goal: goal(&args)?,
+        strict: strict(&args)?,
         prune_below: prune_below(&args)?,
         importance: args.importance,
         allow_outside: args.allow_outside,
@@ -273,6 +283,11 @@ pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
         (_, _, [_, further @ ..]) => Ok(Goal::Levels(further.iter().map(|&ratio| Target::Ratio(ratio)).collect())),
         _ => Ok(Goal::Target),
     }
+}
+
+/// Whether a result that is short of what was asked is told by the exit code: a bound always, a size on request.
+pub fn strict(args: &SimplifyArgs) -> Result<bool, Failure> {
+    Ok(args.strict || goal(args)?.is_bound())
 }
 
 /// The size below which components are dropped.

@@ -21,7 +21,7 @@ use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::read::read_weights;
-use crate::report::{self, Certified, Distance, Level, MapFile, Output, Report, Seconds, Size};
+use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
 use crate::request::{Goal, Request};
 use crate::subject::{Seen, Subject};
 use crate::words::{self, Voice};
@@ -55,7 +55,19 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     drop(progress);
     let (report, cleaned) = done.put()?;
     say(request, &report, &cleaned);
-    Ok(())
+    met(request, &report)
+}
+
+/// Whether what was written is as asked, as far as that matters for the exit code.
+fn met(request: &Request, report: &Report) -> Result<(), Failure> {
+    let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
+    match outcomes.find(|outcome| *outcome != REACHED) {
+        Some(outcome) if request.strict => {
+            let written = request.output.as_deref().map_or("standard output".into(), name);
+            Err(Failure::Unmet(format!("{written}: is written, but {outcome}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.

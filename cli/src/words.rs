@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::failure::Failure;
 use crate::plain::plain;
-use crate::report::{Certified, Distance, Level, Report, Seconds, Size};
+use crate::report::{Certified, Distance, Level, Report, Seconds, Size, TargetWords, why_stopped};
 
 /// Where words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,8 +72,8 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
             output.components_at_minimum
         ));
     }
-    if report.outcome != "reached" {
-        notes.push(format!("stopped   {}", report.outcome));
+    if let Some(why) = why_stopped(&report.outcome) {
+        notes.push(format!("stopped   {why}"));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
         notes.push("reached   the mesh is already no larger than asked: unchanged".into());
     }
@@ -97,9 +97,10 @@ pub fn explained(report: &Report) -> Vec<String> {
     if lines.is_empty() {
         lines.push("held      by nothing but its shape".into());
     }
-    let asked = match report.outcome.as_str() {
-        "reached" => "the size asked for was reached".to_string(),
-        why => format!("the size asked for was not reached: {why}"),
+    let asked = match (why_stopped(&report.outcome), &report.target) {
+        (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_)) => "the distance asked for is held".to_string(),
+        (None, _) => "the size asked for was reached".to_string(),
+        (Some(why), _) => format!("what was asked for was not reached: {why}"),
     };
     lines.push(format!("so        {asked}, {} of {} vertices", grouped(output.size.vertices), grouped(input.vertices)));
     lines
@@ -114,8 +115,8 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
         let (mean, max) = (distance.mean_percent, distance.max_percent);
         line += &format!(", distance {mean:.3} % mean, {max:.3} % max, up to {coverage:.2} of the screen");
     }
-    if level.outcome != "reached" {
-        line += &format!(", stopped: {}", level.outcome);
+    if why_stopped(&level.outcome).is_some() {
+        line += &format!(", {}", level.outcome);
     }
     line
 }

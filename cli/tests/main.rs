@@ -2,6 +2,7 @@
 
 mod assets;
 mod batch;
+mod bounds;
 mod common;
 mod compare;
 mod compressed;

@@ -3,7 +3,9 @@
 use crate::mesh::TriMesh;
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance};
 use crate::model::Weights;
-use crate::simplify::{Input, Listener, Options, Simplified, SimplifyError, Target, simplify_levels_of_detail};
+use crate::simplify::{
+    Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_levels_of_detail,
+};
 
 use super::part::part_of;
 
@@ -22,9 +24,10 @@ const WHOLE: f64 = 0.7;
 /// A result and the proof.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounded {
-    /// The result.
+    /// The result. Its outcome says whether it certainly lies within the distance asked for.
     pub simplified: Simplified,
-    /// Bounds of its largest distance from the original, in either direction; the upper is at most what was asked.
+    /// Bounds of its largest distance from the original, in either direction; the upper is at most what was asked where the
+    /// outcome is [`Outcome::Reached`].
     pub distance: CertifiedDistance,
     /// Results that were made.
     pub n_tries: usize,
@@ -33,7 +36,8 @@ pub struct Bounded {
 /// Finds the smallest result whose two-sided largest distance from the mesh is certainly at most `error`, in the unit
 /// of the mesh; the target of `options` does not count.
 ///
-/// Distances nearly fall with size, not quite: some smaller mesh may hold the error too.
+/// Distances nearly fall with size, not quite: some smaller mesh may hold the error too. Where no result is proved to hold it,
+/// the nearest that was made, and its outcome is [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] where `error` is negative or not a number.
@@ -58,26 +62,88 @@ pub fn simplify_to_error(
         return Err(SimplifyError::BadError(error));
     }
     let mut n_before = 0;
-    let mut levels = |sizes: &[usize]| {
-        let progress = &mut part_of(progress, n_before, MOST_ROUNDS + 1);
+    let mut levels = |sizes: &[usize], in_place: bool| {
+        let progress = &mut part_of(progress, n_before, MOST_ROUNDS + 2);
         n_before += 1;
-        at_sizes(input, weights, options, sizes, progress)
+        at_sizes(input, weights, &Options { subset: in_place || options.subset, ..options.clone() }, sizes, progress)
     };
-    let (best, n_tries) = smallest_that_holds(input.mesh, error, &mut levels)?;
-    let is_proved = best.is_some();
-    let simplified = match best {
-        Some(best) => best,
-        None => levels(&[input.mesh.positions().len()])?.pop().ok_or(SimplifyError::Empty)?,
+    let (best, n_tries) = smallest_that_holds(input.mesh, error, &mut |sizes| levels(sizes, false))?;
+    let (mut simplified, distance) = match best {
+        Some(best) => {
+            let sharp = measured(input.mesh, &best.mesh, error);
+            (best, CertifiedDistance { upper: sharp.upper.min(error), ..sharp })
+        }
+        None => nearest(input.mesh, error, options, &mut levels)?,
     };
+    simplified.report.outcome = outcome(&distance, error);
+    Ok(Bounded { simplified, distance, n_tries })
+}
+
+/// Where no smaller result holds the error: the mesh at its own size, with its vertices in place if it is too far otherwise.
+fn nearest(
+    original: &TriMesh,
+    error: f64,
+    options: &Options,
+    levels: &mut dyn FnMut(&[usize], bool) -> Made,
+) -> Result<(Simplified, CertifiedDistance), SimplifyError> {
+    let mut whole = |in_place: bool| {
+        let result = levels(&[original.positions().len()], in_place)?.pop().ok_or(SimplifyError::Empty)?;
+        let distance = measured(original, &result.mesh, error);
+        Ok::<_, SimplifyError>((result, distance))
+    };
+    let moved = whole(false)?;
+    // A mirrored result takes positions of its own.
+    if moved.1.upper <= error || options.subset || options.symmetric.is_some() {
+        return Ok(moved);
+    }
+    let in_place = whole(true)?;
+    Ok(if in_place.1.upper < moved.1.upper { in_place } else { moved })
+}
+
+/// The bounds for a result that was asked to lie within `error`.
+fn measured(original: &TriMesh, simplified: &TriMesh, error: f64) -> CertifiedDistance {
+    if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
+        return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
+    }
     // How far below the half it lies is of no interest, and takes long to say of flat parts.
     let asked = Sharpness { enough: 0.5 * error, ..Sharpness::default() };
-    let sharp = certified_distance(input.mesh, &simplified.mesh, &asked).unwrap_or_default();
-    let upper = if is_proved { sharp.upper.min(error) } else { sharp.upper };
-    Ok(Bounded { simplified, distance: CertifiedDistance { upper, ..sharp }, n_tries })
+    let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
+    certified_distance(original, simplified, &asked).unwrap_or(unknown)
+}
+
+/// The triangles of a mesh by the bits of their points, whatever their order.
+fn triangles(mesh: &TriMesh) -> Vec<[[u32; 3]; 3]> {
+    let point = |vertex: u32| mesh.positions()[vertex as usize].map(f32::to_bits);
+    let mut triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(point)).collect();
+    triangles.iter_mut().for_each(|triangle| triangle.sort_unstable());
+    triangles.sort_unstable();
+    triangles
+}
+
+fn outcome(found: &CertifiedDistance, error: f64) -> Outcome {
+    if found.upper <= error {
+        return Outcome::Reached;
+    }
+    let [asked, upper, lower] = [error, found.upper, found.lower].map(|distance| in_words(distance, found.diagonal));
+    Outcome::Stopped(format!(
+        "no result certainly lies within {asked} of the original: this one is at most {upper} away, at least {lower}"
+    ))
+}
+
+/// `0.0731 (1 % of the diagonal)`, to three digits.
+fn in_words(distance: f64, diagonal: f64) -> String {
+    let digits = |value: f64| {
+        let decimals = if value > 0.0 { (2.0 - value.log10().floor()).clamp(0.0, 17.0) as usize } else { 0 };
+        format!("{value:.decimals$}")
+    };
+    format!("{} ({} % of the diagonal)", digits(distance), digits(100.0 * distance / diagonal.max(f64::MIN_POSITIVE)))
 }
 
 /// Results with so many vertices, falling, from one collapse.
-type Levels<'a> = dyn FnMut(&[usize]) -> Result<Vec<Simplified>, SimplifyError> + 'a;
+type Levels<'a> = dyn FnMut(&[usize]) -> Made + 'a;
+
+/// Results, or why there are none.
+type Made = Result<Vec<Simplified>, SimplifyError>;
 
 fn at_sizes(
     input: &Input,
@@ -175,6 +241,7 @@ mod tests {
 
     use crate::mesh::{shapes, topology};
     use crate::metrics::{Surface, surface_distance};
+    use crate::simplify::{Axis, Symmetry};
 
     fn found(mesh: &TriMesh, error: f64) -> Bounded {
         let options = Options::new(Target::Ratio(1.0));
@@ -193,6 +260,62 @@ mod tests {
             assert!(simplified.mesh.positions().len() < last && topology(&simplified.mesh).is_closed_manifold());
             last = simplified.mesh.positions().len();
         }
+    }
+
+    #[test]
+    fn what_is_not_held_is_said() {
+        // Nearly its own mirror image: what is exactly one differs from it.
+        let (mut positions, faces) = shapes::icosphere(3).into_parts();
+        positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
+        let mesh = TriMesh::new(positions, faces).unwrap();
+        let options = Options { symmetric: Some(Symmetry::Across(Axis::X)), ..Options::new(Target::Ratio(1.0)) };
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let Bounded { simplified, distance, .. } =
+            simplify_to_error(&Input::bare(&mesh), None, &options, 1e-6, go_on).unwrap();
+        assert!(distance.lower > 1e-6, "{distance:?}");
+        let Outcome::Stopped(why) = &simplified.report.outcome else { panic!("{distance:?}") };
+        let asked = "no result certainly lies within 0.00000100 (0.0000289 % of the diagonal) of the original";
+        assert!(why.starts_with(asked) && why.contains(&in_words(distance.upper, distance.diagonal)), "{why}");
+    }
+
+    #[test]
+    fn a_coarse_klein_bottle_stays_in_place_where_it_would_move_too_far() {
+        let bottle = shapes::klein_bottle(6, 4);
+        for error in [0.0, 1e-9, 1e-3] {
+            let Bounded { simplified, distance, .. } = found(&bottle, error);
+            assert_eq!(simplified.report.outcome, Outcome::Reached, "{error}");
+            assert!(distance.upper <= error, "{error} {distance:?}");
+        }
+    }
+
+    #[test]
+    fn where_surfaces_touch_the_outcome_tells_whether_the_error_is_held() {
+        let meshes = [
+            shapes::touching_spheres(2),
+            shapes::tetrahedra_sharing_edge(),
+            shapes::tetrahedra_sharing_vertex(),
+            shapes::klein_bottle(9, 5),
+            shapes::moebius_strip(12, 3),
+            shapes::thin_sheet(6, 1e-5),
+        ];
+        for mesh in &meshes {
+            for percent in [0.0, 1e-6, 0.1, 2.0] {
+                let error = 0.01 * percent * mesh.diagonal();
+                let Bounded { simplified, distance, .. } = found(mesh, error);
+                let exact = certified_distance(mesh, &simplified.mesh, &Sharpness::default()).unwrap();
+                let is_held = simplified.report.outcome == Outcome::Reached;
+                assert_eq!(is_held, distance.upper <= error, "{percent} {distance:?}");
+                assert!(!is_held || exact.lower <= error, "{percent} {exact:?}");
+                assert!(exact.lower <= distance.upper && distance.lower <= exact.upper, "{exact:?} {distance:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(in_words(0.073_123, 7.3123), "0.0731 (1.00 % of the diagonal)");
+        assert_eq!(in_words(0.0, 0.0), "0 (0 % of the diagonal)");
+        assert_eq!(in_words(1234.5, 1e7), "1234 (0.0123 % of the diagonal)");
     }
 
     #[test]

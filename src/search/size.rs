@@ -1,7 +1,7 @@
 //! The largest result that fits into a number of bytes.
 
 use crate::model::Weights;
-use crate::simplify::{Input, Listener, Options, Simplified, SimplifyError, Target, simplify_input};
+use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
 
 use super::part::part_of;
 
@@ -11,9 +11,12 @@ const MOST_TRIES: usize = 8;
 const FULL: f64 = 0.99;
 /// Vertices of the first, small try, which tells what a vertex takes.
 const FIRST: usize = 1000;
+/// Results too large in a row after which the smallest there is tells whether any fits.
+const MOST_MISSES: usize = 5;
 
 /// Finds a result that takes at most `n_bytes` when it is written, as `bytes_of` says, and nearly fills them; the target of
-/// `options` does not count. Where no result is small enough, the smallest that was made.
+/// `options` does not count. Where no result is small enough, the smallest that was made, and its outcome is
+/// [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`], and those of `bytes_of`.
@@ -55,12 +58,22 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
             known.as_ref().map(|(result, n)| (result.mesh.positions().len() as f64, *n as f64))
         };
         let next = next_guess(size(&fits), size(&too_large), n_bytes as f64 * (0.5 + 0.5 * FULL));
-        vertices = (next as usize).clamp(1, n_all);
+        let is_hopeless = fits.is_none() && n_before + 1 >= MOST_MISSES;
+        vertices = if is_hopeless { 1 } else { (next as usize).clamp(1, n_all) };
     }
-    match fits.or(too_large) {
-        Some((result, _)) => Ok(result),
-        None => Err(SimplifyError::Empty.into()),
-    }
+    let outcome = outcome(fits.is_some(), too_large.as_ref());
+    let (mut result, _) = fits.or(too_large).ok_or(SimplifyError::Empty)?;
+    result.report.outcome = outcome;
+    Ok(result)
+}
+
+fn outcome(fits: bool, too_large: Option<&(Simplified, usize)>) -> Outcome {
+    let Some((result, n)) = too_large.filter(|_| !fits) else { return Outcome::Reached };
+    let why = match &result.report.outcome {
+        Outcome::Reached => String::new(),
+        Outcome::Stopped(why) => format!(": {why}"),
+    };
+    Outcome::Stopped(format!("the smallest result takes {n} bytes{why}"))
 }
 
 /// Vertices for so many bytes, from what was measured of a small and a large result (vertices, bytes).
@@ -69,5 +82,40 @@ fn next_guess(small: Option<(f64, f64)>, large: Option<(f64, f64)>, n_bytes: f64
         (Some((v, n)), Some((w, m))) if m > n => v + (w - v) * (n_bytes - n) / (m - n),
         (Some((v, n)), _) | (None, Some((v, n))) => v * n_bytes / n,
         (None, None) => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ops::ControlFlow;
+
+    use crate::mesh::shapes;
+
+    /// A result of an icosphere within so many bytes, where a file takes `more` whatever the mesh; and the bytes that it takes.
+    fn found(more: usize, n_bytes: usize) -> (Simplified, usize) {
+        let mesh = shapes::icosphere(4);
+        let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(more + 26 * result.mesh.faces().len());
+        let (options, go_on) = (Options::new(Target::Ratio(1.0)), &mut |_| ControlFlow::Continue(()));
+        let result = simplify_to_size(&Input::bare(&mesh), None, &options, n_bytes, &bytes_of, go_on).unwrap();
+        let n = bytes_of(&result).unwrap();
+        (result, n)
+    }
+
+    #[test]
+    fn what_does_not_fit_is_said() {
+        let (result, n) = found(0, 100);
+        let Outcome::Stopped(why) = &result.report.outcome else { panic!("{n}") };
+        assert!(n > 100 && why.starts_with(&format!("the smallest result takes {n} bytes: ")), "{why}");
+        assert!(matches!(found(50_000, 50_000).0.report.outcome, Outcome::Stopped(_)));
+    }
+
+    #[test]
+    fn what_fits_is_found_beside_much_that_no_size_changes() {
+        for (more, n_bytes) in [(0, 20_000), (100_000, 102_000), (1_000_000, 1_000_500), (0, usize::MAX)] {
+            let (result, n) = found(more, n_bytes);
+            assert_eq!(result.report.outcome, Outcome::Reached, "{more} {n_bytes} {n}");
+            assert!(n <= n_bytes);
+        }
     }
 }

@@ -182,7 +182,7 @@ pub enum Optimize {
 pub enum Outcome {
     /// At most the size asked for, and at most one vertex or face below it (a face where parity forbids).
     Reached,
-    /// The result is larger than asked; the text says which constraint holds it.
+    /// The result is larger than asked, and the text says which constraint holds it; or, of a search, it does not hold what was asked.
     Stopped(String),
 }
 

@@ -11,7 +11,7 @@ use super::inputs::Input;
 use super::spelled::{path_of, spelled};
 use crate::failure::Failure;
 use crate::files;
-use crate::report::Report;
+use crate::report::{REACHED, Report};
 
 /// The name of the file.
 pub const NAME: &str = "manifest.csv";
@@ -21,8 +21,6 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const PENDING: &str = "pending";
 /// How the outcome of a mesh that failed begins.
 const FAILED: &str = "failed: ";
-/// The outcome of a mesh at the size asked for.
-const REACHED: &str = "reached";
 
 /// What became of a mesh.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -40,7 +38,7 @@ pub struct Row {
     max_percent: Option<f64>,
     /// From opening the mesh to the result on the disk.
     seconds: Option<f64>,
-    /// `pending`, `reached`, what stopped it before the size asked for, or `failed: ` and why.
+    /// `pending`, `reached`, `stopped: ` and why it is short of what was asked, or `failed: ` and why.
     outcome: String,
     /// What was asked of it.
     request: String,

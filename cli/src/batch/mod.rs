@@ -21,7 +21,9 @@ use crate::args::SimplifyArgs;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::request::{Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, weld_near};
+use crate::request::{
+    Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, strict, weld_near,
+};
 use crate::words::Voice;
 use crate::{files, interrupt, read, simplify};
 use inputs::Input;
@@ -191,6 +193,7 @@ impl Batch {
             report: None,
             picture: None,
             quiet: true,
+            strict: false,
             force,
         })
     }
@@ -207,9 +210,13 @@ impl Batch {
             ends.failed
         ));
         voice.say(&format!("time      {seconds:.3} s"));
-        match ends.failed {
-            0 => Ok(()),
-            n => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: the rows say why"))),
+        match (ends.failed, ends.stopped) {
+            (0, n) if n > 0 && strict(&self.args)? => {
+                let what = "meshes were stopped before what was asked: the rows say why";
+                Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
+            }
+            (0, _) => Ok(()),
+            (n, _) => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: the rows say why"))),
         }
     }
 }

@@ -1,0 +1,148 @@
+//! What was asked is held, or the exit code and the outcome say that it is not: bounds always, sizes with `--strict`.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
+
+fn put(path: &Path, mesh: &TriMesh) {
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
+}
+
+/// A sphere that is nearly its own mirror image.
+fn nearly_mirrored() -> TriMesh {
+    let (mut positions, faces) = shapes::icosphere(3).into_parts();
+    positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
+    TriMesh::new(positions, faces).unwrap()
+}
+
+/// Simplifies `in.ply` with a report; gives the run and the outcome.
+fn simplified(folder: &Path, more: &[&str]) -> (Run, String) {
+    let arguments = ["simplify", "in.ply", "-o", "out.ply", "--report", "r.json", "--force"];
+    let run = run(folder, &[&arguments[..], more].concat());
+    let outcome = json(&folder.join("r.json"))["outcome"].as_str().unwrap().to_string();
+    (run, outcome)
+}
+
+#[test]
+fn a_distance_is_held_where_surfaces_touch() {
+    let meshes = [
+        ("klein bottle", shapes::klein_bottle(6, 4)),
+        ("spheres", shapes::touching_spheres(2)),
+        ("tetrahedra", shapes::tetrahedra_sharing_edge()),
+        ("strip", shapes::moebius_strip(12, 3)),
+    ];
+    for (name, mesh) in &meshes {
+        let folder = folder();
+        put(&folder.path().join("in.ply"), mesh);
+        for percent in ["0.001", "0.1", "3"] {
+            let (run, outcome) = simplified(folder.path(), &["--error", &format!("{percent}%")]);
+            let upper = json(&folder.path().join("r.json"))["certified"]["upper_percent"].as_f64().unwrap();
+            let is_held = upper <= percent.parse::<f64>().unwrap();
+            assert_eq!(run.code, Some(if is_held { 0 } else { 3 }), "{name} {percent}: {upper}");
+            assert_eq!(outcome == "reached", is_held, "{name} {percent}: {upper}, {outcome}");
+            assert!(is_held || *name != "klein bottle", "{percent}: {upper}");
+        }
+    }
+}
+
+#[test]
+fn a_bound_that_is_not_held_is_written_and_said_by_the_exit_code() {
+    let folder = folder();
+    put(&folder.path().join("in.ply"), &nearly_mirrored());
+    let cases = [
+        (&["--error", "1e-6", "--symmetric=x"][..], "no result certainly lies within 0.00000100 ("),
+        (&["--error", "0", "--symmetric=x"], "no result certainly lies within 0 (0 % of the diagonal)"),
+        (&["--size", "200"], "the smallest result takes "),
+    ];
+    for (bound, why) in cases {
+        let (run, outcome) = simplified(folder.path(), bound);
+        assert_eq!(run.code, Some(3), "{}", run.words);
+        assert!(outcome.starts_with(&format!("stopped: {why}")), "{outcome}");
+        assert_eq!(the_line(&run), format!("neural-mesh: out.ply: is written, but {outcome}"));
+        assert!(String::from_utf8(run.out).unwrap().contains(&format!("stopped   {why}")));
+        assert!(info(folder.path(), "out.ply")["vertices"].as_u64().unwrap() > 3);
+        let (quiet, _) = simplified(folder.path(), &[bound, &["--quiet"]].concat());
+        assert_eq!((quiet.code, quiet.out.len(), quiet.words.lines().count()), (Some(3), 0, 1));
+    }
+    for bound in [["--error", "1%"], ["--size", "20kB"]] {
+        let (run, outcome) = simplified(folder.path(), &bound);
+        assert_eq!((run.code, outcome.as_str()), (Some(0), "reached"), "{}", run.words);
+    }
+}
+
+#[test]
+fn a_size_that_is_not_reached_is_said_by_the_exit_code_on_request() {
+    let folder = folder();
+    put(&folder.path().join("in.ply"), &shapes::chain_of_tori(5));
+    for (size, strict) in [(["--vertices", "4"], 3), (["--lods", "0.5,0.001"], 3), (["--ratio", "0.5"], 0)] {
+        let (run, outcome) = simplified(folder.path(), &size);
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(outcome.starts_with("stopped: "), size[0] == "--vertices", "{outcome}");
+        let (run, same) = simplified(folder.path(), &[&size[..], &["--strict"]].concat());
+        assert_eq!((run.code, same), (Some(strict), outcome), "{}", run.words);
+    }
+    let levels =
+        run(folder.path(), &["simplify", "in.ply", "-o", "l.ply", "--lods", "0.5,0.001", "--report", "l.json"]);
+    assert_eq!(levels.code, Some(0));
+    let levels = &json(&folder.path().join("l.json"))["levels"];
+    assert_eq!(levels[0]["outcome"], "reached");
+    assert!(levels[1]["outcome"].as_str().unwrap().starts_with("stopped: "), "{levels}");
+}
+
+#[test]
+fn a_bound_is_held_on_standard_output_too() {
+    let folder = folder();
+    put(&folder.path().join("in.ply"), &shapes::icosphere(2));
+    let piped =
+        |size| run(folder.path(), &["simplify", "in.ply", "-o", "-", "--format", "ply", "--quiet", "--size", size]);
+    let (held, short) = (piped("2kB"), piped("100"));
+    assert_eq!((held.code, short.code), (Some(0), Some(3)));
+    assert!(held.out.len() <= 2000 && short.out.len() > 100);
+    assert!(
+        the_line(&short)
+            .starts_with("neural-mesh: standard output: is written, but stopped: the smallest result takes ")
+    );
+}
+
+#[test]
+fn in_a_batch_it_is_a_row() {
+    let folder = folder();
+    put(&folder.path().join("in/chain.ply"), &shapes::chain_of_tori(5));
+    put(&folder.path().join("in/sphere.ply"), &shapes::icosphere(3));
+    let batch = |out: &str, more: &[&str]| run(folder.path(), &[&["simplify", "in", "-o", out], more].concat());
+    let rows = |out: &str| fs::read_to_string(folder.path().join(out).join("manifest.csv")).unwrap();
+    let count = |out: &str, outcome: &str| rows(out).matches(outcome).count();
+    // A bound: only the sphere fits.
+    let sized = batch("a", &["--size", "1kB"]);
+    assert_eq!(sized.code, Some(3), "{}", sized.words);
+    assert!(the_line(&sized).contains("1 meshes were stopped before what was asked"), "{}", sized.words);
+    assert_eq!((count("a", ",reached,"), count("a", ",stopped: the smallest result takes ")), (1, 1), "{}", rows("a"));
+    assert_eq!(batch("a", &["--size", "1kB", "--resume"]).code, Some(3));
+    // A size.
+    for (more, code) in
+        [(&[][..], 0), (&["--strict", "--resume"], 3), (&["--resume"], 0), (&["--strict", "--force"], 3)]
+    {
+        let run = batch("b", &[&["--vertices", "4"], more].concat());
+        assert_eq!(run.code, Some(code), "{more:?} {}", run.words);
+        assert_eq!((count("b", ",reached,"), count("b", ",stopped: ")), (1, 1), "{}", rows("b"));
+    }
+    // A failure is the worse end.
+    fs::write(folder.path().join("in/bad.ply"), "ply").unwrap();
+    assert_eq!(batch("c", &["--vertices", "4", "--strict"]).code, Some(1));
+}
+
+#[test]
+fn help_says_what_the_exit_codes_are() {
+    let folder = folder();
+    let help = run(folder.path(), &["simplify", "--help"]);
+    let words = String::from_utf8(help.out).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    for said in
+        ["3 written, but not as asked", "0, or 3 with --strict", "--error or --size is held or the exit code is 3"]
+    {
+        assert!(words.contains(said), "{said}: {words}");
+    }
+}
