@@ -302,11 +302,11 @@ mod tests {
             for percent in [0.0, 1e-6, 0.1, 2.0] {
                 let error = 0.01 * percent * mesh.diagonal();
                 let Bounded { simplified, distance, .. } = found(mesh, error);
-                let exact = certified_distance(mesh, &simplified.mesh, &Sharpness::default()).unwrap();
+                let surfaces = [mesh, &simplified.mesh].map(|mesh| Surface::new(mesh, 3000, 0));
+                let sampled = surface_distance(&surfaces[0], &surfaces[1]).unwrap().both.max;
                 let is_held = simplified.report.outcome == Outcome::Reached;
                 assert_eq!(is_held, distance.upper <= error, "{percent} {distance:?}");
-                assert!(!is_held || exact.lower <= error, "{percent} {exact:?}");
-                assert!(exact.lower <= distance.upper && distance.lower <= exact.upper, "{exact:?} {distance:?}");
+                assert!(sampled <= distance.upper + 1e-6 * mesh.diagonal(), "{percent} {sampled} {distance:?}");
             }
         }
     }
