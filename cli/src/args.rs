@@ -14,7 +14,7 @@ Scores decide where vertices go. They come from a small network that ships with 
 (\"scores\": \"network\").
 
 Batches: meshes are simplified in parallel, each into a file of its name below OUT, with a row in OUT/manifest.csv. A mesh \
-that fails is a row too; the others continue, and the exit code is 1. Folders are searched with all folders below. \
+that fails is a row too; the others continue, and the exit code is 1. OUT takes one batch at a time. Folders are searched with all folders below. \
 --format writes all results in one format.
 
 Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 3 written, but not as asked, 130 interrupted. If a \

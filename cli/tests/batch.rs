@@ -237,6 +237,26 @@ fn nothing_is_written_outside_the_folder() {
 
 #[cfg(unix)]
 #[test]
+fn a_manifest_that_is_a_link_is_refused() {
+    let folder = prepared();
+    fs::create_dir(folder.path().join("out")).unwrap();
+    fs::write(folder.path().join("mine.csv"), "mine").unwrap();
+    for to in ["../mine.csv", "../new.csv"] {
+        let link = folder.path().join("out/manifest.csv");
+        std::os::unix::fs::symlink(to, &link).unwrap();
+        for more in ["--force", "--resume"] {
+            let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.5", more]);
+            assert_eq!(run.code, Some(1));
+            assert!(the_line(&run).contains("is a link"), "{}", run.words);
+        }
+        fs::remove_file(link).unwrap();
+    }
+    assert_eq!(files(folder.path()), ["in", "mine.csv", "out"]);
+    assert_eq!(fs::read(folder.path().join("mine.csv")).unwrap(), b"mine");
+}
+
+#[cfg(unix)]
+#[test]
 fn ctrl_c_leaves_a_batch_that_goes_on() {
     let folder = folder();
     for i in 0..40 {

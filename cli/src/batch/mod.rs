@@ -10,7 +10,7 @@ mod schedule;
 mod spelled;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -42,6 +42,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let inputs = inputs::find(&args)?;
     let folder = outputs::open(&args.output)?;
     let _lock = lock::lock(&folder)?;
+    outputs::ready(&folder, Path::new(manifest::NAME))?;
     let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
