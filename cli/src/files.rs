@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::request::is_stream;
-use crate::words::closed;
+use crate::words::{closed, out};
 
 /// Links that are followed, as many as Linux follows.
 const MOST_LINKS: usize = 40;
@@ -131,9 +131,7 @@ fn place_one(pending: Pending) -> Result<(), Failure> {
 
 /// Writes bytes to standard output.
 pub fn write_to_stdout(bytes: &[u8]) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    let written = out.write_all(bytes).and_then(|()| out.flush());
-    written.map_err(|error| closed(&error))
+    out(bytes).map_err(|error| closed(&error))
 }
 
 fn exists(path: &Path) -> Failure {

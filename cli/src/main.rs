@@ -2,6 +2,7 @@
 
 mod args;
 mod batch;
+mod closed;
 mod command;
 mod compare;
 mod done;
@@ -35,7 +36,6 @@ mod train;
 mod words;
 
 use std::borrow::Cow;
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -78,7 +78,8 @@ fn ended(done: Result<(), Failure>) -> ExitCode {
 /// Help, the version, or what is wrong with the arguments, which may be names of any bytes.
 fn answered(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
-        return ended(answer.print().and_then(|()| std::io::stdout().flush()).map_err(|error| words::closed(&error)));
+        let said = words::out(b"").and_then(|()| answer.print()).and_then(|()| words::out(b""));
+        return ended(said.map_err(|error| words::closed(&error)));
     }
     match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
         true => drop(answer.print()),

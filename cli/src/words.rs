@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::sync::OnceLock;
 
+use crate::closed::is_closed;
 use crate::failure::Failure;
 use crate::plain::plain;
 use crate::report::{Certified, Distance, Level, Report, Seconds, Size, TargetWords, why_stopped};
@@ -25,7 +26,7 @@ impl Voice {
         let line = plain(line);
         match self {
             Self::Out => {
-                let _ = writeln!(std::io::stdout(), "{line}").map_err(|error| UNHEARD.set(error));
+                let _ = out(format!("{line}\n").as_bytes()).map_err(|error| UNHEARD.set(error));
             }
             Self::Err => drop(writeln!(std::io::stderr(), "{line}")),
             Self::Quiet => {}
@@ -40,11 +41,20 @@ static UNHEARD: OnceLock<std::io::Error> = OnceLock::new();
 pub fn heard() -> Result<(), Failure> {
     match UNHEARD.get() {
         Some(error) => Err(closed(error)),
-        None => std::io::stdout().flush().map_err(|error| closed(&error)),
+        None => Ok(()),
     }
 }
 
-/// Standard output is full, or nobody reads it any more.
+/// Writes bytes to standard output.
+pub fn out(bytes: &[u8]) -> std::io::Result<()> {
+    if is_closed() {
+        return Err(std::io::Error::other("is closed"));
+    }
+    let mut out = std::io::stdout().lock();
+    out.write_all(bytes).and_then(|()| out.flush())
+}
+
+/// Standard output is closed or full, or nobody reads it any more.
 pub fn closed(error: &std::io::Error) -> Failure {
     Failure::Failed(format!("standard output: {error}: check what reads it"))
 }

@@ -151,6 +151,30 @@ fn a_full_standard_output_is_a_failure() {
     assert_eq!(run(folder.path(), &["info", "a.obj"]).code, Some(0));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_standard_output_is_a_failure() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let program = env!("CARGO_BIN_EXE_neural-mesh");
+    let by_shell = |arguments: &str| {
+        let mut shell = std::process::Command::new("sh");
+        shell.current_dir(folder.path()).args(["-c", &format!("exec '{program}' {arguments}")]);
+        let output = shell.output().unwrap();
+        Run { code: output.status.code(), out: output.stdout, words: String::from_utf8(output.stderr).unwrap() }
+    };
+    for arguments in ["info a.obj", "info a.obj --json", "simplify a.obj -o - --format obj --ratio 1", "--version"] {
+        let closed = by_shell(&format!("{arguments} >&-"));
+        assert_eq!(closed.code, Some(1), "{arguments} {}", closed.words);
+        assert!(the_line(&closed).contains("standard output: is closed: "), "{}", closed.words);
+        for elsewhere in [">/dev/null", "<&- >/dev/null", "1<>/dev/null", ""] {
+            assert_eq!(by_shell(&format!("{arguments} {elsewhere}")).code, Some(0), "{arguments} {elsewhere}");
+        }
+    }
+    // Where nothing is said, nothing is lost.
+    assert_eq!(by_shell("simplify a.obj -o b.obj --ratio 1 --quiet >&-").code, Some(0));
+}
+
 #[test]
 fn nobody_reading_the_words_is_a_failure() {
     let folder = folder();
