@@ -1,6 +1,9 @@
 //! Files beside a mesh file: those that it names, found and read by rules that lead nowhere else.
 
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::OutputFile;
 use super::extra::Extra;
@@ -33,7 +36,7 @@ pub(super) struct Found {
     pub source: PathBuf,
     /// Whether the name in the asset has to change to `place`.
     pub moved: bool,
-    pub bytes: Vec<u8>,
+    pub bytes: Arc<[u8]>,
 }
 
 impl Found {
@@ -44,17 +47,24 @@ impl Found {
     }
 }
 
-/// Finds the files that an asset names.
+/// Finds the files that an asset names; each is looked up once by each name, and read once.
 pub(super) struct Finder<'a> {
     folder: Option<&'a Path>,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
     pub notes: Vec<String>,
+    /// What was found so far, by the folder and the name.
+    known: FxHashMap<(PathBuf, String), Option<Found>>,
+    /// What was read so far, by where.
+    read: FxHashMap<PathBuf, Arc<[u8]>>,
+    said: FxHashSet<String>,
 }
 
 impl<'a> Finder<'a> {
     pub fn new(extra: &'a Extra, allow_outside: bool) -> Self {
-        Self { folder: extra.folder.as_deref(), allow_outside, files: Vec::new(), notes: Vec::new() }
+        let (known, read, said) = (FxHashMap::default(), FxHashMap::default(), FxHashSet::default());
+        let folder = extra.folder.as_deref();
+        Self { folder, allow_outside, files: Vec::new(), notes: Vec::new(), known, read, said }
     }
 
     /// Whether `name` is a file in the folder of the asset.
@@ -66,31 +76,37 @@ impl<'a> Finder<'a> {
     /// Reads the file `name` that a file in `base` names, a folder within that of the asset or an outside one; a note
     /// says why there is none.
     pub fn find(&mut self, base: &Path, name: &str) -> Option<Found> {
+        let asked = (base.to_path_buf(), name.to_string());
+        if let Some(found) = self.known.get(&asked) {
+            return found.clone();
+        }
         let found = self.look_up(base, name);
-        found.map_err(|why| self.note(format!("{name:?} {why}"))).ok()
+        let found = found.map_err(|why| self.note(format!("{name:?} {why}"))).ok();
+        self.known.insert(asked, found.clone());
+        found
     }
 
     /// Lists a file for the output, once.
-    pub fn list(&mut self, place: &Path, bytes: Vec<u8>) {
+    pub fn list(&mut self, place: &Path, bytes: &[u8]) {
         if self.files.iter().all(|file| file.path != place) {
-            self.files.push(OutputFile { path: place.to_path_buf(), bytes });
+            self.files.push(OutputFile { path: place.to_path_buf(), bytes: bytes.to_vec() });
         }
     }
 
     fn note(&mut self, note: String) {
-        if !self.notes.contains(&note) {
+        if self.said.insert(note.clone()) {
             self.notes.push(note);
         }
     }
 
-    fn look_up(&self, base: &Path, name: &str) -> Result<Found, String> {
+    fn look_up(&mut self, base: &Path, name: &str) -> Result<Found, String> {
         let folder = self.folder.ok_or("is not copied: the mesh was read without its folder")?;
         let inner = if base.is_absolute() { None } else { inner_path(base, name) };
         let wanted = inner.clone().unwrap_or_else(|| base.join(name.replace('\\', "/")));
-        let found = match (read_beside(folder, &wanted, self.allow_outside), inner_path(Path::new(""), name)) {
+        let found = match (self.read(folder, &wanted), inner_path(Path::new(""), name)) {
             // Many programs look for textures beside the mesh, wherever the library that names them lies.
             (Err(Trouble::Missing), Some(from_mesh)) if !base.is_absolute() && from_mesh != wanted => {
-                let found = read_beside(folder, &from_mesh, self.allow_outside);
+                let found = self.read(folder, &from_mesh);
                 found.map(|found| (found, Some(from_mesh)))
             }
             (Err(_), _) if inner.is_none() && !self.allow_outside => Err(Trouble::Outside),
@@ -106,9 +122,20 @@ impl<'a> Finder<'a> {
         Ok(Found { place: place.ok_or("is no file: the name stays")?, source, moved, bytes })
     }
 
+    /// The file at `path` from `folder` on.
+    fn read(&mut self, folder: &Path, path: &Path) -> Result<(PathBuf, Arc<[u8]>), Trouble> {
+        let source = source_of(folder, path, self.allow_outside)?;
+        if let Some(bytes) = self.read.get(&source) {
+            return Ok((source, bytes.clone()));
+        }
+        let bytes: Arc<[u8]> = std::fs::read(&source).map_err(Trouble::Unreadable)?.into();
+        self.read.insert(source.clone(), bytes.clone());
+        Ok((source, bytes))
+    }
+
     /// The name, with a number before it where another file has it already.
     fn free_place(&self, name: &Path, bytes: &[u8]) -> PathBuf {
-        let is_taken = |path: &Path| self.files.iter().any(|file| file.path == path && file.bytes != bytes);
+        let is_taken = |path: &Path| self.files.iter().any(|file| file.path == path && *file.bytes != *bytes);
         let numbered = (1..).map(|n| PathBuf::from(format!("{n}_{}", name.display())));
         std::iter::once(name.to_path_buf()).chain(numbered).find(|path| !is_taken(path)).unwrap_or_default()
     }
@@ -138,9 +165,13 @@ impl std::fmt::Display for Trouble {
     }
 }
 
-/// The file at `path` from `folder` on, where it was found and its bytes: one in the folder or below it, links followed, or any
-/// one where that is allowed.
-pub(super) fn read_beside(folder: &Path, path: &Path, allow_outside: bool) -> Result<(PathBuf, Vec<u8>), Trouble> {
+/// The bytes of the file at `path` from `folder` on.
+pub(super) fn read_beside(folder: &Path, path: &Path) -> Result<Vec<u8>, Trouble> {
+    std::fs::read(source_of(folder, path, false)?).map_err(Trouble::Unreadable)
+}
+
+/// Where the file at `path` from `folder` on lies: in the folder or below it, links followed, or anywhere where that is allowed.
+fn source_of(folder: &Path, path: &Path, allow_outside: bool) -> Result<PathBuf, Trouble> {
     let folder = in_folder(folder);
     let inside = folder.canonicalize().map_err(|_| Trouble::Missing)?;
     let source = folder.join(path).canonicalize().map_err(|_| Trouble::Missing)?;
@@ -150,8 +181,7 @@ pub(super) fn read_beside(folder: &Path, path: &Path, allow_outside: bool) -> Re
     if !source.is_file() {
         return Err(Trouble::NoFile);
     }
-    let bytes = std::fs::read(&source).map_err(Trouble::Unreadable)?;
-    Ok((source, bytes))
+    Ok(source)
 }
 
 /// A folder as it can be joined and asked for.
@@ -168,6 +198,23 @@ pub(super) fn reference(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_of_many_names_is_read_once() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("t.png"), b"png").unwrap();
+        let extra = Extra { folder: Some(folder.path().to_path_buf()), ..Extra::default() };
+        let mut finder = Finder::new(&extra, false);
+        let first = finder.find(Path::new(""), "t.png").unwrap();
+        let other = finder.find(Path::new("maps"), "../t.png").unwrap();
+        assert!(Arc::ptr_eq(&first.bytes, &other.bytes));
+        std::fs::remove_file(folder.path().join("t.png")).unwrap();
+        assert_eq!(finder.find(Path::new(""), "t.png"), Some(first));
+        for _ in 0..2 {
+            assert_eq!(finder.find(Path::new(""), "gone.png"), None);
+        }
+        assert_eq!(finder.notes.len(), 1);
+    }
 
     #[test]
     fn names_lead_down_or_nowhere() {

@@ -6,6 +6,7 @@
 mod accessor;
 mod asset;
 mod bare;
+mod buffers;
 #[cfg(feature = "meshopt")]
 mod compressed;
 #[cfg(not(feature = "meshopt"))]

@@ -2,7 +2,6 @@
 //! a PLY name.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
@@ -34,7 +33,7 @@ fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     let channel = channel.unwrap_or_default();
     let wrap = [Wrap::Repeat; 2];
     let look = |name: &str| {
-        let image = finder.find(Path::new(""), name).map(|found| Arc::from(found.bytes));
+        let image = finder.find(Path::new(""), name).map(|found| found.bytes);
         Look { texture: image.map(|image| BaseTexture { image, channel: channel.clone(), wrap }), ..Look::default() }
     };
     let looks: Vec<Look> = textures(extra).map(look).collect();
@@ -71,7 +70,7 @@ fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
         if word.eq_ignore_ascii_case(b"kd") {
             look.colour = colour(rest).unwrap_or(look.colour);
         } else if word.eq_ignore_ascii_case(b"map_kd") {
-            let bytes = finder.find(base, &decoded(file_name(rest))).map(|found| Arc::from(found.bytes));
+            let bytes = finder.find(base, &decoded(file_name(rest))).map(|found| found.bytes);
             look.texture = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
         }
     }

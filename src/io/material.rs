@@ -47,7 +47,7 @@ impl Libraries {
     fn add(&mut self, name: &str, finder: &mut Finder) -> Option<String> {
         let found = finder.find(Path::new(""), name)?;
         let text = self.with_textures(&found.bytes, found.folder(), &found.place, finder);
-        finder.list(&found.place, text);
+        finder.list(&found.place, &text);
         found.moved.then(|| reference(&found.place))
     }
 
@@ -79,7 +79,7 @@ impl Libraries {
             } else {
                 out.extend(line);
             }
-            finder.list(&found.place, found.bytes);
+            finder.list(&found.place, &found.bytes);
         }
         out
     }

@@ -125,7 +125,7 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
     let own = OwnMaterials::list(&extra, name, finder);
     if !own.text.is_empty() {
         let library = format!("{name}.mtl");
-        finder.list(library.as_ref(), own.text);
+        finder.list(library.as_ref(), &own.text);
         extra.material_libraries.push(library);
     }
     let textures = textures_of_comments(&extra, finder);
@@ -134,7 +134,7 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
         let texts = textures.iter().enumerate();
         let text: String =
             texts.map(|(i, texture)| format!("newmtl texture_{i}\nKd 1 1 1\nmap_Kd {texture}\n")).collect();
-        finder.list(library.as_ref(), text.into_bytes());
+        finder.list(library.as_ref(), text.as_bytes());
         extra.material_libraries = vec![library];
         if extra.groups.is_empty() && attributes.groups.is_empty() {
             extra.groups = vec![Group::default()];
@@ -153,7 +153,7 @@ fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
     let place = |name: &str| match finder.find("".as_ref(), name) {
         Some(found) => {
             let place = reference(&found.place);
-            finder.list(&found.place, found.bytes);
+            finder.list(&found.place, &found.bytes);
             place
         }
         None => name.to_string(),

@@ -28,7 +28,7 @@ impl OwnMaterials {
             let known = images.iter().find(|(other, _)| other.image == texture.image).map(|(_, place)| place.clone());
             let place = known.unwrap_or_else(|| {
                 let place = PathBuf::from(format!("{name}_{}.{}", images.len(), extension(&texture.image)));
-                finder.list(&place, texture.image.to_vec());
+                finder.list(&place, &texture.image);
                 images.push((texture, reference(&place)));
                 reference(&place)
             });

@@ -8,11 +8,11 @@ use super::beside::{Trouble, inner_path, read_beside};
 /// The bytes of the file `uri` in `folder` or below it.
 pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
     let found = path_inside(uri).ok_or(Trouble::Outside);
-    let found = found.and_then(|path| read_beside(folder, &path, false));
+    let found = found.and_then(|path| read_beside(folder, &path));
     let refusal = |trouble| {
         ReadError::file(format!("the buffer {uri:?} {trouble}"), "put the file beside the asset or export it as GLB")
     };
-    found.map(|(_, bytes)| bytes).map_err(refusal)
+    found.map_err(refusal)
 }
 
 /// The path from the folder of the asset that a URI means, if it is one of a file there or below.

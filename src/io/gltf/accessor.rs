@@ -1,5 +1,6 @@
 //! The arrays of a glTF asset: positions, indices and whatever else vertices carry, dense or sparse, every access checked.
 
+use super::buffers::Buffers;
 use super::schema::{Accessor, BufferView, Root};
 use super::{REMEDY, missing};
 use crate::io::ReadError;
@@ -7,7 +8,7 @@ use crate::io::ReadError;
 /// The document with its buffers.
 pub(super) struct Data<'a> {
     pub root: &'a Root,
-    pub buffers: &'a [std::borrow::Cow<'a, [u8]>],
+    pub buffers: &'a Buffers<'a>,
     /// Of each buffer view the bytes where they had to be decompressed.
     pub decompressed: &'a [Option<Vec<u8>>],
 }

@@ -21,6 +21,8 @@ pub struct Asset {
     pub(super) document: Value,
     /// Its geometry and all bytes.
     pub(super) container: Container<'static>,
+    /// Bytes of the asset: its own file's, and those of its buffers.
+    pub(super) n_bytes: usize,
     /// Whether all bytes were within one file of JSON.
     pub(super) is_embedded: bool,
     /// Images that are files of their own.
@@ -78,7 +80,8 @@ impl Asset {
         let mut notes = Vec::new();
         let (meshes, parts) = parts(&container, bytes.len(), &mut notes)?;
         let images = images(&container.root, fetch, &mut notes);
-        Ok(Self { document, container, is_embedded, images, meshes, parts, notes })
+        let n_bytes = bytes.len() + container.buffers.n_bytes();
+        Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })
     }
 
     /// The meshes that have triangles, in the order of the file, each once.

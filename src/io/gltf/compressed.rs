@@ -1,7 +1,5 @@
 //! Buffer views compressed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, by the library's own decoders.
 
-use std::borrow::Cow;
-
 use meshopt::{
     decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer,
     decode_index_sequence, decode_vertex_buffer,
@@ -10,6 +8,7 @@ use meshopt::{
 use serde::Deserialize;
 
 use super::REMEDY;
+use super::buffers::Buffers;
 use crate::io::ReadError;
 
 /// How often decompressed bytes may repeat the compressed ones, and how many are always granted.
@@ -32,11 +31,10 @@ pub(super) struct Compressed {
 /// Of each buffer view its bytes, where `views` says that it is compressed. Which extensions the asset needs does not matter.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
-    buffers: &[Cow<[u8]>],
+    buffers: &Buffers,
     _: &[String],
 ) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
-    let n_bytes: usize = buffers.iter().map(|buffer| buffer.len()).sum();
-    let mut budget = GROWTH.0.saturating_mul(n_bytes) + GROWTH.1;
+    let mut budget = GROWTH.0.saturating_mul(buffers.n_bytes()) + GROWTH.1;
     let mut decode = |(index, view): (usize, &Option<&Compressed>)| {
         let Some(view) = view else { return Ok(None) };
         let broken = || ReadError::file(format!("buffer view {index} cannot be decompressed"), REMEDY);

@@ -1,12 +1,11 @@
 //! The document of a glTF asset and the bytes of its buffers, from JSON or from GLB.
 
-use std::borrow::Cow;
-
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
 use super::accessor::Data;
-use super::schema::{Buffer, Root};
+use super::buffers::Buffers;
+use super::schema::Root;
 use super::{REMEDY, compressed};
 use crate::io::ReadError;
 
@@ -16,7 +15,7 @@ const REPEATS: (usize, usize) = (16, 1 << 22);
 /// An asset whose bytes are all at hand.
 pub(super) struct Container<'a> {
     pub root: Root,
-    pub buffers: Vec<Cow<'a, [u8]>>,
+    pub buffers: Buffers<'a>,
     /// Of each buffer view its bytes where they came compressed.
     pub decompressed: Vec<Option<Vec<u8>>>,
 }
@@ -30,13 +29,7 @@ impl<'a> Container<'a> {
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
         })?;
-        let load = |buffer: &Buffer| match (&buffer.uri, embedded) {
-            _ if buffer.extensions.is_fallback() => Ok(Cow::Borrowed(&[][..])),
-            (Some(uri), _) => load_uri(uri, fetch).map(Cow::Owned),
-            (None, Some(embedded)) => Ok(Cow::Borrowed(embedded)),
-            (None, None) => Err(ReadError::file("a buffer without bytes", REMEDY)),
-        };
-        let buffers: Vec<Cow<[u8]>> = root.buffers.iter().map(load).collect::<Result<_, _>>()?;
+        let buffers = Buffers::load(&root.buffers, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         Ok(Self { root, buffers, decompressed })
@@ -44,8 +37,7 @@ impl<'a> Container<'a> {
 
     /// The same with bytes of its own.
     pub fn into_owned(self) -> Container<'static> {
-        let buffers = self.buffers.into_iter().map(|bytes| Cow::Owned(bytes.into_owned())).collect();
-        Container { root: self.root, buffers, decompressed: self.decompressed }
+        Container { root: self.root, buffers: self.buffers.into_owned(), decompressed: self.decompressed }
     }
 
     /// What accessors read from.
@@ -55,9 +47,8 @@ impl<'a> Container<'a> {
 
     /// How many vertices and faces may be made of an asset whose own file has `n_bytes`.
     pub fn budget(&self, n_bytes: usize) -> usize {
-        let beside: usize = self.buffers.iter().map(|buffer| buffer.len()).sum();
         let decompressed: usize = self.decompressed.iter().flatten().map(Vec::len).sum();
-        REPEATS.0 * (n_bytes + beside + decompressed) + REPEATS.1
+        REPEATS.0 * (n_bytes + self.buffers.n_bytes() + decompressed) + REPEATS.1
     }
 }
 

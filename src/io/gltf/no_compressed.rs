@@ -1,9 +1,8 @@
 //! What stands for decompression in a build without the feature `meshopt`: a refusal by name.
 
-use std::borrow::Cow;
-
 use serde::Deserialize;
 
+use super::buffers::Buffers;
 use crate::io::ReadError;
 
 /// That a view is compressed; how does not matter here.
@@ -13,7 +12,7 @@ pub(super) struct Compressed {}
 /// Refuses assets with compressed buffer views that they need, by the extensions needed; gives nothing decompressed of others.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
-    _: &[Cow<[u8]>],
+    _: &Buffers,
     extensions_required: &[String],
 ) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
     let names = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

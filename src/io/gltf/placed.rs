@@ -8,6 +8,9 @@ use super::{is_far_out, spend};
 use crate::io::ReadError;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, side_by_side};
 
+/// Vertices and faces of a scene for each byte of its asset, and how many of them are always granted. Instances repeat a mesh in
+/// a few bytes each.
+const REPEATS: (usize, usize) = (256, 1 << 22);
 /// Vertices and faces of a scene at most: more would only fill the memory.
 const MOST: usize = 1 << 26;
 
@@ -27,13 +30,11 @@ impl Asset {
     /// ```
     pub fn placed(&self, meshes: &[RawMesh]) -> Result<RawMesh, ReadError> {
         let first_groups = self.first_groups();
-        let mut budget = MOST;
-        let mut placed = Vec::new();
-        for (part, transform) in self.places()? {
-            let Some(mesh) = meshes.get(part) else { continue };
-            spend(&mut budget, mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges())?;
-            placed.push(PlacedMesh { mesh, transform, first_group: first_groups[part] });
-        }
+        let places = self.places(meshes)?;
+        let placed = places.into_iter().filter_map(|(part, transform)| {
+            Some(PlacedMesh { mesh: meshes.get(part)?, transform, first_group: first_groups[part] })
+        });
+        let placed: Vec<PlacedMesh> = placed.collect();
         let mut scene = side_by_side(&placed, |_| true);
         scene.double = is_far_out(&scene.positions);
         Ok(scene)
@@ -55,15 +56,48 @@ impl Asset {
         self.parts().iter().map(&mut next).collect()
     }
 
-    /// Parts, by their number, and from their coordinates to the scene's at each place where they stand.
-    fn places(&self) -> Result<Vec<(usize, DMat4)>, ReadError> {
+    /// Parts, by their number, and from their coordinates to the scene's at each place where they stand. What the places cost is
+    /// spent before they are made.
+    fn places(&self, meshes: &[RawMesh]) -> Result<Vec<(usize, DMat4)>, ReadError> {
         let data = self.container.data();
+        let mut budget = MOST.min(REPEATS.0.saturating_mul(self.n_bytes).saturating_add(REPEATS.1));
         let mut places = Vec::new();
         for placed in placements(&self.container.root)? {
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
+            let cost = |mesh: &RawMesh| mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges();
+            let n_places = placed.n_instances(&data)?;
+            spend(&mut budget, n_places.saturating_mul(1 + meshes.get(part).map_or(0, cost)))?;
             let transforms = placed.transforms(&data, MOST)?;
             places.extend(transforms.into_iter().filter(DMat4::is_finite).map(|transform| (part, transform)));
         }
         Ok(places)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::io::{Asset, ReadError};
+    use crate::mesh::RawMesh;
+
+    #[test]
+    fn instances_of_zeros_are_refused_before_they_are_made() {
+        let scene = |count: usize| {
+            let text = format!(
+                r#"{{"nodes": [{{"mesh": 0, "extensions": {{"EXT_mesh_gpu_instancing": {{"attributes": {{"TRANSLATION": 1}}}}}}}}],
+                "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+                "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+                    {{"componentType": 5126, "count": {count}, "type": "VEC3"}}],
+                "bufferViews": [{{"buffer": 0, "byteLength": 36}}], "buffers": [{{"uri": "a.bin"}}]}}"#
+            );
+            let bytes = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
+            let asset = Asset::from_bytes(text.as_bytes(), &|_| Ok(bytes.clone())).unwrap();
+            let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
+            asset.placed(&meshes).map(|scene: RawMesh| scene.faces.len())
+        };
+        assert_eq!(scene(7), Ok(7));
+        for count in [1 << 20, 22_000_000, usize::MAX] {
+            let error: ReadError = scene(count).unwrap_err();
+            assert!(error.what.contains("repeats its meshes too often"), "{count}: {error}");
+        }
     }
 }

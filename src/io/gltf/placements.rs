@@ -70,6 +70,13 @@ fn transform_of(scale: Option<[f64; 3]>, rotation: Option<[f64; 4]>, translation
 }
 
 impl Placed<'_> {
+    /// How many places there are at most: a table of rotations, for one, may be shorter than that of translations.
+    pub fn n_instances(&self, data: &Data) -> Result<usize, ReadError> {
+        let mut counts = self.instances.iter().flat_map(|names| names.values()).map(|&accessor| data.count(accessor));
+        let most = counts.try_fold(0, |most: usize, count| Ok(most.max(count?)))?;
+        Ok(if self.instances.is_some() { most } else { 1 })
+    }
+
     /// From the mesh's coordinates to the scene's at each place where the node puts it, `limit` of them at most.
     pub fn transforms(&self, data: &Data, limit: usize) -> Result<Vec<DMat4>, ReadError> {
         let Some(names) = self.instances else { return Ok(vec![self.transform]) };

@@ -124,8 +124,8 @@ impl Asset {
 
     /// The most bytes that the buffer may have.
     fn limit(&self, lighter: &[LighterPart]) -> usize {
-        let (buffers, views) = (&self.container.buffers, &self.container.decompressed);
-        let n_read: usize = buffers.iter().map(|buffer| buffer.len()).chain(views.iter().flatten().map(Vec::len)).sum();
+        let decompressed: usize = self.container.decompressed.iter().flatten().map(Vec::len).sum();
+        let n_read = self.container.buffers.n_bytes() + decompressed;
         // A corner becomes a vertex at most, of its numbers each with four bytes, and an index.
         let of_part = |part: &LighterPart| {
             let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
