@@ -39,7 +39,7 @@ pub struct SimplifyArgs {
     /// Continue a batch: meshes that are done are skipped
     #[arg(long)]
     pub resume: bool,
-    /// Memory that the meshes of a batch may use together [default: half of what is free]
+    /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]
     #[arg(long, value_name = "GIB")]
     pub memory: Option<f64>,
     /// Share of the vertices to keep, above 0 and at most 1

@@ -1,6 +1,6 @@
 //! Bytes from and to the disk and the standard streams; files appear whole or not at all.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io;
@@ -38,13 +38,8 @@ impl Pending {
 
 /// All bytes of a file, or of standard input.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let mut bytes = Vec::new();
-    let read = if is_stream(path) {
-        std::io::stdin().lock().read_to_end(&mut bytes).map(|_| bytes)
-    } else {
-        std::fs::read(path)
-    };
-    read.map_err(|error| Failure::of(path, format!("cannot be read: {error}: check the path")))
+    let read = if is_stream(path) { io::read_stream(std::io::stdin().lock()) } else { io::read_file(path) };
+    read.map_err(|error| Failure::of(path, error))
 }
 
 /// Refuses, before any work, results that would be one file, and places where none can be put.

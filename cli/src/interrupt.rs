@@ -25,6 +25,12 @@ pub fn watch(ending: Failure) {
     });
 }
 
+/// Removes the temporary files, unless another thread is about to make or place one.
+pub fn remove_temporaries() {
+    let files = TEMPORARY.try_lock();
+    files.iter().flat_map(|files| files.iter()).for_each(|file| drop(std::fs::remove_file(file)));
+}
+
 /// Makes a temporary file that goes if the program is interrupted.
 pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
     let mut files = held();

@@ -1,5 +1,6 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 
+mod allocator;
 mod args;
 mod batch;
 mod closed;
@@ -46,6 +47,7 @@ use plain::plain;
 use words::Voice;
 
 fn main() -> ExitCode {
+    memory::bound(None);
     memory::keep_freed();
     let args = match Args::try_parse() {
         Ok(args) => args,

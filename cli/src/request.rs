@@ -7,6 +7,7 @@ use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Optimize, Options, Scor
 
 use crate::args::{AssemblyArg, OptimizeArg, ScoresArg, SimplifyArgs};
 use crate::failure::Failure;
+use crate::memory;
 
 /// More threads than any machine has, fewer than a system refuses to start.
 const MOST_THREADS: usize = 1024;
@@ -180,10 +181,19 @@ pub fn is_stream(path: &Path) -> bool {
 
 /// What only a batch has a use for.
 fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
-    match args.resume || args.memory.is_some() {
-        true => Err(Failure::Usage("--resume and --memory are for batches: give a folder, a pattern or --list".into())),
-        false => Ok(()),
+    if args.resume {
+        return Err(Failure::Usage("--resume is for batches: give a folder, a pattern or --list".into()));
     }
+    bound_memory(args)
+}
+
+/// Bounds the memory of the program where that is asked for.
+pub fn bound_memory(args: &SimplifyArgs) -> Result<(), Failure> {
+    if args.memory.is_some_and(|gib| gib.is_nan() || gib <= 0.0) {
+        return Err(Failure::Usage("--memory: give a number of GiB above 0".into()));
+    }
+    memory::bound(args.memory);
+    Ok(())
 }
 
 /// What is asked of the simplifier.

@@ -7,6 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::OutputFile;
 use super::extra::Extra;
+use crate::mesh::room::asking;
 
 /// The path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
 /// Both kinds of slashes part names.
@@ -128,7 +129,7 @@ impl<'a> Finder<'a> {
         if let Some(bytes) = self.read.get(&source) {
             return Ok((source, bytes.clone()));
         }
-        let bytes: Arc<[u8]> = std::fs::read(&source).map_err(Trouble::Unreadable)?.into();
+        let bytes: Arc<[u8]> = asking(|| std::fs::read(&source)).map_err(Trouble::Unreadable)?.into();
         self.read.insert(source.clone(), bytes.clone());
         Ok((source, bytes))
     }
@@ -167,7 +168,8 @@ impl std::fmt::Display for Trouble {
 
 /// The bytes of the file at `path` from `folder` on.
 pub(super) fn read_beside(folder: &Path, path: &Path) -> Result<Vec<u8>, Trouble> {
-    std::fs::read(source_of(folder, path, false)?).map_err(Trouble::Unreadable)
+    let source = source_of(folder, path, false)?;
+    asking(|| std::fs::read(&source)).map_err(Trouble::Unreadable)
 }
 
 /// Where the file at `path` from `folder` on lies: in the folder or below it, links followed, or anywhere where that is allowed.

@@ -8,13 +8,15 @@ use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
 
 use super::ReadError;
+use super::room::unreadable;
+use crate::mesh::room::asking;
 
 /// How the bytes of a compressed file start.
 const MAGIC: &[u8] = b"\x1f\x8b";
 
 /// How many bytes each byte of a file may become, and how many are always granted. Meshes become 2 to 20 times as long;
 /// the format reaches 1030.
-const LIMIT: (usize, usize) = (200, 64 << 20);
+const LIMIT: (usize, usize) = (200, 16 << 20);
 
 /// The bytes of a mesh file, unpacked where they are packed.
 pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
@@ -30,9 +32,11 @@ fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
     while rest.starts_with(MAGIC) {
         let mut decoder = GzDecoder::new(rest);
         let room = (most - out.len()) as u64 + 1;
-        let damaged =
-            |error| ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again");
-        decoder.by_ref().take(room).read_to_end(&mut out).map_err(damaged)?;
+        let damaged = |error: std::io::Error| match error.kind() {
+            std::io::ErrorKind::OutOfMemory => unreadable(error),
+            _ => ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again"),
+        };
+        asking(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
         if out.len() > most {
             let what = format!("the gzip data unpacks to more than {most} bytes");
             return Err(ReadError::file(what, "unpack the file first if it is genuine"));

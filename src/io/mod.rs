@@ -28,6 +28,7 @@ mod own_materials;
 mod ply;
 mod points;
 mod read_path;
+mod room;
 mod scalar;
 mod stl;
 mod text;
@@ -46,6 +47,7 @@ pub use model::{Model, WriteOptions, Written, write_attributed};
 pub use output_file::{OutputFile, write_files};
 pub use points::read_points;
 pub use read_path::{read_attributed_path, read_path};
+pub use room::{read_file, read_stream};
 pub use scalar::Scalar;
 pub use write_path::{packed_by_name, write_path};
 

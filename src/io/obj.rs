@@ -7,6 +7,7 @@ mod write;
 
 use super::ReadError;
 use super::extra::{self, Extra, ReadMesh, without_nan};
+use super::room::room;
 use super::text::Text;
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 use groups::Groups;
@@ -97,6 +98,7 @@ impl<'a> Reader<'a> {
             text.skip_blanks();
             *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
         }
+        room(&mut self.mesh.positions, 1)?;
         self.mesh.positions.push(position);
         if self.keeps && (!self.colours.is_empty() || !text.is_line_done()) {
             let colour = values::<3>(text);
@@ -112,6 +114,7 @@ impl<'a> Reader<'a> {
     fn read_face(&mut self, text: &mut Text) -> Result<(), ReadError> {
         self.read_corners(text)?;
         self.numbers.clear();
+        room(&mut self.numbers, self.corners.len())?;
         if self.wedges.is_none() && self.corners.iter().any(|corner| corner[1..] != [NOWHERE; 2]) {
             self.wedges = Some(Wedges::of_plain(&mut self.mesh.faces));
         }
@@ -120,6 +123,7 @@ impl<'a> Reader<'a> {
             None => self.numbers.extend(self.corners.iter().map(|corner| corner[0])),
         }
         let n_before = self.mesh.faces.len();
+        room(&mut self.mesh.faces, self.numbers.len())?;
         if !self.fans.push(&self.numbers, &mut self.mesh.faces) {
             self.mesh.dropped_faces += 1;
         } else if self.keeps {
@@ -143,6 +147,7 @@ impl<'a> Reader<'a> {
                 text.advance(1);
                 *part = text.integer().map_or(NOWHERE, |index| from_zero(index, count));
             }
+            room(&mut self.corners, 1)?;
             self.corners.push(corner);
             while !text.is_between_words() {
                 text.advance(1);

@@ -1,6 +1,7 @@
 //! Geomview OFF as text, with or without colours, normals and texture coordinates, which are passed over.
 
 use super::ReadError;
+use super::room::room;
 use super::text::Text;
 use super::write::{Content, push_rows};
 use crate::mesh::{Fans, RawMesh};
@@ -98,10 +99,12 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
         for _ in 0..n_corners {
             text.skip_space();
             let vertex = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
+            room(&mut corners, 1)?;
             corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
         }
         is_more_said |= !text.is_line_done();
         text.skip_line();
+        room(&mut mesh.faces, corners.len())?;
         mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
     }
     fans.settle(&mesh.positions, &mut mesh.faces);

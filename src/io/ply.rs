@@ -16,6 +16,7 @@ use source::Source;
 pub(super) use write::{write_attributed, write_binary, write_text};
 
 use super::extra::{Extra, ReadMesh};
+use super::room::room;
 use super::text::Text;
 use super::{ReadError, Scalar};
 use crate::mesh::{Fans, RawMesh};
@@ -119,6 +120,7 @@ fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> 
             return Err(source.cut(element, source.left() / stride));
         };
         let scalars = axes.map(|axis| (offsets[axis], element.properties[axis].scalar));
+        room(&mut mesh.positions, element.count)?;
         decode_positions(records, stride, scalars, *big, &mut mesh.positions);
         *at += records.len();
         return Ok(());
@@ -169,29 +171,34 @@ fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: 
     if list.is_none() && element.count > 0 {
         return Err(element.lacks("list of vertex_indices"));
     }
-    let start = read_leading_triangles(source, element, &mut mesh.faces);
+    let start = read_leading_triangles(source, element, &mut mesh.faces)?;
     let RawMesh { faces, dropped_faces, .. } = mesh;
     let take_list = |corners: &[u32]| *dropped_faces += usize::from(!fans.push(corners, faces));
     walk(source, &Rows { element, start, list }, take_list, |_, _| ())
 }
 
 /// The usual layout, `uchar` and `int` and nothing else, up to the first face that is no triangle; gives their number.
-fn read_leading_triangles(source: &mut Source, element: &Element, faces: &mut Vec<[u32; 3]>) -> usize {
-    let (Source::Binary { bytes, at, big }, [property]) = (source, element.properties.as_slice()) else { return 0 };
+fn read_leading_triangles(
+    source: &mut Source,
+    element: &Element,
+    faces: &mut Vec<[u32; 3]>,
+) -> Result<usize, ReadError> {
+    let (Source::Binary { bytes, at, big }, [property]) = (source, element.properties.as_slice()) else { return Ok(0) };
     let usual = matches!(property.length, Some(Scalar::U8 | Scalar::I8));
     if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
-        return 0;
+        return Ok(0);
     }
     let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count);
     let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
     let records = records.take(n_triangles);
+    room(faces, n_triangles)?;
     if *big {
         faces.par_extend(records.map(|record| triangle(record, u32::from_be_bytes)));
     } else {
         faces.par_extend(records.map(|record| triangle(record, u32::from_le_bytes)));
     }
     *at += 13 * n_triangles;
-    n_triangles
+    Ok(n_triangles)
 }
 
 /// The corners of a triangle in the usual layout.

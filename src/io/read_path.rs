@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use super::room::read_file;
 use super::uri::fetch;
 use super::{Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
@@ -46,8 +47,7 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
 
 /// The bytes of a file, unpacked.
 pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let bytes =
-        std::fs::read(path).map_err(|error| ReadError::file(format!("cannot be read: {error}"), "check the path"))?;
+    let bytes = read_file(path)?;
     match gzip::unpacked(&bytes)? {
         Cow::Owned(unpacked) => Ok(unpacked),
         Cow::Borrowed(_) => Ok(bytes),

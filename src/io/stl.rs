@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::format::is_binary_stl;
+use super::room::room;
 use super::text::Text;
 use super::write::{Content, push_singles};
 use super::{ReadError, WriteError};
@@ -49,7 +50,8 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
         let what = format!("the header announces {count} faces, the file has room for {room}");
         return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
     }
-    let mut positions = Vec::with_capacity(3 * records.len());
+    let mut positions = Vec::new();
+    room(&mut positions, 3 * records.len())?;
     let corner = |record: &[u8], corner: usize| {
         let (floats, _) = record[12 + 12 * corner..24 + 12 * corner].as_chunks::<4>();
         std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))

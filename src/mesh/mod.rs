@@ -18,6 +18,7 @@ mod polygon;
 pub(crate) mod pulse;
 mod raw_mesh;
 mod repeated_faces;
+pub mod room;
 mod seams;
 pub mod shapes;
 pub(crate) mod shares;

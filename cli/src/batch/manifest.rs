@@ -158,6 +158,11 @@ impl Manifest {
         &self.waiting
     }
 
+    /// What the meshes are called.
+    pub fn names(&self) -> Vec<String> {
+        self.held().rows.iter().map(|row| row.name.clone()).collect()
+    }
+
     /// What the mesh is called.
     pub fn name(&self, i: usize) -> String {
         self.held().rows[i].name.clone()

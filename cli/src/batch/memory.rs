@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use neural_mesh::io::Format;
 
 use super::inputs::Input;
+use crate::memory::available;
 
 /// What a run takes whatever the mesh.
 const BASE: u64 = 8 << 20;
@@ -27,11 +28,4 @@ pub fn estimate(input: &Input) -> u64 {
 /// Half of what is free.
 pub fn default_bound() -> u64 {
     available().unwrap_or(FALLBACK) / 2
-}
-
-/// Bytes that programs can still have, where the system says so (Linux).
-fn available() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| 1024 * kib)
 }

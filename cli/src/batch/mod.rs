@@ -1,5 +1,6 @@
 //! `neural-mesh simplify` of many meshes: for each a file below OUTDIR and a row of its manifest, whatever becomes of it.
 
+mod fallen;
 mod inputs;
 mod lock;
 mod manifest;
@@ -22,7 +23,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{
-    Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, strict, weld_near,
+    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, strict, weld_near,
 };
 use crate::words::Voice;
 use crate::{files, interrupt, read, simplify};
@@ -46,9 +47,10 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
     let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
+    let alone = fallen::meet(&folder, &manifest, args.resume)?;
     let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
-    let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, places, weights };
+    let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, places, alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     batch.bar.finish_and_clear();
@@ -70,9 +72,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
             "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
         );
     }
-    if args.memory.is_some_and(|gib| gib.is_nan() || gib <= 0.0) {
-        return usage("--memory: give a number of GiB above 0");
-    }
+    bound_memory(args)?;
     check_threads(args.threads)?;
     options(args)?;
     prune_below(args)?;
@@ -138,6 +138,8 @@ struct Batch {
     inputs: Vec<Input>,
     manifest: Manifest,
     places: Places,
+    /// Meshes that are done alone: one of them took an earlier run down.
+    alone: Vec<usize>,
     weights: Option<Weights>,
     bar: ProgressBar,
 }
@@ -147,15 +149,16 @@ impl Batch {
     fn simplify_all(&self) -> Result<(), Failure> {
         let waiting = self.manifest.waiting();
         self.bar.set_length(waiting.len() as u64);
-        let bound = self.args.memory.map_or_else(memory::default_bound, |gib| (gib * f64::from(1 << 30)) as u64);
-        let costs = waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i]))).collect();
+        let bound = self.args.memory.map_or_else(memory::default_bound, crate::memory::bytes_of);
+        let cost = |i: usize| if self.alone.contains(&i) { u64::MAX } else { memory::estimate(&self.inputs[i]) };
+        let costs = waiting.iter().map(|&i| (i, cost(i))).collect();
         schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i))
     }
 
     /// One mesh, come what may: a row.
     fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
         let began = Instant::now();
-        let done = catch_unwind(AssertUnwindSafe(|| self.simplify_one(i)));
+        let done = crate::memory::during(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
         let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));

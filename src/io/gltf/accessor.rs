@@ -4,6 +4,7 @@ use super::buffers::Buffers;
 use super::schema::{Accessor, BufferView, Root};
 use super::{REMEDY, missing};
 use crate::io::ReadError;
+use crate::io::room::{room, zeros};
 
 /// The document with its buffers.
 pub(super) struct Data<'a> {
@@ -38,7 +39,7 @@ impl<'a> Data<'a> {
         if accessor.count.saturating_mul(width) > limit {
             return Err(unusable(index, accessor));
         }
-        let mut values = vec![0.0; accessor.count * width];
+        let mut values = zeros(accessor.count * width)?;
         let kind = Kind { component: accessor.component_type, normalized: accessor.normalized };
         self.each_element(index, accessor, shape.size(kind.size()), &mut |element, bytes| {
             for (at, value) in values[element * width..][..width].iter_mut().enumerate() {
@@ -66,7 +67,9 @@ impl<'a> Data<'a> {
         if accessor.shape != shape || accessor.count > limit {
             return Err(unusable(index, accessor));
         }
-        let mut elements = vec![[0.0; N]; accessor.count];
+        let mut elements: Vec<[f64; N]> = Vec::new();
+        room(&mut elements, accessor.count)?;
+        elements.resize(accessor.count, [0.0; N]);
         self.each_element(index, accessor, N * kind.size(), &mut |element, bytes| {
             elements[element] = std::array::from_fn(|i| kind.decode(&bytes[i * kind.size()..]));
         })?;

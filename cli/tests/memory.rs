@@ -1,0 +1,96 @@
+//! Memory that does not suffice, and files without end: one line, exit code 1, and a batch that goes on without the mesh.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
+
+/// GiB that a mesh of a few hundred vertices needs not, and one of forty thousand exceeds.
+const LITTLE: &str = "0.008";
+
+fn put(path: &Path, mesh: &TriMesh) {
+    fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
+}
+
+/// A folder `in` of one mesh that takes more than [`LITTLE`], and two that do not.
+fn prepared() -> tempfile::TempDir {
+    let folder = folder();
+    let input = folder.path().join("in");
+    fs::create_dir(&input).unwrap();
+    put(&input.join("a.ply"), &shapes::icosphere(2));
+    put(&input.join("big.ply"), &shapes::icosphere(6));
+    put(&input.join("c.ply"), &shapes::bolt(8));
+    folder
+}
+
+/// The outcomes of a manifest by the names of the meshes.
+fn outcomes(folder: &Path) -> BTreeMap<String, String> {
+    let rows = csv::Reader::from_path(folder.join("out/manifest.csv")).unwrap().into_deserialize();
+    let row = |row: Result<BTreeMap<String, String>, csv::Error>| {
+        row.map(|row| (row["name"].clone(), row["outcome"].clone()))
+    };
+    rows.map(|found| row(found).unwrap()).collect()
+}
+
+#[test]
+fn a_mesh_that_takes_more_memory_than_allowed_ends_in_one_line() {
+    let folder = prepared();
+    let arguments = ["simplify", "in/big.ply", "-o", "out.ply", "--ratio", "0.1", "--memory"];
+    let refused = run(folder.path(), &[&arguments[..], &[LITTLE]].concat());
+    assert_eq!(refused.code, Some(1), "{}", refused.words);
+    assert!(the_line(&refused).starts_with("neural-mesh: out of memory: "), "{}", refused.words);
+    assert_eq!(files(folder.path()), ["in"], "something was left");
+    let done = run(folder.path(), &[&arguments[..], &["1"]].concat());
+    assert_eq!(done.code, Some(0), "{}", done.words);
+}
+
+#[test]
+fn a_file_longer_than_the_memory_is_refused_in_one_line() {
+    let folder = folder();
+    let sparse = fs::File::create(folder.path().join("long.ply")).unwrap();
+    sparse.set_len(1 << 40).unwrap();
+    for command in [&["info", "long.ply"][..], &["simplify", "long.ply", "-o", "a.ply", "--ratio", "0.5"]] {
+        let refused = run(folder.path(), command);
+        assert_eq!(refused.code, Some(1), "{}", refused.words);
+        assert!(the_line(&refused).contains("it takes more memory than there is"), "{}", refused.words);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_has_no_end_is_refused_in_one_line() {
+    let folder = folder();
+    for command in [&["info", "/dev/zero"][..], &["simplify", "/dev/zero", "-o", "a.ply", "--ratio", "0.5"]] {
+        let refused = run(folder.path(), command);
+        assert_eq!(refused.code, Some(1), "{}", refused.words);
+        assert!(the_line(&refused).contains("is a device and has no end"), "{}", refused.words);
+    }
+    let zeros = fs::File::open("/dev/zero").unwrap();
+    let arguments = ["simplify", "-", "-o", "a.ply", "--ratio", "0.5", "--memory", LITTLE];
+    let refused = finish(program(folder.path(), &arguments).stdin(zeros).spawn().unwrap());
+    assert_eq!(refused.code, Some(1), "{}", refused.words);
+    assert!(the_line(&refused).contains("it takes more memory than there is"), "{}", refused.words);
+}
+
+#[test]
+fn a_mesh_that_took_the_batch_down_is_a_failed_row_on_resume() {
+    let folder = prepared();
+    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", LITTLE];
+    let fallen = run(folder.path(), &arguments);
+    assert_eq!(fallen.code, Some(1), "{}", fallen.words);
+    assert!(the_line(&fallen).starts_with("neural-mesh: out of memory: "), "{}", fallen.words);
+    for _ in 0..2 {
+        let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
+        assert_eq!(resumed.code, Some(1), "{}", resumed.words);
+        let outcomes = outcomes(folder.path());
+        assert!(outcomes["big.ply"].starts_with("failed: took more memory than there was"), "{outcomes:?}");
+        assert_eq!((outcomes["a.ply"].as_str(), outcomes["c.ply"].as_str()), ("reached", "reached"));
+    }
+    // With more memory it is tried again.
+    let more = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", "1", "--resume"]);
+    assert_eq!(more.code, Some(0), "{}", more.words);
+    assert_eq!(outcomes(folder.path())["big.ply"], "reached");
+}

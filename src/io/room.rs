@@ -1,0 +1,118 @@
+//! Memory for what a file makes large, asked for and refused in one line; files and streams, read within bounds.
+
+use std::io::{self, Read};
+use std::path::Path;
+
+use super::ReadError;
+use crate::mesh::room::{asking, make_room};
+
+/// Bytes of a stream at most: what has no end would fill the memory first.
+const LONGEST_STREAM: u64 = 1 << 32;
+
+/// Makes room for so many more elements.
+#[inline]
+pub(super) fn room<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
+    make_room(list, n).map_err(|_| too_little(n.saturating_mul(size_of::<T>())))
+}
+
+/// So many zeros.
+pub(super) fn zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
+    let mut list = Vec::new();
+    room(&mut list, n)?;
+    list.resize(n, T::default());
+    Ok(list)
+}
+
+/// Why an array is refused.
+fn too_little(n_bytes: usize) -> ReadError {
+    let what = format!("it takes more memory than there is ({n_bytes} bytes more)");
+    ReadError::file(what, "give a smaller file or more memory")
+}
+
+/// Why bytes could not be had.
+pub(super) fn unreadable(error: io::Error) -> ReadError {
+    match error.kind() {
+        io::ErrorKind::OutOfMemory => {
+            ReadError::file("it takes more memory than there is", "give a smaller file or more memory")
+        }
+        _ => ReadError::file(format!("cannot be read: {error}"), "check the path"),
+    }
+}
+
+/// All bytes of the file at `path`. A device, which has no end, is refused; of a pipe no more is read than of a stream.
+///
+/// # Errors
+/// [`ReadError`], without the path: the caller knows it.
+///
+/// ```
+/// let error = neural_mesh::io::read_file("no/such/file".as_ref()).unwrap_err();
+/// assert!(error.to_string().starts_with("cannot be read"));
+/// ```
+pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
+    if kind.is_file() || kind.is_dir() {
+        return asking(|| std::fs::read(path)).map_err(unreadable);
+    }
+    if is_device(kind) {
+        return Err(ReadError::file("is a device and has no end", "give a file, or - for standard input"));
+    }
+    read_stream(std::fs::File::open(path).map_err(unreadable)?)
+}
+
+/// All bytes of a stream, such as standard input, up to four gibibytes.
+///
+/// # Errors
+/// [`ReadError`] where it cannot be read, is longer, or takes more memory than there is.
+///
+/// ```
+/// assert_eq!(neural_mesh::io::read_stream(&b"v 0 0 0"[..]).unwrap(), b"v 0 0 0");
+/// ```
+pub fn read_stream(stream: impl Read) -> Result<Vec<u8>, ReadError> {
+    within(stream, LONGEST_STREAM)
+}
+
+fn within(stream: impl Read, most: u64) -> Result<Vec<u8>, ReadError> {
+    let mut bytes = Vec::new();
+    asking(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    match bytes.len() as u64 > most {
+        true => Err(ReadError::file(format!("is longer than {most} bytes"), "give the mesh as a file, by its path")),
+        false => Ok(bytes),
+    }
+}
+
+#[cfg(unix)]
+fn is_device(kind: std::fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    kind.is_char_device() || kind.is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_device(_: std::fs::FileType) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_without_end_is_refused() {
+        let error = within(io::repeat(0), 1 << 20).unwrap_err();
+        assert_eq!(error.to_string(), "is longer than 1048576 bytes: give the mesh as a file, by its path");
+        assert_eq!(within(io::repeat(7).take(1 << 20), 1 << 20).unwrap().len(), 1 << 20);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_refused_before_it_is_read() {
+        let error = read_file(Path::new("/dev/zero")).unwrap_err();
+        assert!(error.to_string().starts_with("is a device and has no end: "), "{error}");
+    }
+
+    #[test]
+    fn what_no_memory_holds_is_an_error() {
+        for error in [room(&mut vec![0u64], usize::MAX).unwrap_err(), zeros::<f32>(usize::MAX / 4).unwrap_err()] {
+            assert!(error.what.starts_with("it takes more memory than there is"), "{error}");
+        }
+    }
+}
