@@ -133,7 +133,9 @@ impl Split {
             let ring = links.push(rings.ring(v).iter().map(neighbor));
             nodes.push(Node::new(placed, v, ring));
         }
-        Collapse { frozen, ..Collapse::of(placed.pulse(), nodes, links, n_inner, 2 * n_inner) }
+        let mut block = Collapse { frozen, ..Collapse::of(placed.pulse(), nodes, links, n_inner, 2 * n_inner) };
+        block.hold_hubs();
+        block
     }
 
     /// One complex again, of what lives in the blocks, with the ghost vertices and out of as many faces as it had before.
@@ -162,6 +164,7 @@ impl Split {
         let parts: Vec<Part> = numbered.into_par_iter().zip(&numbers).map(part).collect();
         let n_merged = self.order.len() - n_inner;
         let mut whole = whole_of(pulse, parts, ghosts, n_inner, n_faces - 2 * n_merged);
+        whole.hold_hubs();
         // The faces around these were not all of one block.
         whole.unpriced.clone().unwrap_or_default().into_iter().for_each(|v| whole.renew(v));
         Collapse { begun, ..whole }

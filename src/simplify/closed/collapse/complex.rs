@@ -27,7 +27,7 @@ pub struct Collapse<'a> {
     pub(super) nodes: Vec<Node>,
     /// Where the vertices are: what the nodes say, once more and closer together.
     pub(super) positions: Vec<Vec3>,
-    /// The neighbours of the vertices; those of the ghost vertices are not kept.
+    /// The neighbours of the vertices; those of the ghost vertices and of hubs are not kept.
     pub(super) links: Links,
     /// The vertex each vertex was merged into, itself while it lives.
     pub(super) merged: Vec<u32>,
@@ -197,9 +197,14 @@ impl<'a> Collapse<'a> {
         let mut faces = Vec::with_capacity(2 * vertices.len());
         for &v in vertices {
             let span = self.nodes[v as usize].ring;
+            if span.is_unlisted() {
+                continue;
+            }
+            // Faces at a vertex without a list are found at their others.
+            let is_behind = |w: u32| v < w || self.is_frozen(w);
             let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
             for w in self.links.of(span) {
-                if v < last && v < w && !self.is_ghost(last.max(w)) {
+                if is_behind(last) && is_behind(w) && !self.is_ghost(last.max(w)) {
                     faces.push([v, last, w].map(|v| number[v as usize]));
                 }
                 last = w;

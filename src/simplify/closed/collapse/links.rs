@@ -20,14 +20,20 @@ impl Span {
         self.len as usize
     }
 
-    /// That of a ghost vertex with so many neighbours, which are not listed.
+    /// That of a vertex with so many neighbours, which are not listed.
     pub fn unlisted(len: u32) -> Self {
-        Self { block: 0, len }
+        Self { block: NONE, len }
+    }
+
+    /// Whether the neighbours are not listed.
+    #[inline(always)]
+    pub fn is_unlisted(self) -> bool {
+        self.block == NONE
     }
 
     /// The same list after others of so many blocks.
     pub fn after(self, n_blocks: u32) -> Self {
-        Self { block: self.block + n_blocks, ..self }
+        if self.is_unlisted() { self } else { Self { block: self.block + n_blocks, ..self } }
     }
 
     /// With a neighbour less.
@@ -78,6 +84,9 @@ impl Links {
 
     /// Takes a list over from others, with other numbers for the neighbours and the prices that it has there.
     pub fn push_renumbered(&mut self, others: &Self, list: Span, number: impl Fn(u32) -> u32) -> Span {
+        if list.is_unlisted() {
+            return list;
+        }
         let span = self.more(list.len());
         for (block, old) in self.blocks[span.blocks()].iter_mut().zip(&others.blocks[list.blocks()]) {
             let neighbors = old.neighbors.map(|w| if w == NONE { NONE } else { number(w) });

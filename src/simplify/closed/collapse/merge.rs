@@ -131,7 +131,7 @@ impl Collapse<'_> {
         for i in 0..of_v.len() {
             let w = self.links.at(of_v, i);
             let is_opposite = opposite.contains(&w);
-            if self.is_ghost(w) {
+            if self.is_hub(w) {
                 let ring = &mut self.nodes[w as usize].ring;
                 *ring = if is_opposite { ring.shorter() } else { *ring };
             } else if is_opposite {

@@ -15,6 +15,7 @@ mod complex;
 mod constraints;
 mod half;
 mod history;
+mod hubs;
 mod links;
 mod memoryless;
 mod merge;

@@ -67,6 +67,7 @@ impl Collapse<'_> {
     /// Collapses the cheapest edges until the limit or until none may go. From so many times the limit on every price is that of
     /// the present surface.
     pub fn run(&mut self, limit: Limit, last_stretch: f64) -> End {
+        self.hold_hubs();
         let stretch = limit.times(last_stretch);
         if self.merges_to(stretch) > 0 || !self.is_last_stretch {
             self.is_last_stretch = false;
@@ -119,7 +120,8 @@ impl Collapse<'_> {
 
     /// The highest price of an edge that may go.
     fn highest(&self) -> f32 {
-        let blocks = self.living().flat_map(|v| self.nodes[v as usize].ring.blocks());
+        let listed = self.living().map(|v| self.nodes[v as usize].ring).filter(|ring| !ring.is_unlisted());
+        let blocks = listed.flat_map(|ring| ring.blocks());
         let prices = blocks.flat_map(|block| self.links.prices(block)).copied();
         prices.filter(|price| *price < f32::INFINITY).fold(0.0, f32::max)
     }
