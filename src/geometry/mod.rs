@@ -4,6 +4,7 @@ pub mod crossing;
 mod eigenvalues;
 pub mod nearest_on_triangle;
 pub mod polygon;
+mod polygon_grid;
 pub mod quadric;
 pub mod sides;
 pub mod triangle;

@@ -5,6 +5,8 @@
 
 use glam::{DVec2, DVec3};
 
+use super::polygon_grid::Grid;
+
 /// Tests granted per corner and in all; a polygon that needs more is finished without looking for crossings.
 const TESTS: (usize, usize) = (2048, 1 << 29);
 
@@ -59,8 +61,8 @@ struct Ears {
     points: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Corners that were reflex at the start, by ascending x; only they can lie inside an ear.
-    reflex: Vec<u32>,
+    /// Corners that were reflex at the start; only they can lie inside an ear.
+    reflex: Grid,
     /// Whether the corner is still in the ring.
     alive: Vec<bool>,
     tests_left: usize,
@@ -72,9 +74,9 @@ impl Ears {
         let next: Vec<u32> = (1..n).chain([0]).collect();
         let previous: Vec<u32> = [n - 1].into_iter().chain(0..n - 1).collect();
         let (alive, tests_left) = (vec![true; points.len()], (TESTS.0 * points.len()).min(TESTS.1));
-        let mut ears = Self { points, next, previous, reflex: Vec::new(), alive, tests_left };
-        ears.reflex = (0..n).filter(|&corner| ears.turn(corner) <= 0.0).collect();
-        ears.reflex.sort_by(|&a, &b| ears.points[a as usize].x.total_cmp(&ears.points[b as usize].x));
+        let mut ears = Self { reflex: Grid::new(&points, &[]), points, next, previous, alive, tests_left };
+        let reflex: Vec<u32> = (0..n).filter(|&corner| ears.turn(corner) <= 0.0).collect();
+        ears.reflex = Grid::new(&ears.points, &reflex);
         ears
     }
 
@@ -137,15 +139,10 @@ impl Ears {
         self.tests_left -= 1;
         let ear = self.ear(corner);
         let [a, b, c] = ear.map(|i| self.points[i as usize]);
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         if (b - a).perp_dot(c - a) <= 0.0 {
             return false;
         }
-        let start = self.reflex.partition_point(|&i| self.points[i as usize].x < low.x);
-        let near = self.reflex[start..].iter().take_while(|&&i| self.points[i as usize].x <= high.x);
-        let mut n_tests = 0;
-        let blocked = near.into_iter().any(|&other| {
-            n_tests += 1;
+        let (blocked, n_tests) = self.reflex.any_near([a, b, c], |other| {
             let p = self.points[other as usize];
             let sides = [(b - a).perp_dot(p - a), (c - b).perp_dot(p - b), (a - c).perp_dot(p - c)];
             let inside = sides.into_iter().all(|side| side >= 0.0);

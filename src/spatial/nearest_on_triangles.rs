@@ -6,6 +6,13 @@ use super::Bounds;
 use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
+/// Largest coordinate of a triangle over that of all below which it is too small for their unit: what single precision tells apart.
+const INNER: f32 = 1.0 / 16_777_216.0;
+/// Largest coordinate of triangles over the distance of a point below which they are all equally far, to double precision.
+const FAR: f64 = 1e-18;
+/// So few small triangles are no trouble.
+const MOST_UNSPLIT: usize = 16;
+
 /// Triangles made ready for nearest-point queries.
 ///
 /// The answer does not depend on threads or on the order of queries: among triangles at exactly the same
@@ -23,6 +30,19 @@ pub struct NearestOnTriangles {
     tree: TriangleTree,
     /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
     scale: f64,
+    /// Triangles so close to the origin that boxes in that unit could not tell them apart.
+    inner: Option<Box<Inner>>,
+}
+
+/// Small triangles around the origin, with a unit of their own.
+struct Inner {
+    surface: NearestOnTriangles,
+    /// Their corners.
+    triangles: Vec<[[f32; 3]; 3]>,
+    /// Which triangle of all each one is.
+    triangle_idx: Vec<u32>,
+    /// Their largest coordinate.
+    most: f64,
 }
 
 /// Where the nearest point lies.
@@ -47,10 +67,26 @@ struct Best {
 impl NearestOnTriangles {
     /// Builds the tree over triangles given by their corners, n_triangles x 3 x 3, finite.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let most = triangles.as_flattened().as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+        let most = largest(triangles.as_flattened());
+        let is_inner = |&i: &u32| largest(&triangles[i as usize]) <= most * INNER;
+        if (0..triangles.len() as u32).filter(is_inner).count() <= MOST_UNSPLIT || most == 0.0 {
+            return Self::in_one_unit(triangles, most);
+        }
+        let (inner, outer): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(is_inner);
+        let of = |idx: &[u32]| idx.iter().map(|&i| triangles[i as usize]).collect::<Vec<_>>();
+        let mut nearest = Self::in_one_unit(&of(&outer), most);
+        nearest.tree.triangle_idx.iter_mut().for_each(|i| *i = outer[*i as usize]);
+        let near = of(&inner);
+        let most = f64::from(largest(near.as_flattened()));
+        nearest.inner = Some(Box::new(Inner { surface: Self::new(&near), triangles: near, triangle_idx: inner, most }));
+        nearest
+    }
+
+    /// The tree over triangles with this largest coordinate.
+    fn in_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
-        Self { tree: TriangleTree::new(&scaled), scale }
+        Self { tree: TriangleTree::new(&scaled), scale, inner: None }
     }
 
     /// The nearest point of all triangles; `None` where there are none.
@@ -68,11 +104,23 @@ impl NearestOnTriangles {
     /// assert_eq!(hit.triangle, 1);
     /// ```
     pub fn nearest_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        let outer = self.nearest_outside(p, reach, &accept);
+        let Some(inner) = &self.inner else { return outer };
+        let reach = outer.map_or(reach, |hit| hit.distance2.sqrt());
+        let nearer = inner.nearest(p, reach, &accept);
+        [outer, nearer]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.distance2.total_cmp(&b.distance2).then(a.triangle.cmp(&b.triangle)))
+    }
+
+    /// The same among the triangles that are not the inner ones.
+    fn nearest_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool) -> Option<Hit> {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
         let mut best = Best { hit: none, limit: limit(reach * reach, p) };
         if !self.tree.nodes.is_empty() {
-            self.descend(0, p, &accept, &mut best);
+            self.descend(0, p, accept, &mut best);
         }
         let (point, distance2) = (best.hit.point / self.scale, best.hit.distance2 / (self.scale * self.scale));
         (best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit })
@@ -82,6 +130,11 @@ impl NearestOnTriangles {
     pub fn visit_overlaps(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
         let scaled = Bounds { low: to_scale(bounds.low, self.scale), high: to_scale(bounds.high, self.scale) };
         self.tree.visit_overlaps(&scaled, &mut visit);
+        if let Some(inner) = &self.inner {
+            // Behind a pointer, or there would be a type for each unit.
+            let visit: &mut dyn FnMut(u32) = &mut |i: u32| visit(inner.triangle_idx[i as usize]);
+            inner.surface.visit_overlaps(bounds, visit);
+        }
     }
 
     fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
@@ -103,16 +156,46 @@ impl NearestOnTriangles {
     }
 
     fn test_triangle(&self, i: usize, p: DVec3, best: &mut Best) {
-        let corners = self.tree.corners[i].map(|c| DVec3::from_array(c.map(f64::from)));
-        let weights = nearest_weights_f64(p, corners);
-        let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        let distance2 = p.distance_squared(point);
-        let triangle = self.tree.triangle_idx[i];
-        if (distance2, triangle) < (best.hit.distance2, best.hit.triangle) {
-            best.hit = Hit { triangle, weights, point, distance2 };
-            best.limit = limit(distance2, p);
+        let hit = hit_on(&self.tree.corners[i], self.tree.triangle_idx[i], p);
+        if (hit.distance2, hit.triangle) < (best.hit.distance2, best.hit.triangle) {
+            best.hit = hit;
+            best.limit = limit(hit.distance2, p);
         }
     }
+}
+
+impl Inner {
+    /// The nearest of these triangles, at a distance of `reach` or less. From far away all are equally far: then it is the
+    /// first.
+    fn nearest(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
+        let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
+        if outside > reach {
+            return None;
+        }
+        let is_accepted: &dyn Fn(u32) -> bool = &|i: u32| accept(self.triangle_idx[i as usize]);
+        let hit = if outside * FAR > self.most {
+            let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i))?;
+            hit_on(&self.triangles[first as usize], first, p)
+        } else {
+            // Rounding may make a square a little larger in this unit.
+            self.surface.nearest_within(p, reach * (1.0 + 1e-12), is_accepted)?
+        };
+        Some(Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit })
+    }
+}
+
+/// The nearest point of one triangle.
+#[inline(always)]
+fn hit_on(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
+    let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+    let weights = nearest_weights_f64(p, corners);
+    let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+    Hit { triangle, weights, point, distance2: p.distance_squared(point) }
+}
+
+/// The largest size of a coordinate.
+fn largest(points: &[[f32; 3]]) -> f32 {
+    points.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()))
 }
 
 fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
@@ -211,6 +294,33 @@ mod tests {
             let (hit, wanted) = (surface.nearest(p * f64::from(scale)).unwrap(), unscaled.nearest(p).unwrap());
             assert_eq!(hit.triangle, wanted.triangle);
             assert!((hit.distance2.sqrt() / f64::from(scale) - wanted.distance2.sqrt()).abs() < 1e-2);
+        }
+    }
+
+    /// Sizes of all magnitudes around the origin, as a damaged file has them: those of each unit are told apart by boxes of their own.
+    #[test]
+    fn sizes_of_every_magnitude_are_told_apart() {
+        let mut triangles = random_triangles(400, 1.0, 0.0);
+        for (i, corner) in triangles.iter_mut().flatten().enumerate() {
+            let size = 10f32.powi((i as i32 * 7) % 75 - 37);
+            *corner = corner.map(|x| (x - 0.5) * if i % 3 == 0 { size } else { 1e-37 });
+        }
+        let small: Vec<_> =
+            random_triangles(300, 0.1, 0.0).into_iter().map(|t| t.map(|p| p.map(|x| 1e-12 * x))).collect();
+        triangles.extend(small);
+        let surface = NearestOnTriangles::new(&triangles);
+        let mut units = 1;
+        let mut inner = &surface.inner;
+        while let Some(next) = inner {
+            (units, inner) = (units + 1, &next.surface.inner);
+        }
+        assert!(units > 3, "{units}");
+        for &corner in triangles.iter().flatten().step_by(5) {
+            let p = DVec3::from_array(corner.map(f64::from)) * 1.25;
+            let hit = surface.nearest(p).unwrap();
+            let (distance2, _) = naive(&triangles, p);
+            let (found, expected) = (hit.distance2.sqrt(), distance2.sqrt());
+            assert!((found - expected).abs() <= 1e-15 * expected + 1e-150, "{p} {hit:?} {expected}");
         }
     }
 

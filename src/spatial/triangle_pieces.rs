@@ -7,6 +7,9 @@ use super::Bounds;
 
 /// Most pieces of one triangle.
 const MOST: f32 = 32.0;
+/// Longest side of a box below which a triangle is not cut, where coordinates are about 1: its pieces would lie closer together than
+/// single precision tells apart.
+const LEAST: f32 = 1.5e-5;
 /// Pieces that may be added without regard to the number of triangles; beyond, as many as half the triangles.
 const FREE: usize = 400_000;
 
@@ -26,6 +29,10 @@ pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
 
 /// A whole number of pieces that grows with the emptiness of the triangle's box.
 fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
+    let Bounds { low, high } = Bounds::of(corners);
+    if (0..3).all(|axis| high[axis] - low[axis] < LEAST) {
+        return 1.0;
+    }
     let [a, b, c] = corners.map(glam::Vec3::from_array);
     let doubled_area = (b - a).cross(c - a).length();
     let emptiness = Bounds::of(corners).half_area() / doubled_area;
