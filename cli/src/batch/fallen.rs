@@ -23,7 +23,7 @@ pub fn meet(folder: &Path, manifest: &Manifest, resume: bool) -> Result<Vec<usiz
     let known = String::from_utf8_lossy(&known);
     let known: Vec<Fallen> = known.lines().filter_map(Fallen::of).collect();
     let mut alone = Vec::new();
-    for i in manifest.waiting() {
+    for &i in manifest.waiting() {
         let name = written(&manifest.name(i));
         let mut runs = known.iter().filter(|fallen| fallen.name == name);
         if runs.clone().any(|fallen| fallen.n_running == 1 && fallen.most / 4 >= allocator::most() / 5) {
