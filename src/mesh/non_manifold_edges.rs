@@ -2,7 +2,8 @@
 //!
 //! Of the ways to cut a set of polygons into a manifold (Gueziec, Taubin, Lazarus and Horn, "Cutting and stitching", 2001) the
 //! plain one makes each face at such an edge a boundary, and what was one thing falls to pieces. Here the faces at the edge
-//! that go on into each other best stay joined, unless the surface would have one side then, where it had two.
+//! that go on into each other best stay joined, unless the surface would have one side then, where it had two. Where their
+//! number is even none is left over, so that what is closed stays closed.
 
 use std::f32::consts::PI;
 
@@ -70,19 +71,30 @@ impl Blade {
     }
 }
 
-/// Pairs of half-edges, those that bend least first; each at most once, none that leaves the surface with one side.
+/// Pairs of half-edges, those that bend least first, each at most once: where as many run along the edge each way, as they do
+/// on closed bodies, such as run against each other; then such as do not leave the surface with one side; then, where the faces
+/// are even in number, any.
 fn matched(fan: &[Blade], sides: &mut Sides) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut is_taken = vec![false; fan.len()];
     let mut matched = Vec::new();
-    for (_, [j, i]) in pairs {
-        let (a, b) = (&fan[j], &fan[i]);
-        if !is_taken[j] && !is_taken[i] && sides.join([a.half / 3, b.half / 3], a.is_along == b.is_along) {
-            (is_taken[j], is_taken[i]) = (true, true);
-            matched.push([a.half, b.half]);
+    let mut take = |may: &mut dyn FnMut(&Blade, &Blade) -> bool| {
+        for &(_, [j, i]) in &pairs {
+            if !is_taken[j] && !is_taken[i] && may(&fan[j], &fan[i]) {
+                (is_taken[j], is_taken[i]) = (true, true);
+                matched.push([fan[j].half, fan[i].half]);
+            }
         }
+    };
+    let mut joined = |a: &Blade, b: &Blade| sides.join([a.half / 3, b.half / 3], a.is_along == b.is_along);
+    if 2 * fan.iter().filter(|blade| blade.is_along).count() == fan.len() {
+        take(&mut |a, b| a.is_along != b.is_along && joined(a, b));
+    }
+    take(&mut joined);
+    if fan.len() % 2 == 0 {
+        take(&mut |_, _| true);
     }
     matched
 }
@@ -114,6 +126,16 @@ mod tests {
     fn sheets_that_cross_stay_sheets() {
         let tips = [[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [-1.0, 0.0, 0.5], [0.0, -1.0, 0.5]];
         assert_eq!(pairs(&tips, &[false, false, true, true]), [[0, 2], [1, 3]]);
+    }
+
+    /// Two solids that touch: whichever faces are partners, all have one.
+    #[test]
+    fn of_an_even_number_none_is_left_over() {
+        let tips = [[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [-1.0, 0.0, 0.5], [0.0, -1.0, 0.5]];
+        for turned in 0..16 {
+            let is_turned: Vec<bool> = (0..4).map(|face| turned >> face & 1 == 1).collect();
+            assert_eq!(pairs(&tips, &is_turned).len(), 2, "{is_turned:?}");
+        }
     }
 
     #[test]

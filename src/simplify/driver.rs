@@ -5,7 +5,7 @@ use crate::model::Weights;
 use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged};
 use super::closed::{Derivative, is_sound};
 use super::input::Input;
-use super::limits::{resolve_levels, resolve_limit, resolve_oversample};
+use super::limits::{Limit, resolve_levels, resolve_limit, resolve_oversample};
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
 use super::progress::{PAPER, Progress, closed_stages, listened};
 use super::symmetric;
@@ -59,11 +59,13 @@ fn closed(
     let used = Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, ..*input };
-    let limits = resolve_levels(&used.mesh, targets, options)?;
+    let mut limits = resolve_levels(&used.mesh, targets, options)?;
     let oversample = resolve_oversample(&used.mesh, limits[0], options)?;
     // What is as large as the mesh is the mesh.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
+    // What is taken apart has more vertices than the mesh, and loses none for that.
+    limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
     let same = (0..n_unchanged).map(|_| (unchanged(progress.pulse, &input, options, oversample), None));
     let sizes = Sizes { limits: &limits[n_unchanged..], oversample };
     let lighter = closed_levels(&input, weights, task, &sizes, progress)?;

@@ -32,6 +32,9 @@ pub(super) struct Limit {
 }
 
 impl Limit {
+    /// Everything stays.
+    pub const NONE: Self = Self { vertices: u32::MAX as usize, faces: usize::MAX };
+
     /// The vertices that it leaves, about: of a closed surface as many as half of its faces.
     pub fn size(self) -> usize {
         self.vertices.min(self.faces / 2 + 2)

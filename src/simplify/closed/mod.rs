@@ -184,11 +184,12 @@ fn refine(
     progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
+    let is_whole = output.positions.len() == original.surface.n_vertices();
     let flips = is_coarse && request.parts.flips;
     let mut n_flipped = if flips { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
-    if request.parts.fit && !subset {
+    if request.parts.fit && !subset && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
     }
     progress.enter("finish", output.faces().len())?;
