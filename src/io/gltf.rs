@@ -18,6 +18,7 @@ mod extensions;
 mod files;
 mod levels;
 mod lighter;
+mod load_uri;
 mod looks;
 mod materials;
 mod part;

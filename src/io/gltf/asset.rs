@@ -6,7 +6,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::accessor::Data;
-use super::container::{self, Container, load_uri};
+use super::container::{self, Container};
+use super::load_uri::load_uri;
 use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;

@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use rustc_hash::FxHashMap;
 
 use super::REMEDY;
-use super::container::load_uri;
-use super::schema::Buffer;
+use super::load_uri::load_uri;
 use crate::io::ReadError;
 use crate::io::uri::path_inside;
 
@@ -20,35 +19,42 @@ pub(super) struct Buffers<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Gathers the bytes of `buffers`: those of the container (`embedded`), of `data:` URIs, and of files by `fetch`.
-    pub fn load(
-        buffers: &[Buffer],
+    /// Gathers the bytes of buffers, given by their URIs and whether they need none: those of the container (`embedded`), of `data:`
+    /// URIs, and of files by `fetch`.
+    pub fn load<'b>(
+        buffers: impl Iterator<Item = (Option<&'b str>, bool)>,
         embedded: Option<&'a [u8]>,
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<Self, ReadError> {
-        let mut held =
-            Self { files: vec![Cow::Borrowed(&[]), Cow::Borrowed(embedded.unwrap_or(&[]))], of_buffers: Vec::new() };
-        let mut known: FxHashMap<PathBuf, usize> = FxHashMap::default();
-        for buffer in buffers {
-            let file = match (&buffer.uri, embedded) {
-                _ if buffer.extensions.is_fallback() => 0,
+        let files = vec![Cow::Borrowed(&[][..]), Cow::Borrowed(embedded.unwrap_or(&[]))];
+        let mut held = Self { files, of_buffers: Vec::new() };
+        let mut known = FxHashMap::default();
+        for (uri, is_fallback) in buffers {
+            let file = match (uri, embedded) {
+                _ if is_fallback => 0,
                 (None, Some(_)) => 1,
                 (None, None) => return Err(ReadError::file("a buffer without bytes", REMEDY)),
-                (Some(uri), _) => {
-                    let path = path_inside(uri).filter(|_| !uri.starts_with("data:"));
-                    match path.as_ref().and_then(|path| known.get(path)) {
-                        Some(&file) => file,
-                        None => {
-                            held.files.push(Cow::Owned(load_uri(uri, fetch)?));
-                            known.extend(path.map(|path| (path, held.files.len() - 1)));
-                            held.files.len() - 1
-                        }
-                    }
-                }
+                (Some(uri), _) => held.file(uri, &mut known, fetch)?,
             };
             held.of_buffers.push(file);
         }
         Ok(held)
+    }
+
+    /// The number of the file that a URI names, read if it is not among the `known`.
+    fn file(
+        &mut self,
+        uri: &str,
+        known: &mut FxHashMap<PathBuf, usize>,
+        fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+    ) -> Result<usize, ReadError> {
+        let path = path_inside(uri).filter(|_| !uri.starts_with("data:"));
+        if let Some(&file) = path.as_ref().and_then(|path| known.get(path)) {
+            return Ok(file);
+        }
+        self.files.push(Cow::Owned(load_uri(uri, fetch)?));
+        known.extend(path.map(|path| (path, self.files.len() - 1)));
+        Ok(self.files.len() - 1)
     }
 
     /// The same with bytes of its own.
@@ -77,14 +83,12 @@ mod tests {
     #[test]
     fn a_file_is_read_once_however_many_buffers_name_it() {
         let names = ["a.bin", "./a.bin", "x/../a.bin", "%61.bin", "b.bin", "a.bin"];
-        let text = names.map(|uri| format!(r#"{{"uri": "{uri}"}}"#)).join(",");
-        let buffers: Vec<Buffer> = serde_json::from_str(&format!("[{text}]")).unwrap();
         let n_read = Cell::new(0);
         let fetch = |uri: &str| {
             n_read.set(n_read.get() + 1);
             Ok(uri.as_bytes().to_vec())
         };
-        let held = Buffers::load(&buffers, None, &fetch).unwrap();
+        let held = Buffers::load(names.into_iter().map(|uri| (Some(uri), false)), None, &fetch).unwrap();
         assert_eq!((n_read.get(), held.n_bytes()), (2, 10));
         assert_eq!(
             [0, 3, 4, 5].map(|i| held.get(i)),

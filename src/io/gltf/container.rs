@@ -1,8 +1,5 @@
 //! The document of a glTF asset and the bytes of its buffers, from JSON or from GLB.
 
-use base64::Engine;
-use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-
 use super::accessor::Data;
 use super::buffers::Buffers;
 use super::schema::Root;
@@ -29,7 +26,8 @@ impl<'a> Container<'a> {
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
         })?;
-        let buffers = Buffers::load(&root.buffers, embedded, fetch)?;
+        let named = root.buffers.iter().map(|buffer| (buffer.uri.as_deref(), buffer.extensions.is_fallback()));
+        let buffers = Buffers::load(named, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         Ok(Self { root, buffers, decompressed })
@@ -86,14 +84,4 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
 
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
-}
-
-/// The bytes of a `data:` URI in base64, or of a file.
-pub(super) fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
-    let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
-    let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
-    let engine = GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);
-    let text = data.split_once(";base64,").map(|(_, text)| text.trim_ascii());
-    let bytes = text.and_then(|text| engine.decode(text).ok());
-    bytes.ok_or_else(|| ReadError::file("a buffer whose data URI is not base64", REMEDY))
 }

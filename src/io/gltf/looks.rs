@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::asset::Asset;
-use super::container::load_uri;
+use super::load_uri::load_uri;
 use super::schema::Primitive;
 use crate::io::ReadError;
 use crate::io::uri::path_inside;

@@ -1,0 +1,17 @@
+//! The bytes that a URI of a glTF stands for.
+
+use base64::Engine;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+
+use super::REMEDY;
+use crate::io::ReadError;
+
+/// The bytes of a `data:` URI in base64, or of a file.
+pub(super) fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
+    let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
+    let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    let engine = GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);
+    let text = data.split_once(";base64,").map(|(_, text)| text.trim_ascii());
+    let bytes = text.and_then(|text| engine.decode(text).ok());
+    bytes.ok_or_else(|| ReadError::file("a buffer whose data URI is not base64", REMEDY))
+}
