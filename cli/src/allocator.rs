@@ -6,11 +6,10 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ptr::null_mut;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use neural_mesh::mesh::room::is_asking;
-
-use crate::memory;
 
 /// Smaller blocks are not counted: they are many, and take little beside the arrays of a mesh. In bytes.
 const COUNTED: usize = 1 << 16;
@@ -21,6 +20,13 @@ static BOUNDED: Bounded = Bounded;
 /// Bytes in counted blocks, and how many there may be.
 static TAKEN: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
+/// What ends the program where so many bytes more are not to be had.
+static END: OnceLock<fn(usize) -> !> = OnceLock::new();
+
+/// Sets what ends the program where so many bytes more are not to be had; before that the standard library does.
+pub fn end_by(end: fn(usize) -> !) {
+    let _ = END.set(end);
+}
 
 /// From here on no more than so many bytes may be taken.
 pub fn bound(most: usize) {
@@ -63,10 +69,10 @@ fn taken(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
         }
         give(size);
     }
-    if !is_asking() {
-        memory::end(size);
+    match END.get() {
+        Some(end) if !is_asking() => end(size),
+        _ => null_mut(),
     }
-    null_mut()
 }
 
 // SAFETY: each call is passed on with what it came with, and what comes back is passed back; null where nothing was taken. A call

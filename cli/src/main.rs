@@ -20,6 +20,7 @@ mod memory;
 mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
 mod missing;
+mod out_of_memory;
 mod plain;
 mod progress;
 mod read;
@@ -47,6 +48,7 @@ use plain::plain;
 use words::Voice;
 
 fn main() -> ExitCode {
+    allocator::end_by(out_of_memory::end);
     memory::bound(None);
     memory::keep_freed();
     let args = match Args::try_parse() {

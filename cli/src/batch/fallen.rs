@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::manifest::Manifest;
 use crate::failure::Failure;
-use crate::{allocator, files, memory};
+use crate::{allocator, files, out_of_memory};
 
 /// The file in OUTDIR that has them, a line each.
 const NAME: &str = ".neural-mesh-out-of-memory";
@@ -32,7 +32,7 @@ pub fn meet(folder: &Path, manifest: &Manifest, resume: bool) -> Result<Vec<usiz
             alone.push(i);
         }
     }
-    memory::remember(path, manifest.names().iter().map(|name| written(name)).collect());
+    out_of_memory::remember(path, manifest.names().iter().map(|name| written(name)).collect());
     Ok(alone)
 }
 

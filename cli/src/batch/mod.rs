@@ -158,7 +158,7 @@ impl Batch {
     /// One mesh, come what may: a row.
     fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
         let began = Instant::now();
-        let done = crate::memory::during(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
+        let done = crate::out_of_memory::during(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
         let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
