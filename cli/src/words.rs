@@ -112,7 +112,9 @@ pub fn explained(report: &Report) -> Vec<String> {
         (None, _) => "the size asked for was reached".to_string(),
         (Some(why), _) => format!("what was asked for was not reached: {why}"),
     };
-    lines.push(format!("so        {asked}, {} of {} vertices", grouped(output.size.vertices), grouped(input.vertices)));
+    let [after, before] = [output.size.vertices, input.vertices].map(grouped);
+    let more = if output.size.vertices > input.vertices { ", as many more as were split" } else { "" };
+    lines.push(format!("so        {asked}, {after} of {before} vertices{more}"));
     lines
 }
 

@@ -78,7 +78,8 @@ fn what_has_no_end_is_refused_in_one_line() {
 #[test]
 fn a_mesh_that_took_the_batch_down_is_a_failed_row_on_resume() {
     let folder = prepared();
-    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", LITTLE];
+    // One after the other: the one under way when the memory ends is alone.
+    let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", LITTLE, "--threads", "1"];
     let fallen = run(folder.path(), &arguments);
     assert_eq!(fallen.code, Some(1), "{}", fallen.words);
     assert!(the_line(&fallen).starts_with("neural-mesh: out of memory: "), "{}", fallen.words);

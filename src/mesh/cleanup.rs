@@ -6,14 +6,15 @@
 //! 3. Vertices at exactly equal positions (-0 equals 0) become one, unless the options say no. Positions are compared
 //!    as the mesh holds them, in single precision, after a mesh of doubles was moved near its local origin.
 //! 4. A face that names a vertex twice, before or after that, goes.
-//! 5. Of faces with the same three vertices, in any order and direction, the first stays.
+//! 5. Of faces with the same three vertices, in any order and direction, the first stays; a second one where it is a wall
+//!    between closed bodies: an edge with an even number of faces would have an odd one without it, more than one.
 //! 6. A vertex that no face uses goes.
 //!
 //! Faces of zero area with three different vertices stay: they hold the surface together. So does everything else:
 //! inconsistent winding, non-manifold edges and vertices are for the algorithms to handle.
 
 use super::first_equal::first_equal;
-use super::repeated_faces::repeated_faces;
+use super::repeated_faces::{repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
@@ -293,7 +294,7 @@ fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]], counts: &mut 
 
 /// Step 5.
 fn drop_duplicate_faces(faces: &mut FaceList, n_vertices: usize, counts: &mut CleanCounts) {
-    let repeated = repeated_faces(&faces.corners, n_vertices);
+    let repeated = superfluous_faces(&faces.corners, repeated_faces(&faces.corners, n_vertices));
     counts.duplicate_faces += repeated.len();
     if !repeated.is_empty() {
         let mut repeated = repeated.into_iter().peekable();

@@ -1,6 +1,9 @@
-//! Finds faces that have the same three vertices as an earlier face, in any order.
+//! Finds faces that have the same three vertices as an earlier face, in any order, and those of them that hold a surface closed.
+
+use rustc_hash::FxHashMap;
 
 use super::first_equal::first_equal;
+use super::union_find::UnionFind;
 
 /// All bits of a vertex's mark: at least two faces at it set the same one.
 const SUSPECT: u32 = u32::MAX;
@@ -27,6 +30,72 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     let suspects: Vec<u32> = (0..faces.len() as u32).filter(is_suspect).collect();
     let (first, _) = first_equal(suspects.len(), |i| sorted(faces[suspects[i] as usize]));
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
+}
+
+/// Of the faces that repeat an earlier one (ascending), those without which nothing is lost, ascending: of closed bodies that touch in
+/// a face both keep theirs.
+///
+/// Faces that hang together stay or go together. They stay where an edge of theirs has an even number of faces with them and an odd
+/// one without, three or more: where one is left, a sheet has been stated twice. Of a face, then, as many stay as leave that number
+/// even.
+pub(super) fn superfluous_faces(faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
+    if repeated.is_empty() {
+        return repeated;
+    }
+    let mut edges: FxHashMap<[u32; 2], Edge> = FxHashMap::default();
+    let mut patches = UnionFind::new(repeated.len());
+    for (place, &face) in (0..).zip(&repeated) {
+        for side in sides(faces[face as usize]) {
+            let edge = edges.entry(side).or_insert(Edge { n_faces: 0, n_repeated: 0, place });
+            edge.n_repeated += 1;
+            patches.union(place, edge.place);
+        }
+    }
+    for side in faces.iter().flat_map(|&face| sides(face)) {
+        edges.entry(side).and_modify(|edge| edge.n_faces += 1);
+    }
+    let mut is_held = vec![false; repeated.len()];
+    let would_open = |edge: &&Edge| {
+        let n_left = edge.n_faces - edge.n_repeated;
+        edge.n_faces.is_multiple_of(2) && n_left % 2 == 1 && n_left > 1
+    };
+    for edge in edges.values().filter(would_open) {
+        is_held[patches.find(edge.place) as usize] = true;
+    }
+    let held = (0..).zip(&repeated).filter(|&(place, _)| is_held[patches.find(place) as usize]);
+    let kept = one_of_each(faces, held.map(|(_, &face)| face));
+    repeated.into_iter().filter(|face| !kept.contains(face)).collect()
+}
+
+/// An edge of repeated faces: the number of its faces, of those that repeat others, and the place of one of these.
+struct Edge {
+    n_faces: usize,
+    n_repeated: usize,
+    place: u32,
+}
+
+/// Of each odd number of faces with the same vertices one, wound against the first of all such faces if there is such a one.
+fn one_of_each(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
+    some.for_each(|face| same.entry(sorted(faces[face as usize])).or_default().push(face));
+    same.retain(|_, same| same.len() % 2 == 1);
+    let mut kept = Vec::new();
+    for &face in faces {
+        // The first of all, which repeats none.
+        let Some(same) = same.remove(&sorted(face)) else { continue };
+        let against = same.iter().find(|&&other| is_even(faces[other as usize]) != is_even(face));
+        kept.extend(against.or(same.first()));
+    }
+    kept
+}
+
+/// Whether the vertices ascend, going around from some of them.
+fn is_even([a, b, c]: [u32; 3]) -> bool {
+    [a < b, b < c, c < a].iter().filter(|ascends| **ascends).count() == 2
+}
+
+fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
 }
 
 /// Vertex indices ascending.
@@ -56,6 +125,27 @@ mod tests {
             let expected: Vec<u32> = (0..faces.len() as u32).filter(repeats).collect();
             prop_assert_eq!(repeated_faces(&faces, 6 * spread as usize), expected);
         }
+    }
+
+    /// Two tetrahedra on one base, whose base is there twice.
+    #[test]
+    fn a_wall_between_closed_bodies_keeps_both_its_sides() {
+        let bodies = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 2, 0], [1, 0, 4], [2, 1, 4], [0, 2, 4]];
+        assert_eq!(repeated_faces(&bodies, 5), [4]);
+        assert!(superfluous_faces(&bodies, vec![4]).is_empty());
+        // A third and a fourth one in the other direction: two of the four stay.
+        let more = [&bodies[..], &[[0, 2, 1], [1, 2, 0]]].concat();
+        assert_eq!(superfluous_faces(&more, repeated_faces(&more, 5)).len(), 2);
+    }
+
+    #[test]
+    fn what_opens_nothing_is_superfluous() {
+        let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let one_more = [&body[..], &[[0, 1, 2]]].concat();
+        assert_eq!(superfluous_faces(&one_more, vec![4]), [4]);
+        let twice = [body, body].concat();
+        assert_eq!(superfluous_faces(&twice, vec![4, 5, 6, 7]), [4, 5, 6, 7]);
+        assert_eq!(superfluous_faces(&[[0, 1, 2], [1, 2, 0]], vec![1]), [1]);
     }
 
     #[test]
