@@ -149,6 +149,172 @@ fn down_to_the_smallest_it_stays_a_closed_mirrored_surface() {
     }
 }
 
+/// Vertices (1, 0, 0), (-1, 0, 0), (0, 1, 0) and so on, and the faces of the octants that are asked for.
+fn octahedron(has: impl Fn([bool; 3]) -> bool) -> TriMesh {
+    let corner = |i: usize| std::array::from_fn(|k| if k == i / 2 { 1.0 - 2.0 * (i % 2) as f32 } else { 0.0 });
+    let face = |signs: [bool; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|k| 2 * k as u32 + u32::from(signs[k]));
+        if signs.iter().filter(|&&negative| negative).count() % 2 == 0 { [x, y, z] } else { [x, z, y] }
+    };
+    let octants = (0..8).map(|i| [i & 1, i & 2, i & 4].map(|bit| bit > 0)).filter(|&signs| has(signs));
+    TriMesh::new((0..6).map(corner).collect(), octants.map(face).collect()).unwrap()
+}
+
+#[test]
+fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
+    let octahedron = octahedron(|_| true);
+    let tetrahedron = {
+        let positions = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        TriMesh::new(positions, vec![[0, 1, 3], [3, 2, 0], [3, 1, 2], [2, 1, 0]]).unwrap()
+    };
+    let others =
+        [shapes::icosphere(0), shapes::icosphere(2), shapes::cuboid([1.0; 3], 2), shapes::torus(8, 4, 1.0, 0.4)];
+    for mesh in others.iter().chain([&octahedron, &tetrahedron]) {
+        let targets = (1..24).map(Target::Vertices).chain((1..40).map(Target::Faces));
+        for target in targets {
+            let result = simplified(mesh, &options(target, Symmetry::Across(Axis::Y)));
+            assert_closed_manifold(&result.mesh);
+            let triples: BTreeSet<BTreeSet<u32>> = result.mesh.faces().iter().map(|&face| face.into()).collect();
+            assert_eq!(triples.len(), result.mesh.faces().len(), "{target:?}: a face twice");
+            let (size, asked, step) = match target {
+                // Where no merge within the cut can be done, each takes four faces.
+                Target::Faces(n) => (result.mesh.faces().len(), n, 3),
+                Target::Vertices(n) => (result.mesh.positions().len(), n, 1),
+                Target::Ratio(_) => unreachable!(),
+            };
+            let is_reached = result.report.outcome == Outcome::Reached;
+            assert_eq!(is_reached, size <= asked, "{target:?}: {size}, {:?}", result.report.outcome);
+            assert!(!is_reached || size + step >= asked || mesh.positions().len() < asked, "{target:?}: {size}");
+        }
+        let Outcome::Stopped(why) =
+            simplified(mesh, &options(Target::Vertices(1), Symmetry::Across(Axis::Y))).report.outcome
+        else {
+            panic!("one vertex")
+        };
+        assert!(why.contains("mirror plane") || why.contains("turn a face over"), "{why}");
+    }
+    let least = simplified(&octahedron, &options(Target::Ratio(0.5), Symmetry::Found));
+    assert_eq!((least.mesh.positions().len(), least.mesh.faces().len()), (5, 6));
+}
+
+#[test]
+fn open_surfaces_stay_in_one_piece_down_to_the_smallest() {
+    let tube = shapes::open_cylinder(12, 1);
+    let sector = |face: &[u32; 3]| {
+        let middle = face.iter().map(|&v| Vec3::from(tube.positions()[v as usize])).sum::<Vec3>();
+        (middle.y.atan2(middle.x) / std::f32::consts::TAU * 12.0).floor() as i32
+    };
+    let strips = tube.faces().iter().copied().filter(|face| sector(face).rem_euclid(4) > 0).collect();
+    let strips = neural_mesh::mesh::compact(tube.positions(), strips).unwrap().0;
+    assert_eq!(topology(&strips).components, 3);
+    for (mesh, axes) in [(&tube, &Axis::ALL[..]), (&strips, &[Axis::Z]), (&shapes::grid(6, 5), &[Axis::X, Axis::Y])] {
+        for (&axis, n) in axes.iter().flat_map(|axis| (1..30).map(move |n| (axis, n))) {
+            let result = simplified(mesh, &options(Target::Vertices(n), Symmetry::Across(axis)));
+            assert_manifold(&result.mesh);
+            assert_same_topology(mesh, &result.mesh);
+            assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+        }
+    }
+}
+
+/// The refusal of a mesh that is not mirrored: how many faces are alone.
+#[track_caller]
+fn n_alone(mesh: &TriMesh, symmetry: Symmetry) -> usize {
+    let asked = options(Target::Ratio(0.9), symmetry);
+    match simplify_input(&Input::bare(mesh), None, &asked, &mut go_on) {
+        Err(SimplifyError::NotSymmetric { vertices: 0, faces, .. }) => faces,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
+    let without_one = octahedron(|signs| signs != [true, false, true]);
+    for symmetry in Axis::ALL.map(Symmetry::Across).into_iter().chain([Symmetry::Found]) {
+        assert_eq!(n_alone(&without_one, symmetry), 1);
+    }
+    // In a sheet so thin that its other side lies where the image of the face should.
+    let sheet = moved(&shapes::icosphere(2), |p| Vec3::new(p.x, p.y, 1e-7 * p.z));
+    let keeps = |lost: &dyn Fn(Vec3) -> bool| {
+        let middle =
+            |face: &[u32; 3]| face.iter().map(|&v| Vec3::from(sheet.positions()[v as usize])).sum::<Vec3>() / 3.0;
+        let (lost, kept): (Vec<[u32; 3]>, _) = sheet.faces().iter().copied().partition(|face| lost(middle(face)));
+        assert!(!lost.is_empty());
+        TriMesh::new(sheet.positions().to_vec(), kept).unwrap()
+    };
+    let is_near = |p: Vec3| p.z > 0.0 && (p - Vec3::new(p.x.signum() * 0.5, 0.4, p.z)).length() < 0.1;
+    assert!(n_alone(&keeps(&|p| is_near(p) && p.x > 0.0), Symmetry::Across(Axis::X)) > 0);
+    // Missing on both sides it is mirrored, and the two holes stay.
+    let holes = keeps(&is_near);
+    let result = simplified(&holes, &options(Target::Ratio(0.5), Symmetry::Across(Axis::X)));
+    assert_eq!(topology(&result.mesh).boundary_loops, topology(&holes).boundary_loops);
+    assert!(topology(&holes).boundary_loops == 2);
+}
+
+#[test]
+fn a_gap_beside_the_plane_is_refused() {
+    let tube = moved(&shapes::open_cylinder(16, 1), |p| p);
+    let is_kept = |face: &[u32; 3]| {
+        let middle = face.iter().map(|&v| Vec3::from(tube.positions()[v as usize])).sum::<Vec3>() / 3.0;
+        middle.x < 0.0 || !(0.0..0.3).contains(&middle.y)
+    };
+    let kept = tube.faces().iter().copied().filter(is_kept).collect();
+    let gap = neural_mesh::mesh::compact(tube.positions(), kept).unwrap().0;
+    assert_eq!(topology(&gap).boundary_loops, 1);
+    let asked = options(Target::Ratio(0.5), Symmetry::Across(Axis::Y));
+    let found = simplify_input(&Input::bare(&gap), None, &asked, &mut go_on);
+    assert!(matches!(found, Err(SimplifyError::NotSymmetric { .. })), "{found:?}");
+}
+
+#[test]
+fn of_planes_with_all_vertices_that_is_taken_in_which_faces_have_images() {
+    // Two faces are missing that are images of each other in z = 0 alone.
+    let two_missing = octahedron(|[x, y, _]| !(x && y));
+    let result = simplified(&two_missing, &options(Target::Vertices(6), Symmetry::Found));
+    assert_eq!(result.report.mirror.unwrap().axis, Axis::Z);
+    assert_same_topology(&two_missing, &result.mesh);
+}
+
+#[test]
+fn quads_cut_along_other_diagonals_are_mirrored() {
+    // Steep quads; those with x > 0 are cut the other way.
+    let grid = shapes::grid(8, 8);
+    let steep = |p: Vec3| Vec3::new(p.x, p.y, 0.3 * ((7.0 * (p.x - 0.5).abs()).sin() * (9.0 * p.y).cos()));
+    let quads = grid.faces().chunks(2).flat_map(|quad| {
+        let shared: Vec<u32> = quad[0].iter().copied().filter(|v| quad[1].contains(v)).collect();
+        let alone = |f: usize| quad[f].iter().copied().find(|v| !shared.contains(v)).unwrap();
+        let is_right = grid.positions()[shared[0] as usize][0] > 0.5 || grid.positions()[shared[1] as usize][0] > 0.5;
+        let k = quad[0].iter().position(|v| *v == alone(0)).unwrap();
+        let [a, b, c, d] = [alone(0), quad[0][(k + 1) % 3], alone(1), quad[0][(k + 2) % 3]];
+        if is_right { [[a, b, c], [a, c, d]] } else { [quad[0], quad[1]] }
+    });
+    let mesh = moved(&TriMesh::new(grid.positions().to_vec(), quads.collect()).unwrap(), steep);
+    let result = simplified(&mesh, &options(Target::Ratio(0.8), Symmetry::Across(Axis::X)));
+    assert_same_topology(&mesh, &result.mesh);
+    assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+}
+
+#[test]
+fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
+    // A fan above the plane x = 0 and its image stand on the middle of a sheet which crosses the plane.
+    let sheet = moved(&shapes::grid(4, 4), |p| Vec3::new(p.x - 0.5, p.y - 0.5, 0.0));
+    let middle = sheet.positions().iter().position(|p| *p == [0.0; 3]).unwrap() as u32;
+    let (mut positions, mut faces) = (sheet.positions().to_vec(), sheet.faces().to_vec());
+    for side in [1.0, -1.0] {
+        let first = positions.len() as u32;
+        positions.extend((0..4).map(|i| [0.3 * side, 0.1 * (i as f32 - 1.5), 0.5]));
+        let fan = (0..3).map(|i| [middle, first + i, first + i + 1]);
+        faces.extend(fan.map(|[a, b, c]| if side > 0.0 { [a, b, c] } else { [a, c, b] }));
+    }
+    let touching = TriMesh::new(positions, faces).unwrap();
+    for n in [33, 25, 15] {
+        let result = simplified(&touching, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
+        assert_manifold(&result.mesh);
+        assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
+        assert_eq!(topology(&result.mesh).components, 3);
+    }
+}
+
 #[test]
 fn solids_that_touch_the_plane_with_an_edge_come_apart() {
     // A box that stands on an edge in the plane x = 0, and its image, which shares the vertices of that edge.

@@ -34,6 +34,11 @@ impl Pins {
         self.locked.is_empty() && !self.subset && self.plane.is_none()
     }
 
+    /// Whether anything is pinned beside the plane of a half.
+    pub fn hold_more_than_plane(&self) -> bool {
+        self.subset || self.plane.is_none() || self.locked.contains(&true)
+    }
+
     /// For the vertices that `region` says the surface's became, each on the vertex of the surface that is its `origin`.
     pub fn of_regions(&self, region: &[u32], origin: Vec<u32>) -> Self {
         let n_regions = origin.len();
@@ -116,8 +121,9 @@ impl Pins {
 
 /// The vertices that stay on the plane of a half.
 ///
-/// The half and its image make a manifold where no edge but those of the cut joins two vertices of the plane: every other such
-/// edge would coincide with its own image. The half begins so, and no merge and no flip makes such an edge.
+/// The half and its image make a manifold where no edge but those of the cut joins two vertices of the plane, and no face three:
+/// it would coincide with its own image; and where each of them has an edge of the cut. The half begins so, and no merge and no
+/// flip makes it otherwise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlaneVertices {
     axis: usize,
@@ -126,10 +132,15 @@ pub struct PlaneVertices {
 }
 
 impl PlaneVertices {
-    /// Takes the vertices over to those of the surface, where some are copies.
+    /// Takes the vertices over to those of the surface. Of one that was split those are on the plane that have an edge of the cut.
     pub fn of(surface: &Surface, half: &Half) -> Self {
-        let is_on = |(v, source): (u32, u32)| half.on_plane[source as usize] && surface.rings.ghost(v).is_some();
-        Self::new(half.axis, (0..).zip(surface.sources()).map(is_on).collect())
+        let flag = |v: u32| half.on_plane[surface.source(v) as usize];
+        let meets_cut = |v: u32| match surface.rings.ring(v) {
+            [first, .., last, _ghost] => flag(*first) || flag(*last),
+            _ => false,
+        };
+        let is_on = |v: u32| flag(v) && surface.rings.ghost(v).is_some() && meets_cut(v);
+        Self::new(half.axis, (0..surface.n_vertices() as u32).map(is_on).collect())
     }
 
     fn of_regions(&self, region: &[u32], n_regions: usize) -> Self {
@@ -176,6 +187,24 @@ impl PlaneVertices {
             (false, true) => of_u.iter().any(|w| new_neighbour(w, v, of_v)),
             _ => false,
         }
+    }
+
+    /// Whether a merge of `u` and `v` with these neighbours, in order around them, would leave a face with all corners on the plane.
+    pub fn would_lay_flat(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
+        let (on_plane, ring) = match (self.has(u), self.has(v)) {
+            (true, false) => (u, of_v),
+            (false, true) => (v, of_u),
+            _ => return false,
+        };
+        let lies_there = |&w: &u32| w != on_plane && self.has(w);
+        ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| lies_there(w) && lies_there(next))
+    }
+
+    /// Whether a merge of `u` and `v` with these neighbours would take the last edge of a cut between two boundaries: what it joins
+    /// would touch its image in a vertex.
+    pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
+        let goes_on = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.has(w));
+        self.has(u) && self.has(v) && !goes_on(of_u, v) && !goes_on(of_v, u)
     }
 
     /// Where along the axis the merged vertex of `u` and `v` has to lie, seen from `u` when `v` lies at `other`; `None` where

@@ -5,6 +5,7 @@
 //! make a manifold where the half is one, closed where the mesh is closed. Positions and faces of the halves are exact images;
 //! what their corners carry is what each half's corners carried.
 
+mod alone;
 mod cut;
 mod pairs;
 mod plane;
@@ -12,6 +13,7 @@ mod twofold;
 mod whole;
 
 use crate::mesh::pulse::Pulse;
+use crate::mesh::{Frame, TriMesh};
 use crate::model::Weights;
 
 use super::assemblies::{Sizes, Task, closed_levels};
@@ -42,8 +44,7 @@ pub(super) fn levels(
     let importance = input.importance_of(sources.as_deref());
     let limits = resolve_levels(mesh, targets, task.options)?;
     let frame = &task.options.frame;
-    let plane = plane::find(mesh, symmetry, frame)?;
-    let pairs = Pairs::new(mesh, &plane, frame)?;
+    let (plane, pairs) = mirrored_about(mesh, symmetry, frame)?;
     let (attributes, groups) = twofold::twofold(input.attributes, &pairs);
     let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
     twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
@@ -51,6 +52,18 @@ pub(super) fn levels(
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
     let halves = closed_levels(&input, weights, &task, &Sizes { limits: &limits, oversample: 1.0 }, progress)?;
     halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()
+}
+
+/// The first of the planes in question about which a mesh is its own mirror image, and what is the image of what.
+fn mirrored_about(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<(Plane, Pairs), SimplifyError> {
+    let mut refused = None;
+    for plane in plane::find(mesh, symmetry, frame) {
+        match Pairs::new(mesh, &plane, frame) {
+            Ok(pairs) => return Ok((plane, pairs)),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    Err(refused.unwrap_or(SimplifyError::Empty))
 }
 
 /// Refuses what is not there for mirrored results.

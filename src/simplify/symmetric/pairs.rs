@@ -1,12 +1,12 @@
-//! Which vertex and which corner of a mesh is the image of which, and whether all have one.
+//! Which vertex and which corner of a mesh is the image of which.
 
-use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use crate::mesh::{Frame, TriMesh};
 use crate::simplify::SimplifyError;
-use crate::spatial::{FaceTree, nearest_to};
+use crate::spatial::nearest_to;
 
+use super::alone::{ascending, n_faces_alone};
 use super::plane::{Plane, is_within, tolerance};
 
 /// What is the image of what.
@@ -34,29 +34,14 @@ impl Pairs {
         if n_alone > 0 {
             return Err(refused(n_alone, 0));
         }
-        let images = Images::new(mesh, &vertices);
-        let others: Vec<u32> = (0..mesh.faces().len() as u32).filter(|&f| !images.has_edges(f)).collect();
-        let n_alone = others.len() - n_on_surface(mesh, plane, &others, tolerance);
+        let n_alone = n_faces_alone(mesh, plane, &vertices, tolerance);
         if n_alone > 0 {
             return Err(refused(0, n_alone));
         }
+        let images = Images::new(mesh, &vertices);
         let corners = (0..mesh.faces().len() as u32).flat_map(|f| images.corners(f)).collect();
         Ok(Self { corners, vertices })
     }
-}
-
-/// How many of these faces have the image of their middle on the surface.
-fn n_on_surface(mesh: &TriMesh, plane: &Plane, faces: &[u32], tolerance: f64) -> usize {
-    if faces.is_empty() {
-        return 0;
-    }
-    let tree = FaceTree::new(mesh.positions(), mesh.faces());
-    let on_surface = |f: &&u32| {
-        let corners = mesh.faces()[**f as usize].map(|v| plane.image(mesh.positions()[v as usize]));
-        let middle = corners.iter().map(|&p| DVec3::from(p.map(f64::from))).sum::<DVec3>() / 3.0;
-        tree.nearest(middle).is_some_and(|(_, distance2)| distance2 <= tolerance * tolerance)
-    };
-    faces.iter().filter(on_surface).count()
 }
 
 /// Where the images of faces are looked for.
@@ -90,16 +75,6 @@ impl<'a> Images<'a> {
         self.mesh.faces()[f as usize].map(|v| self.vertices[v as usize])
     }
 
-    /// Whether two edges of a face at least have images that are edges.
-    fn has_edges(&self, f: u32) -> bool {
-        let image = self.of(f);
-        let is_edge = |k: &usize| {
-            let [a, b] = [image[*k], image[(k + 1) % 3]];
-            self.half_edges.contains_key(&[b, a]) || self.half_edges.contains_key(&[a, b])
-        };
-        (0..3).filter(is_edge).count() >= 2
-    }
-
     /// The corners that stand where the images of the corners of a face do: those of the face's image where there is such a
     /// face, else of faces beyond the images of its edges, else any.
     fn corners(&self, f: u32) -> [u32; 3] {
@@ -117,9 +92,4 @@ impl<'a> Images<'a> {
     fn corner_of(&self, face: u32, v: u32) -> Option<u32> {
         self.mesh.faces()[face as usize].iter().position(|&w| w == v).map(|k| 3 * face + k as u32)
     }
-}
-
-fn ascending(mut face: [u32; 3]) -> [u32; 3] {
-    face.sort_unstable();
-    face
 }

@@ -4,8 +4,8 @@
 //! is at the far ends of the mesh, and so does the plane; then the image is exact, and its image is the point again.
 
 use crate::mesh::{Frame, TriMesh};
+use crate::simplify::Axis;
 use crate::simplify::options::{MirrorPlane, Symmetry};
-use crate::simplify::{Axis, SimplifyError};
 use crate::spatial::nearest_to;
 
 /// How far apart a vertex and the image of another may lie and still be one, over the diagonal. Of 25 training meshes
@@ -66,10 +66,11 @@ impl Plane {
     }
 }
 
-/// Finds the plane: the one that is given, or of those in question the one in which most vertices have an image.
-pub(super) fn find(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<Plane, SimplifyError> {
+/// Finds the plane: the one that is given, or of those in question the one in which most vertices have an image; if there are
+/// several, all of these.
+pub(super) fn find(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<Plane> {
     let across = |axis: Axis| candidates(mesh, axis.index(), frame);
-    let planes: Vec<Plane> = match symmetry {
+    let mut planes: Vec<Plane> = match symmetry {
         Symmetry::Found => Axis::ALL.into_iter().flat_map(across).collect(),
         Symmetry::Across(axis) => across(axis).to_vec(),
         Symmetry::Plane(MirrorPlane { axis, at }) => {
@@ -79,8 +80,11 @@ pub(super) fn find(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<
         }
     };
     let n_imaged = n_imaged(mesh, &planes);
-    let best = planes.iter().zip(n_imaged).rev().max_by_key(|(_, n)| *n);
-    best.map(|(plane, _)| *plane).ok_or(SimplifyError::Empty)
+    let most = n_imaged.iter().max();
+    let mut are_best = n_imaged.iter().map(|n| Some(n) == most);
+    planes.retain(|_| are_best.next().unwrap_or(false));
+    planes.dedup();
+    planes
 }
 
 /// How far apart a vertex and the image of another may lie and still be one.
@@ -154,13 +158,13 @@ mod tests {
             TriMesh::new(moved, box_.faces().to_vec()).unwrap()
         };
         let frame = Frame::default();
-        let found = |mesh: &TriMesh, symmetry| find(mesh, symmetry, &frame).unwrap().in_file(&frame);
+        let found = |mesh: &TriMesh, symmetry| find(mesh, symmetry, &frame)[0].in_file(&frame);
         let y = Axis::Y;
         assert_eq!(found(&box_, Symmetry::Found), MirrorPlane { axis: Axis::X, at: 0.5 });
         assert_eq!(found(&shift([-0.5; 3]), Symmetry::Across(Axis::X)), MirrorPlane { axis: Axis::X, at: 0.0 });
         assert_eq!(found(&box_, Symmetry::Across(y)), MirrorPlane { axis: y, at: 1.0 });
         let far = Frame { origin: [100.0, 50.0, 0.0], double: true };
-        let plane = find(&shift([0.0, -1.0, 0.0]), Symmetry::Plane(MirrorPlane { axis: y, at: 50.0 }), &far).unwrap();
+        let plane = find(&shift([0.0, -1.0, 0.0]), Symmetry::Plane(MirrorPlane { axis: y, at: 50.0 }), &far)[0];
         assert_eq!((plane.at, plane.in_file(&far)), (0.0, MirrorPlane { axis: y, at: 50.0 }));
     }
 }

@@ -64,6 +64,8 @@ pub enum End {
     Reached,
     /// Every edge that is left holds the topology: components are at their smallest.
     Smallest,
+    /// The same in one half of a mirrored mesh.
+    SmallestMirrored,
     /// The edges that could go would turn a face over.
     WouldTurn,
     /// What has to stay leaves no edge that could go.
@@ -76,6 +78,9 @@ impl End {
         match self {
             Self::Reached => Outcome::Reached,
             Self::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
+            Self::SmallestMirrored => {
+                Outcome::Stopped("every component is as small as its topology and the mirror plane allow".into())
+            }
             Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
             Self::WouldTurn => Outcome::Stopped("every remaining merge would turn a face over".into()),
         }

@@ -42,6 +42,11 @@ impl Constraints {
         Self { along, planes, pins: original.pins.of_regions(region, origin) }
     }
 
+    /// Whether anything holds vertices beside the plane of a half.
+    pub fn hold_more_than_plane(&self) -> bool {
+        !self.along.is_empty() || self.pins.hold_more_than_plane()
+    }
+
     /// The planes on the curves of two vertices about `origin`; nothing where no curve runs through them.
     pub fn planes_on_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
         let planes = vertices.into_iter().filter_map(|v| self.planes.get(&v));

@@ -14,10 +14,13 @@ impl Collapse<'_> {
         self.constraints.as_ref().and_then(|constraints| constraints.pins.plane())
     }
 
-    /// Whether a merge would join two vertices of the plane that have no edge of the cut between them.
-    pub(super) fn would_bridge(&self, u: u32, v: u32) -> bool {
-        let ring = |w| self.ring(w).collect::<Vec<u32>>();
-        self.plane().is_some_and(|plane| plane.would_bridge([u, v], [&ring(u), &ring(v)]))
+    /// Whether after a merge the surface and its image would be no manifold: they would share an edge beside the cut, or a face, or
+    /// no edge but a vertex.
+    pub(super) fn would_break_whole(&self, u: u32, v: u32) -> bool {
+        let Some(plane) = self.plane() else { return false };
+        let [of_u, of_v] = [u, v].map(|w| self.ring(w).collect::<Vec<u32>>());
+        let rings = [&of_u[..], &of_v[..]];
+        plane.would_bridge([u, v], rings) || plane.would_lay_flat([u, v], rings) || plane.would_end_cut([u, v], rings)
     }
 
     /// Collapses until the whole is at the limit, exactly where that can be.

@@ -60,7 +60,7 @@ impl Collapse<'_> {
         let pair = self.pair(u, v);
         let Some(MergedVertex { place, offset, .. }) = self.placement(u, v, &pair) else { return false };
         if self.constraints.as_ref().is_some_and(|constraints| !constraints.outlive(u, v, opposite))
-            || self.would_bridge(u, v)
+            || self.would_break_whole(u, v)
         {
             return false;
         }

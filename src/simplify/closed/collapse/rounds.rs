@@ -87,9 +87,10 @@ impl Collapse<'_> {
             let to_do = self.merges_to(limit);
             most = price_of_round(to_do, most, [&*self]);
             if most == f32::INFINITY || is_idle && self.all_were_tried(most, last_merge) {
-                return match (self.constraints.is_some(), self.turn_forbidden) {
-                    (true, _) => End::Held,
+                return match (&self.constraints, self.turn_forbidden) {
+                    (Some(constraints), _) if constraints.hold_more_than_plane() => End::Held,
                     (_, true) => End::WouldTurn,
+                    (Some(_), _) => End::SmallestMirrored,
                     _ => End::Smallest,
                 };
             }

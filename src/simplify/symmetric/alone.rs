@@ -1,0 +1,127 @@
+//! The faces of a mesh that have no image in the plane, where all of its vertices have one.
+//!
+//! Faces need not be the images of others one by one: quads may be cut along either diagonal, polygons in any way. Those that are
+//! not have to fill together what their images fill, and a boundary has to be the image of a boundary.
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::mesh::TriMesh;
+use crate::spatial::FaceTree;
+
+use super::plane::Plane;
+
+/// How many faces have no image within `tolerance`; for each vertex, `vertices` has the one where its image lies.
+pub(super) fn n_faces_alone(mesh: &TriMesh, plane: &Plane, vertices: &[u32], tolerance: f64) -> usize {
+    let places = Places::of(mesh, vertices);
+    let images = ImagePoints { positions: mesh.positions(), plane, tolerance };
+    match images.n_off(mesh.faces(), &places.unlike_faces()) {
+        0 => images.n_off(&places.boundary(), &places.unlike_boundary()),
+        n_alone => n_alone,
+    }
+}
+
+/// Triangles over vertices that are one where their positions are.
+struct Places {
+    /// Faces, n_faces x 3.
+    faces: Vec<[u32; 3]>,
+    /// Where their images lie, n_faces x 3.
+    images: Vec<[u32; 3]>,
+    /// The edges with a single face, low vertex first, in the order of these faces.
+    rim: Vec<[u32; 2]>,
+}
+
+impl Places {
+    fn of(mesh: &TriMesh, vertices: &[u32]) -> Self {
+        let mut first = FxHashMap::default();
+        let place = |(v, p): (u32, &[f32; 3])| *first.entry(p.map(|x| (x + 0.0).to_bits())).or_insert(v);
+        let places: Vec<u32> = (0..).zip(mesh.positions()).map(place).collect();
+        let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| places[v as usize])).collect();
+        let image = |v: u32| places[vertices[v as usize] as usize];
+        let images = mesh.faces().iter().map(|face| face.map(image)).collect();
+        let rim = rim(&faces);
+        Self { faces, images, rim }
+    }
+
+    /// The faces that are no images, one by one or several of several, by number.
+    fn unlike_faces(&self) -> Vec<u32> {
+        let known: FxHashSet<[u32; 3]> = self.faces.iter().copied().map(ascending).collect();
+        let is_other = |f: &u32| !known.contains(&ascending(self.images[*f as usize]));
+        let mut others: Vec<u32> = (0..self.faces.len() as u32).filter(is_other).collect();
+        // Where they fill the same, each edge around that is one of a face and of an image.
+        let mut odd = FxHashSet::default();
+        for &f in &others {
+            for edge in edges_of(self.faces[f as usize]).into_iter().chain(edges_of(self.images[f as usize])) {
+                if !odd.remove(&edge) {
+                    odd.insert(edge);
+                }
+            }
+        }
+        others.retain(|&f| edges_of(self.images[f as usize]).iter().any(|edge| odd.contains(edge)));
+        others
+    }
+
+    /// The edges with a single face as triangles.
+    fn boundary(&self) -> Vec<[u32; 3]> {
+        self.rim.iter().map(|&[a, b]| [a, b, b]).collect()
+    }
+
+    /// Which of them have no image that is one, too.
+    fn unlike_boundary(&self) -> Vec<u32> {
+        if self.rim.is_empty() {
+            return Vec::new();
+        }
+        let known: FxHashSet<[u32; 2]> = self.rim.iter().copied().collect();
+        let mut image = FxHashMap::default();
+        for (face, images) in self.faces.iter().zip(&self.images) {
+            image.extend(face.iter().copied().zip(images.iter().copied()));
+        }
+        let is_unlike = |&(_, [a, b]): &(u32, &[u32; 2])| !known.contains(&edge(image[a], image[b]));
+        (0..).zip(&self.rim).filter(is_unlike).map(|(number, _)| number).collect()
+    }
+}
+
+/// Where images of triangles are looked for on triangles.
+struct ImagePoints<'a> {
+    positions: &'a [[f32; 3]],
+    plane: &'a Plane,
+    tolerance: f64,
+}
+
+impl ImagePoints<'_> {
+    /// How many of `some` of these triangles have the image of their middle on none of them.
+    fn n_off(&self, triangles: &[[u32; 3]], some: &[u32]) -> usize {
+        if some.is_empty() {
+            return 0;
+        }
+        let tree = FaceTree::new(self.positions, triangles);
+        let is_off = |number: &&u32| {
+            let triangle = triangles[**number as usize];
+            let corners = triangle.map(|v| DVec3::from(self.plane.image(self.positions[v as usize]).map(f64::from)));
+            let middle = corners.iter().sum::<DVec3>() / 3.0;
+            tree.nearest(middle).is_none_or(|(_, distance2)| distance2 > self.tolerance * self.tolerance)
+        };
+        some.iter().filter(is_off).count()
+    }
+}
+
+/// The edges with a single face, in the order of their faces.
+fn rim(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let mut n_faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    faces.iter().flat_map(|&face| edges_of(face)).for_each(|edge| *n_faces.entry(edge).or_default() += 1);
+    faces.iter().flat_map(|&face| edges_of(face)).filter(|edge| n_faces[edge] == 1).collect()
+}
+
+fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [edge(a, b), edge(b, c), edge(c, a)]
+}
+
+fn edge(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// The vertices of a face, ascending.
+pub(super) fn ascending(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}
