@@ -135,6 +135,66 @@ fn components_below_a_size_go_and_no_others() {
 }
 
 #[test]
+fn components_below_a_size_go_where_the_mesh_is_as_small_as_asked_already() {
+    let large = sphere(1, 8, 0.0, 1.0);
+    let n_large = large.lines().filter(|line| line.starts_with('v')).count();
+    let both = large + &sphere(n_large + 1, 4, 3.0, 0.01);
+    let targets =
+        [["--ratio", "1"], ["--vertices", "100000"], ["--faces", "100000"], ["--size", "1MB"], ["--error", "90%"]];
+    for target in targets {
+        let (code, report, info) = simplified(&both, &[&target[..], &["--prune=1%"]].concat());
+        assert_eq!((code, &info["components"], &info["closed"]), (Some(0), &1.into(), &true.into()), "{target:?}");
+        assert_eq!(report["output"]["components_pruned"], 1, "{target:?}");
+        let n = info["vertices"].as_u64().unwrap() as usize;
+        assert!(n == n_large || target[0] == "--error" && n < n_large, "{target:?}: {n}");
+    }
+    let (code, report, info) = simplified(&both, &["--ratio", "1", "--prune=0.1%"]);
+    assert_eq!((code, &info["components"]), (Some(0), &2.into()));
+    assert_eq!(report["output"]["components_pruned"], 0);
+    // The large sphere is followed vertex by vertex, the small one went nowhere.
+    let folder = folder();
+    let run = run_with_input(folder.path(), &MAPPED, both.as_bytes());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let map = json(&folder.path().join("m.json"));
+    let outputs = map["output_vertices"].as_array().unwrap();
+    assert_eq!(outputs.iter().filter(|x| x.is_u64()).count(), n_large);
+    assert!(outputs[n_large..].iter().all(Value::is_null));
+    assert_eq!(map["input_vertices"].as_array().unwrap().len(), n_large);
+}
+
+const MAPPED: [&str; 8] = ["simplify", "-", "-o", "a.obj", "--ratio", "1", "--prune=1%", "--map=m.json"];
+
+#[test]
+fn parts_that_touch_at_a_vertex_are_dropped_and_counted_as_the_report_counts_them() {
+    let large = sphere(1, 16, 0.0, 1.0);
+    let n_large = large.lines().filter(|line| line.starts_with('v')).count();
+    // Two small tetrahedra hang on the top of the sphere, 0 1 0, the first vertex.
+    let tetrahedron = |n: usize, x: f64| {
+        format!(
+            "v {x} 1.01 0\nv 0 1.01 {x}\nv {x} 1.01 {x}\nf 1 {n} {}\nf 1 {} {}\nf 1 {} {n}\nf {n} {} {}\n",
+            n + 1,
+            n + 1,
+            n + 2,
+            n + 2,
+            n + 2,
+            n + 1
+        )
+    };
+    let touching = large + &tetrahedron(n_large + 1, 0.01) + &tetrahedron(n_large + 4, -0.02);
+    for size in ["--ratio=1", "--ratio=0.5", "--ratio=0.1"] {
+        for (prune, n_left) in [("--prune=1%", 1), ("--prune=0.6%", 2), ("--prune=0.1%", 3)] {
+            let (code, report, info) = simplified(&touching, &[size, prune]);
+            assert_eq!(report["input"]["components"], 3);
+            assert_eq!((code, &info["components"]), (Some(0), &n_left.into()), "{size} {prune}");
+            assert_eq!(report["output"]["components_pruned"], 3 - n_left, "{size} {prune}");
+        }
+    }
+    let (code, report, info) = simplified(&touching, &["--ratio=0.05", "--prune"]);
+    assert_eq!((code, &info["components"]), (Some(0), &1.into()));
+    assert_eq!(report["output"]["components_pruned"], 2);
+}
+
+#[test]
 fn vertices_that_nearly_meet_are_welded_where_that_is_asked_for() {
     let octahedron: Vec<&str> = OCTAHEDRON.lines().filter(|line| !line.is_empty()).collect();
     let corners: Vec<&str> = octahedron.iter().filter(|line| line.starts_with("v ")).copied().collect();

@@ -91,7 +91,7 @@ def without_image(points, faces, plane):
 
 def of_pruned(subject, done, result):
     size = next(word for word in done.options if word.startswith("--prune")).partition("=")[2]
-    if not size or not subject.figures.edge_manifold:
+    if not size or not subject.figures.edge_manifold or not subject.is_understood(done):
         return
     edges, sets = surface.edges_of(subject.faces), surface.Sets()
     for around in edges.values():

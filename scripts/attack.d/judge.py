@@ -29,7 +29,7 @@ def of_run(subject, done):
         return
     lines = done.words.splitlines()
     is_line = len(lines) == 1 and lines[0].startswith("neural-mesh: ") and lines[0].isprintable()
-    if done.out or (not is_line if done.code in (1, 2) else lines):
+    if done.out or (not is_line if done.code in (1, 2, 3) else lines):
         yield "words", f"exit code {done.code}, said {(done.out + done.words)[:300]!r}"
     n_files = len(value_of(done.options, "--lods").split(",")) if "--lods" in done.options else 1
     if value_of(done.options, "--lods") and is_scene(subject, done):
@@ -158,8 +158,8 @@ def of_size(subject, done, result):
 
 def of_unchanged(subject, done, result):
     before, after = subject.figures, result.figures
-    # Edges across the plane of a mirrored result are split.
-    if is_mirrored(done):
+    # Edges across the plane of a mirrored result are split, and pruned parts are gone.
+    if is_mirrored(done) or result.said["components_pruned"]:
         return
     if before.odd_edges == 0 and after.faces != before.faces:
         yield "unchanged", f"{before.faces} faces become {after.faces}"

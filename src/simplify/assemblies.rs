@@ -122,3 +122,22 @@ pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options, oversamp
         report: Report { oversample, scores, ..Report::of(pulse, mesh) },
     }
 }
+
+/// The same without the components below the size that the options let go.
+pub(super) fn unchanged_but_pruned(
+    pulse: Pulse,
+    input: &Input,
+    options: &Options,
+    oversample: f64,
+) -> Result<Simplified, SimplifyError> {
+    let prune = Prune { for_target: None, below: options.prune_below };
+    let dropped = if prune.below > 0.0 { pruned(pulse, input.mesh, &prune) } else { None };
+    let Some(pruned) = dropped else { return Ok(unchanged(pulse, input, options, oversample)) };
+    let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
+    let part = Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance };
+    let mut result = unchanged(pulse, &part, options, oversample);
+    result.report.components_pruned = pruned.n_dropped;
+    result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
+    result.source_vertices = Some(pruned.sources);
+    Ok(result)
+}

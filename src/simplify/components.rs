@@ -1,5 +1,6 @@
 //! Connected components: which may be pruned, and which ended in their smallest form.
 
+use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{TriMesh, compact};
@@ -10,8 +11,9 @@ const LEAST_SHARE: f64 = 4.0;
 /// Faces of the smallest closed surface, a tetrahedron.
 const TETRAHEDRON: usize = 4;
 
-/// The component of every face, numbered in the order of their first faces, and how many there are.
-fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
+/// Number of components, and of those that no collapse can make smaller (a tetrahedron or a single triangle); of a manifold, whose
+/// components share no vertex.
+pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
     for faces in pulse.over(mesh.faces()) {
         for &[a, b, c] in faces {
@@ -19,29 +21,43 @@ fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
             sets.union(b, c);
         }
     }
-    let mut number = vec![u32::MAX; mesh.positions().len()];
-    let mut n = 0;
-    let mut number_of = |face: &[u32; 3]| {
-        let slot = &mut number[sets.find(face[0]) as usize];
-        if *slot == u32::MAX {
-            *slot = n;
-            n += 1;
-        }
-        *slot
-    };
-    let mut component = Vec::with_capacity(mesh.faces().len());
-    for faces in pulse.over(mesh.faces()) {
-        component.extend(faces.iter().map(&mut number_of));
-    }
-    (component, n as usize)
-}
-
-/// Number of components, and of those that no collapse can make smaller (a tetrahedron or a single triangle).
-pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
-    let (component, n) = components(pulse, mesh);
+    let (component, n) = numbered(pulse, mesh, |_, face| sets.find(face[0]), mesh.positions().len());
     let mut n_faces = vec![0; n];
     component.iter().for_each(|&c| n_faces[c as usize] += 1);
     (n, n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
+}
+
+/// The component of every face, as the report counts them: faces joined over edges. Those that touch at a vertex are two.
+fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
+    let mut sets = UnionFind::new(mesh.faces().len());
+    pulse.beat(0);
+    for_each_edge(mesh.positions().len(), mesh.faces(), |_, around| {
+        around.windows(2).for_each(|pair| _ = sets.union(pair[0].face(), pair[1].face()));
+    });
+    numbered(pulse, mesh, |f, _| sets.find(f), mesh.faces().len())
+}
+
+/// Numbers of the sets that faces belong to, in the order of their first faces, and how many there are.
+fn numbered(
+    pulse: Pulse,
+    mesh: &TriMesh,
+    mut set_of: impl FnMut(u32, &[u32; 3]) -> u32,
+    n_sets: usize,
+) -> (Vec<u32>, usize) {
+    let mut number = vec![u32::MAX; n_sets];
+    let mut n = 0;
+    let mut component = Vec::with_capacity(mesh.faces().len());
+    for faces in pulse.over(mesh.faces()) {
+        for face in faces {
+            let slot = &mut number[set_of(component.len() as u32, face) as usize];
+            if *slot == u32::MAX {
+                *slot = n;
+                n += 1;
+            }
+            component.push(*slot);
+        }
+    }
+    (component, n as usize)
 }
 
 /// A mesh without its smallest components.
@@ -163,6 +179,22 @@ mod tests {
         assert_eq!(pruned(Pulse::NONE, &cubes, &below(2.01)).unwrap().n_dropped, 2);
         let last = pruned(Pulse::NONE, &cubes, &below(100.0)).unwrap();
         assert_eq!((last.n_dropped, last.mesh.faces().len()), (2, 12));
+    }
+
+    #[test]
+    fn parts_that_touch_at_a_vertex_are_two() {
+        // A large tetrahedron and a small one at its corner.
+        let large = shapes::tetrahedron();
+        let small = |p: &[f32; 3]| p.map(|x| -0.01 * x);
+        let positions = large.positions().iter().copied().chain(large.positions()[1..].iter().map(small));
+        let faces = large.faces().iter().copied();
+        let faces = faces.chain(large.faces().iter().map(|face| face.map(|v| if v == 0 { 0 } else { v + 3 })));
+        assert_eq!(large.positions()[0], [0.0; 3]);
+        let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
+        for prune in [Prune { for_target: None, below: 0.5 }, Prune { for_target: Some(4), below: 0.0 }] {
+            let one = pruned(Pulse::NONE, &touching, &prune).unwrap();
+            assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::model::Weights;
 
-use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged};
+use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged, unchanged_but_pruned};
 use super::closed::{Derivative, is_sound};
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit, resolve_oversample};
@@ -66,10 +66,11 @@ fn closed(
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
     // What is taken apart has more vertices than the mesh, and loses none for that.
     limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
-    let same = (0..n_unchanged).map(|_| (unchanged(progress.pulse, &input, options, oversample), None));
+    let same = || Ok((unchanged_but_pruned(progress.pulse, &input, options, oversample)?, None));
+    let same: Vec<Traced> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
     let sizes = Sizes { limits: &limits[n_unchanged..], oversample };
     let lighter = closed_levels(&input, weights, task, &sizes, progress)?;
-    let levels = same.chain(lighter.into_iter().map(|closed| closed.into_result()));
+    let levels = same.into_iter().chain(lighter.into_iter().map(|closed| closed.into_result()));
     let widen = |derivative| used.widen_derivative(derivative);
     Ok(levels.map(|(simplified, derivative)| (used.widen(simplified), derivative.map(widen))).collect())
 }
