@@ -74,7 +74,7 @@ fn met(request: &Request, report: &Report) -> Result<(), Failure> {
 pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mut Progress) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     progress.show("read");
-    let subject = timed(&mut seconds.read, || Subject::open(&request.source, request.output_format))?;
+    let subject = timed(&mut seconds.read, || Subject::open(request))?;
     let lighter = timed(&mut seconds.simplify, || lighter(&subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
     progress.show("check");
@@ -122,7 +122,7 @@ fn lighter(
     let input = subject.input(&importance);
     let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
     let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
-    let options = Options { frame: subject.frame, prune_below, symmetric, ..request.options.clone() };
+    let options = Options { frame: subject.written_frame(request), prune_below, symmetric, ..request.options.clone() };
     let tell: &mut Listener = &mut |event| {
         progress.event(event);
         ControlFlow::Continue(())
@@ -136,8 +136,18 @@ fn lighter(
         }
         Goal::Error(bound) => {
             let error = bound.over(subject.mesh().diagonal());
-            let found = simplify_to_error(&input, weights, &options, error, tell).map_err(refused)?;
-            Ok(Lighter { results: vec![found.simplified], certified: Some(found.distance) })
+            let rounding = subject.rounding(request);
+            if rounding >= error && rounding > 0.0 {
+                let format = request.output_format.name();
+                let what = format!(
+                    "{format} rounds vertices by up to {rounding:.1e} there, no less than the distance asked for: write ply, obj or glb"
+                );
+                return Err(Failure::of(&request.source.path, what));
+            }
+            let found = simplify_to_error(&input, weights, &options, error - rounding, tell).map_err(refused)?;
+            let CertifiedDistance { lower, upper, diagonal } = found.distance;
+            let certified = CertifiedDistance { lower: (lower - rounding).max(0.0), upper: upper + rounding, diagonal };
+            Ok(Lighter { results: vec![found.simplified], certified: Some(certified) })
         }
         Goal::Size(n_bytes) => {
             let bytes_of = |result: &Simplified| Ok(files_of(subject, &[result], &[], request, 0)?.bytes.len());

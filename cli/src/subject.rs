@@ -1,6 +1,7 @@
 //! What is simplified and written again: a mesh with all that its file says, or the meshes of a glTF scene, as one.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
@@ -29,7 +30,7 @@ pub struct Subject {
 enum Kind {
     Mesh {
         cleaned: Box<Cleaned>,
-        /// Positions in the file's double precision, n_raw x 3, where it has such.
+        /// Positions in double precision, n_raw x 3, where the file has such, or decimals that are to stay.
         exact: Option<Vec<[f64; 3]>>,
         extra: Extra,
     },
@@ -62,15 +63,16 @@ pub struct Files {
 
 impl Subject {
     /// Reads and cleans what the request names. A glTF that is written as glTF is taken as the scene that it is.
-    pub fn open(source: &Source, output: Format) -> Result<Self, Failure> {
-        if source.is_scene(output) {
+    pub fn open(request: &Request) -> Result<Self, Failure> {
+        let source = &request.source;
+        if source.is_scene(request.output_format) {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
             return Self::scene(asset, source);
         }
         let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
         let ReadMesh { mesh: mut raw, extra, notes } = read;
         weld_near(&mut raw, source, 1.0);
-        let exact = raw.double.then(|| raw.positions.clone());
+        let exact = (raw.double || keeps_positions(request) && has_decimals(&raw)).then(|| raw.positions.clone());
         let cleaned = cleaned(raw, source)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         Ok(Self { frame, counts, notes, kind: Kind::Mesh { cleaned: Box::new(cleaned), exact, extra } })
@@ -104,6 +106,23 @@ impl Subject {
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
         Ok(Self { frame: Frame::default(), counts, notes, kind })
+    }
+
+    /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
+    pub fn written_frame(&self, request: &Request) -> Frame {
+        let is_single = matches!(request.output_format, Format::Stl | Format::StlAscii);
+        Frame { double: self.frame.double && !is_single, ..self.frame }
+    }
+
+    /// How far the file that is written may round a vertex: an STL far from the origin does.
+    pub fn rounding(&self, request: &Request) -> f64 {
+        let frame = self.written_frame(request);
+        if frame.double || frame.origin == [0.0; 3] {
+            return 0.0;
+        }
+        let reach = |p: &[f32; 3]| frame.to_file(*p).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let reach = self.mesh().positions().iter().map(reach).fold(0.0, f64::max);
+        0.5 * 3f64.sqrt() * f64::from(f32::EPSILON) * reach
     }
 
     /// The mesh, or all of them.
@@ -225,7 +244,7 @@ impl Subject {
         match &self.kind {
             Kind::Mesh { cleaned, exact, extra } => {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
-                let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result));
+                let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, request));
                 let (mesh, attributes) = (&result.mesh, &result.attributes);
                 let model = Model { mesh, frame: self.frame, exact, attributes, extra };
                 let (format, allow_outside) = (request.output_format, request.allow_outside);
@@ -298,8 +317,36 @@ fn weld_near(raw: &mut RawMesh, source: &Source, scale: f64) {
     }
 }
 
-/// The input's own positions of the result's vertices, where each is one of the input's.
-fn in_place(positions: &[[f64; 3]], cleaned: &Cleaned, result: &Simplified) -> Option<Vec<[f64; 3]>> {
-    let position = |&vertex: &u32| positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
-    result.source_vertices.as_ref()?.iter().map(position).collect()
+/// Whether positions of the input are promised to stay as they are.
+fn keeps_positions(request: &Request) -> bool {
+    request.options.subset || request.options.lock_boundaries
+}
+
+/// Whether a coordinate is no single one: decimals that stand for one are another number to a reader in doubles.
+fn has_decimals(raw: &RawMesh) -> bool {
+    raw.positions.iter().flatten().any(|&x| f64::from(x as f32) != x)
+}
+
+/// The input's own positions of the result's vertices: where each is one of the input's, or of those that lie where one of
+/// the input does if boundaries are locked. A mirrored result has images of its own and keeps none.
+fn in_place(
+    positions: &[[f64; 3]],
+    cleaned: &Cleaned,
+    result: &Simplified,
+    request: &Request,
+) -> Option<Vec<Option<[f64; 3]>>> {
+    let position = |vertex: u32| positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
+    if let Some(sources) = &result.source_vertices {
+        return Some(sources.iter().map(|&vertex| position(vertex)).collect());
+    }
+    if !request.options.lock_boundaries || request.options.symmetric.is_some() {
+        return None;
+    }
+    let mut vertex_at: HashMap<[u32; 3], u32> = HashMap::new();
+    let key = |position: &[f32; 3]| position.map(|x| (x + 0.0).to_bits());
+    for (position, vertex) in cleaned.mesh.positions().iter().zip(0..) {
+        vertex_at.entry(key(position)).or_insert(vertex);
+    }
+    let here = |place: &[f32; 3]| vertex_at.get(&key(place)).and_then(|&vertex| position(vertex));
+    Some(result.mesh.positions().iter().map(here).collect())
 }

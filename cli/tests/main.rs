@@ -12,6 +12,7 @@ mod evaluate;
 mod files;
 mod memory;
 mod mesh_points;
+mod numbers;
 mod simplify;
 mod terminal;
 #[cfg(feature = "train")]

@@ -17,6 +17,7 @@ mod gzip;
 #[cfg(not(feature = "gzip"))]
 #[path = "no_gzip.rs"]
 mod gzip;
+mod held;
 mod looks;
 mod material;
 mod model;
@@ -161,7 +162,7 @@ fn unknown(bytes: &[u8]) -> ReadError {
 /// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.5 0\nf 1 2 3\n");
 /// ```
 pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, WriteError> {
-    write_content(&Content::of(mesh, frame), format)
+    write_content(Content::of(mesh, frame), format)
 }
 
 /// Writes the faces of a mesh over positions (n_vertices x 3, in the file's coordinates) that are not rounded: those
@@ -178,10 +179,14 @@ pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, W
 /// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.1000000000000001 0\nf 1 2 3\n");
 /// ```
 pub fn write_exact(mesh: &TriMesh, positions: Vec<[f64; 3]>, format: Format) -> Result<Vec<u8>, WriteError> {
-    write_content(&Content::checked(mesh, positions)?, format)
+    write_content(Content::checked(mesh, positions)?, format)
 }
 
-fn write_content(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
+fn write_content(content: Content, format: Format) -> Result<Vec<u8>, WriteError> {
+    write_fitted(&fitted(content, format)?, format)
+}
+
+fn write_fitted(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
     match format {
         Format::Obj => Ok(obj::write(content)),
         Format::Ply => Ok(ply::write_binary(content)),
@@ -191,4 +196,15 @@ fn write_content(content: &Content, format: Format) -> Result<Vec<u8>, WriteErro
         Format::Off => Ok(off::write(content)),
         Format::Gltf | Format::Glb => gltf::write(content, format),
     }
+}
+
+/// The content with the digits that the format needs.
+///
+/// # Errors
+/// [`WriteError`] where the numbers of the format do not hold it.
+fn fitted(content: Content, format: Format) -> Result<Content, WriteError> {
+    let is_for_doubles = matches!(format, Format::Obj | Format::Off);
+    let content = if is_for_doubles { content.in_decimals() } else { content };
+    held::check(&content, format)?;
+    Ok(content)
 }

@@ -9,7 +9,7 @@ use super::material::Libraries;
 use super::own_materials::OwnMaterials;
 use super::texture_comments::{texture_number, texture_of, textures};
 use super::write::Content;
-use super::{Format, OutputFile, Scalar, WriteError, gltf, obj, ply, write_content};
+use super::{Format, OutputFile, Scalar, WriteError, fitted, gltf, held, obj, ply, write_fitted};
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
 /// What becomes of libraries of materials in a glTF.
@@ -23,8 +23,9 @@ pub struct Model<'a> {
     pub mesh: &'a TriMesh,
     /// How its coordinates lie in the file.
     pub frame: Frame,
-    /// Positions in the file's coordinates that are not rounded, n_vertices x 3, where there are such.
-    pub exact: Option<Vec<[f64; 3]>>,
+    /// Positions in the file's coordinates that are not rounded, for the vertices that have such, n_vertices; none where no
+    /// vertex has.
+    pub exact: Option<Vec<Option<[f64; 3]>>>,
     /// What its corners and faces carry.
     pub attributes: &'a Attributes,
     /// What the file that it comes from says beside.
@@ -80,9 +81,10 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
         });
     }
     let content = match &model.exact {
-        Some(positions) => Content::checked(mesh, positions.clone())?,
+        Some(positions) => Content::keeping(mesh, &model.frame, positions.clone())?,
         None => Content::of(mesh, &model.frame),
     };
+    let content = fitted(content, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);
     let mut notes = Vec::new();
     let bytes = match options.format {
@@ -106,7 +108,8 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
         }
         Format::Stl | Format::StlAscii | Format::Off => {
             notes.extend(geometry_only(options.format, attributes, model.extra));
-            write_content(&content, options.format)?
+            notes.extend(held::note(&content, options.format));
+            write_fitted(&content, options.format)?
         }
     };
     notes.append(&mut finder.notes);

@@ -4,7 +4,8 @@
 //! 1. A face that names a vertex that does not exist goes.
 //! 2. A face with a corner that is not finite goes.
 //! 3. Vertices at exactly equal positions (-0 equals 0) become one, unless the options say no. Positions are compared
-//!    as the mesh holds them, in single precision, after a mesh of doubles was moved near its local origin.
+//!    as the mesh holds them, in single precision, after a mesh of doubles was moved near its local origin. Where that
+//!    would lose a part or open it, because it lies far from the others or is much smaller, the mesh is refused.
 //! 4. A face that names a vertex twice, before or after that, goes.
 //! 5. Of faces with the same three vertices, in any order and direction, the first stays; a second one where it is a wall
 //!    between closed bodies: an edge with an even number of faces would have an odd one without it, more than one.
@@ -15,6 +16,7 @@
 
 use super::first_equal::first_equal;
 use super::repeated_faces::{repeated_faces, superfluous_faces};
+use super::resolved::{Unresolved, unresolved};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
@@ -93,6 +95,15 @@ pub enum CleanError {
     TooLarge,
     /// There is not one row of attributes for each face, or they name values that do not exist.
     UnfitAttributes,
+    /// A part is so far from the others, or so small beside them, that single precision about one origin loses it.
+    TooCoarse {
+        /// A vertex of the part.
+        vertex: usize,
+        /// The diagonal of the part's box.
+        size: f64,
+        /// The step from one number to the next where it lies.
+        step: f64,
+    },
     /// The mesh extends beyond what `f32` holds.
     TooFar {
         /// A vertex that lies too far out.
@@ -112,6 +123,11 @@ impl std::fmt::Display for CleanError {
             }
             Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
             Self::UnfitAttributes => write!(f, "the attributes are not those of the faces: give one row for each face"),
+            Self::TooCoarse { vertex, size, step } => write!(
+                f,
+                "the part at vertex {vertex} is {size:.2e} across, too small for the steps of single precision where it lies \
+                 ({step:.1e}): give parts that lie far apart, or differ much in size, as files of their own"
+            ),
             Self::TooFar { vertex } => {
                 write!(f, "vertex {vertex} lies beyond the range of single precision (3.4e38): scale the mesh")
             }
@@ -165,7 +181,11 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     }
     let used = used_vertices(&faces.corners, n_raw_vertices);
     let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
-    let local = to_local(positions, &used, &frame)?;
+    let local = to_local(&positions, &used, &frame)?;
+    if double && options.weld {
+        check_parts(&positions, &local, &faces.corners)?;
+    }
+    drop(positions);
     let n_sound_faces = faces.len();
     let is_welded = options.weld && weld(&local, &used, &mut faces.corners, &mut counts);
     if is_welded {
@@ -268,13 +288,21 @@ pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
 }
 
 /// Coordinates from the local origin in single precision, n_vertices x 3, without negative zeros.
-pub(super) fn to_local(positions: Vec<[f64; 3]>, used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
+pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
     let shift = |p: &[f64; 3]| std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0);
     let local: Vec<[f32; 3]> = positions.iter().map(shift).collect();
     let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
     match local.iter().zip(used).position(outside) {
         Some(vertex) => Err(CleanError::TooFar { vertex }),
         None => Ok(local),
+    }
+}
+
+/// That no part is lost in single precision.
+fn check_parts(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Result<(), CleanError> {
+    match unresolved(positions, local, faces) {
+        Some(Unresolved { vertex, size, step }) => Err(CleanError::TooCoarse { vertex, size, step }),
+        None => Ok(()),
     }
 }
 

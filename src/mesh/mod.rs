@@ -1,5 +1,6 @@
 //! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
 
+mod area;
 mod attributes;
 pub mod cleanup;
 mod compact;
@@ -18,6 +19,7 @@ mod polygon;
 pub(crate) mod pulse;
 mod raw_mesh;
 mod repeated_faces;
+mod resolved;
 pub mod room;
 mod seams;
 pub mod shapes;
@@ -32,6 +34,7 @@ mod united;
 mod vertex_normals;
 mod winding;
 
+pub use area::has_area;
 pub use attributes::{Attributes, Channel, Role};
 pub use compact::compact;
 pub use edges::{Edge, edges};

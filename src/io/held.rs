@@ -1,0 +1,109 @@
+//! Whether the numbers of a format hold a mesh: what is promised of a result has to hold of the file.
+//!
+//! Vertices that lie apart stay apart, faces keep an area, and edges are longer than the steps of the numbers. What a format
+//! cannot hold is refused and not written.
+
+use rustc_hash::FxHashMap;
+
+use super::write::Content;
+use super::{Format, WriteError};
+use crate::mesh::has_area;
+
+/// How many steps of a format's numbers an edge has in the mean; with fewer, surfaces are stairs.
+const STEPS: f64 = 4.0;
+/// Share of the diagonal from which on it is said how far vertices are rounded.
+const SAID: f64 = 1e-6;
+
+/// Refuses a mesh that would be another one in the numbers of the format.
+pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError> {
+    if !content.is_rounded() {
+        return Ok(());
+    }
+    let stored = stored(content, format);
+    // What is beyond the range of a format is for its writer to refuse.
+    if !stored.iter().flatten().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    let (n_together, n_flat) = (n_together(content, &stored), n_flat(content, &stored));
+    let what = match (n_together, n_flat) {
+        (0, 0) if is_single(format) && is_coarse(content, &stored) => {
+            "edges are shorter than the steps of numbers".into()
+        }
+        (0, 0) => return Ok(()),
+        (n, 0) => format!("{n} vertices fall together"),
+        (0, n) => format!("{n} faces lose their area"),
+        (n, m) => format!("{n} vertices fall together and {m} faces lose their area"),
+    };
+    let name = format.name();
+    let what = match format {
+        _ if is_single(format) => format!(
+            "{what} in single precision, which is all {name} holds: write ply, obj or glb, or move the mesh to the origin"
+        ),
+        Format::Gltf | Format::Glb => format!(
+            "{what} in single precision, which is all {name} holds around an origin: write ply or obj, or move the mesh to the origin"
+        ),
+        _ => format!("{what} in double precision, so far out the mesh lies: move it to the origin"),
+    };
+    Err(WriteError { what })
+}
+
+/// The positions as a reader of the file has them, n_vertices x 3.
+fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
+    let positions = (0..content.n_vertices()).map(|vertex| content.position(vertex));
+    match format {
+        _ if is_single(format) => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
+        #[cfg(feature = "gltf")]
+        Format::Gltf | Format::Glb => {
+            let (origin, local) = content.around_origin();
+            local.iter().map(|p| std::array::from_fn(|axis| origin[axis] + f64::from(p[axis]))).collect()
+        }
+        _ => positions.collect(),
+    }
+}
+
+/// Whether the format holds coordinates in single precision, around no origin of their own.
+fn is_single(format: Format) -> bool {
+    matches!(format, Format::Stl | Format::StlAscii)
+}
+
+/// How far vertices are moved where the format rounds them far from the origin, in one line.
+pub(super) fn note(content: &Content, format: Format) -> Option<String> {
+    if !is_single(format) || !content.is_rounded() {
+        return None;
+    }
+    let stored = stored(content, format);
+    let apart = |(vertex, p): (usize, &[f64; 3])| distance(content.position(vertex), *p);
+    let most = stored.iter().enumerate().map(apart).fold(0.0, f64::max);
+    let name = format.name();
+    (most > SAID * content.diagonal())
+        .then(|| format!("{name} holds single precision: vertices are rounded by up to {most:.1e}"))
+}
+
+/// Whether edges have too few steps of single precision in the mean.
+fn is_coarse(content: &Content, stored: &[[f64; 3]]) -> bool {
+    let reach = stored.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let ends = |face: &[u32; 3]| [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]];
+    let length = |[a, b]: [u32; 2]| distance(content.position(a as usize), content.position(b as usize));
+    let total: f64 = content.faces.iter().flat_map(ends).map(length).sum();
+    total < STEPS * f64::from(f32::EPSILON) * reach * (3 * content.faces.len()) as f64
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// How many vertices are written where another is, though they lie apart.
+fn n_together(content: &Content, stored: &[[f64; 3]]) -> usize {
+    let mut first: FxHashMap<[u64; 3], [u64; 3]> = FxHashMap::default();
+    let mut is_together = |(vertex, position): (usize, &[f64; 3])| {
+        let identity = content.identity(vertex);
+        *first.entry(position.map(|x| (x + 0.0).to_bits())).or_insert(identity) != identity
+    };
+    stored.iter().enumerate().filter(|&it| is_together(it)).count()
+}
+
+/// How many faces have an area that they do not have in the file.
+fn n_flat(content: &Content, stored: &[[f64; 3]]) -> usize {
+    let is_flat = |face: &&[u32; 3]| !has_area(face.map(|vertex| stored[vertex as usize])) && content.has_area(**face);
+    content.faces.iter().filter(is_flat).count()
+}

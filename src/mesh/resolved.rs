@@ -1,0 +1,198 @@
+//! Whether single precision about one origin holds a mesh of doubles: no part is lost and nothing is opened by where it lies.
+//!
+//! Vertices of doubles that become one in single precision are usually the noise of what made them, and harmless. They are
+//! not where a part is hardly larger than the steps of the numbers around it: far from the others, or much smaller.
+
+use rustc_hash::FxHashMap;
+
+use super::first_equal::first_equal;
+use super::union_find::UnionFind;
+
+/// Steps of single precision that a part is long at least, for vertices of it that fall together to be noise.
+const STEPS: f64 = 4096.0;
+/// Steps that a part is long at least, whether vertices of it fall together or not: with fewer its shape is another.
+const FEWEST: f64 = 8.0;
+
+/// A part that single precision does not hold.
+pub(super) struct Unresolved {
+    /// One of its vertices.
+    pub vertex: usize,
+    /// The diagonal of its box.
+    pub size: f64,
+    /// The step of single precision where it lies.
+    pub step: f64,
+}
+
+/// The first part that is hurt by rounding `positions` to `local`, n_vertices x 3: faces are as read, their corners in range
+/// and different, their positions finite.
+pub(super) fn unresolved(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<Unresolved> {
+    let (single, _) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
+    let is_moved = |&vertex: &u32| positions[vertex as usize] != positions[single[vertex as usize] as usize];
+    if !faces.iter().any(|face| face.iter().any(is_moved) || is_short(positions, local, face)) {
+        return None;
+    }
+    let exact = equal_positions(positions);
+    let parts = Parts::new(&exact, faces);
+    let (before, after) = (left(&parts, &exact, faces), left(&parts, &single, faces));
+    (0..parts.count).find_map(|part| {
+        let held = parts.measured(part, positions, local, faces);
+        let (before, after) = (&before[part as usize], &after[part as usize]);
+        let is_hurt = held.size < STEPS * held.step && parts.falls_together(part, &exact, &single, faces);
+        let is_gone = after.n_faces == 0;
+        let is_opened = before.n_open == 0 && after.n_open > 0;
+        let is_lost = is_hurt || is_gone || is_opened || held.size < FEWEST * held.step;
+        (is_lost && before.n_faces > 0).then_some(held)
+    })
+}
+
+/// Whether a face is hardly longer than the steps of single precision, as all of a part that is.
+fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool {
+    let corners = face.map(|vertex| positions[vertex as usize]);
+    let reach =
+        face.map(|vertex| local[vertex as usize]).as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
+    let side = |axis: usize| {
+        let along = corners.map(|corner| corner[axis]);
+        along.into_iter().fold(f64::MIN, f64::max) - along.into_iter().fold(f64::MAX, f64::min)
+    };
+    side(0).max(side(1)).max(side(2)) < FEWEST * f64::from(reach * f32::EPSILON)
+}
+
+/// For each vertex the first at the same position (-0 equals 0), n_vertices.
+fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
+    let mut first = FxHashMap::default();
+    let key = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
+    positions.iter().zip(0..).map(|(position, vertex)| *first.entry(key(position)).or_insert(vertex)).collect()
+}
+
+/// Faces that hang together over vertices at equal positions.
+struct Parts {
+    /// The part of each face, n_faces.
+    of_faces: Vec<u32>,
+    /// The faces, part by part, and where each part begins, n_parts + 1.
+    order: Vec<u32>,
+    begins: Vec<usize>,
+    count: u32,
+}
+
+impl Parts {
+    fn new(exact: &[u32], faces: &[[u32; 3]]) -> Self {
+        let mut sets = UnionFind::new(exact.len());
+        for face in faces {
+            let [a, b, c] = face.map(|vertex| exact[vertex as usize]);
+            sets.union(a, b);
+            sets.union(b, c);
+        }
+        let mut numbers = FxHashMap::default();
+        let mut of_faces = Vec::with_capacity(faces.len());
+        for face in faces {
+            let next = numbers.len() as u32;
+            of_faces.push(*numbers.entry(sets.find(exact[face[0] as usize])).or_insert(next));
+        }
+        let mut order: Vec<u32> = (0..faces.len() as u32).collect();
+        order.sort_by_key(|&face| of_faces[face as usize]);
+        let count = numbers.len() as u32;
+        let begin = |part: u32| order.partition_point(|&face| of_faces[face as usize] < part);
+        let begins = (0..=count).map(begin).collect();
+        Self { of_faces, order, begins, count }
+    }
+
+    /// The faces of a part.
+    fn faces<'a>(&'a self, part: u32, faces: &'a [[u32; 3]]) -> impl Iterator<Item = &'a [u32; 3]> {
+        self.order[self.begins[part as usize]..self.begins[part as usize + 1]].iter().map(|&f| &faces[f as usize])
+    }
+
+    /// Whether vertices of a part that lie apart fall together.
+    fn falls_together(&self, part: u32, exact: &[u32], single: &[u32], faces: &[[u32; 3]]) -> bool {
+        let mut first = FxHashMap::default();
+        let mut vertices = self.faces(part, faces).flatten().map(|&vertex| vertex as usize);
+        vertices.any(|vertex| *first.entry(single[vertex]).or_insert(exact[vertex]) != exact[vertex])
+    }
+
+    /// How large a part is, and the step of the numbers where it lies.
+    fn measured(&self, part: u32, positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Unresolved {
+        let (mut low, mut high, mut reach, mut first) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0f64, u32::MAX);
+        for &vertex in self.faces(part, faces).flatten() {
+            first = first.min(vertex);
+            for axis in 0..3 {
+                let x = positions[vertex as usize][axis];
+                (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
+                reach = reach.max(f64::from(local[vertex as usize][axis].abs()));
+            }
+        }
+        let side = |axis: usize| high[axis] - low[axis];
+        let step = (reach * f64::from(f32::EPSILON)).max(f64::from(f32::from_bits(1)));
+        Unresolved { vertex: first as usize, size: side(0).hypot(side(1)).hypot(side(2)), step }
+    }
+}
+
+/// What is left of a part where vertices at equal positions are one, and faces that then have the same corners, too.
+#[derive(Clone, Default)]
+struct Left {
+    n_faces: usize,
+    /// Edges with one face.
+    n_open: usize,
+}
+
+/// What is left of each part, n_parts; `first` says which vertices are one.
+fn left(parts: &Parts, first: &[u32], faces: &[[u32; 3]]) -> Vec<Left> {
+    let mut left = vec![Left::default(); parts.count as usize];
+    let mut known = rustc_hash::FxHashSet::default();
+    let mut edges: FxHashMap<[u32; 2], (u32, usize)> = FxHashMap::default();
+    for (face, &part) in faces.iter().zip(&parts.of_faces) {
+        let mut corners = face.map(|vertex| first[vertex as usize]);
+        corners.sort_unstable();
+        let [a, b, c] = corners;
+        if a == b || b == c || !known.insert(corners) {
+            continue;
+        }
+        left[part as usize].n_faces += 1;
+        for edge in [[a, b], [b, c], [a, c]] {
+            edges.entry(edge).or_insert((part, 0)).1 += 1;
+        }
+    }
+    edges.into_values().filter(|edge| edge.1 == 1).for_each(|(part, _)| left[part as usize].n_open += 1);
+    left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// Two spheres of radius 1, the second so far along x, as doubles and as singles about the first one's centre.
+    fn two_spheres(apart: f64) -> (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>) {
+        let sphere = shapes::icosphere(2);
+        let n = sphere.positions().len() as u32;
+        let at =
+            |shift: f64| sphere.positions().iter().map(move |p| [f64::from(p[0]) + shift, p[1].into(), p[2].into()]);
+        let positions: Vec<[f64; 3]> = at(0.0).chain(at(apart)).collect();
+        let faces = sphere.faces().iter().copied().chain(sphere.faces().iter().map(|face| face.map(|v| v + n)));
+        let local = positions.iter().map(|p| p.map(|x| x as f32)).collect();
+        (positions, local, faces.collect())
+    }
+
+    #[test]
+    fn parts_far_apart_are_not_held_by_single_precision() {
+        for (apart, is_held) in [(10.0, true), (1e4, true), (1e9, false), (1e12, false)] {
+            let (positions, local, faces) = two_spheres(apart);
+            assert_eq!(unresolved(&positions, &local, &faces).is_none(), is_held, "{apart}");
+        }
+        let (positions, local, faces) = two_spheres(1e9);
+        let found = unresolved(&positions, &local, &faces).unwrap();
+        assert_eq!((found.vertex, found.size.round()), (162, 3.0));
+    }
+
+    #[test]
+    fn seams_of_noise_are_no_loss() {
+        let positions: Vec<[f64; 3]> = vec![
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.1],
+            [1.0 + 1e-15, 1e-16, 0.0],
+            [1.0, 1.0, 0.0],
+            [1e-16, 1.0, 0.1 + 1e-16],
+        ];
+        let local: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| x as f32)).collect();
+        assert!(unresolved(&positions, &local, &[[0, 1, 2], [3, 4, 5]]).is_none());
+    }
+}
