@@ -136,24 +136,33 @@ fn lighter(
         }
         Goal::Error(bound) => {
             let error = bound.over(subject.mesh().diagonal());
-            let rounding = subject.rounding(request);
-            if rounding >= error && rounding > 0.0 {
-                let format = request.output_format.name();
-                let what = format!(
-                    "{format} rounds vertices by up to {rounding:.1e} there, no less than the distance asked for: write ply, obj or glb"
-                );
-                return Err(Failure::of(&request.source.path, what));
-            }
+            let rounding = rounding_below(error, subject, request)?;
             let found = simplify_to_error(&input, weights, &options, error - rounding, tell).map_err(refused)?;
-            let CertifiedDistance { lower, upper, diagonal } = found.distance;
-            let certified = CertifiedDistance { lower: (lower - rounding).max(0.0), upper: upper + rounding, diagonal };
-            Ok(Lighter { results: vec![found.simplified], certified: Some(certified) })
+            Ok(Lighter { results: vec![found.simplified], certified: Some(widened(&found.distance, rounding)) })
         }
         Goal::Size(n_bytes) => {
             let bytes_of = |result: &Simplified| Ok(files_of(subject, &[result], &[], request, 0)?.bytes.len());
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
+}
+
+/// How far the file may round vertices, which has to be less than the distance asked for.
+fn rounding_below(error: f64, subject: &Subject, request: &Request) -> Result<f64, Failure> {
+    let (rounding, format) = (subject.rounding(request), request.output_format.name());
+    if rounding > 0.0 && rounding >= error {
+        let what = format!(
+            "{format} rounds vertices by up to {rounding:.1e} there, no less than the distance asked for: write ply, obj or glb"
+        );
+        return Err(Failure::of(&request.source.path, what));
+    }
+    Ok(rounding)
+}
+
+/// The bounds of a distance where vertices may be moved so far.
+fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
+    let CertifiedDistance { lower, upper, diagonal } = *distance;
+    CertifiedDistance { lower: (lower - by).max(0.0), upper: upper + by, diagonal }
 }
 
 impl From<SimplifyError> for Failure {

@@ -80,11 +80,8 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             what: "the attributes are not those of the faces: give one row for each face".into(),
         });
     }
-    let content = match &model.exact {
-        Some(positions) => Content::keeping(mesh, &model.frame, positions.clone())?,
-        None => Content::of(mesh, &model.frame),
-    };
-    let content = fitted(content, options.format)?;
+    let kept = model.exact.clone().map(|positions| Content::keeping(mesh, &model.frame, positions));
+    let content = fitted(kept.unwrap_or_else(|| Ok(Content::of(mesh, &model.frame)))?, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);
     let mut notes = Vec::new();
     let bytes = match options.format {

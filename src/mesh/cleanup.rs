@@ -181,11 +181,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     }
     let used = used_vertices(&faces.corners, n_raw_vertices);
     let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
-    let local = to_local(&positions, &used, &frame)?;
-    if double && options.weld {
-        check_parts(&positions, &local, &faces.corners)?;
-    }
-    drop(positions);
+    let local = held_locally(positions, &used, &frame, &faces.corners, options)?;
     let n_sound_faces = faces.len();
     let is_welded = options.weld && weld(&local, &used, &mut faces.corners, &mut counts);
     if is_welded {
@@ -298,11 +294,19 @@ pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> 
     }
 }
 
-/// That no part is lost in single precision.
-fn check_parts(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Result<(), CleanError> {
-    match unresolved(positions, local, faces) {
+/// As [`to_local`], where no part of doubles that are welded is lost in single precision.
+fn held_locally(
+    positions: Vec<[f64; 3]>,
+    used: &[bool],
+    frame: &Frame,
+    faces: &[[u32; 3]],
+    options: &CleanOptions,
+) -> Result<Vec<[f32; 3]>, CleanError> {
+    let local = to_local(&positions, used, frame)?;
+    let is_checked = frame.double && options.weld;
+    match is_checked.then(|| unresolved(&positions, &local, faces)).flatten() {
         Some(Unresolved { vertex, size, step }) => Err(CleanError::TooCoarse { vertex, size, step }),
-        None => Ok(()),
+        None => Ok(local),
     }
 }
 
