@@ -233,6 +233,9 @@ fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     for symmetry in Axis::ALL.map(Symmetry::Across).into_iter().chain([Symmetry::Found]) {
         assert_eq!(n_alone(&without_one, symmetry), 1);
     }
+    // The boundary has its image, edge by edge, and no face has.
+    let kept = [[false, true, false], [false, true, true], [true, false, true], [true, true, false]];
+    assert_eq!(n_alone(&octahedron(|signs| kept.contains(&signs)), Symmetry::Across(Axis::Y)), 1);
     // In a sheet so thin that its other side lies where the image of the face should.
     let sheet = moved(&shapes::icosphere(2), |p| Vec3::new(p.x, p.y, 1e-7 * p.z));
     let keeps = |lost: &dyn Fn(Vec3) -> bool| {

@@ -57,7 +57,15 @@ impl Places {
                 }
             }
         }
-        others.retain(|&f| edges_of(self.images[f as usize]).iter().any(|edge| odd.contains(edge)));
+        // An image whose edges are all there lies across no diagonal: it is a face that is missing.
+        let is_edge: FxHashSet<[u32; 2]> = match others[..] {
+            [] => FxHashSet::default(),
+            _ => self.faces.iter().flat_map(|&face| edges_of(face)).collect(),
+        };
+        let is_alone = |image: [[u32; 2]; 3]| {
+            image.iter().any(|edge| odd.contains(edge)) || image.iter().all(|edge| is_edge.contains(edge))
+        };
+        others.retain(|&f| is_alone(edges_of(self.images[f as usize])));
         others
     }
 
