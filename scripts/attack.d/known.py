@@ -28,11 +28,11 @@ class Known:
 
 KNOWN = [
     Known("closed even", always, "edges with more than two faces are cut open"),
-    Known("closed again", always, "holes that the removal of repeated faces opens stay open"),
     Known("unchanged", always, "faces go where solids touch, though none was asked to"),
     Known("error", always, "a distance that is not held is called reached, or ends with exit code 0"),
     Known("bytes", always, "a size that is not held ends with exit code 0"),
     Known("degenerate", always, "faces without area are made"),
+    Known("read", extreme, "closed sheets thinner than the steps of single precision become one sheet"),
     Known("certified", extreme, "what is certified is the distance from the mesh in single precision"),
     Known("astray", extreme, "vertices fly off where coordinates are denormal or coarse"),
     Known("hang", extreme, "distances take long where large faces lie on each other"),

@@ -5,7 +5,7 @@
 //! 2. A face with a corner that is not finite goes.
 //! 3. Vertices at exactly equal positions (-0 equals 0) become one, unless the options say no. Positions are compared
 //!    as the mesh holds them, in single precision, after a mesh of doubles was moved near its local origin. Where that
-//!    would lose a part or open it, because it lies far from the others or is much smaller, the mesh is refused.
+//!    would lose a part, because it lies far from the others or is much smaller, the mesh is refused.
 //! 4. A face that names a vertex twice, before or after that, goes.
 //! 5. Of faces with the same three vertices, in any order and direction, the first stays; a second one where it is a wall
 //!    between closed bodies: an edge with an even number of faces would have an odd one without it, more than one.

@@ -93,7 +93,7 @@ fn matched(fan: &[Blade], sides: &mut Sides) -> Vec<[u32; 2]> {
         take(&mut |a, b| a.is_along != b.is_along && joined(a, b));
     }
     take(&mut joined);
-    if fan.len() % 2 == 0 {
+    if fan.len().is_multiple_of(2) {
         take(&mut |_, _| true);
     }
     matched

@@ -1,4 +1,4 @@
-//! Whether single precision about one origin holds a mesh of doubles: no part is lost and nothing is opened by where it lies.
+//! Whether single precision about one origin holds a mesh of doubles: no part is lost by where it lies.
 //!
 //! Vertices of doubles that become one in single precision are usually the noise of what made them, and harmless. They are
 //! not where a part is hardly larger than the steps of the numbers around it: far from the others, or much smaller.
@@ -36,12 +36,9 @@ pub(super) fn unresolved(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u
     let (before, after) = (left(&parts, &exact, faces), left(&parts, &single, faces));
     (0..parts.count).find_map(|part| {
         let held = parts.measured(part, positions, local, faces);
-        let (before, after) = (&before[part as usize], &after[part as usize]);
         let is_hurt = held.size < STEPS * held.step && parts.falls_together(part, &exact, &single, faces);
-        let is_gone = after.n_faces == 0;
-        let is_opened = before.n_open == 0 && after.n_open > 0;
-        let is_lost = is_hurt || is_gone || is_opened || held.size < FEWEST * held.step;
-        (is_lost && before.n_faces > 0).then_some(held)
+        let is_lost = is_hurt || after[part as usize] == 0 || held.size < FEWEST * held.step;
+        (is_lost && before[part as usize] > 0).then_some(held)
     })
 }
 
@@ -125,32 +122,13 @@ impl Parts {
     }
 }
 
-/// What is left of a part where vertices at equal positions are one, and faces that then have the same corners, too.
-#[derive(Clone, Default)]
-struct Left {
-    n_faces: usize,
-    /// Edges with one face.
-    n_open: usize,
-}
-
-/// What is left of each part, n_parts; `first` says which vertices are one.
-fn left(parts: &Parts, first: &[u32], faces: &[[u32; 3]]) -> Vec<Left> {
-    let mut left = vec![Left::default(); parts.count as usize];
-    let mut known = rustc_hash::FxHashSet::default();
-    let mut edges: FxHashMap<[u32; 2], (u32, usize)> = FxHashMap::default();
+/// The faces left of each part where vertices at equal positions are one, n_parts; `first` says which are.
+fn left(parts: &Parts, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
+    let mut left = vec![0; parts.count as usize];
     for (face, &part) in faces.iter().zip(&parts.of_faces) {
-        let mut corners = face.map(|vertex| first[vertex as usize]);
-        corners.sort_unstable();
-        let [a, b, c] = corners;
-        if a == b || b == c || !known.insert(corners) {
-            continue;
-        }
-        left[part as usize].n_faces += 1;
-        for edge in [[a, b], [b, c], [a, c]] {
-            edges.entry(edge).or_insert((part, 0)).1 += 1;
-        }
+        let [a, b, c] = face.map(|vertex| first[vertex as usize]);
+        left[part as usize] += usize::from(a != b && b != c && c != a);
     }
-    edges.into_values().filter(|edge| edge.1 == 1).for_each(|(part, _)| left[part as usize].n_open += 1);
     left
 }
 

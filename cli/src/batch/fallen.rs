@@ -13,7 +13,7 @@ const NAME: &str = ".neural-mesh-out-of-memory";
 const WHY: &str = "took more memory than there was: give more by --memory, or fewer --threads";
 
 /// Gives those that are to be done alone; has those of this run written down if it ends the same way.
-pub fn meet(folder: &Path, manifest: &Manifest, resume: bool) -> Result<Vec<usize>, Failure> {
+pub fn meet(folder: &Path, manifest: &mut Manifest, resume: bool) -> Result<Vec<usize>, Failure> {
     let path = folder.join(NAME);
     let known = if resume && path.is_file() { files::read(&path)? } else { Vec::new() };
     if !resume {
@@ -23,11 +23,11 @@ pub fn meet(folder: &Path, manifest: &Manifest, resume: bool) -> Result<Vec<usiz
     let known = String::from_utf8_lossy(&known);
     let known: Vec<Fallen> = known.lines().filter_map(Fallen::of).collect();
     let mut alone = Vec::new();
-    for &i in manifest.waiting() {
+    for i in manifest.waiting().to_vec() {
         let name = written(&manifest.name(i));
         let mut runs = known.iter().filter(|fallen| fallen.name == name);
         if runs.clone().any(|fallen| fallen.n_running == 1 && fallen.most / 4 >= allocator::most() / 5) {
-            manifest.set(i, Err(Failure::Failed(WHY.into())), 0.0)?;
+            manifest.give_up(i, Failure::Failed(WHY.into()))?;
         } else if runs.next().is_some() {
             alone.push(i);
         }

@@ -183,6 +183,12 @@ impl Manifest {
         self.may_replace[i]
     }
 
+    /// A mesh is not to be done any more, as it fails.
+    pub fn give_up(&mut self, i: usize, why: Failure) -> Result<(), Failure> {
+        self.waiting.retain(|&waiting| waiting != i);
+        self.set(i, Err(why), 0.0)
+    }
+
     /// A mesh is done.
     pub fn set(&self, i: usize, done: Result<Report, Failure>, seconds: f64) -> Result<(), Failure> {
         let mut held = self.held();

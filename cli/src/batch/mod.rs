@@ -45,9 +45,9 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let _lock = lock::lock(&folder)?;
     outputs::ready(&folder, Path::new(manifest::NAME))?;
     let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
-    let manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
+    let mut manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
-    let alone = fallen::meet(&folder, &manifest, args.resume)?;
+    let alone = fallen::meet(&folder, &mut manifest, args.resume)?;
     let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, places, alone, weights };

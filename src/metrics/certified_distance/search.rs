@@ -94,7 +94,7 @@ impl Other<'_> {
             return found;
         }
         let n_cuts = waiting.n_cuts + 1;
-        for corners in self.parts(corners, middle.face, n_cuts % HALVED == 0, bounds) {
+        for corners in self.parts(corners, middle.face, n_cuts.is_multiple_of(HALVED), bounds) {
             // A distance that is not exact is no larger than the lower bound.
             found.lower = found.lower.max(farthest(&corners));
             let upper = self.upper(&corners, |upper| bounds.allow(upper)).min(waiting.upper);
