@@ -168,6 +168,8 @@ def of_unchanged(subject, done, result):
 
 
 def of_reading(subject, done):
+    if len(subject.named) > len(subject.faces):
+        return  # Of repeated faces a second one may stay.
     before, said = subject.figures, done.report["input"]
     told = {key: getattr(before, key) for key in said if said[key] != getattr(before, key)}
     # Vertices of a mesh in doubles may be one in single precision, as long as that opens nothing and loses no part.
