@@ -137,8 +137,11 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
+    /// Positions as doubles and as singles, and faces.
+    type Both = (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
     /// Two spheres of radius 1, the second so far along x, as doubles and as singles about the first one's centre.
-    fn two_spheres(apart: f64) -> (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    fn two_spheres(apart: f64) -> Both {
         let sphere = shapes::icosphere(2);
         let n = sphere.positions().len() as u32;
         let at =
