@@ -15,7 +15,8 @@ pub(super) fn room<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
     make_room(list, n).map_err(|_| too_little(n.saturating_mul(size_of::<T>())))
 }
 
-/// So many zeros.
+/// So many zeros, which accessors of glTF begin with.
+#[cfg(any(test, feature = "gltf"))]
 pub(super) fn zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
     let mut list = Vec::new();
     room(&mut list, n)?;
