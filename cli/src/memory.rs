@@ -28,16 +28,22 @@ pub fn bytes_of(gib: f64) -> u64 {
 
 /// Bytes that programs can still have, with those on the disk, where the system says so (Linux).
 fn free() -> Option<u64> {
-    Some(available()? + kibibytes("SwapFree:").unwrap_or(0))
+    let told = told()?;
+    Some(kibibytes(&told, "MemAvailable:")? + kibibytes(&told, "SwapFree:").unwrap_or(0))
 }
 
 /// Bytes of memory that programs can still have, where the system says so (Linux).
 pub fn available() -> Option<u64> {
-    kibibytes("MemAvailable:")
+    kibibytes(&told()?, "MemAvailable:")
 }
 
-fn kibibytes(name: &str) -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+/// What the system says of its memory.
+fn told() -> Option<String> {
+    std::fs::read_to_string("/proc/meminfo").ok()
+}
+
+/// A line of it in bytes.
+fn kibibytes(told: &str, name: &str) -> Option<u64> {
+    let line = told.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| 1024 * kib)
 }

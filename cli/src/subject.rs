@@ -110,8 +110,7 @@ impl Subject {
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
     pub fn written_frame(&self, request: &Request) -> Frame {
-        let is_single = matches!(request.output_format, Format::Stl | Format::StlAscii);
-        Frame { double: self.frame.double && !is_single, ..self.frame }
+        Frame { double: self.frame.double && !request.output_format.is_single(), ..self.frame }
     }
 
     /// How far the file that is written may round a vertex: an STL far from the origin does.

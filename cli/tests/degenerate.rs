@@ -17,30 +17,6 @@ fn simplified(mesh: &str, arguments: &[&str]) -> (Option<i32>, Value, Value) {
     }
 }
 
-/// A sphere of quads, split into triangles, as OBJ; `first` is the number of its first vertex.
-fn sphere(first: usize, rings: usize, centre: f64, radius: f64) -> String {
-    use std::f64::consts::PI;
-    let around = 2 * rings;
-    let mut text = format!("v {centre} {radius} 0\nv {centre} {} 0\n", -radius);
-    for ring in 1..rings {
-        let (r, y) = (PI * ring as f64 / rings as f64).sin_cos();
-        for step in 0..around {
-            let (s, c) = (2.0 * PI * step as f64 / around as f64).sin_cos();
-            text += &format!("v {} {} {}\n", centre + radius * r * c, radius * y, radius * r * s);
-        }
-    }
-    let at = |ring: usize, step: usize| first + 2 + (ring - 1) * around + step % around;
-    for step in 0..around {
-        text += &format!("f {first} {} {}\n", at(1, step + 1), at(1, step));
-        text += &format!("f {} {} {}\n", first + 1, at(rings - 1, step), at(rings - 1, step + 1));
-        for ring in 1..rings - 1 {
-            let [a, b, c, d] = [at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)];
-            text += &format!("f {a} {b} {c} {d}\n");
-        }
-    }
-    text
-}
-
 #[test]
 fn the_whole_mesh_is_written_as_it_is() {
     for size in
@@ -89,7 +65,7 @@ fn a_tetrahedron_is_the_smallest_closed_mesh() {
 
 #[test]
 fn a_closed_mesh_stops_at_its_smallest_closed_form() {
-    let (code, report, info) = simplified(&sphere(1, 8, 0.0, 1.0), &["--vertices", "1"]);
+    let (code, report, info) = simplified(&sphere(1, 8, [0.0; 3], 1.0), &["--vertices", "1"]);
     assert_eq!(
         (code, &info["vertices"], &info["closed"], &info["manifold"]),
         (Some(0), &4.into(), &true.into(), &true.into())
@@ -104,7 +80,7 @@ fn vertices_in_one_point_or_plane_do_no_harm() {
     let one = OCTAHEDRON.lines().map(|line| if line.starts_with('v') { "v 2 2 2" } else { line });
     let (code, ..) = simplified(&one.collect::<Vec<_>>().join("\n"), &["--ratio", "0.5", "--no-weld"]);
     assert!(code == Some(0) || code == Some(1));
-    let flat = sphere(1, 6, 0.0, 1.0).lines().map(flattened).collect::<String>();
+    let flat = sphere(1, 6, [0.0; 3], 1.0).lines().map(flattened).collect::<String>();
     let (code, _, info) = simplified(&flat, &["--ratio", "0.5"]);
     assert_eq!(code, Some(0));
     assert!(info["faces"].as_u64().unwrap() > 0);
@@ -120,10 +96,10 @@ fn flattened(line: &str) -> String {
 
 #[test]
 fn components_below_a_size_go_and_no_others() {
-    let large = sphere(1, 16, 0.0, 1.0);
+    let large = sphere(1, 16, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();
     // Diagonals of the boxes: 3.46 and 0.035; of both together 4.9.
-    let both = large + &sphere(n_large + 1, 8, 3.0, 0.01);
+    let both = large + &sphere(n_large + 1, 8, [3.0, 0.0, 0.0], 0.01);
     for (size, n_left) in [("0.03", 2), ("0.04", 1), ("0.5%", 2), ("1%", 1), ("1000", 1)] {
         let (code, report, info) = simplified(&both, &["--ratio", "0.5", &format!("--prune={size}")]);
         assert_eq!((code, &info["components"], &info["closed"]), (Some(0), &n_left.into(), &true.into()), "{size}");
@@ -136,9 +112,9 @@ fn components_below_a_size_go_and_no_others() {
 
 #[test]
 fn components_below_a_size_go_where_the_mesh_is_as_small_as_asked_already() {
-    let large = sphere(1, 8, 0.0, 1.0);
+    let large = sphere(1, 8, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();
-    let both = large + &sphere(n_large + 1, 4, 3.0, 0.01);
+    let both = large + &sphere(n_large + 1, 4, [3.0, 0.0, 0.0], 0.01);
     let targets =
         [["--ratio", "1"], ["--vertices", "100000"], ["--faces", "100000"], ["--size", "1MB"], ["--error", "90%"]];
     for target in targets {
@@ -166,7 +142,7 @@ const MAPPED: [&str; 8] = ["simplify", "-", "-o", "a.obj", "--ratio", "1", "--pr
 
 #[test]
 fn parts_that_touch_at_a_vertex_are_dropped_and_counted_as_the_report_counts_them() {
-    let large = sphere(1, 16, 0.0, 1.0);
+    let large = sphere(1, 16, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();
     // Two small tetrahedra hang on the top of the sphere, 0 1 0, the first vertex.
     let tetrahedron = |n: usize, x: f64| {
@@ -226,9 +202,9 @@ fn vertices_that_nearly_meet_are_welded_where_that_is_asked_for() {
 
 #[test]
 fn a_tiny_component_stays_unless_pruned() {
-    let large = sphere(1, 16, 0.0, 1.0);
+    let large = sphere(1, 16, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();
-    let both = large + &sphere(n_large + 1, 4, 3.0, 0.001);
+    let both = large + &sphere(n_large + 1, 4, [3.0, 0.0, 0.0], 0.001);
     let (code, report, info) = simplified(&both, &["--ratio", "0.1"]);
     assert_eq!((code, &info["components"], &info["closed"]), (Some(0), &2.into(), &true.into()));
     assert_eq!(report["output"]["components_pruned"], 0);

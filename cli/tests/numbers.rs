@@ -2,31 +2,6 @@
 
 use crate::common::*;
 
-/// A closed sphere of triangles as OBJ, in doubles around `centre`; `first` is the number of its first vertex.
-fn sphere(first: usize, centre: [f64; 3], radius: f64) -> String {
-    let (rings, around) = (12, 20);
-    let point = |polar: f64, angle: f64| {
-        let p = [polar.sin() * angle.cos(), polar.cos(), polar.sin() * angle.sin()];
-        let [x, y, z] = [0, 1, 2].map(|axis| centre[axis] + radius * p[axis]);
-        format!("v {x:?} {y:?} {z:?}\n")
-    };
-    let mut text = point(0.0, 0.0) + &point(std::f64::consts::PI, 0.0);
-    for (ring, step) in (1..rings).flat_map(|ring| (0..around).map(move |step| (ring, step))) {
-        let turn = std::f64::consts::TAU * step as f64 / around as f64 + 0.1;
-        text += &point(std::f64::consts::PI * ring as f64 / rings as f64, turn);
-    }
-    let at = |ring: usize, step: usize| first + 2 + (ring - 1) * around + step % around;
-    for step in 0..around {
-        text += &format!("f {first} {} {}\n", at(1, step + 1), at(1, step));
-        text += &format!("f {} {} {}\n", first + 1, at(rings - 1, step), at(rings - 1, step + 1));
-        for ring in 1..rings - 1 {
-            let [a, b, c, d] = [at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)];
-            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
-        }
-    }
-    text
-}
-
 /// The coordinates of the `v` lines, as doubles.
 fn positions(obj: &str) -> Vec<[f64; 3]> {
     let row = |line: &str| line.split(' ').skip(1).map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
@@ -36,7 +11,7 @@ fn positions(obj: &str) -> Vec<[f64; 3]> {
 #[test]
 fn an_stl_that_single_precision_cannot_hold_is_refused_with_what_can() {
     for offset in [3e6, 1e8] {
-        let (folder, mesh) = (folder(), sphere(1, [offset; 3], 1.0));
+        let (folder, mesh) = (folder(), sphere(1, 12, [offset; 3], 1.0));
         for format in ["a.stl", "b.stl.gz"] {
             let run =
                 run_with_input(folder.path(), &["simplify", "-", "-o", format, "--ratio", "0.5"], mesh.as_bytes());
@@ -56,7 +31,7 @@ fn an_stl_that_single_precision_cannot_hold_is_refused_with_what_can() {
 
 #[test]
 fn an_stl_of_doubles_is_what_the_report_says() {
-    let (folder, mesh) = (folder(), sphere(1, [3e6; 3], 30.0));
+    let (folder, mesh) = (folder(), sphere(1, 12, [3e6; 3], 30.0));
     let arguments = ["simplify", "-", "-o", "a.stl", "--ratio", "0.5", "--report", "r.json"];
     let run = run_with_input(folder.path(), &arguments, mesh.as_bytes());
     assert_eq!(run.code, Some(0), "{}", run.words);
@@ -69,7 +44,7 @@ fn an_stl_of_doubles_is_what_the_report_says() {
 
 #[test]
 fn a_distance_counts_what_an_stl_rounds() {
-    let (folder, mesh) = (folder(), sphere(1, [3e6; 3], 30.0));
+    let (folder, mesh) = (folder(), sphere(1, 12, [3e6; 3], 30.0));
     let arguments = ["simplify", "-", "-o", "a.stl", "--error", "0.05"];
     let run = run_with_input(folder.path(), &arguments, mesh.as_bytes());
     assert!(run.code == Some(1) && the_line(&run).contains("rounds vertices by up to"), "{}", run.words);
@@ -127,9 +102,9 @@ fn text_is_the_number_that_it_stands_for() {
 
 #[test]
 fn parts_that_single_precision_loses_are_refused() {
-    let n = sphere(1, [0.0; 3], 1.0).matches("v ").count();
+    let n = sphere(1, 12, [0.0; 3], 1.0).matches("v ").count();
     for (centre, is_held) in [([50.0, 0.0, 0.0], true), ([1e9, 0.0, 0.0], false)] {
-        let mesh = sphere(1, [0.0; 3], 1.0) + &sphere(n + 1, centre, 1.0);
+        let mesh = sphere(1, 12, [0.0; 3], 1.0) + &sphere(n + 1, 12, centre, 1.0);
         let folder = folder();
         let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.ply", "--ratio", "0.5"], mesh.as_bytes());
         if is_held {

@@ -29,6 +29,16 @@ impl Format {
     /// The names that [`from_name`](Self::from_name) knows.
     pub const NAMES: [&str; 8] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb"];
 
+    /// Whether it holds coordinates in single precision, around no origin of their own.
+    ///
+    /// ```
+    /// use neural_mesh::io::Format;
+    /// assert!(Format::StlAscii.is_single() && !Format::Ply.is_single() && !Format::Glb.is_single());
+    /// ```
+    pub fn is_single(self) -> bool {
+        matches!(self, Self::Stl | Self::StlAscii)
+    }
+
     /// The format called `name`, in any case; `None` for an unknown name.
     ///
     /// ```

@@ -26,7 +26,7 @@ pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError>
     }
     let (n_together, n_flat) = (n_together(content, &stored), n_flat(content, &stored));
     let what = match (n_together, n_flat) {
-        (0, 0) if is_single(format) && is_coarse(content, &stored) => {
+        (0, 0) if format.is_single() && is_coarse(content, &stored) => {
             "edges are shorter than the steps of numbers".into()
         }
         (0, 0) => return Ok(()),
@@ -36,7 +36,7 @@ pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError>
     };
     let name = format.name();
     let what = match format {
-        _ if is_single(format) => format!(
+        _ if format.is_single() => format!(
             "{what} in single precision, which is all {name} holds: write ply, obj or glb, or move the mesh to the origin"
         ),
         Format::Gltf | Format::Glb => format!(
@@ -51,7 +51,7 @@ pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError>
 fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
     let positions = (0..content.n_vertices()).map(|vertex| content.position(vertex));
     match format {
-        _ if is_single(format) => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
+        _ if format.is_single() => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
         #[cfg(feature = "gltf")]
         Format::Gltf | Format::Glb => {
             let (origin, local) = content.around_origin();
@@ -61,14 +61,9 @@ fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
     }
 }
 
-/// Whether the format holds coordinates in single precision, around no origin of their own.
-fn is_single(format: Format) -> bool {
-    matches!(format, Format::Stl | Format::StlAscii)
-}
-
 /// How far vertices are moved where the format rounds them far from the origin, in one line.
 pub(super) fn note(content: &Content, format: Format) -> Option<String> {
-    if !is_single(format) || !content.is_rounded() {
+    if !format.is_single() || !content.is_rounded() {
         return None;
     }
     let stored = stored(content, format);

@@ -119,7 +119,8 @@ impl<'a> Content<'a> {
     /// The same for a text whose readers may take it as doubles: with all digits along the axes on which the mesh lies far
     /// out, and along all of them where fewer would take the area of a face.
     pub fn in_decimals(self) -> Self {
-        let ((low, high), diagonal) = (self.bounds(), self.diagonal());
+        let (low, high) = self.bounds();
+        let diagonal = diagonal(low, high);
         let is_near = |axis: usize| low[axis].abs().max(high[axis].abs()) <= FAR * diagonal;
         let near = Self { single: std::array::from_fn(|axis| self.single[axis] && is_near(axis)), ..self };
         if near.single == [false; 3] || !near.faces.par_iter().any(|face| near.loses_area(face)) {
@@ -131,8 +132,7 @@ impl<'a> Content<'a> {
     /// The diagonal of the box around all vertices.
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
-        let side = |axis: usize| high[axis] - low[axis];
-        side(0).hypot(side(1)).hypot(side(2))
+        diagonal(low, high)
     }
 
     /// The corners of the box around all vertices.
@@ -175,7 +175,7 @@ impl<'a> Content<'a> {
         let origin = match &self.positions {
             Positions::Local(_, frame) | Positions::Kept(_, frame, _) if frame.double => frame.origin,
             Positions::Local(..) | Positions::Kept(..) => [0.0; 3],
-            Positions::Exact(positions) if positions.iter().flatten().all(|&x| f64::from(x as f32) == x) => [0.0; 3],
+            Positions::Exact(positions) if !positions.iter().flatten().any(|&x| is_double(x)) => [0.0; 3],
             Positions::Exact(positions) => positions.first().copied().unwrap_or_default(),
         };
         let local = |vertex| {
@@ -198,6 +198,12 @@ impl<'a> Content<'a> {
             out.extend(without_point(text).as_bytes());
         }
     }
+}
+
+/// That of a box.
+fn diagonal(low: [f64; 3], high: [f64; 3]) -> f64 {
+    let side = |axis: usize| high[axis] - low[axis];
+    side(0).hypot(side(1)).hypot(side(2))
 }
 
 /// Whether a single holds the number only in part.

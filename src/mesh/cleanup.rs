@@ -181,9 +181,9 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     }
     let used = used_vertices(&faces.corners, n_raw_vertices);
     let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
-    let local = held_locally(positions, &used, &frame, &faces.corners, options)?;
+    let local = to_local(&positions, &used, &frame)?;
     let n_sound_faces = faces.len();
-    let is_welded = options.weld && weld(&local, &used, &mut faces.corners, &mut counts);
+    let is_welded = options.weld && weld(positions, &local, &used, &frame, &mut faces.corners, &mut counts)?;
     if is_welded {
         drop_degenerate_faces(&mut faces, &mut counts);
     }
@@ -294,26 +294,22 @@ pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> 
     }
 }
 
-/// As [`to_local`], where no part of doubles that are welded is lost in single precision.
-fn held_locally(
-    positions: Vec<[f64; 3]>,
-    used: &[bool],
-    frame: &Frame,
-    faces: &[[u32; 3]],
-    options: &CleanOptions,
-) -> Result<Vec<[f32; 3]>, CleanError> {
-    let local = to_local(&positions, used, frame)?;
-    let is_checked = frame.double && options.weld;
-    match is_checked.then(|| unresolved(&positions, &local, faces)).flatten() {
-        Some(Unresolved { vertex, size, step }) => Err(CleanError::TooCoarse { vertex, size, step }),
-        None => Ok(local),
-    }
-}
-
 /// Step 3: lets faces name the first of the vertices at a position, and counts the vertices thus freed; `false` where no two
 /// vertices, used or not, are at one position.
-fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]], counts: &mut CleanCounts) -> bool {
+fn weld(
+    positions: Vec<[f64; 3]>,
+    local: &[[f32; 3]],
+    used: &[bool],
+    frame: &Frame,
+    faces: &mut [[u32; 3]],
+    counts: &mut CleanCounts,
+) -> Result<bool, CleanError> {
     let (first, repeated) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
+    let lost = frame.double.then(|| unresolved(&positions, local, &first, faces)).flatten();
+    if let Some(Unresolved { vertex, size, step }) = lost {
+        return Err(CleanError::TooCoarse { vertex, size, step });
+    }
+    drop(positions);
     if repeated {
         for vertex in faces.iter_mut().flatten() {
             *vertex = first[*vertex as usize];
@@ -321,7 +317,7 @@ fn weld(local: &[[f32; 3]], used: &[bool], faces: &mut [[u32; 3]], counts: &mut 
         let count = |marks: &[bool]| marks.iter().filter(|mark| **mark).count();
         counts.welded_vertices = count(used) - count(&used_vertices(faces, local.len()));
     }
-    repeated
+    Ok(repeated)
 }
 
 /// Step 5.

@@ -5,7 +5,6 @@
 
 use rustc_hash::FxHashMap;
 
-use super::first_equal::first_equal;
 use super::union_find::UnionFind;
 
 /// Steps of single precision that a part is long at least, for vertices of it that fall together to be noise.
@@ -24,19 +23,23 @@ pub(super) struct Unresolved {
 }
 
 /// The first part that is hurt by rounding `positions` to `local`, n_vertices x 3: faces are as read, their corners in range
-/// and different, their positions finite.
-pub(super) fn unresolved(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<Unresolved> {
-    let (single, _) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
+/// and different, their positions finite. `single` holds the first vertex at each local position, n_vertices.
+pub(super) fn unresolved(
+    positions: &[[f64; 3]],
+    local: &[[f32; 3]],
+    single: &[u32],
+    faces: &[[u32; 3]],
+) -> Option<Unresolved> {
     let is_moved = |&vertex: &u32| positions[vertex as usize] != positions[single[vertex as usize] as usize];
     if !faces.iter().any(|face| face.iter().any(is_moved) || is_short(positions, local, face)) {
         return None;
     }
     let exact = equal_positions(positions);
     let parts = Parts::new(&exact, faces);
-    let (before, after) = (left(&parts, &exact, faces), left(&parts, &single, faces));
+    let (before, after) = (left(&parts, &exact, faces), left(&parts, single, faces));
     (0..parts.count).find_map(|part| {
         let held = parts.measured(part, positions, local, faces);
-        let is_hurt = held.size < STEPS * held.step && parts.falls_together(part, &exact, &single, faces);
+        let is_hurt = held.size < STEPS * held.step && parts.falls_together(part, &exact, single, faces);
         let is_lost = is_hurt || after[part as usize] == 0 || held.size < FEWEST * held.step;
         (is_lost && before[part as usize] > 0).then_some(held)
     })
@@ -135,10 +138,17 @@ fn left(parts: &Parts, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::first_equal::first_equal;
     use crate::mesh::shapes;
 
     /// Positions as doubles and as singles, and faces.
     type Both = (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+    /// As in cleaning.
+    fn found(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<Unresolved> {
+        let (single, _) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
+        unresolved(positions, local, &single, faces)
+    }
 
     /// Two spheres of radius 1, the second so far along x, as doubles and as singles about the first one's centre.
     fn two_spheres(apart: f64) -> Both {
@@ -156,11 +166,11 @@ mod tests {
     fn parts_far_apart_are_not_held_by_single_precision() {
         for (apart, is_held) in [(10.0, true), (1e4, true), (1e9, false), (1e12, false)] {
             let (positions, local, faces) = two_spheres(apart);
-            assert_eq!(unresolved(&positions, &local, &faces).is_none(), is_held, "{apart}");
+            assert_eq!(found(&positions, &local, &faces).is_none(), is_held, "{apart}");
         }
         let (positions, local, faces) = two_spheres(1e9);
-        let found = unresolved(&positions, &local, &faces).unwrap();
-        assert_eq!((found.vertex, found.size.round()), (162, 3.0));
+        let lost = found(&positions, &local, &faces).unwrap();
+        assert_eq!((lost.vertex, lost.size.round()), (162, 3.0));
     }
 
     #[test]
@@ -174,6 +184,6 @@ mod tests {
             [1e-16, 1.0, 0.1 + 1e-16],
         ];
         let local: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| x as f32)).collect();
-        assert!(unresolved(&positions, &local, &[[0, 1, 2], [3, 4, 5]]).is_none());
+        assert!(found(&positions, &local, &[[0, 1, 2], [3, 4, 5]]).is_none());
     }
 }

@@ -44,7 +44,8 @@ impl Places {
     /// Before anything is written, where a file would take the place of a result; where it would replace another mesh's file
     /// that is not the same; as the library does.
     pub fn write_beside(&self, result: &Path, beside: &[OutputFile]) -> Result<(), Failure> {
-        let below = |file: &OutputFile| result.parent().unwrap_or(Path::new("")).join(&file.path);
+        let parent = result.parent().unwrap_or(Path::new(""));
+        let below = |file: &OutputFile| parent.join(&file.path);
         if let Some(taken) = beside.iter().map(below).find(|path| self.is_taken(path)) {
             let what = "the mesh needs a file where a result of the batch stands: rename one of them";
             return Err(Failure::of(&self.folder.join(taken), what));
@@ -59,8 +60,7 @@ impl Places {
                 let what = "another mesh of the batch needs a different file of that name: rename one of them";
                 return Err(Failure::of(&path, what));
             }
-            let folder = self.folder.join(result.parent().unwrap_or(Path::new("")));
-            write_beside(&folder, std::slice::from_ref(file), self.force && is_new)?;
+            write_beside(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;
         }
         Ok(())
     }

@@ -127,3 +127,28 @@ pub fn the_line(run: &Run) -> String {
 /// An octahedron, as OBJ: 6 vertices, 8 faces, closed.
 pub const OCTAHEDRON: &str = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
 f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
+
+/// A sphere as the lines of an OBJ, with all digits: vertices from number `first` on, in rings of twice as many as there are,
+/// between two poles; turned a little, so that no coordinate is a round one.
+pub fn sphere(first: usize, rings: usize, centre: [f64; 3], radius: f64) -> String {
+    use std::f64::consts::PI;
+    let around = 2 * rings;
+    let point = |ring: usize, step: usize| {
+        let (polar, turn) = (PI * ring as f64 / rings as f64, PI * step as f64 / rings as f64 + 0.1);
+        let p = [polar.sin() * turn.cos(), polar.cos(), polar.sin() * turn.sin()];
+        let [x, y, z] = [0, 1, 2].map(|axis| centre[axis] + radius * p[axis]);
+        format!("v {x:?} {y:?} {z:?}\n")
+    };
+    let mut text = point(0, 0) + &point(rings, 0);
+    text.extend((1..rings).flat_map(|ring| (0..around).map(move |step| point(ring, step))));
+    let at = |ring: usize, step: usize| first + 2 + (ring - 1) * around + step % around;
+    for step in 0..around {
+        text += &format!("f {first} {} {}\n", at(1, step + 1), at(1, step));
+        text += &format!("f {} {} {}\n", first + 1, at(rings - 1, step), at(rings - 1, step + 1));
+        for ring in 1..rings - 1 {
+            let [a, b, c, d] = [at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)];
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    text
+}
