@@ -324,9 +324,9 @@ impl From<&CleanCounts> for Cleaned {
 
 impl Distance {
     /// In percent of the diagonal; a mesh in one point has none, and its distances stay as they are.
-    pub fn of(measured: &QuickDistance, samples: usize) -> Self {
+    pub fn of(measured: &QuickDistance) -> Self {
         let percent = if measured.diagonal > 0.0 { 100.0 / measured.diagonal } else { 1.0 };
-        Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples }
+        Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples: measured.n_samples }
     }
 }
 

@@ -304,7 +304,7 @@ fn files_of(
 
 /// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
 fn measured(subject: &Subject, result: &Simplified, request: &Request) -> Level {
-    let distance = || subject.distance(result, SAMPLES).map(|found| Distance::of(&found, SAMPLES));
+    let distance = || subject.distance(result, SAMPLES).as_ref().map(Distance::of);
     let output = Output::of(Size::of(&result.mesh, request.report.is_some()), &result.report);
     Level::new(output, report::outcome(&result.report.outcome), request.check.then(distance).flatten())
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
+    self, Asset, Extra, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, TriMesh, United, snap};

@@ -19,7 +19,7 @@ mod triangle_quality;
 mod turned_faces;
 mod volume;
 
-pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance};
+pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance, largest_distance};
 pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
 pub use curvature_error::curvature_error;

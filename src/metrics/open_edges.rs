@@ -89,7 +89,7 @@ fn length(mesh: &TriMesh, edge: &Edge) -> f64 {
 }
 
 fn lies_on(boundary: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
-    let is_near = |p: DVec3| boundary.nearest(p).is_some_and(|hit| hit.distance2 <= reach * reach);
+    let is_near = |p: DVec3| boundary.is_any_within(p, reach, |_| true);
     is_near(a) && is_near(b) && is_near(a.midpoint(b))
 }
 

@@ -19,9 +19,15 @@ const FAR: f64 = 0.7;
 const FARTHEST: usize = 16;
 /// Faces before and after that of a point, along the curve, that are its surroundings.
 const AROUND: usize = 4;
-/// The search there ends when nothing is farther by more than this share, or after so many cuts of a face.
+/// The search there ends when nothing is farther by more than this share, or after so many triangles were looked at.
 const GAP: f64 = 0.02;
-const MOST_CUTS: usize = 1500;
+const AROUND_TESTS: u64 = 40_000;
+/// Triangles that are looked at for samples in one direction, for spots, and around the farthest, however few the points; and for
+/// each of these. Points are left out where it takes more: large faces that lie across each other are looked at by thousands.
+const MOST_TESTS: f64 = 1e7;
+const USUAL_TESTS: f64 = 100.0;
+/// Points by which it is told how many triangles the next ones look at.
+const PROBES: usize = 64;
 /// Faces whose areas one task finds.
 const AREAS_CHUNK: usize = 4096;
 /// What a sample is farther than the one before in its strip and across its face, as a share of both: multiples of these two,
@@ -38,6 +44,9 @@ pub struct QuickDistance {
     pub max: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
+    /// Samples behind the mean, on the surface that has fewer: as many as were asked for, but where large faces lie across each
+    /// other so that the search for the nearest one takes long.
+    pub n_samples: usize,
 }
 
 /// Measures the distance from so many samples on each surface; `None` where one of the two has no faces, or for no samples.
@@ -61,9 +70,10 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
         || one_sided([simplified, original], [&simplified_tree, &original_tree], n_samples, seed),
     );
     Some(QuickDistance {
-        mean: 0.5 * (forward.0 + backward.0),
-        max: forward.1.max(backward.1),
+        mean: 0.5 * (forward.mean + backward.mean),
+        max: forward.max.max(backward.max),
         diagonal: original_tree.diagonal(),
+        n_samples: forward.n_samples.min(backward.n_samples),
     })
 }
 
@@ -91,6 +101,7 @@ pub fn quick_distance_of_pairs(
         whole += area;
         all.max = all.max.max(scale * found.max);
         all.diagonal = all.diagonal.max(scale * found.diagonal);
+        all.n_samples += found.n_samples;
     }
     all.mean /= if whole > 0.0 { whole } else { 1.0 };
     (all.diagonal > 0.0).then_some(all)
@@ -106,19 +117,44 @@ fn tree(mesh: &TriMesh) -> FaceTree<'_> {
     FaceTree::new(mesh.positions(), mesh.faces())
 }
 
-/// Mean and largest distance from one mesh to another; the trees are those of the mesh and of the other.
-fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> (f64, f64) {
-    let samples = along_curve(meshes[0], own.order(), n_samples, seed);
+/// What was found from one mesh to another.
+struct OneSided {
+    mean: f64,
+    max: f64,
+    n_samples: usize,
+}
+
+/// From one mesh to another; the trees are those of the mesh and of the other.
+fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> OneSided {
+    let mesh = meshes[0];
+    let draw = |n| along_curve(mesh, own.order(), n, seed);
+    let samples = draw(n_samples);
+    let n_affordable = affordable(n_samples, |i| samples[i].point, other, f64::NEG_INFINITY);
+    let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
     let in_a_row = |samples: &[Sample]| Isa::best().run(InARow { samples, tree: other });
     let mut found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
     let far = FAR * FAR * largest(&found);
-    let spots = spots(meshes, own.order());
-    let sweep =
-        |spots: &[Spot]| Isa::best().run(Sweep { mesh: meshes[0], order: own.order(), spots, tree: other, far });
+    let mut spots = spots(meshes, own.order());
+    let n_affordable = affordable(spots.len(), |i| spots[i].point(mesh, own.order()), other, far);
+    if n_affordable < spots.len() {
+        spots = (0..n_affordable).map(|i| spots[i * spots.len() / n_affordable]).collect();
+    }
+    let sweep = |spots: &[Spot]| Isa::best().run(Sweep { mesh, order: own.order(), spots, tree: other, far });
     found.par_extend(spots.par_chunks(CHUNK).flat_map_iter(sweep));
     let largest = largest(&found).sqrt();
-    (mean, largest_from_faces(meshes, &around_the_farthest(found, own.order()), other, [largest, GAP], MOST_CUTS))
+    let faces = around_the_farthest(found, own.order());
+    let max = largest_from_faces(meshes, &faces, other, [largest, GAP], AROUND_TESTS);
+    OneSided { mean, max, n_samples: samples.len() }
+}
+
+/// How many of `n` points can be looked up, as far as some of them tell; what is nearer than `enough` (squared) does.
+fn affordable(n: usize, point: impl Fn(usize) -> DVec3, tree: &FaceTree, enough: f64) -> usize {
+    let n_probes = PROBES.min(n);
+    let n_tests = |i: usize| tree.near_counted(point(i * n / n_probes), None, enough).map_or(0, |found| found.2);
+    let each = (0..n_probes).map(n_tests).map(f64::from).sum::<f64>() / n_probes as f64;
+    let most = MOST_TESTS.max(USUAL_TESTS * n as f64);
+    ((most / each.max(1.0)) as usize).clamp(n_probes, n)
 }
 
 /// The largest squared distance.
@@ -146,6 +182,15 @@ fn around_the_farthest(mut found: Vec<Found>, order: &[u32]) -> Vec<u32> {
 struct Spot {
     place: u32,
     at: u32,
+}
+
+impl Spot {
+    #[inline(always)]
+    fn point(self, mesh: &TriMesh, order: &[u32]) -> DVec3 {
+        let corners = corners(mesh, order[self.place as usize]);
+        let k = self.at as usize % 3;
+        if self.at < 3 { corners[k] } else { 0.5 * (corners[k] + corners[(k + 1) % 3]) }
+    }
 }
 
 /// All vertices in the order of the faces along the curve, and the middles of the edges of the mesh with fewer faces: those cut
@@ -279,10 +324,8 @@ impl Work for Sweep<'_> {
     #[inline(always)]
     fn run(self) -> Vec<Found> {
         let (mut farther, mut last) = (Vec::new(), None);
-        for &Spot { place, at } in self.spots {
-            let corners = corners(self.mesh, self.order[place as usize]);
-            let (k, place) = (at as usize % 3, place as usize);
-            let p = if at < 3 { corners[k] } else { 0.5 * (corners[k] + corners[(k + 1) % 3]) };
+        for spot in self.spots {
+            let (p, place) = (spot.point(self.mesh, self.order), spot.place as usize);
             let (face, distance2) = self.tree.near_from(p, last, self.far).unwrap_or_default();
             last = Some(face);
             if distance2 > self.far {
@@ -359,6 +402,21 @@ mod tests {
         let spiked = TriMesh::new(positions, faces).unwrap();
         let quick = quick_distance(&spiked, &shapes::icosphere(5), 5000, 0).unwrap();
         assert!((quick.max - 0.5).abs() < 2e-3, "{quick:?}");
+    }
+
+    /// Each search looks at a good part of all faces: there are fewer, and what they say holds.
+    #[test]
+    fn large_faces_across_each_other_get_fewer_samples() {
+        let (sphere, n) = (shapes::icosphere(5), 10_242);
+        let faces = (0..4000).map(|i| [i, (i * 2711 + 5000) % n, (i * 5279 + 2000) % n]);
+        let faces: Vec<[u32; 3]> = faces.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+        let across = TriMesh::new(sphere.positions().to_vec(), faces).unwrap();
+        let moved = across.positions().iter().map(|p| [p[0] + 0.01, p[1], p[2]]).collect();
+        let moved = TriMesh::new(moved, across.faces().to_vec()).unwrap();
+        let quick = quick_distance(&across, &moved, 100_000, 0).unwrap();
+        assert!((PROBES..50_000).contains(&quick.n_samples), "{quick:?}");
+        assert!(quick.mean > 0.0 && quick.max <= 0.0101, "{quick:?}");
+        assert_eq!(quick_distance(&sphere, &shapes::icosphere(2), 100_000, 0).unwrap().n_samples, 100_000);
     }
 
     #[test]

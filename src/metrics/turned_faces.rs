@@ -51,7 +51,7 @@ fn looks_wrong(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> bool 
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
     let Some(nearest) = original.nearest.nearest(p) else { return false };
     let reach = nearest.distance2.sqrt() + slack;
-    !agrees(nearest.triangle) && original.nearest.nearest_within(p, reach, agrees).is_none()
+    !agrees(nearest.triangle) && !original.nearest.is_any_within(p, reach, agrees)
 }
 
 #[cfg(test)]

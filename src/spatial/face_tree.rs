@@ -2,17 +2,20 @@
 //!
 //! The triangles are put in order along a space-filling curve and packed, the boxes of eight to a node, the boxes of eight nodes to
 //! the next (a packed R-tree, Kamel and Faloutsos 1993). Nothing but their boxes is copied, in steps of a 254th of their node,
-//! so that a node is one line of the cache. [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to make.
+//! so that a node is one line of the cache. Where many triangles are long and thin, their pieces are packed. [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to make.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::curve_order::{bounds_of_points, curve_order_of_faces};
+use super::curve_order::{bounds_of_points, curve_order, curve_order_of_faces};
 use super::nearest_on_triangles::limit;
+use super::triangle_pieces;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 /// Children of a node.
 const WIDTH: usize = 8;
+/// Share of the triangles that there have to be pieces more than triangles for these to be cut.
+const NEEDLES: f64 = 0.05;
 /// Nodes that one task makes.
 const CHUNK: usize = 512;
 /// Nodes that wait to be visited, at most: all children but one of each level, for as many levels as 32-bit indices need, and
@@ -40,6 +43,8 @@ pub struct FaceTree<'a> {
     faces: &'a [[u32; 3]],
     /// The triangles along the curve, n_faces.
     order: Vec<u32>,
+    /// The triangle of each piece along the curve, n_pieces, where these are cut.
+    pieces: Option<Vec<u32>>,
     /// Nodes from those over the triangles to the root, which is alone.
     levels: Vec<Vec<Node>>,
     /// The box around all triangles, scaled.
@@ -73,20 +78,15 @@ struct Best {
     face: u32,
     distance2: f64,
     limit: f32,
+    /// Triangles that were tested, or pieces of them.
+    n_tests: u32,
 }
 
 impl<'a> FaceTree<'a> {
     /// Makes the tree over triangles (n_faces x 3, indices of positions) with finite corners.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
-        let (low, high) = bounds_of_points(positions);
-        let most = low.into_iter().chain(high).fold(0.0, |most: f32, x| most.max(x.abs()));
-        let exponent = if most > 0.0 { -(f64::from(most).log2().ceil() as i32) } else { 0 };
-        let power = |exponent: i32| 2.0f64.powi(exponent);
-        let factors = [power(exponent / 2) as f32, power(exponent - exponent / 2) as f32];
-        let order = curve_order_of_faces(positions, faces, (low, high));
-        let mut tree =
-            Self { positions, faces, order, levels: Vec::new(), whole: EMPTY, scale: power(exponent), factors };
-        let mut made: Vec<(Node, Bounds)> = tree.over_triangles();
+        let mut tree = Self::without_nodes(positions, faces);
+        let mut made = tree.over_triangles();
         loop {
             tree.levels.push(made.iter().map(|made| made.0).collect());
             if made.len() <= 1 {
@@ -95,6 +95,17 @@ impl<'a> FaceTree<'a> {
             }
             made = made.chunks(WIDTH).map(|below| node_over(below.iter().map(|made| made.1))).collect();
         }
+    }
+
+    fn without_nodes(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
+        let (low, high) = bounds_of_points(positions);
+        let most = low.into_iter().chain(high).fold(0.0, |most: f32, x| most.max(x.abs()));
+        let exponent = if most > 0.0 { -(f64::from(most).log2().ceil() as i32) } else { 0 };
+        let power = |exponent: i32| 2.0f64.powi(exponent);
+        let factors = [power(exponent / 2) as f32, power(exponent - exponent / 2) as f32];
+        let order = curve_order_of_faces(positions, faces, (low, high));
+        let (levels, scale) = (Vec::new(), power(exponent));
+        Self { positions, faces, order, pieces: None, levels, whole: EMPTY, scale, factors }
     }
 
     /// The nearest triangle and the squared distance to it; `None` where there are none.
@@ -120,8 +131,15 @@ impl<'a> FaceTree<'a> {
     /// ```
     #[inline(always)]
     pub fn near_from(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64)> {
+        self.near_counted(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
+    }
+
+    /// As [`near_from`](Self::near_from), and how many triangles, or pieces of them, were looked at: a dozen on most surfaces, a
+    /// good part of all where they lie across each other.
+    #[inline(always)]
+    pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, u32)> {
         let scale2 = self.scale * self.scale;
-        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2))
+        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2, best.n_tests))
     }
 
     /// The triangles in their order along the curve.
@@ -139,7 +157,7 @@ impl<'a> FaceTree<'a> {
     /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
     #[inline(always)]
     fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
-        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY };
+        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY, n_tests: 0 };
         let (p, mut best) = (p * self.scale, none);
         if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
             self.test_face(face, p, &mut best);
@@ -150,10 +168,26 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then_some(best)
     }
 
-    /// The nodes over the triangles, each with the box around all its children.
-    fn over_triangles(&self) -> Vec<(Node, Bounds)> {
-        let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
-        self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect()
+    /// The lowest nodes, each with the box around all its children: over the triangles, or over their pieces.
+    fn over_triangles(&mut self) -> Vec<(Node, Bounds)> {
+        let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&self.corners(face)));
+        let cuts: f64 = self.order.par_iter().with_min_len(CHUNK).map(wanted).sum();
+        if cuts <= NEEDLES * self.order.len() as f64 {
+            let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
+            return self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect();
+        }
+        let triangles: Vec<_> = (0..self.faces.len() as u32).map(|face| self.corners(face)).collect();
+        let boxes = triangle_pieces::boxes(&triangles);
+        let middle = |piece: u32| {
+            let bounds = &boxes[piece as usize].0;
+            std::array::from_fn(|k| 0.5 * (bounds.low[k] + bounds.high[k]))
+        };
+        let order = curve_order(boxes.len(), middle, || ());
+        let bounds = |&piece: &u32| (boxes[piece as usize].0.low, boxes[piece as usize].0.high);
+        let nodes = order.par_chunks(WIDTH).with_min_len(CHUNK).map(|pieces| node_over(pieces.iter().map(bounds)));
+        let nodes = nodes.collect();
+        self.pieces = Some(order.iter().map(|&piece| boxes[piece as usize].1).collect());
+        nodes
     }
 
     #[inline(always)]
@@ -209,7 +243,8 @@ impl<'a> FaceTree<'a> {
     /// Tests the triangles under a node that may be nearer, the one of the nearest box first.
     #[inline(always)]
     fn test_faces(&self, first: usize, distances: &[f32; WIDTH], p: DVec3, best: &mut Best) {
-        let faces = &self.order[first..self.order.len().min(first + WIDTH)];
+        let faces = self.pieces.as_ref().unwrap_or(&self.order);
+        let faces = &faces[first..faces.len().min(first + WIDTH)];
         let nearer = |i: usize, j: usize| if distances[j] < distances[i] { j } else { i };
         let nearest = (0..faces.len()).reduce(nearer).unwrap_or_default();
         if distances[nearest] <= best.limit {
@@ -229,8 +264,9 @@ impl<'a> FaceTree<'a> {
         let weights = nearest_weights_f64(p, corners);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let distance2 = p.distance_squared(point);
+        best.n_tests += 1;
         if (distance2, face) < (best.distance2, best.face) {
-            *best = Best { face, distance2, limit: limit(distance2, p) };
+            *best = Best { face, distance2, limit: limit(distance2, p), ..*best };
         }
     }
 }
@@ -332,6 +368,23 @@ mod tests {
             let queries: Vec<[f64; 3]> = queries.iter().map(|p| p.map(|x| x * f64::from(scale))).collect();
             agrees(&positions, &faces, &queries);
         }
+    }
+
+    #[test]
+    fn needles_are_found_by_their_pieces() {
+        let rim = |i: u32| {
+            let angle = i as f32 * 0.002;
+            [angle.cos(), angle.sin(), 0.01 * (40.0 * angle).sin()]
+        };
+        let positions: Vec<[f32; 3]> = std::iter::once([0.1, 0.0, 0.02]).chain((0..2000).map(rim)).collect();
+        let faces: Vec<[u32; 3]> = (1..2000).map(|i| [0, i, i + 1]).collect();
+        let queries = [[0.3, 0.4, 0.0], [-0.7, -0.2, 0.01], [0.1, 0.0, 0.02], [0.5, -0.5, 1.0], [3.0, 2.0, 0.0]];
+        agrees(&positions, &faces, &queries);
+        let tree = FaceTree::new(&positions, &faces);
+        let n_pieces = tree.pieces.as_ref().map_or(0, Vec::len);
+        assert!(n_pieces > 2 * faces.len() && tree.order().len() == faces.len(), "{n_pieces}");
+        let (_, _, n_tests) = tree.near_counted(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
+        assert!(n_tests < faces.len() as u32 / 4, "{n_tests}");
     }
 
     /// A point far out makes all other faces one cell of the curve's first grid.

@@ -62,6 +62,8 @@ pub struct Hit {
 struct Best {
     hit: Hit,
     limit: f32,
+    /// Whether any hit does: then no box needs a visit after it.
+    is_any: bool,
 }
 
 impl NearestOnTriangles {
@@ -91,23 +93,28 @@ impl NearestOnTriangles {
 
     /// The nearest point of all triangles; `None` where there are none.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
-        self.nearest_within(p, f64::INFINITY, |_| true)
+        self.search(p, f64::INFINITY, |_| true, false)
     }
 
-    /// The nearest point of the triangles that `accept` lets pass, at a distance below `reach`.
+    /// Whether a triangle that `accept` lets pass is no farther than `reach`.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
     /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
     /// let surface = NearestOnTriangles::new(&[at(0.0), at(1.0)]);
-    /// let hit = surface.nearest_within([0.2, 0.2, 0.1].into(), 2.0, |triangle| triangle != 0).unwrap();
-    /// assert_eq!(hit.triangle, 1);
+    /// let is_any = |reach: f64| surface.is_any_within([0.2, 0.2, 0.1].into(), reach, |triangle| triangle != 0);
+    /// assert!(is_any(1.0) && !is_any(0.8));
     /// ```
-    pub fn nearest_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
-        let outer = self.nearest_outside(p, reach, &accept);
-        let Some(inner) = &self.inner else { return outer };
+    pub fn is_any_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> bool {
+        self.search(p, reach, accept, true).is_some()
+    }
+
+    /// The nearest point of the triangles that `accept` lets pass, at a distance of `reach` or less; or of any of them.
+    fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> Option<Hit> {
+        let outer = self.search_outside(p, reach, &accept, is_any);
+        let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return outer };
         let reach = outer.map_or(reach, |hit| hit.distance2.sqrt());
-        let nearer = inner.nearest(p, reach, &accept);
+        let nearer = inner.search(p, reach, &accept, is_any);
         [outer, nearer]
             .into_iter()
             .flatten()
@@ -115,10 +122,10 @@ impl NearestOnTriangles {
     }
 
     /// The same among the triangles that are not the inner ones.
-    fn nearest_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool) -> Option<Hit> {
+    fn search_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> Option<Hit> {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
-        let mut best = Best { hit: none, limit: limit(reach * reach, p) };
+        let mut best = Best { hit: none, limit: limit(reach * reach, p), is_any };
         if !self.tree.nodes.is_empty() {
             self.descend(0, p, accept, &mut best);
         }
@@ -159,7 +166,7 @@ impl NearestOnTriangles {
         let hit = hit_on(&self.tree.corners[i], self.tree.triangle_idx[i], p);
         if (hit.distance2, hit.triangle) < (best.hit.distance2, best.hit.triangle) {
             best.hit = hit;
-            best.limit = limit(hit.distance2, p);
+            best.limit = if best.is_any { f32::NEG_INFINITY } else { limit(hit.distance2, p) };
         }
     }
 }
@@ -167,7 +174,7 @@ impl NearestOnTriangles {
 impl Inner {
     /// The nearest of these triangles, at a distance of `reach` or less. From far away all are equally far: then it is the
     /// first.
-    fn nearest(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
+    fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> Option<Hit> {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {
             return None;
@@ -178,7 +185,7 @@ impl Inner {
             hit_on(&self.triangles[first as usize], first, p)
         } else {
             // Rounding may make a square a little larger in this unit.
-            self.surface.nearest_within(p, reach * (1.0 + 1e-12), is_accepted)?
+            self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)?
         };
         Some(Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit })
     }

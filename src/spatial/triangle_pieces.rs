@@ -15,7 +15,7 @@ const FREE: usize = 400_000;
 
 /// The boxes of all triangles, each with the index of its triangle; thin triangles have several.
 pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
-    let wanted: Vec<f32> = triangles.iter().map(|corners| wanted_pieces(corners) - 1.0).collect();
+    let wanted: Vec<f32> = triangles.iter().map(wanted_cuts).collect();
     let added: f64 = wanted.iter().map(|&n| f64::from(n)).sum();
     let budget = FREE.max(triangles.len() / 2) as f64;
     let share = (budget / added.max(1.0)).min(1.0) as f32;
@@ -25,6 +25,11 @@ pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
         boxes.extend(pieces(corners, n).map(|bounds| (bounds, triangle)));
     }
     boxes
+}
+
+/// Pieces that a triangle is better cut into, beyond the one that it is.
+pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
+    wanted_pieces(corners) - 1.0
 }
 
 /// A whole number of pieces that grows with the emptiness of the triangle's box.

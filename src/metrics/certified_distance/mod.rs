@@ -22,12 +22,13 @@ mod search;
 use bounds::Bounds;
 pub use bounds::Sharpness;
 use other::Other;
-use piece::{Corner, farthest};
+use piece::Corner;
 use search::{Part, Waiting, tighten};
 
-/// Cuts per face of both meshes after which the search gives what it has, and those it may take however few there are: the
-/// bounds are then farther apart than asked. A half to three cuts per face are what it takes.
-const MOST_CUTS: [usize; 2] = [10, 100_000];
+/// Triangles looked at, per face of both meshes, after which a direction of the search gives what it has, and those it may look
+/// at however few faces there are: the bounds are then farther apart than asked. A dozen per face are usual; where large faces lie
+/// across each other, one search for the nearest looks at many.
+const MOST_TESTS: [u64; 2] = [200, 10_000_000];
 /// Distances below this share of the diagonal are not told apart.
 const SMALLEST: f64 = 1e-7;
 
@@ -60,27 +61,46 @@ pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Shar
     let asked = Sharpness { enough: asked.enough.max(SMALLEST * diagonal), ..*asked };
     let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked };
     let trees = [simplified, original].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
-    let directions = [Direction::new(simplified, original, &trees[1]), Direction::new(original, simplified, &trees[0])];
+    let n_faces = original.faces().len() + simplified.faces().len();
+    let most_tests = MOST_TESTS[0] * n_faces as u64 + MOST_TESTS[1];
+    let direction = |from, to, tree| Direction::new(from, Other::new(to, tree, most_tests));
+    let directions = [direction(simplified, original, &trees[1]), direction(original, simplified, &trees[0])];
     // The vertices of both raise the lower bound before either is searched.
     directions.iter().for_each(|direction| bounds.raise_to(direction.farthest_vertex()));
-    let n_faces = original.faces().len() + simplified.faces().len();
-    let mut n_cuts = MOST_CUTS[0] * n_faces + MOST_CUTS[1];
-    for direction in &directions {
-        direction.search(&mut bounds, &mut n_cuts);
+    if directions.iter().all(Direction::is_known) {
+        directions.iter().for_each(|direction| direction.search(&mut bounds));
+    } else {
+        bounds.upper = farthest_apart(original, simplified);
     }
     Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal })
 }
 
+/// The largest distance within 1 %: no point of either mesh is farther from the other, and some are nearly as far; `None` where
+/// one has no faces, or where large faces lie across each other so that proof takes too long.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, metrics::largest_distance};
+/// let (sphere, radius) = (shapes::icosphere(4), 1.0);
+/// let largest = largest_distance(&sphere, &shapes::icosphere(0)).unwrap();
+/// assert!((0.2..radius).contains(&largest));
+/// ```
+pub fn largest_distance(original: &TriMesh, simplified: &TriMesh) -> Option<f64> {
+    let asked = Sharpness::default();
+    let found = certified_distance(original, simplified, &asked)?;
+    let sharp = (found.lower * (1.0 + asked.gap)).max(SMALLEST * found.diagonal);
+    (found.upper <= sharp).then_some(found.upper)
+}
+
 /// The largest distance found from some faces of one mesh to the surface under a tree, `lower` where that is more: no farther
-/// from the true one than `gap` times it, unless that takes more than so many cuts.
+/// from the true one than `gap` times it, unless more than so many triangles have to be looked at for that.
 pub(super) fn largest_from_faces(
     [from, to]: [&TriMesh; 2],
     faces: &[u32],
     tree: &FaceTree,
     [lower, gap]: [f64; 2],
-    mut n_cuts: usize,
+    most_tests: u64,
 ) -> f64 {
-    let other = Other::new(to, tree);
+    let other = Other::new(to, tree, most_tests);
     let mut bounds = Bounds { lower, upper: 0.0, asked: Sharpness { gap, ..Sharpness::default() } };
     let point = |v: u32| DVec3::from(from.positions()[v as usize].map(f64::from));
     let corners_of = |face: u32| from.faces()[face as usize].map(|v| other.corner(point(v), None));
@@ -88,22 +108,36 @@ pub(super) fn largest_from_faces(
         let upper = other.upper(&corners_of(face), |_| false);
         Waiting { upper, part: Part::Face(face), n_cuts: 0 }
     };
-    tighten(faces.iter().map(whole).collect(), &corners_of, &other, &mut bounds, &mut n_cuts);
+    tighten(faces.iter().map(whole).collect(), &corners_of, &other, &mut bounds);
     bounds.lower
+}
+
+/// No two points of two meshes are farther apart.
+fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for position in a.positions().iter().chain(b.positions()) {
+        let point = DVec3::from(position.map(f64::from));
+        (low, high) = (low.min(point), high.max(point));
+    }
+    low.distance(high)
 }
 
 /// From one mesh to the other.
 struct Direction<'a> {
     from: &'a TriMesh,
     other: Other<'a>,
-    /// What is known at the vertices.
+    /// What is known at the vertices, n_vertices unless that cost too much.
     corners: Vec<Corner>,
 }
 
 impl<'a> Direction<'a> {
-    fn new(from: &'a TriMesh, to: &'a TriMesh, tree: &'a FaceTree<'a>) -> Self {
-        let other = Other::new(to, tree);
+    fn new(from: &'a TriMesh, other: Other<'a>) -> Self {
         Self { from, corners: other.corners_of(from), other }
+    }
+
+    /// Whether all vertices could be looked up.
+    fn is_known(&self) -> bool {
+        self.corners.len() == self.from.positions().len()
     }
 
     fn corners_of(&self, face: &[u32; 3]) -> [Corner; 3] {
@@ -112,11 +146,12 @@ impl<'a> Direction<'a> {
 
     /// The largest distance of a vertex that has a face.
     fn farthest_vertex(&self) -> f64 {
-        self.from.faces().iter().map(|face| farthest(&self.corners_of(face))).fold(0.0, f64::max)
+        let corners = self.from.faces().iter().flatten().filter_map(|&v| self.corners.get(v as usize));
+        corners.map(|corner| corner.distance).fold(0.0, f64::max)
     }
 
-    /// Tightens the bounds by the distances from the one mesh to the other, in at most `n_cuts`, which it takes from.
-    fn search(&self, bounds: &mut Bounds, n_cuts: &mut usize) {
+    /// Tightens the bounds by the distances from the one mesh to the other.
+    fn search(&self, bounds: &mut Bounds) {
         if bounds.is_beyond() {
             bounds.upper = f64::INFINITY;
             return;
@@ -128,7 +163,7 @@ impl<'a> Direction<'a> {
         let whole = |(face, upper)| Waiting { upper, part: Part::Face(face), n_cuts: 0 };
         let waiting = faces.into_iter().map(whole).collect();
         let corners_of = |face| self.corners_of(&self.from.faces()[face as usize]);
-        tighten(waiting, &corners_of, &self.other, bounds, n_cuts);
+        tighten(waiting, &corners_of, &self.other, bounds);
         if bounds.is_beyond() {
             bounds.upper = f64::INFINITY;
         }
@@ -182,6 +217,28 @@ mod tests {
         let certified = certified_distance(&mesh, &mesh, &Sharpness::default()).unwrap();
         assert!(certified.lower < 1e-9 && certified.upper < 1e-6, "{certified:?}");
         assert!(certified_distance(&mesh, &TriMesh::default(), &Sharpness::default()).is_none());
+    }
+
+    #[test]
+    fn a_search_that_costs_too_much_says_less_and_nothing_false() {
+        let (a, b) = (shapes::wavy_sphere(6, 8.0), shapes::icosphere(3));
+        let exact = certified_distance(&a, &b, &Sharpness::default()).unwrap();
+        let tree = FaceTree::new(b.positions(), b.faces());
+        let bounded = |most_tests| {
+            let direction = Direction::new(&a, Other::new(&b, &tree, most_tests));
+            let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked: Sharpness::default() };
+            bounds.raise_to(direction.farthest_vertex());
+            direction.is_known().then(|| direction.search(&mut bounds));
+            (direction.is_known(), bounds.lower, bounds.upper)
+        };
+        let (is_known, lower, _) = bounded(10);
+        assert!(!is_known && lower > 0.0 && lower <= exact.upper);
+        assert!(farthest_apart(&a, &b) >= exact.lower);
+        // Enough for the vertices, not for the faces.
+        let (is_known, lower, upper) = bounded(2_000_000);
+        assert!(is_known && lower <= exact.upper && upper >= exact.lower, "{lower} {upper} {exact:?}");
+        let largest = largest_from_faces([&a, &b], &[0, 1, 2], &tree, [0.0, 0.01], 1);
+        assert!(largest <= exact.upper);
     }
 
     #[test]

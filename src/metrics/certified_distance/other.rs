@@ -1,5 +1,7 @@
 //! The surface that distances are measured to, and the planes between its faces.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -11,21 +13,34 @@ use crate::spatial::FaceTree;
 
 /// Squared length of the sum or difference of two unit normals below which it has no direction.
 const NO_DIRECTION: f64 = 1e-12;
+/// Vertices that are looked up before it is asked whether that costs too much.
+const AT_ONCE: usize = 512;
 
 /// The surface that distances are measured to.
 pub(super) struct Other<'a> {
     mesh: &'a TriMesh,
     tree: &'a FaceTree<'a>,
+    /// Triangles that were looked at, and how many may be: asked between rounds of searches that do not depend on it.
+    n_tests: AtomicU64,
+    most_tests: u64,
 }
 
 impl<'a> Other<'a> {
-    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>) -> Self {
-        Self { mesh, tree }
+    /// A surface whose triangles are looked at so many times at most, and a round of searches more.
+    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_tests: u64) -> Self {
+        Self { mesh, tree, n_tests: AtomicU64::new(0), most_tests }
+    }
+
+    /// Whether the triangles were looked at as often as they may be.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.n_tests.load(Ordering::Relaxed) >= self.most_tests
     }
 
     /// What is known at a point, sooner where its nearest face is near the one guessed.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> Corner {
-        let (face, distance2) = self.tree.nearest_from(point, guess).unwrap_or((0, f64::INFINITY));
+        let (face, distance2, n_tests) =
+            self.tree.near_counted(point, guess, f64::NEG_INFINITY).unwrap_or((0, f64::INFINITY, 0));
+        self.n_tests.fetch_add(n_tests.into(), Ordering::Relaxed);
         Corner { point, distance: distance2.sqrt(), face }
     }
 
@@ -35,9 +50,15 @@ impl<'a> Other<'a> {
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
     }
 
-    /// What is known at every vertex of a mesh.
+    /// What is known at every vertex of a mesh, or at the first ones where more cost too much.
     pub(super) fn corners_of(&self, from: &TriMesh) -> Vec<Corner> {
-        from.positions().par_iter().map(|p| self.corner(DVec3::from(p.map(f64::from)), None)).collect()
+        let mut corners = Vec::with_capacity(from.positions().len());
+        for positions in from.positions().chunks(AT_ONCE) {
+            if !self.is_exhausted() {
+                corners.par_extend(positions.par_iter().map(|p| self.corner(DVec3::from(p.map(f64::from)), None)));
+            }
+        }
+        corners
     }
 
     /// How far a part with these corners may be from the surface, by the faces nearest to its corners and by the way to the

@@ -61,15 +61,13 @@ pub(super) fn tighten(
     corners_of: &(dyn Fn(u32) -> [Corner; 3] + Sync),
     other: &Other,
     bounds: &mut Bounds,
-    n_cuts: &mut usize,
 ) {
     while let Some(first) = waiting.peek() {
-        if bounds.allow(first.upper) || *n_cuts == 0 || bounds.is_beyond() {
+        if bounds.allow(first.upper) || other.is_exhausted() || bounds.is_beyond() {
             bounds.upper = bounds.upper.max(first.upper);
             return;
         }
-        let next: Vec<Waiting> = (0..AT_ONCE.min(*n_cuts)).map_while(|_| waiting.pop()).collect();
-        *n_cuts -= next.len();
+        let next: Vec<Waiting> = (0..AT_ONCE).map_while(|_| waiting.pop()).collect();
         let found: Vec<Found> = next.into_par_iter().map(|next| other.cut(next, corners_of, bounds)).collect();
         for found in found {
             bounds.raise_to(found.lower);

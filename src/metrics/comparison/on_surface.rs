@@ -3,16 +3,14 @@
 use super::figure::{Figure, figure};
 use super::original::Original;
 use crate::mesh::TriMesh;
-use crate::metrics::{
-    Sharpness, Surface, certified_distance, chamfer, curvature_error, surface_distance, turned_faces,
-};
+use crate::metrics::{Surface, chamfer, curvature_error, largest_distance, surface_distance, turned_faces};
 
 /// Distances, normals and curvature.
 pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> [Figure; 9] {
     let share = 100.0 / original.surface.diagonal;
     let chamfer = chamfer(&original.surface.samples, &surface.samples).map(|cd| cd.sum() * (0.01 * share).powi(2));
     let both = surface_distance(&original.surface, surface).map(|distance| distance.both);
-    let largest = certified_distance(&original.mesh, simplified, &Sharpness::default()).map(|found| found.upper);
+    let largest = largest_distance(&original.mesh, simplified);
     let turned = turned_faces(&original.surface, simplified).len() as f64;
     let curvature = curvature_error(original.mesh.positions(), simplified.positions());
     let unit = "% of diagonal";

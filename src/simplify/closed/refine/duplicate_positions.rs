@@ -15,6 +15,9 @@ use crate::simplify::closed::pins::Pins;
 const BITS: usize = 16;
 /// Vertices whose bits are looked up together: their places in the table fill 128 KiB. Results do not depend on it.
 const BATCH: usize = 16_384;
+/// Steps of single precision at half the box's longest side that a vertex may be moved by where smaller steps would do; and the
+/// factor from the least of its steps on that leaves an axis out.
+const SMALL: f32 = 64.0;
 
 /// Moves vertices whose written positions coincide apart by the smallest steps that do; returns how many moved.
 ///
@@ -28,11 +31,12 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     taken.reserve(positions.len());
     taken.extend(pins.locked_vertices().map(|v| key(frame, positions[v as usize])));
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
-    let mut n_moved = 0;
+    let (least_visible, mut n_moved) = (least_visible(positions), 0);
     for (_, position) in (0..).zip(positions).filter(|(v, _)| !pins.is_locked(*v)) {
         let written = key(frame, *position);
         if !taken.insert(written) {
-            *position = free_place(*position, frame, &mut taken, n_tried.entry(written).or_default());
+            let steps = least_steps(*position, frame, least_visible);
+            *position = free_place(*position, steps, frame, &mut taken, n_tried.entry(written).or_default());
             n_moved += 1;
         }
     }
@@ -54,14 +58,14 @@ pub fn separate_twins(
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
-    let mut n_moved = 0;
+    let (least_visible, mut n_moved) = (least_visible(positions), 0);
     for (v, slot) in positions.iter_mut().enumerate() {
         let position = *slot;
-        let step = least_step(position, frame);
+        let steps = least_steps(position, frame, least_visible);
         let mut number = 0;
         loop {
-            let offset = grid_place(number);
-            let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis] * step));
+            let offset = grid_place(number, steps);
+            let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis]));
             let keys = [place, image(place)].map(|p| key(frame, p));
             let is_alone = keys[0] != keys[1] || place == image(place);
             if is_alone && place.iter().all(|x| x.is_finite()) && !keys.iter().any(|key| taken.contains(key)) {
@@ -106,33 +110,60 @@ fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
 }
 
 /// Takes the first free place on a growing grid around `position`, whose first `n_tried` places are known not to be.
-fn free_place(position: [f32; 3], frame: &Frame, taken: &mut FxHashSet<[u64; 3]>, n_tried: &mut u32) -> [f32; 3] {
-    let step = least_step(position, frame);
+fn free_place(
+    position: [f32; 3],
+    steps: [f32; 3],
+    frame: &Frame,
+    taken: &mut FxHashSet<[u64; 3]>,
+    n_tried: &mut u32,
+) -> [f32; 3] {
     loop {
         *n_tried += 1;
-        let offset = grid_place(*n_tried);
-        let candidate = std::array::from_fn(|axis| position[axis] + offset[axis] * step);
+        let offset = grid_place(*n_tried, steps);
+        let candidate = std::array::from_fn(|axis| position[axis] + offset[axis]);
         if candidate.iter().all(|x| x.is_finite()) && taken.insert(key(frame, candidate)) {
             return candidate;
         }
     }
 }
 
-/// A step that changes the written position on any axis.
-fn least_step(position: [f32; 3], frame: &Frame) -> f32 {
-    let reach = frame.to_file(position).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let local = f64::from(Vec3::from(position).abs().max_element());
-    let rounded_by = |unit: f64, epsilon: f64| (unit * epsilon) as f32;
-    let of_file = rounded_by(reach, if frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) });
-    of_file.max(rounded_by(local, f64::from(f32::EPSILON))).max(f32::MIN_POSITIVE)
+/// Steps that change the written position on each axis: those of its largest coordinate, which all readers tell apart; far from
+/// the origin, where these are no longer small beside the mesh, those of each axis.
+fn least_steps(position: [f32; 3], frame: &Frame, least_visible: f32) -> [f32; 3] {
+    let of_file = if frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
+    let written = frame.to_file(position);
+    let own: [f32; 3] = std::array::from_fn(|axis| {
+        let rounded_by = (written[axis].abs() * of_file) as f32;
+        rounded_by.max(position[axis].abs() * f32::EPSILON).max(f32::from_bits(1))
+    });
+    let largest = Vec3::from(own).max_element().max(f32::MIN_POSITIVE);
+    own.map(|step| step.max(largest.min(least_visible)))
 }
 
-/// The places of a grid numbered so that the first n fill a cube around place 0 (Morton order, signs folded in).
-fn grid_place(number: u32) -> [f32; 3] {
+/// What is small beside a mesh: as many steps of single precision as its box is long.
+fn least_visible(positions: &[[f32; 3]]) -> f32 {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for &position in positions {
+        (low, high) = (low.min(position.into()), high.max(position.into()));
+    }
+    SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element()
+}
+
+/// The places of a grid with such steps, numbered so that the first n fill a cube around place 0 (Morton order, signs folded
+/// in). It extends along the axes with small steps alone.
+fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
+    let least = steps.into_iter().fold(f32::INFINITY, f32::min);
+    let is_fine = steps.map(|step| step <= SMALL * least);
+    let n_fine = is_fine.iter().filter(|fine| **fine).count() as u32;
+    let mut first_bit = 0;
     std::array::from_fn(|axis| {
-        let bits = (0..10).filter(|bit| number >> (3 * bit + axis as u32) & 1 == 1);
-        let folded: u32 = bits.map(|bit| 1 << bit).sum();
-        let size = folded.div_ceil(2) as f32;
+        if !is_fine[axis] {
+            return 0.0;
+        }
+        let bits = (first_bit..u32::BITS).step_by(n_fine as usize).filter(|bit| number >> bit & 1 == 1);
+        let folded: u32 = bits.map(|bit| 1 << (bit / n_fine)).sum();
+        first_bit += 1;
+        let size = folded.div_ceil(2) as f32 * steps[axis];
         if folded % 2 == 1 { size } else { -size }
     })
 }
@@ -176,6 +207,21 @@ mod tests {
         let mut positions = vec![[f32::MAX, 0.0, -f32::MAX]; 50];
         assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &Frame::default()), 49);
         assert!(positions.as_flattened().iter().all(|x| x.is_finite()));
+    }
+
+    #[test]
+    fn what_lies_far_out_or_is_tiny_stays_where_it_is() {
+        for (offset, size) in [([-2e5, -8e8, 0.0], 0.5), ([0.0; 3], 1e-42), ([3e-39, 0.0, 1e-41], 1e-41)] {
+            let corners = [[0.0, 0.0, 0.0], [size, 0.0, size], [0.0, 0.0, size], [size, 0.0, 0.0f32]];
+            let placed = |p: [f32; 3]| std::array::from_fn(|axis| p[axis] + offset[axis]);
+            let before: Vec<[f32; 3]> = corners.into_iter().cycle().take(40).map(placed).collect();
+            let mut positions = before.clone();
+            assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &Frame::default()), 36);
+            for (old, new) in before.iter().zip(&positions) {
+                let most = 8.0 * f32::from_bits(1) + 1e-4 * size;
+                assert!((0..3).all(|axis| (new[axis] - old[axis]).abs() <= most), "{old:?} {new:?}");
+            }
+        }
     }
 
     #[test]
