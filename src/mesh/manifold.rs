@@ -2,14 +2,15 @@
 //!
 //! Each vertex becomes as many vertices as it has fans of faces joined over edges. At an edge with more than two faces
 //! those that go on into each other best stay joined, two by two; what is left over gets a boundary. Where both pairs would meet
-//! at both ends of the edge, they are joined otherwise, so that they part at one end. Nothing moves and no face is lost.
+//! at both ends of the edge, they are joined otherwise, so that they part at one end, or at last body by body. Nothing moves and no
+//! face is lost.
 
 use std::borrow::Cow;
 
 use rustc_hash::FxHashSet;
 
 use super::OneRings;
-use super::half_edges::{NO_TWIN, next, start, twins};
+use super::half_edges::{NO_TWIN, for_each_edge, next, start, twins};
 use super::non_manifold_edges::{Partners, partners};
 use super::pulse::Pulse;
 use super::union_find::UnionFind;
@@ -68,8 +69,16 @@ pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a
             None => joined = Some(partners(positions, &faces)),
         }
         let n_before = copies.len();
-        let partners = joined.as_ref().filter(|_| round < MOST_ROUNDS);
-        partners.into_iter().for_each(|it| split_fans(n_vertices, faces.to_mut(), &vertices, Some(it), &mut copies));
+        for by_bodies in [false, true] {
+            let n_vertices_now = n_vertices + copies.len();
+            let Some(partners) = joined.as_mut().filter(|_| round < MOST_ROUNDS && copies.len() == n_before) else {
+                break;
+            };
+            if by_bodies {
+                join_bodies(n_vertices_now, &faces, &vertices, partners);
+            }
+            split_fans(n_vertices, faces.to_mut(), &vertices, Some(partners), &mut copies);
+        }
         if copies.len() == n_before {
             split_fans(n_vertices, faces.to_mut(), &vertices, None, &mut copies);
         }
@@ -99,6 +108,38 @@ fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners)
             partners.extend([(pair[0].1, pair[1].1), (pair[1].1, pair[0].1)]);
         }
         is_chosen.extend(halves.into_iter().map(|(half, _)| half));
+    }
+}
+
+/// Chooses such partners at the edges of `vertices` with more than two faces as hang together over other edges, and among these
+/// such as run against each other; any for those that are left.
+fn join_bodies(n_vertices: usize, faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
+    let mut bodies = UnionFind::new(faces.len());
+    for_each_edge(n_vertices, faces, |_, half_edges| {
+        if let &[g, h] = half_edges {
+            bodies.union(g.face(), h.face());
+        }
+    });
+    for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
+        for spoke in spokes(faces, corners).chunk_by(|a, b| a.0 == b.0).filter(|spoke| spoke.len() > 2) {
+            let halves = halves_over(faces, corners, spoke);
+            let body_of = |&(half, _): &(u32, u32)| (bodies.find(half / 3), start(faces, half) == corners[0].0, half);
+            let mut halves: Vec<(u32, bool, u32)> = halves.iter().map(body_of).collect();
+            halves.sort_unstable();
+            let mut pairs = Vec::new();
+            let mut left = Vec::new();
+            for body in halves.chunk_by(|a, b| a.0 == b.0) {
+                let (here, there) = body.split_at(body.partition_point(|half| !half.1));
+                pairs.extend(here.iter().zip(there).map(|(g, h)| [g.2, h.2]));
+                let longer = if here.len() > there.len() { here } else { there };
+                left.extend(longer[here.len().min(there.len())..].iter().map(|half| half.2));
+            }
+            pairs.extend(left.chunks_exact(2).map(|pair| [pair[0], pair[1]]));
+            for (_, _, half) in &halves {
+                partners.remove(half);
+            }
+            partners.extend(pairs.into_iter().flat_map(|[g, h]| [(g, h), (h, g)]));
+        }
     }
 }
 
@@ -321,6 +362,22 @@ mod tests {
             assert_eq!((manifold.rings.n_ghosts(), manifold.turned_faces), (0, 0), "round {round}");
             assert!(manifold.rings.is_oriented());
         }
+    }
+
+    /// Three bodies without volume in a row, each on an edge of the next: faces go on best into those of the neighbour, and both
+    /// pairs meet at both ends of the edge.
+    #[test]
+    fn flat_bodies_in_a_row_come_apart_closed() {
+        let positions: Vec<[f32; 3]> = [[0, -1], [0, 0], [1, -1], [1, 0], [0, 1], [1, 1], [2, 0], [2, 1]]
+            .map(|p| [p[0] as f32, p[1] as f32, 0.0])
+            .into();
+        let faces = [
+            [[1, 3, 2], [1, 2, 0], [0, 2, 3], [0, 3, 1]],
+            [[4, 5, 3], [4, 3, 1], [1, 3, 5], [1, 5, 4]],
+            [[5, 7, 6], [5, 6, 3], [3, 6, 7], [3, 7, 5]],
+        ];
+        let manifold = manifold(&positions, faces.as_flattened());
+        assert_eq!((manifold.rings.n_ghosts(), manifold.turned_faces, manifold.copies.len()), (0, 0, 4));
     }
 
     /// The faces between full and empty cells of a 4 x 4 x 4 grid, wound outwards.

@@ -34,7 +34,7 @@ use original::Original;
 use output::Output;
 use prepare::prepare;
 use refine::points::Points;
-use refine::{duplicate_positions, fit, flips, foldovers};
+use refine::{duplicate_positions, fit, flips, foldovers, without_area};
 use trace::Trace;
 
 pub(super) use aim::Aim;
@@ -194,10 +194,10 @@ fn refine(
     }
     progress.enter("finish", output.faces().len())?;
     n_flipped += foldovers::repair(original, &mut output, is_coarse);
+    let (positions, [n_flat, n_separated]) = in_numbers_of_file(original, &mut output, request, progress.pulse);
+    n_flipped += n_flat;
     let carried = attributes.and_then(|attributes| output.carried(original, attributes));
     let (attributes, corner_map) = carried.unzip();
-    let mut positions = result::local_positions(original, &output);
-    let n_separated = duplicate_positions::separate(progress.pulse, &mut positions, &output.pins, &request.frame);
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
     let mut closed = Closed::new(original, output, positions)?;
     (closed.attributes, closed.derivative) = (attributes.unwrap_or_default(), derivative);
@@ -208,6 +208,24 @@ fn refine(
         ..clustered.report(&request.keep, end, closed.report)
     };
     Ok(closed)
+}
+
+/// The local positions, n_vertices x 3, where no two are written as one and no face loses its area to rounding; how many edges were
+/// flipped, and how many vertices moved, for that. A mesh at its own size keeps the faces without area that it has.
+fn in_numbers_of_file(
+    original: &Original,
+    output: &mut Output,
+    request: &Request,
+    pulse: Pulse,
+) -> (Vec<[f32; 3]>, [usize; 2]) {
+    let is_whole = output.positions.len() == original.surface.n_vertices();
+    let mut positions = result::local_positions(original, output);
+    let n_flipped = if is_whole { 0 } else { without_area::flip(pulse, output, &positions, &request.frame) };
+    let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.frame);
+    if !is_whole || n_separated > 0 {
+        without_area::widen(pulse, output, &mut positions, &request.frame);
+    }
+    (positions, [n_flipped, n_separated])
 }
 
 /// Whether a mesh is already what the assembly promises: a manifold, wound one way, no two vertices in one place.

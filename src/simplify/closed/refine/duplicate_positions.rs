@@ -31,12 +31,12 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     taken.reserve(positions.len());
     taken.extend(pins.locked_vertices().map(|v| key(frame, positions[v as usize])));
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
-    let (least_visible, mut n_moved) = (least_visible(positions), 0);
+    let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
     for (_, position) in (0..).zip(positions).filter(|(v, _)| !pins.is_locked(*v)) {
         let written = key(frame, *position);
         if !taken.insert(written) {
-            let steps = least_steps(*position, frame, least_visible);
-            *position = free_place(*position, steps, frame, &mut taken, n_tried.entry(written).or_default());
+            *position =
+                free_place(*position, steps.at(*position), frame, &mut taken, n_tried.entry(written).or_default());
             n_moved += 1;
         }
     }
@@ -58,10 +58,10 @@ pub fn separate_twins(
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
-    let (least_visible, mut n_moved) = (least_visible(positions), 0);
+    let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
     for (v, slot) in positions.iter_mut().enumerate() {
         let position = *slot;
-        let steps = least_steps(position, frame, least_visible);
+        let steps = steps.at(position);
         let mut number = 0;
         loop {
             let offset = grid_place(number, steps);
@@ -105,7 +105,8 @@ pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     any == 0 || keys.all(|key| !is_doubtful(key) || taken.insert(key))
 }
 
-fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
+/// What is written of a position: equal where readers see one place.
+pub(super) fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
@@ -127,31 +128,40 @@ fn free_place(
     }
 }
 
-/// Steps that change the written position on each axis: those of its largest coordinate, which all readers tell apart; far from
-/// the origin, where these are no longer small beside the mesh, those of each axis.
-fn least_steps(position: [f32; 3], frame: &Frame, least_visible: f32) -> [f32; 3] {
-    let of_file = if frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
-    let written = frame.to_file(position);
-    let own: [f32; 3] = std::array::from_fn(|axis| {
-        let rounded_by = (written[axis].abs() * of_file) as f32;
-        rounded_by.max(position[axis].abs() * f32::EPSILON).max(f32::from_bits(1))
-    });
-    let largest = Vec3::from(own).max_element().max(f32::MIN_POSITIVE);
-    own.map(|step| step.max(largest.min(least_visible)))
+/// The least steps by which vertices of a mesh move.
+pub(super) struct Steps<'a> {
+    frame: &'a Frame,
+    /// What is small beside the mesh: some steps of single precision at half the longest side of its box.
+    visible: f32,
 }
 
-/// What is small beside a mesh: as many steps of single precision as its box is long.
-fn least_visible(positions: &[[f32; 3]]) -> f32 {
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for &position in positions {
-        (low, high) = (low.min(position.into()), high.max(position.into()));
+impl<'a> Steps<'a> {
+    /// For a mesh with these local positions, n_vertices x 3.
+    pub(super) fn of(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for &position in positions {
+            (low, high) = (low.min(position.into()), high.max(position.into()));
+        }
+        Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }
-    SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element()
+
+    /// Steps that change the written position on each axis: those of its largest coordinate, which all readers tell apart; far from
+    /// the origin, where these are no longer small beside the mesh, those of each axis.
+    pub(super) fn at(&self, position: [f32; 3]) -> [f32; 3] {
+        let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
+        let written = self.frame.to_file(position);
+        let own: [f32; 3] = std::array::from_fn(|axis| {
+            let rounded_by = (written[axis].abs() * of_file) as f32;
+            rounded_by.max(position[axis].abs() * f32::EPSILON).max(f32::from_bits(1))
+        });
+        let largest = Vec3::from(own).max_element().max(f32::MIN_POSITIVE);
+        own.map(|step| step.max(largest.min(self.visible)))
+    }
 }
 
 /// The places of a grid with such steps, numbered so that the first n fill a cube around place 0 (Morton order, signs folded
 /// in). It extends along the axes with small steps alone.
-fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
+pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
     let least = steps.into_iter().fold(f32::INFINITY, f32::min);
     let is_fine = steps.map(|step| step <= SMALL * least);
     let n_fine = is_fine.iter().filter(|fine| **fine).count() as u32;

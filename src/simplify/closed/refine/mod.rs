@@ -1,4 +1,5 @@
-//! What follows the collapse: flips, fit, foldover repair, and positions that coincide.
+//! What follows the collapse: flips, fit, foldover repair, and what rounding to the numbers of the file does: faces without area, positions that
+//! coincide.
 
 pub mod duplicate_positions;
 mod facets;
@@ -8,3 +9,4 @@ pub mod flips;
 pub mod foldovers;
 pub mod points;
 mod strays;
+pub mod without_area;

@@ -1,0 +1,174 @@
+//! Faces without area in the numbers of the file. Merges make none, but rounding to those numbers does: where they are coarse beside
+//! the mesh, or a face is as thin as they are. Such a face gives its longest edge to the other diagonal, or a corner of it moves by
+//! the least step that helps.
+
+use glam::DVec3;
+use rustc_hash::FxHashSet;
+
+use super::duplicate_positions::{Steps, grid_place, key};
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::pulse::Pulse;
+use crate::mesh::shares::indices_where;
+use crate::mesh::{Frame, has_area};
+use crate::simplify::closed::diamond::{Diamond, diamonds};
+use crate::simplify::closed::output::Output;
+
+/// Corners of faces at the vertices of a flip, and at a vertex that moves, at most: a hub of hundreds would take longer than all else.
+const MOST_CORNERS: usize = 64;
+/// Places that are tried for a vertex: two steps to each side.
+const MOST_PLACES: u32 = 125;
+
+/// The faces of an output as they will be written.
+struct Written<'a> {
+    positions: &'a [[f32; 3]],
+    frame: &'a Frame,
+}
+
+impl Written<'_> {
+    fn corners(&self, face: [u32; 3]) -> [[f64; 3]; 3] {
+        face.map(|v| self.frame.to_file(self.positions[v as usize]))
+    }
+
+    fn has_area(&self, face: [u32; 3]) -> bool {
+        has_area(self.corners(face))
+    }
+
+    fn normal(&self, face: [u32; 3]) -> DVec3 {
+        area_normal_f64(self.corners(face).map(DVec3::from))
+    }
+
+    fn without_area(&self, pulse: Pulse, faces: &[[u32; 3]]) -> Vec<u32> {
+        indices_where(pulse, faces, |_, face| !self.has_area(*face))
+    }
+}
+
+/// Flips edges of faces without area that will be written at these local positions (n_vertices x 3), where both faces have one then
+/// and look as the one beyond the edge did; returns how many.
+pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &Frame) -> usize {
+    let written = Written { positions, frame };
+    let mut n_flipped = 0;
+    for f in written.without_area(pulse, output.faces()) {
+        if let Some(diamond) = (!written.has_area(output.face(f))).then(|| find_flip(&written, output, f)).flatten() {
+            output.flip(&diamond);
+            n_flipped += 1;
+        }
+    }
+    n_flipped
+}
+
+/// The longest edge of face `f` that may become the other diagonal.
+fn find_flip(written: &Written, output: &Output, f: u32) -> Option<Diamond> {
+    let around = output.around();
+    let length = |diamond: &Diamond| {
+        let [a, b, _] = written.corners([diamond.corners[0], diamond.corners[1], diamond.corners[2]]);
+        DVec3::from(a).distance_squared(DVec3::from(b))
+    };
+    let helps = |diamond: &Diamond| {
+        let [_, _, c, d] = diamond.corners;
+        let n_corners: usize = diamond.corners.iter().map(|&v| around.corners(v).len()).sum();
+        let beyond = written.normal(diamond.pair()[1]);
+        let is_fine = |face: &[u32; 3]| written.has_area(*face) && written.normal(*face).dot(beyond) > 0.0;
+        n_corners <= MOST_CORNERS
+            && !around.joins(c, d)
+            && !output.is_held(diamond)
+            && diamond.flipped().iter().all(is_fine)
+    };
+    let mut edges: Vec<Diamond> = diamonds(output.faces(), around, f).filter(helps).collect();
+    edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
+    edges.first().copied()
+}
+
+/// Moves corners of faces without area by the least steps that give all their faces one, none turned, to places where no vertex
+/// is; returns how many. Vertices that are held stay.
+pub fn widen(pulse: Pulse, output: &Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
+    if !output.pins.let_duplicates_move() {
+        return 0;
+    }
+    let flat = Written { positions, frame }.without_area(pulse, output.faces());
+    if flat.is_empty() {
+        return 0;
+    }
+    let mut taken: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(frame, *p)).collect();
+    let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
+    for f in flat {
+        let face = output.face(f);
+        if (Written { positions, frame }).has_area(face) {
+            continue;
+        }
+        let is_free = |v: &u32| !output.pins.has(*v) && output.around().corners(*v).len() <= MOST_CORNERS / 2;
+        let corners = face.into_iter().filter(is_free);
+        let found =
+            corners.map(|v| (v, better_place(output, positions, frame, v, steps.at(positions[v as usize]), &taken)));
+        if let Some((v, place)) = found.filter_map(|(v, place)| Some((v, place?))).next() {
+            taken.insert(key(frame, place));
+            positions[v as usize] = place;
+            n_moved += 1;
+        }
+    }
+    n_moved
+}
+
+/// The nearest place of a vertex, by such steps, where its faces have an area and look as they did.
+fn better_place(
+    output: &Output,
+    positions: &[[f32; 3]],
+    frame: &Frame,
+    v: u32,
+    steps: [f32; 3],
+    taken: &FxHashSet<[u64; 3]>,
+) -> Option<[f32; 3]> {
+    let faces: Vec<[u32; 3]> = output.around().faces(v).map(|f| output.face(f)).collect();
+    let star = |place: [f32; 3]| {
+        let corner = move |w: u32| frame.to_file(if w == v { place } else { positions[w as usize] });
+        faces.iter().map(move |face| face.map(corner))
+    };
+    let normal = |corners: [[f64; 3]; 3]| area_normal_f64(corners.map(DVec3::from));
+    let here = positions[v as usize];
+    let is_fine = |place: [f32; 3]| {
+        star(here)
+            .zip(star(place))
+            .all(|(before, now)| has_area(now) && (!has_area(before) || normal(now).dot(normal(before)) > 0.0))
+    };
+    let place = |number: u32| {
+        let offset = grid_place(number, steps);
+        std::array::from_fn(|axis| here[axis] + offset[axis])
+    };
+    let is_free = |place: &[f32; 3]| place.iter().all(|x| x.is_finite()) && !taken.contains(&key(frame, *place));
+    (1..MOST_PLACES).map(place).filter(is_free).find(|&place| is_fine(place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// A closed shape whose upper face is cut along a line: three corners of the thin face lie on it.
+    fn with_a_thin_face() -> (Output, Vec<[f32; 3]>) {
+        let positions = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, -1.0]];
+        // 0 2 1 has no area.
+        let faces = vec![[0, 2, 1], [0, 3, 2], [2, 3, 1], [0, 1, 4], [1, 3, 4], [3, 0, 4]];
+        let places: Vec<Vec3> = positions.iter().map(|p| Vec3::from(*p)).collect();
+        (Output::over(&places, places.clone(), faces), positions.to_vec())
+    }
+
+    #[test]
+    fn a_face_on_a_line_gives_its_longest_edge() {
+        let (mut output, positions) = with_a_thin_face();
+        let (frame, pulse) = (Frame::default(), Pulse::NONE);
+        assert_eq!(flip(pulse, &mut output, &positions, &frame), 1);
+        assert!(Written { positions: &positions, frame: &frame }.without_area(pulse, output.faces()).is_empty());
+        assert!(output.around().joins(2, 4) && !output.around().joins(0, 1));
+        assert_eq!(flip(pulse, &mut output, &positions, &frame), 0);
+    }
+
+    #[test]
+    fn a_corner_moves_by_the_least_that_helps() {
+        let (output, mut positions) = with_a_thin_face();
+        let (frame, before) = (Frame::default(), positions.clone());
+        assert_eq!(widen(Pulse::NONE, &output, &mut positions, &frame), 1);
+        assert!(Written { positions: &positions, frame: &frame }.without_area(Pulse::NONE, output.faces()).is_empty());
+        let moved = before.iter().zip(&positions).map(|(p, q)| Vec3::from(*p).distance(Vec3::from(*q)));
+        assert!(moved.fold(0.0, f32::max) < 1e-6);
+        assert_eq!(widen(Pulse::NONE, &output, &mut positions, &frame), 0);
+    }
+}
