@@ -54,9 +54,10 @@ impl<'a> Other<'a> {
     pub(super) fn corners_of(&self, from: &TriMesh) -> Vec<Corner> {
         let mut corners = Vec::with_capacity(from.positions().len());
         for positions in from.positions().chunks(AT_ONCE) {
-            if !self.is_exhausted() {
-                corners.par_extend(positions.par_iter().map(|p| self.corner(DVec3::from(p.map(f64::from)), None)));
+            if self.is_exhausted() {
+                break;
             }
+            corners.par_extend(positions.par_iter().map(|p| self.corner(DVec3::from(p.map(f64::from)), None)));
         }
         corners
     }
