@@ -220,9 +220,10 @@ fn in_numbers_of_file(
 ) -> (Vec<[f32; 3]>, [usize; 2]) {
     let is_whole = output.positions.len() == original.surface.n_vertices();
     let mut positions = result::local_positions(original, output);
-    let n_flipped = if is_whole { 0 } else { without_area::flip(pulse, output, &positions, &request.frame) };
+    let (n_flipped, are_wide) =
+        if is_whole { (0, true) } else { without_area::flip(pulse, output, &positions, &request.frame) };
     let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.frame);
-    if !is_whole || n_separated > 0 {
+    if !are_wide || n_separated > 0 {
         without_area::widen(pulse, output, &mut positions, &request.frame);
     }
     (positions, [n_flipped, n_separated])
