@@ -69,15 +69,12 @@ pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a
             None => joined = Some(partners(positions, &faces)),
         }
         let n_before = copies.len();
-        for by_bodies in [false, true] {
-            let n_vertices_now = n_vertices + copies.len();
-            let Some(partners) = joined.as_mut().filter(|_| round < MOST_ROUNDS && copies.len() == n_before) else {
-                break;
-            };
-            if by_bodies {
-                join_bodies(n_vertices_now, &faces, &vertices, partners);
-            }
+        if let Some(partners) = joined.as_mut().filter(|_| round < MOST_ROUNDS) {
             split_fans(n_vertices, faces.to_mut(), &vertices, Some(partners), &mut copies);
+            if copies.len() == n_before {
+                join_bodies(n_vertices + n_before, &faces, &vertices, partners);
+                split_fans(n_vertices, faces.to_mut(), &vertices, Some(partners), &mut copies);
+            }
         }
         if copies.len() == n_before {
             split_fans(n_vertices, faces.to_mut(), &vertices, None, &mut copies);

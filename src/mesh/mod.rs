@@ -5,7 +5,7 @@ mod attributes;
 pub mod cleanup;
 mod compact;
 mod edges;
-mod first_equal;
+pub(crate) mod first_equal;
 pub(crate) mod half_edges;
 mod irregular_edges;
 mod looks;

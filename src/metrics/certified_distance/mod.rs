@@ -12,7 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
-use crate::spatial::FaceTree;
+use crate::spatial::{self, FaceTree};
 
 mod bounds;
 mod other;
@@ -86,9 +86,9 @@ pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Shar
 /// ```
 pub fn largest_distance(original: &TriMesh, simplified: &TriMesh) -> Option<f64> {
     let asked = Sharpness::default();
-    let found = certified_distance(original, simplified, &asked)?;
-    let sharp = (found.lower * (1.0 + asked.gap)).max(SMALLEST * found.diagonal);
-    (found.upper <= sharp).then_some(found.upper)
+    let CertifiedDistance { lower, upper, diagonal } = certified_distance(original, simplified, &asked)?;
+    let bounds = Bounds { lower, upper, asked: Sharpness { enough: SMALLEST * diagonal, ..asked } };
+    bounds.allow(upper).then_some(upper)
 }
 
 /// The largest distance found from some faces of one mesh to the surface under a tree, `lower` where that is more: no farther
@@ -114,11 +114,8 @@ pub(super) fn largest_from_faces(
 
 /// No two points of two meshes are farther apart.
 fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for position in a.positions().iter().chain(b.positions()) {
-        let point = DVec3::from(position.map(f64::from));
-        (low, high) = (low.min(point), high.max(point));
-    }
+    let both = spatial::Bounds::of(a.positions()).union(&spatial::Bounds::of(b.positions()));
+    let [low, high] = [both.low, both.high].map(|corner| DVec3::from(corner.map(f64::from)));
     low.distance(high)
 }
 

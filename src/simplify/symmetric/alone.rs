@@ -7,6 +7,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::mesh::TriMesh;
+use crate::mesh::first_equal::first_equal;
 use crate::spatial::FaceTree;
 
 use super::plane::Plane;
@@ -33,9 +34,8 @@ struct Places {
 
 impl Places {
     fn of(mesh: &TriMesh, vertices: &[u32]) -> Self {
-        let mut first = FxHashMap::default();
-        let place = |(v, p): (u32, &[f32; 3])| *first.entry(p.map(|x| (x + 0.0).to_bits())).or_insert(v);
-        let places: Vec<u32> = (0..).zip(mesh.positions()).map(place).collect();
+        let position = |v: usize| mesh.positions()[v].map(|x| (x + 0.0).to_bits());
+        let (places, _) = first_equal(mesh.positions().len(), position);
         let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| places[v as usize])).collect();
         let image = |v: u32| places[vertices[v as usize] as usize];
         let images = mesh.faces().iter().map(|face| face.map(image)).collect();

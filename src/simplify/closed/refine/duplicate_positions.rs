@@ -9,6 +9,7 @@ use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 use crate::mesh::Frame;
 use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::pins::Pins;
+use crate::spatial::Bounds;
 
 /// Bits per vertex in the table that finds the vertices whose positions may coincide. The table has 16 to 32 times as
 /// many bits as vertices: one vertex in 16 at most shares a bit by chance and is looked at again.
@@ -138,10 +139,8 @@ pub(super) struct Steps<'a> {
 impl<'a> Steps<'a> {
     /// For a mesh with these local positions, n_vertices x 3.
     pub(super) fn of(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &position in positions {
-            (low, high) = (low.min(position.into()), high.max(position.into()));
-        }
+        let Bounds { low, high } = Bounds::of(positions);
+        let [low, high] = [low, high].map(Vec3::from);
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }
 
