@@ -31,7 +31,7 @@ def sound(folder, mesh, result, options, ending=".ply"):
     subject = Subject(given)
     output = dict(vars(Result(path, {}, "", [], True).figures), components_pruned=0, split_vertices=0)
     output["closed"] = output["boundary_edges"] == 0
-    keys = ["vertices", "faces", "closed", "components", "euler"]
+    keys = ["vertices", "faces", "closed", "components", "euler", "non_manifold_edges", "non_manifold_vertices"]
     report = {"input": {key: getattr(subject.figures, key) for key in keys}, "output": output, "outcome": "reached"}
     return subject, Done(options, 0, "", "", 0.1, [path], False, report, [])
 

@@ -47,9 +47,12 @@ def is_scene(subject, done):
     return subject.path.suffix == ".glb" and all(path.suffix == ".glb" for path in done.meshes)
 
 
-def may_touch(subject, done):
-    """Whether vertices may lie at one position: what is cut where parts touch has to stay where it was with these options."""
-    return bool({"--subset", "--lock-boundaries"} & set(done.options)) and not subject.figures.manifold
+def may_touch(subject, done, said):
+    """Whether vertices may lie at one position: what is cut where parts touch has to stay where it was with these options, and
+    where nothing was simplified."""
+    understood = dict(vars(subject.figures), **done.report["input"])
+    holds = {"--subset", "--lock-boundaries"} & set(done.options) or said["faces"] == understood["faces"]
+    return bool(holds) and understood["non_manifold_edges"] + understood["non_manifold_vertices"] > 0
 
 
 def results(subject, done, found):
@@ -61,14 +64,15 @@ def results(subject, done, found):
     for number, (path, said) in enumerate(zip(done.meshes, levels)):
         target = targets[number] if "--lods" in done.options else done.options[:2]
         try:
-            result = Result(path, said, said["outcome"], target, not may_touch(subject, done))
+            touch = may_touch(subject, done, said)
+            result = Result(path, said, said["outcome"], target, not touch)
             if not all(abs(x) < float("inf") for point in result.all_points for x in point):
                 raise formats.Unreadable("a coordinate that is not finite")
         except formats.Unreadable as error:
             found.append(("file", f"{path.name}: {error}"))
             continue
         # An STL has no vertices that could lie at one position.
-        if path.suffix != ".stl" or not may_touch(subject, done):
+        if path.suffix != ".stl" or not touch:
             yield result
 
 
@@ -103,7 +107,8 @@ def of_faces(subject, result):
     doubled = len(result.named) - len(result.faces)
     if doubled:
         yield "doubled", f"{doubled} of {len(result.all_faces)} faces have the vertices of another"
-    degenerate = surface.degenerate(result.all_points, result.all_faces)
+    faces = [face for face in result.all_faces if result.weld or len({result.all_points[v] for v in face}) == 3]
+    degenerate = surface.degenerate(result.all_points, faces)
     if degenerate > subject.degenerate:
         yield "degenerate", f"{degenerate} of {len(result.all_faces)} faces without area, {subject.degenerate} in the input"
 

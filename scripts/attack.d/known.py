@@ -13,6 +13,10 @@ def extreme_and_locked(case):
     return extreme(case) and "--lock-boundaries" in case.options
 
 
+def extreme_and_flat(case):
+    return extreme(case) and ("offset" in case.recipe or "far apart" in case.recipe)
+
+
 @dataclass
 class Known:
     kind: str
@@ -24,6 +28,7 @@ class Known:
 
 KNOWN = [
     Known("degenerate", extreme_and_locked, "what is locked lies on a line in the numbers of the file"),
+    Known("degenerate", extreme_and_flat, "parts have no area in the numbers of the file"),
     Known("read", extreme, "closed sheets thinner than the steps of single precision become one sheet"),
     Known("certified", extreme, "what is certified is the distance from the mesh in single precision"),
     Known("hang", extreme, "merges are tried again and again where parts are too small for the numbers"),

@@ -50,7 +50,8 @@ class Subject:
     @cached_property
     def opened_by_cleaning(self):
         """Whether it is closed, with small holes where repeated faces went."""
-        are_few = 0 < len(self.named) - len(self.faces) <= max(FEW * len(self.faces), 1)
+        # A face that was stated twice and nothing else has no inside.
+        are_few = len(self.faces) > 1 and 0 < len(self.named) - len(self.faces) <= max(FEW * len(self.faces), 1)
         return are_few and self.figures.boundary_edges <= SMALL_HOLES and surface.odd_edges(self.named) == 0
 
 
@@ -58,7 +59,7 @@ class Result:
     """A mesh file that was written, and what the report says of it."""
 
     def __init__(self, path, said, outcome, target, weld):
-        self.path, self.said, self.outcome, self.target = path, said, outcome, target
+        self.path, self.said, self.outcome, self.target, self.weld = path, said, outcome, target, weld
         self.all_points, self.all_faces = formats.read(path)
         self.points, self.faces, self.named = surface.cleaned(self.all_points, self.all_faces, weld)
         self.figures = surface.figures(self.points, self.faces)

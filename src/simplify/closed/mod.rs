@@ -193,7 +193,7 @@ fn refine(
         fit::fit(original, &mut points, &mut output, &mut trace);
     }
     progress.enter("finish", output.faces().len())?;
-    n_flipped += foldovers::repair(original, &mut output, is_coarse);
+    n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
     let (positions, [n_flat, n_separated]) = in_numbers_of_file(original, &mut output, request, progress.pulse);
     n_flipped += n_flat;
     let carried = attributes.and_then(|attributes| output.carried(original, attributes));
@@ -224,7 +224,7 @@ fn in_numbers_of_file(
         if is_whole { (0, true) } else { without_area::flip(pulse, output, &positions, &request.frame) };
     let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.frame);
     if !are_wide || n_separated > 0 {
-        without_area::widen(pulse, output, &mut positions, &request.frame);
+        without_area::widen(original, output, &mut positions, &request.frame);
     }
     (positions, [n_flipped, n_separated])
 }

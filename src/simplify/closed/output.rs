@@ -11,6 +11,7 @@ use super::diamond::Diamond;
 use super::faces_around::FacesAround;
 use super::original::Original;
 use super::pins::Pins;
+use super::prepare::surface::Surface;
 
 /// The lighter mesh while it is made.
 pub struct Output {
@@ -105,6 +106,12 @@ impl Output {
         [self.faces[f], self.faces[g]] = diamond.flipped();
         self.meant[f] = (self.meant[f] + self.meant[g]).normalize_or_zero();
         self.meant[g] = self.meant[f];
+    }
+
+    /// Puts a vertex where a vertex of the surface lies.
+    pub fn stand_on(&mut self, v: u32, origin: u32, surface: &Surface) {
+        self.positions[v as usize] = surface.positions[origin as usize];
+        self.pins.set_origin(v, origin);
     }
 
     /// Faces, what may not move, and for each vertex of the surface the output vertex: what is handed out beside positions.

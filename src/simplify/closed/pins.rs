@@ -29,6 +29,12 @@ impl Pins {
         Self { locked, subset: keep.subset, origin: Vec::new(), plane }
     }
 
+    /// Those of a subset in which nothing is locked.
+    #[cfg(test)]
+    pub fn of_a_subset() -> Self {
+        Self { subset: true, ..Self::default() }
+    }
+
     /// Whether nothing is pinned.
     pub fn is_empty(&self) -> bool {
         self.locked.is_empty() && !self.subset && self.plane.is_none()
@@ -102,6 +108,11 @@ impl Pins {
     /// The vertex of the surface that each vertex lies on, while it lies on one; empty where nothing is pinned.
     pub fn origins(&self) -> &[u32] {
         &self.origin
+    }
+
+    /// Takes note that a vertex lies on this one of the surface now.
+    pub fn set_origin(&mut self, v: u32, origin: u32) {
+        self.origin[v as usize] = origin;
     }
 
     /// Takes note that `v` was merged into `u`, and whether `u` then went to where `v` was.

@@ -1,6 +1,6 @@
 //! Faces without area in the numbers of the file. Merges make none, but rounding to those numbers does: where they are coarse beside
 //! the mesh, or a face is as thin as they are. Such a face gives its longest edge to the other diagonal, or a corner of it moves by
-//! the least step that helps.
+//! the least step that helps; of a subset to another vertex of the mesh nearby.
 
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
@@ -11,6 +11,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::indices_where;
 use crate::mesh::{Frame, has_area};
 use crate::simplify::closed::diamond::{Diamond, diamonds};
+use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
 /// Corners of faces at the vertices of a flip, and at a vertex that moves, at most: a hub of hundreds would take longer than all else.
@@ -85,13 +86,13 @@ fn find_flip(written: &Written, output: &Output, f: u32) -> Option<Diamond> {
     edges.first().copied()
 }
 
-/// Moves corners of faces without area by the least steps that give all their faces one, none turned, to places where no vertex
-/// is; returns how many. Vertices that are held stay.
-pub fn widen(pulse: Pulse, output: &Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
-    if !output.pins.let_duplicates_move() {
+/// Moves corners of faces without area to the nearest places that give all their faces one, none turned, and where no vertex is;
+/// returns how many. Vertices that are locked or on the plane of a half stay.
+pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
+    if output.pins.plane().is_some() {
         return 0;
     }
-    let flat = Written { positions, frame }.without_area(pulse, output.faces());
+    let flat = Written { positions, frame }.without_area(original.surface.pulse, output.faces());
     if flat.is_empty() {
         return 0;
     }
@@ -103,51 +104,63 @@ pub fn widen(pulse: Pulse, output: &Output, positions: &mut [[f32; 3]], frame: &
             continue;
         }
         let is_free = |v: &u32| !output.pins.has(*v) && output.around().corners(*v).len() <= MOST_CORNERS / 2;
-        let corners = face.into_iter().filter(is_free);
-        let found =
-            corners.map(|v| (v, better_place(output, positions, frame, v, steps.at(positions[v as usize]), &taken)));
-        if let Some((v, place)) = found.filter_map(|(v, place)| Some((v, place?))).next() {
+        let better = |v: u32| {
+            let is_fine = |place: &Place| {
+                !taken.contains(&key(frame, place.0)) && looks_as_before(output, positions, frame, v, place.0)
+            };
+            let place = match output.pins.is_subset() {
+                true => own_places(original, output.pins.origins()[v as usize]).find(is_fine),
+                false => steps_from(positions[v as usize], steps.at(positions[v as usize])).find(is_fine),
+            };
+            Some((v, place?))
+        };
+        if let Some((v, (place, origin))) = face.into_iter().filter(is_free).find_map(better) {
             taken.insert(key(frame, place));
             positions[v as usize] = place;
+            origin.into_iter().for_each(|origin| output.stand_on(v, origin, &original.surface));
             n_moved += 1;
         }
     }
     n_moved
 }
 
-/// The nearest place of a vertex, by such steps, where its faces have an area and look as they did.
-fn better_place(
-    output: &Output,
-    positions: &[[f32; 3]],
-    frame: &Frame,
-    v: u32,
-    steps: [f32; 3],
-    taken: &FxHashSet<[u64; 3]>,
-) -> Option<[f32; 3]> {
-    let faces: Vec<[u32; 3]> = output.around().faces(v).map(|f| output.face(f)).collect();
-    let star = |place: [f32; 3]| {
-        let corner = move |w: u32| frame.to_file(if w == v { place } else { positions[w as usize] });
-        faces.iter().map(move |face| face.map(corner))
-    };
-    let normal = |corners: [[f64; 3]; 3]| area_normal_f64(corners.map(DVec3::from));
-    let here = positions[v as usize];
-    let is_fine = |place: [f32; 3]| {
-        star(here)
-            .zip(star(place))
-            .all(|(before, now)| has_area(now) && (!has_area(before) || normal(now).dot(normal(before)) > 0.0))
-    };
-    let place = |number: u32| {
+/// Where a vertex may go in local coordinates, and the vertex of the surface that lies there, where one has to.
+type Place = ([f32; 3], Option<u32>);
+
+/// Places by such steps around `here`, the nearest first.
+fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = Place> {
+    let place = move |number: u32| {
         let offset = grid_place(number, steps);
-        std::array::from_fn(|axis| here[axis] + offset[axis])
+        (std::array::from_fn(|axis| here[axis] + offset[axis]), None)
     };
-    let is_free = |place: &[f32; 3]| place.iter().all(|x| x.is_finite()) && !taken.contains(&key(frame, *place));
-    (1..MOST_PLACES).map(place).filter(is_free).find(|&place| is_fine(place))
+    (1..MOST_PLACES).map(place).filter(|(place, _): &Place| place.iter().all(|x| x.is_finite()))
+}
+
+/// The places of the neighbours of a vertex of the surface, and of theirs.
+fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = Place> {
+    let Original { mesh, surface, .. } = original;
+    let neighbours = surface.neighbors(origin).iter();
+    let all = neighbours.clone().chain(neighbours.flat_map(|&v| surface.neighbors(v))).take(MOST_PLACES as usize);
+    all.map(|&v| (mesh.positions()[surface.source(v) as usize], Some(v)))
+}
+
+/// Whether the faces around a vertex have an area and look as they did when it goes to `place`.
+fn looks_as_before(output: &Output, positions: &[[f32; 3]], frame: &Frame, v: u32, place: [f32; 3]) -> bool {
+    let normal = |corners: [[f64; 3]; 3]| area_normal_f64(corners.map(DVec3::from));
+    let corners = |f: u32, place: [f32; 3]| {
+        output.face(f).map(|w| frame.to_file(if w == v { place } else { positions[w as usize] }))
+    };
+    output.around().faces(v).all(|f| {
+        let (before, now) = (corners(f, positions[v as usize]), corners(f, place));
+        has_area(now) && (!has_area(before) || normal(now).dot(normal(before)) > 0.0)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
+    use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::pins::Pins;
 
     /// A closed shape whose upper face is cut along a line: three corners of the thin face lie on it.
     fn with_a_thin_face() -> (Output, Vec<[f32; 3]>) {
@@ -170,12 +183,32 @@ mod tests {
 
     #[test]
     fn a_corner_moves_by_the_least_that_helps() {
-        let (output, mut positions) = with_a_thin_face();
+        let (mut output, mut positions) = with_a_thin_face();
         let (frame, before) = (Frame::default(), positions.clone());
-        assert_eq!(widen(Pulse::NONE, &output, &mut positions, &frame), 1);
+        let mesh = TriMesh::new(before.clone(), output.faces().to_vec()).unwrap();
+        let original = Original::bare(&mesh);
+        assert_eq!(widen(&original, &mut output, &mut positions, &frame), 1);
         assert!(Written { positions: &positions, frame: &frame }.without_area(Pulse::NONE, output.faces()).is_empty());
         let moved = before.iter().zip(&positions).map(|(p, q)| Vec3::from(*p).distance(Vec3::from(*q)));
         assert!(moved.fold(0.0, f32::max) < 1e-6);
-        assert_eq!(widen(Pulse::NONE, &output, &mut positions, &frame), 0);
+        assert_eq!(widen(&original, &mut output, &mut positions, &frame), 0);
+    }
+
+    #[test]
+    fn a_corner_of_a_subset_moves_to_another_vertex() {
+        let mesh = shapes::grid(4, 4);
+        let original = Original { pins: Pins::of_a_subset(), ..Original::bare(&mesh) };
+        // Three of the mesh's vertices on a line, and one beside.
+        let origins = vec![0, 1, 2, 6];
+        let places = || origins.iter().map(|&v| original.surface.positions[v as usize]).collect::<Vec<_>>();
+        let pins = original.pins.of_regions(&[], origins.clone());
+        let mut output = Output::new(Pulse::NONE, places(), vec![[0, 1, 2], [0, 2, 3]], pins, Vec::new());
+        let mut positions: Vec<[f32; 3]> = origins.iter().map(|&v| mesh.positions()[v as usize]).collect();
+        assert_eq!(widen(&original, &mut output, &mut positions, &Frame::default()), 1);
+        let written = Written { positions: &positions, frame: &Frame::default() };
+        assert!(written.without_area(Pulse::NONE, output.faces()).is_empty());
+        for (place, &origin) in positions.iter().zip(output.pins.origins()) {
+            assert_eq!(*place, mesh.positions()[origin as usize]);
+        }
     }
 }
