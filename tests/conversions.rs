@@ -97,6 +97,24 @@ fn from_obj_to_glb_and_back_with_materials_and_textures() {
     }
 }
 
+/// All faces of one material are of no group, and the material is theirs all the same.
+#[test]
+fn a_single_material_comes_along_with_its_texture() {
+    let tiles = tiles();
+    let one = ROOF.replace("usemtl tin\n", "");
+    let source = folder(&[("a.mtl", LIBRARY.as_bytes()), ("maps/tiles.png", &tiles), ("roof.obj", one.as_bytes())]);
+    let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
+    let glb = written(&obj, Format::Glb);
+    let asset = Asset::from_bytes(&glb.bytes, &|_| panic!("all is inside")).unwrap();
+    assert_eq!(asset.parts()[0].materials, ["tiles"]);
+    assert_eq!(&asset.looks().0[0][0].texture.as_ref().unwrap().image[..], &tiles[..]);
+    // Without a material there is none.
+    let bare = folder(&[("roof.obj", one.replace("usemtl tiles\n", "").as_bytes())]);
+    let bare = cleaned(read_attributed_path(&bare.path().join("roof.obj"), None).unwrap());
+    let json = String::from_utf8(written(&bare, Format::Gltf).bytes).unwrap();
+    assert!(serde_json::from_str::<Value>(&json).unwrap().get("materials").is_none());
+}
+
 #[test]
 fn from_glb_to_ply_with_columns_and_textures() {
     let (tiles, library) = (tiles(), LIBRARY.replace("Kd 0.5 0.25 1", "map_Kd maps/tiles.png"));

@@ -403,7 +403,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         }
         assert!(worst < 0.1, "{worst}");
         // Where the charts are apart, the plane is a seam, else there is none.
-        let n_seams = seams(&result.mesh, carried).len();
+        let n_seams = seams(&result.mesh, carried, 0.0).len();
         assert_eq!(n_seams > 0, apart > 0.0, "{n_seams}");
     }
 }

@@ -77,6 +77,13 @@ pub struct SimplifyArgs {
     /// Keep edges where faces meet at more than DEGREES
     #[arg(long, value_name = "DEGREES", conflicts_with = "keep_features")]
     pub crease_angle: Option<f32>,
+    /// How far a seam of the texture may leave its place at a low price. Texels of a texture of 1024 a side; 0 holds seams like
+    /// creases
+    #[arg(long, value_name = "TEXELS", default_value_t = SEAM_TEXELS, allow_negative_numbers = true)]
+    pub seam_error: f64,
+    /// What the result does not need, so that it holds nothing back: uv, normals, colors, materials
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
+    pub ignore: Vec<IgnoreArg>,
     /// Make the result its own mirror image, exactly; the mesh must be one. About x, y or z (through 0 or the middle), or a
     /// plane like x=0.5 [default: the plane that fits best]
     #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true)]
@@ -144,6 +151,23 @@ pub struct SimplifyArgs {
     /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
+}
+
+/// Texels by which a seam may leave its place at a low price, by default.
+pub const SEAM_TEXELS: f64 = 16.0;
+
+/// What a mesh carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum IgnoreArg {
+    /// Texture coordinates, and the tangents that follow them
+    Uv,
+    /// Normals: they are drawn as the faces say
+    Normals,
+    /// Colours of vertices
+    #[value(alias = "colours")]
+    Colors,
+    /// Materials and groups of faces
+    Materials,
 }
 
 /// How sampled vertices become a surface.

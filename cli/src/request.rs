@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use neural_mesh::io::Format;
 use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, OptimizeArg, ScoresArg, SimplifyArgs};
+use crate::args::{AssemblyArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs};
 use crate::failure::Failure;
 use crate::memory;
 
@@ -27,6 +27,8 @@ pub struct Request {
     pub goal: Goal,
     /// Components smaller than that are dropped.
     pub prune_below: Option<Bound>,
+    /// What the result does not need of what the mesh carries.
+    pub ignore: Vec<IgnoreArg>,
     /// Name of the attribute that says how much vertices count.
     pub importance: Option<String>,
     /// Whether what the mesh names may be read from outside its folder.
@@ -95,6 +97,9 @@ impl Bound {
 /// Degrees between faces at what `--keep-features` keeps.
 const FEATURE_ANGLE: f32 = 30.0;
 
+/// Texels a side of the texture that `--seam-error` is meant for.
+const TEXELS: f64 = 1024.0;
+
 /// Where a mesh comes from and how it is read.
 #[derive(Debug)]
 pub struct Source {
@@ -148,6 +153,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         goal: goal(&args)?,
         strict: strict(&args)?,
         prune_below: prune_below(&args)?,
+        ignore: args.ignore,
         importance: args.importance,
         allow_outside: args.allow_outside,
         map: args.map,
@@ -231,10 +237,17 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     if let Some(degrees) = options.crease_angle.filter(|degrees| !(0.0..=180.0).contains(degrees)) {
         return Err(Failure::Usage(format!("--crease-angle {degrees}: give degrees from 0 to 180")));
     }
+    options.seam_error = seam_error(args.seam_error)?;
     options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
     check_closed(args)?;
     check_symmetric(args)?;
     Ok(options)
+}
+
+/// Texels as a share of the texture's side.
+fn seam_error(texels: f64) -> Result<f64, Failure> {
+    let refused = || Failure::Usage(format!("--seam-error {texels}: give texels from 0 to {TEXELS}"));
+    if (0.0..=TEXELS).contains(&texels) { Ok(texels / TEXELS) } else { Err(refused()) }
 }
 
 /// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.

@@ -8,10 +8,11 @@ use neural_mesh::io::{
     self, Asset, Extra, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, TriMesh, United, snap};
+use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
+use crate::args::IgnoreArg;
 use crate::failure::Failure;
 use crate::read::{cleaned, parsed};
 use crate::request::{Bound, Request, Source};
@@ -25,6 +26,8 @@ pub struct Subject {
     /// What could not be kept, in one line each.
     pub notes: Vec<String>,
     kind: Kind,
+    /// What of the attributes the result is to have, where that is not all.
+    wanted: Option<Attributes>,
 }
 
 enum Kind {
@@ -67,7 +70,7 @@ impl Subject {
         let source = &request.source;
         if source.is_scene(request.output_format) {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
-            return Self::scene(asset, source);
+            return Self::scene(asset, source)?.wanting(request);
         }
         let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
         let ReadMesh { mesh: mut raw, extra, notes } = read;
@@ -75,7 +78,28 @@ impl Subject {
         let exact = (raw.double || keeps_positions(request) && has_decimals(&raw)).then(|| raw.positions.clone());
         let cleaned = cleaned(raw, source)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
-        Ok(Self { frame, counts, notes, kind: Kind::Mesh { cleaned: Box::new(cleaned), exact, extra } })
+        let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
+        Self { frame, counts, notes, kind, wanted: None }.wanting(request)
+    }
+
+    /// The same, held back by nothing that the result does not need or its format does not hold.
+    fn wanting(mut self, request: &Request) -> Result<Self, Failure> {
+        let ignores = |what| request.output_format.is_bare() || request.ignore.contains(&what);
+        if matches!(self.kind, Kind::Scene { .. }) && ignores(IgnoreArg::Materials) {
+            let what = "--ignore materials: the primitives of a scene stay apart: write obj or ply";
+            return Err(Failure::Usage(what.into()));
+        }
+        let keeps = |role| match role {
+            Role::Uv => !ignores(IgnoreArg::Uv),
+            Role::Normal => !ignores(IgnoreArg::Normals),
+            Role::Tangent => !ignores(IgnoreArg::Uv) && !ignores(IgnoreArg::Normals),
+            Role::Colour => !ignores(IgnoreArg::Colors),
+            _ => !request.output_format.is_bare(),
+        };
+        if request.output_format.is_bare() || !request.ignore.is_empty() {
+            self.wanted = Some(self.attributes().clone().only(keeps, !ignores(IgnoreArg::Materials)));
+        }
+        Ok(self)
     }
 
     fn scene(asset: Asset, source: &Source) -> Result<Self, Failure> {
@@ -105,7 +129,7 @@ impl Subject {
             Failure::of(&source.path, "its meshes are too many or too far apart in size: split the scene")
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
-        Ok(Self { frame: Frame::default(), counts, notes, kind })
+        Ok(Self { frame: Frame::default(), counts, notes, kind, wanted: None })
     }
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
@@ -197,7 +221,7 @@ impl Subject {
 
     /// What the simplifier is given.
     pub fn input<'a>(&'a self, importance: &'a [f32]) -> Input<'a> {
-        Input { mesh: self.mesh(), attributes: self.attributes(), importance }
+        Input { mesh: self.mesh(), attributes: self.wanted.as_ref().unwrap_or(self.attributes()), importance }
     }
 
     /// The plane of a symmetry, as it lies in the mesh: that of a scene's only mesh is in the coordinates of that mesh.
@@ -245,11 +269,18 @@ impl Subject {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
                 let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, request));
                 let (mesh, attributes) = (&result.mesh, &result.attributes);
-                let model = Model { mesh, frame: self.frame, exact, attributes, extra };
                 let (format, allow_outside) = (request.output_format, request.allow_outside);
+                let dropped = io::geometry_only(format, self.attributes(), extra);
+                let named = if request.ignore.contains(&IgnoreArg::Materials) || dropped.is_some() {
+                    &Extra::default()
+                } else {
+                    extra
+                };
+                let model = Model { mesh, frame: self.frame, exact, attributes, extra: named };
                 let name = Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
                 let written = io::write_attributed(&model, &WriteOptions { format, name, allow_outside })?;
-                Ok(Files { bytes: written.bytes, beside: written.beside, notes: written.notes })
+                let notes = dropped.into_iter().chain(written.notes).collect();
+                Ok(Files { bytes: written.bytes, beside: written.beside, notes })
             }
             Kind::Scene { asset, united, pieces } => {
                 let levels: Vec<Vec<LighterPart>> = results

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Run, folder, json, run, shipped};
+use crate::common::{Run, folder, json, run, run_with_input, shipped};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
@@ -47,6 +47,43 @@ fn shares(picture: &Image, channel: usize) -> [f64; 2] {
         counts[half] += f64::from(u8::from(pixel[channel] > others.saturating_add(60)));
     }
     counts.map(|count| 2.0 * count / (picture.width * picture.height) as f64)
+}
+
+/// Squares of a grid, each with a place of its own on the texture.
+fn grid_of_charts(n: usize) -> String {
+    let mut obj: String =
+        (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
+    for square in 0..n * n {
+        let (x, y) = (square % n, square / n);
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        corners.iter().for_each(|[i, j]| obj += &format!("vt {} {}\n", 2 * x + i, 2 * y + j));
+        let [a, b, c, d] = corners.map(|[i, j]| format!("{}", (y + j) * (n + 1) + x + i + 1));
+        let [ta, tb, tc, td] = [1, 2, 3, 4].map(|k| 4 * square + k);
+        obj += &format!("f {a}/{ta} {b}/{tb} {c}/{tc}\nf {a}/{ta} {c}/{tc} {d}/{td}\n");
+    }
+    obj
+}
+
+#[test]
+fn what_the_result_does_not_need_holds_nothing_back() {
+    let folder = folder();
+    let mesh = grid_of_charts(12);
+    let outcome = |arguments: &[&str]| {
+        let arguments = [&["simplify", "-", "--vertices", "60", "--force", "--report", "r.json"], arguments].concat();
+        let run = run_with_input(folder.path(), &arguments, mesh.as_bytes());
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        let report = json(&folder.path().join("r.json"));
+        (report["outcome"] == "reached", report["output"]["kept_edges"].as_u64().unwrap())
+    };
+    // Held seams allow no merge at all.
+    assert_eq!(outcome(&["-o", "a.obj", "--seam-error", "0"]), (false, 264));
+    assert_eq!(outcome(&["-o", "a.obj"]), (true, 264));
+    assert_eq!(outcome(&["-o", "a.obj", "--seam-error", "0", "--ignore", "uv,normals"]), (true, 0));
+    let text = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
+    assert!(!text.contains("vt "), "{text}");
+    assert_eq!(outcome(&["-o", "a.stl", "--seam-error", "0"]), (true, 0));
+    let notes = json(&folder.path().join("r.json"))["notes"].to_string();
+    assert!(notes.contains("stl holds geometry alone: uv dropped"), "{notes}");
 }
 
 #[test]

@@ -39,6 +39,16 @@ impl Format {
         matches!(self, Self::Stl | Self::StlAscii)
     }
 
+    /// Whether it holds positions and faces alone.
+    ///
+    /// ```
+    /// use neural_mesh::io::Format;
+    /// assert!(Format::Off.is_bare() && Format::Stl.is_bare() && !Format::Obj.is_bare());
+    /// ```
+    pub fn is_bare(self) -> bool {
+        matches!(self, Self::Stl | Self::StlAscii | Self::Off)
+    }
+
     /// The format called `name`, in any case; `None` for an unknown name.
     ///
     /// ```

@@ -44,7 +44,7 @@ pub use format::Format;
 #[cfg(feature = "gltf")]
 pub use gltf::{Asset, LighterPart, Part, write_gltf};
 pub use looks::looks;
-pub use model::{Model, WriteOptions, Written, write_attributed};
+pub use model::{Model, WriteOptions, Written, geometry_only, write_attributed};
 pub use output_file::{OutputFile, write_files};
 pub use points::read_points;
 pub use read_path::{read_attributed_path, read_path};

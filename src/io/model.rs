@@ -95,7 +95,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
         Format::Gltf | Format::Glb => {
-            let names: Vec<String> = model.extra.groups.iter().map(Group::title).collect();
+            let names = material_names(attributes, model.extra);
             notes.extend((!model.extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
             let (looks, missing) = looks(model.extra, options.allow_outside);
             let (bytes, dropped) =
@@ -111,6 +111,12 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     };
     notes.append(&mut finder.notes);
     Ok(Written { bytes, beside: finder.files, notes })
+}
+
+/// What the materials of a glTF are called, by the groups; one group for all is a material only where the file says so.
+fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
+    let is_material = |group: &&Group| !attributes.groups.is_empty() || group.material.is_some();
+    extra.groups.iter().filter(is_material).map(Group::title).collect()
 }
 
 /// What OBJ says of a mesh: libraries by the names that they have beside the output; numbers of faces as names of groups,
@@ -217,8 +223,11 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     extra
 }
 
-/// The note on what a format of bare geometry drops.
-fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
+/// The line that says what a format of bare geometry does not hold of a mesh; none where it holds all.
+pub fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
+    if !format.is_bare() {
+        return None;
+    }
     let mut dropped: Vec<&str> = attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
     if !extra.groups.is_empty() {
         dropped.push("groups");

@@ -67,6 +67,26 @@ impl Attributes {
         self.channels.is_empty() && self.groups.is_empty()
     }
 
+    /// What is left with the channels of these roles alone, and with groups or without.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::{Attributes, Channel, Role};
+    /// let uv = Channel { name: "uv".into(), role: Role::Uv, width: 2, values: vec![0.0; 6] };
+    /// let attributes = Attributes { wedges: vec![[0, 1, 2]], channels: vec![uv], groups: vec![7] };
+    /// assert_eq!(attributes.clone().only(|role| role == Role::Uv, true), attributes);
+    /// assert!(attributes.only(|role| role != Role::Uv, false).is_empty());
+    /// ```
+    pub fn only(mut self, keeps: impl Fn(Role) -> bool, with_groups: bool) -> Self {
+        self.channels.retain(|channel| keeps(channel.role));
+        if self.channels.is_empty() {
+            self.wedges.clear();
+        }
+        if !with_groups {
+            self.groups.clear();
+        }
+        self
+    }
+
     /// Number of wedges that the channels hold.
     pub fn n_wedges(&self) -> usize {
         self.channels.first().map_or(0, |channel| channel.values.len() / channel.width.max(1))

@@ -49,7 +49,7 @@ pub use point_cloud::{PointCloud, point_cloud};
 pub use polygon::Fans;
 pub use raw_mesh::{Frame, RawMesh};
 pub(crate) use seams::same_values;
-pub use seams::{creases, seams};
+pub use seams::{KeptEdge, creases, seams};
 pub use snap::snap;
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};

@@ -13,8 +13,20 @@ const SAME: f32 = 1e-5;
 /// Colours that differ by less in each channel are the same.
 const SAME_COLOUR: f32 = 1.0 / 64.0;
 
-/// The edges between two faces whose corners carry different values there, or that belong to different groups; their
-/// vertices ascending, and the edges too.
+/// An edge that is more than an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeptEdge {
+    /// Its vertices, ascending.
+    pub ends: [u32; 2],
+    /// How far its curve may leave its place at a low price, in the unit of the mesh. At 0 the curve is held: it loses no more than
+    /// vertices.
+    pub slack: f32,
+}
+
+/// The edges between two faces whose corners carry different values there, or that belong to different groups, ascending.
+///
+/// Where nothing but texture coordinates jumps, the edge's slack is what takes them as far as `seam_error`, in shares of the texture's
+/// side; everywhere else it is 0.
 ///
 /// Normals count as different from 15 degrees on, colours from a 64th on; joints and morph targets never do.
 ///
@@ -23,16 +35,22 @@ const SAME_COLOUR: f32 = 1.0 / 64.0;
 /// let square = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 /// let mesh = TriMesh::new(square, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
 /// let attributes = Attributes { groups: vec![1, 2], ..Attributes::default() };
-/// assert_eq!(seams(&mesh, &attributes), [[0, 2]]);
+/// let seams = seams(&mesh, &attributes, 0.002);
+/// assert_eq!((seams.len(), seams[0].ends, seams[0].slack), (1, [0, 2], 0.0));
 /// ```
-pub fn seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<[u32; 2]> {
+pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<KeptEdge> {
     let mut seams = Vec::new();
     if attributes.is_empty() {
         return seams;
     }
     for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
         if let &[a, b] = half_edges {
-            seams.extend((!joins(mesh, attributes, a.half_edge, b.half_edge)).then_some(ends));
+            let pair = [a.half_edge, b.half_edge];
+            if !joins(mesh, attributes, pair, |_| true) {
+                let is_of_texture = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !is_texture(role));
+                let slack = if is_of_texture { slack(mesh, attributes, pair, seam_error) } else { 0.0 };
+                seams.push(KeptEdge { ends, slack });
+            }
         }
     });
     seams
@@ -63,19 +81,43 @@ fn normal(mesh: &TriMesh, face: u32) -> Vec3 {
     )
 }
 
-/// Whether two faces carry the same along the edge that two of their half-edges are.
-fn joins(mesh: &TriMesh, attributes: &Attributes, first: u32, second: u32) -> bool {
+/// Whether values of this role say where on a texture a corner lies, and which way that runs.
+fn is_texture(role: Role) -> bool {
+    matches!(role, Role::Uv | Role::Tangent)
+}
+
+/// How far on the surface `seam_error` takes texture coordinates, by the side of the edge on which that is least.
+fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
+    let corner = |half_edge: u32, at: u32| (half_edge / 3, at % 3);
+    let ends = half_edges.map(|h| [corner(h, h), corner(next(h), next(h))]);
+    let length = |[a, b]: [(u32, u32); 2], value: &dyn Fn((u32, u32)) -> Vec3| value(a).distance(value(b));
+    let position = |(face, at): (u32, u32)| mesh.positions()[mesh.faces()[face as usize][at as usize] as usize].into();
+    let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
+    let on_texture = channels.flat_map(|channel| {
+        let uv = |(face, at): (u32, u32)| match channel.of(attributes.wedges[face as usize][at as usize]) {
+            [u, v, ..] => Vec3::new(*u, *v, 0.0),
+            _ => Vec3::ZERO,
+        };
+        ends.map(|ends| length(ends, &uv))
+    });
+    let on_texture = on_texture.fold(0.0, f32::max);
+    let on_surface = length(ends[0], &position);
+    if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
+}
+
+/// Whether two faces carry the same, in the roles that count, along the edge that two of their half-edges are.
+fn joins(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     let wedge = |corner: u32| attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0);
     let [here, there] = [first, second].map(|half_edge| [half_edge, next(half_edge)]);
     let partner = |corner: u32| there.into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner);
-    let same_wedge = |corner: u32| same(attributes, wedge(corner), wedge(partner(corner)));
+    let same_wedge = |corner: u32| same(attributes, wedge(corner), wedge(partner(corner)), &counts);
     attributes.group(first / 3) == attributes.group(second / 3) && here.into_iter().all(same_wedge)
 }
 
-/// Whether two wedges carry the same values.
-fn same(attributes: &Attributes, x: u32, y: u32) -> bool {
-    let same_in = |channel: &Channel| same_values(channel.role, channel.of(x), channel.of(y));
+/// Whether two wedges carry the same values in the roles that count.
+fn same(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool) -> bool {
+    let same_in = |channel: &Channel| !counts(channel.role) || same_values(channel.role, channel.of(x), channel.of(y));
     x == y || attributes.channels.iter().all(same_in)
 }
 
@@ -121,7 +163,7 @@ mod tests {
     #[test]
     fn a_seam_runs_where_two_charts_meet() {
         let (mesh, attributes) = painted(Role::Uv, |p, centre| vec![p.x + f32::from(centre.z > 0.0), p.y]);
-        let seams = seams(&mesh, &attributes);
+        let seams: Vec<[u32; 2]> = seams(&mesh, &attributes, 0.0).into_iter().map(|seam| seam.ends).collect();
         let is_up = |f: usize| mesh.faces()[f].iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
         let edges = crate::mesh::edges(&mesh);
         let between = edges.iter().filter(|edge| {
@@ -136,15 +178,15 @@ mod tests {
     fn equal_values_in_other_wedges_are_no_seam() {
         for role in [Role::Uv, Role::Colour, Role::Other, Role::Skin, Role::Tangent] {
             let (mesh, attributes) = painted(role, |p, _| vec![p.x, f32::NAN, p.y, 1.0]);
-            assert!(seams(&mesh, &attributes).is_empty(), "{role:?}");
+            assert!(seams(&mesh, &attributes, 0.0).is_empty(), "{role:?}");
         }
     }
 
     #[test]
     fn facets_are_smooth_and_a_hard_edge_is_none() {
         let (mesh, facets) = painted(Role::Normal, |_, centre| centre.normalize().to_array().to_vec());
-        assert!(seams(&mesh, &facets).is_empty());
+        assert!(seams(&mesh, &facets, 0.0).is_empty());
         let (mesh, halves) = painted(Role::Normal, |_, centre| vec![0.0, 0.0, if centre.z > 0.0 { 1.0 } else { -1.0 }]);
-        assert!(!seams(&mesh, &halves).is_empty());
+        assert!(!seams(&mesh, &halves, 0.0).is_empty());
     }
 }

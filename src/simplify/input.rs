@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::mesh::{Attributes, Channel, TriMesh, creases, edges, seams};
+use crate::mesh::{Attributes, Channel, KeptEdge, TriMesh, creases, edges, seams};
 
 use super::options::{Options, SimplifyError};
 
@@ -98,12 +98,13 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
 }
 
 /// The edges that stay edges: where what the corners carry jumps, and the creases, if these were asked for.
-pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<[u32; 2]> {
-    let mut kept = seams(mesh, attributes);
+pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<KeptEdge> {
+    let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
-        kept.extend(creases(mesh, degrees));
-        kept.sort_unstable();
-        kept.dedup();
+        kept.extend(creases(mesh, degrees).into_iter().map(|ends| KeptEdge { ends, slack: 0.0 }));
+        // Of a seam that is a crease the one without slack stays.
+        kept.sort_unstable_by(|x, y| x.ends.cmp(&y.ends).then(x.slack.total_cmp(&y.slack)));
+        kept.dedup_by_key(|edge| edge.ends);
     }
     kept
 }

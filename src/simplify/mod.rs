@@ -36,8 +36,8 @@ pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, Event, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts, Report, ScoreSource,
-    Simplified, SimplifyError, Symmetry, Target,
+    Assembly, Axis, Event, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts, Report, SEAM_ERROR,
+    ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;

@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 3;
+pub const CLOSED_VERSION: u32 = 4;
 
 /// Version of the paper's assembly, likewise.
 ///
@@ -55,6 +55,7 @@ mod tests {
         }
         results.extend(with_options());
         results.push(("attributes".into(), attributed()));
+        results.push(("charts".into(), charted()));
         results.push(("levels of detail".into(), levels()));
         results.push(("derivative".into(), derivative()));
         results
@@ -144,6 +145,27 @@ mod tests {
         let attributes = Attributes { groups, wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(200));
+        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+    }
+
+    /// A torus whose texture is cut along and across.
+    fn charted() -> u64 {
+        let mesh = shapes::torus(60, 30, 2.0, 0.5);
+        let quarter = |face: &[u32; 3]| {
+            let sum = |axis: usize| face.iter().map(|&v| mesh.positions()[v as usize][axis]).sum::<f32>();
+            f32::from(sum(0) > 0.0) + 2.0 * f32::from(sum(1) > 0.0)
+        };
+        let uv = |face: &[u32; 3], v: u32| {
+            let [x, y, z] = mesh.positions()[v as usize];
+            [0.1 * (x + z) + quarter(face), 0.1 * (y - z)]
+        };
+        let corners = mesh.faces().iter().flat_map(|face| face.map(|v| uv(face, v)));
+        let values = corners.flatten().collect();
+        let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+        let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let attributes = Attributes { groups: Vec::new(), wedges, channels };
+        let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+        let options = Options::new(Target::Vertices(150));
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 

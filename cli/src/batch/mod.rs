@@ -18,7 +18,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::io::Format;
 use neural_mesh::model::Weights;
 
-use crate::args::SimplifyArgs;
+use crate::args::{SEAM_TEXELS, SimplifyArgs};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
@@ -109,6 +109,8 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.subset.then(|| " --subset".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
+        (args.seam_error != SEAM_TEXELS).then(|| format!(" --seam-error {}", args.seam_error)),
+        (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
         args.symmetric
             .as_ref()
             .map(|plane| plane.as_ref().map_or(" --symmetric".into(), |plane| format!(" --symmetric={plane}"))),
@@ -187,6 +189,7 @@ impl Batch {
             options: options(&self.args)?,
             goal: goal(&self.args)?,
             prune_below: prune_below(&self.args)?,
+            ignore: self.args.ignore.clone(),
             importance: self.args.importance.clone(),
             allow_outside: self.args.allow_outside,
             map: None,

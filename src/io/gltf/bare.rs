@@ -16,7 +16,7 @@ use crate::mesh::{Attributes, Channel, Look, Role, linear_light};
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
 ///
 /// The mesh stands at `origin`, in doubles, in a node of its own, so that it keeps its precision far out. Each group of
-/// faces becomes a primitive with a material called as `group_names` says. Channels go by their roles; texture
+/// faces becomes a primitive with a material called as `group_names` says; where all are of one group and no name is given, without. Channels go by their roles; texture
 /// coordinates are as glTF has them, with v downwards. The second result says in one line each what glTF cannot hold
 /// of a bare mesh: skins and morph targets.
 ///
@@ -63,7 +63,7 @@ fn write_with_looks(
         let vertices = Vertices::of(&part, &faces);
         let mut writer = PrimitiveWriter { draft: &mut draft, part: &part, vertices: &vertices };
         let mut primitive = json!({"attributes": writer.attributes(&slots), "indices": writer.indices()});
-        if !part.attributes.groups.is_empty() {
+        if !part.attributes.groups.is_empty() || !group_names.is_empty() {
             let name = group_names.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
             primitive["material"] = materials.push(&mut draft, &name, looks.get(group as usize));
         }

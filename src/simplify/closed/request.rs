@@ -1,6 +1,6 @@
 //! What the closed assembly is asked: plain data, resolved by the driver before anything runs.
 
-use crate::mesh::{Attributes, Frame};
+use crate::mesh::{Attributes, Frame, KeptEdge};
 use crate::model::Weights;
 use crate::simplify::options::Parts;
 
@@ -31,8 +31,8 @@ pub struct Request<'a> {
 /// What has to stay of a mesh beside its shape.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keep<'a> {
-    /// Edges that stay edges, over vertices of the mesh: seams and creases.
-    pub edges: &'a [[u32; 2]],
+    /// Edges that stay edges, over vertices of the mesh: seams and creases, ascending.
+    pub edges: &'a [KeptEdge],
     /// Whether each vertex stays where it is; empty where all may go.
     pub locked: &'a [bool],
     /// Whether the vertices of the result have to be vertices of the mesh.

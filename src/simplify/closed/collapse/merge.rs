@@ -33,7 +33,7 @@ impl Collapse<'_> {
             pair.sum += self.colours.price([u, v], pair.other());
         }
         if let Some(constraints) = &self.constraints {
-            pair.sum += constraints.planes_on_curves([u, v], self.nodes[u as usize].position.as_dvec3());
+            pair.sum += constraints.planes_on_held_curves([u, v], self.nodes[u as usize].position.as_dvec3());
         }
         pair
     }
@@ -49,7 +49,7 @@ impl Collapse<'_> {
     pub(super) fn placement(&self, u: u32, v: u32, pair: &Pair) -> Option<MergedVertex> {
         match &self.constraints {
             None => Some(pair.placement()),
-            Some(constraints) => constraints.placement(u, v, pair),
+            Some(constraints) => constraints.placement([u, v], self.nodes[u as usize].position.as_dvec3(), pair),
         }
     }
 

@@ -4,8 +4,9 @@
 //! two regions share two of its edges: then every region that a curve runs through is one point of it, and the faces on either
 //! side stay on their side. Regions that break this are cut, like those that are no discs.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 
+use crate::mesh::KeptEdge;
 use crate::simplify::closed::cluster::assignment::Assignment;
 
 use super::surface::Surface;
@@ -15,19 +16,33 @@ use super::surface::Surface;
 pub struct FeatureEdges {
     /// The edges, the smaller vertex first, each once.
     pub edges: Vec<[u32; 2]>,
+    /// How far the curve of each may leave its place at a low price, on the surface of unit size; 0 where it is held.
+    pub slack: Vec<f32>,
     /// The vertices of the edges, ascending.
     vertices: Vec<u32>,
 }
 
 impl FeatureEdges {
     /// Takes edges over to the vertices of the surface, where some are copies.
-    pub fn on(surface: &Surface, edges: &[[u32; 2]]) -> Self {
-        let has_copies = surface.n_split() > 0 && !edges.is_empty();
-        let edges = if has_copies { on_copies(surface, edges) } else { edges.to_vec() };
+    pub fn on(surface: &Surface, kept: &[KeptEdge]) -> Self {
+        let has_copies = surface.n_split() > 0 && !kept.is_empty();
+        let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
+        let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
+        let slack = kept.iter().map(|edge| surface.length(edge.slack)).collect();
         let mut vertices = edges.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
-        Self { edges, vertices }
+        Self { edges, slack, vertices }
+    }
+
+    /// Whether some are held.
+    pub fn hold(&self) -> bool {
+        self.slack.contains(&0.0)
+    }
+
+    /// The edges that are held.
+    pub fn held(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.edges.iter().zip(&self.slack).filter(|(_, slack)| **slack == 0.0).map(|(edge, _)| *edge)
     }
 
     /// Whether there are none.
@@ -73,17 +88,19 @@ impl FeatureEdges {
 }
 
 /// The surface's edges over these edges of the mesh.
-fn on_copies(surface: &Surface, edges: &[[u32; 2]]) -> Vec<[u32; 2]> {
-    let wanted: FxHashSet<[u32; 2]> = edges.iter().copied().collect();
+fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
+    let wanted: FxHashMap<[u32; 2], f32> = kept.iter().map(|edge| (edge.ends, edge.slack)).collect();
     let mut touched = vec![false; surface.n_vertices()];
-    edges.as_flattened().iter().for_each(|&v| touched[v as usize] = true);
-    let is_wanted = |&[a, b]: &[u32; 2]| {
-        let [a, b] = [a, b].map(|v| surface.source(v));
-        touched[a as usize] && touched[b as usize] && wanted.contains(&[a.min(b), a.max(b)])
+    kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
+    let kept = |[a, b]: [u32; 2]| {
+        let [s, t] = [a, b].map(|v| surface.source(v));
+        let is_touched = touched[s as usize] && touched[t as usize];
+        let slack = is_touched.then(|| wanted.get(&[s.min(t), s.max(t)])).flatten()?;
+        Some(KeptEdge { ends: [a.min(b), a.max(b)], slack: *slack })
     };
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut found: Vec<[u32; 2]> = sides.filter(is_wanted).map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    found.sort_unstable();
-    found.dedup();
+    let mut found: Vec<KeptEdge> = sides.filter_map(kept).collect();
+    found.sort_unstable_by_key(|edge| edge.ends);
+    found.dedup_by_key(|edge| edge.ends);
     found
 }

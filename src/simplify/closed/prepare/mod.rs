@@ -19,7 +19,7 @@ pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original
     let mut surface = Surface::new(mesh, pulse);
     let features = FeatureEdges::on(&surface, keep.edges);
     let pins = Pins::on(&surface, keep);
-    surface.support_edges(&features.edges);
+    surface.support_edges(features.held());
     pins.plane().into_iter().for_each(|plane| half::complete(&mut surface, plane));
     Original { mesh, surface, features, pins }
 }

@@ -107,8 +107,8 @@ impl<'a> Surface<'a> {
     }
 
     /// Stands a plane on each of these edges, so that their curves keep their places.
-    pub fn support_edges(&mut self, edges: &[[u32; 2]]) {
-        for &edge in edges {
+    pub fn support_edges(&mut self, edges: impl Iterator<Item = [u32; 2]>) {
+        for edge in edges {
             let plane = self.plane_on(edge, EDGE_WEIGHT);
             edge.into_iter().for_each(|v| add(&mut self.quadrics[v as usize], &plane));
         }
@@ -156,6 +156,11 @@ impl<'a> Surface<'a> {
     pub fn source(&self, vertex: u32) -> u32 {
         let n_own = self.positions.len() - self.copies.len();
         if (vertex as usize) < n_own { vertex } else { self.copies[vertex as usize - n_own] }
+    }
+
+    /// A length of the mesh, on this surface.
+    pub fn length(&self, of_mesh: f32) -> f32 {
+        (f64::from(of_mesh) * self.scale.factor) as f32
     }
 
     /// Number of vertices.

@@ -44,7 +44,7 @@ const LEAST_MEANT: f32 = 0.2;
 /// where that is wanted.
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
     // Each step takes vertices of curves along the surface, off their curves.
-    let n_steps = if original.features.is_empty() { points.n_steps() } else { 1 };
+    let n_steps = if !original.features.hold() { points.n_steps() } else { 1 };
     let start = output.positions.clone();
     for n_before in 0..n_steps {
         if n_before > 0 {
@@ -77,7 +77,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     pulse.beat(0);
     let counts = counts(pulse, &sums, points.aim().usual, square);
     pulse.beat(0);
-    let stay = if original.features.is_empty() { STAY } else { STAY_BY_CURVES };
+    let stay = if !original.features.hold() { STAY } else { STAY_BY_CURVES };
     let weighed = Weighed { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
     let mut steps = solve(pulse, &facets, &weighed);
     strays::take_back(original, &facets, start, &mut steps, square.sqrt());
