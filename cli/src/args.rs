@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, ValueEnum};
+use neural_mesh::simplify::SEAM_ERROR;
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
@@ -153,8 +154,11 @@ pub struct SimplifyArgs {
     pub force: bool,
 }
 
+/// Texels a side of the texture that `--seam-error` is meant for.
+pub const TEXELS: f64 = 1024.0;
+
 /// Texels by which a seam may leave its place at a low price, by default.
-pub const SEAM_TEXELS: f64 = 16.0;
+pub const SEAM_TEXELS: f64 = SEAM_ERROR * TEXELS;
 
 /// What a mesh carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

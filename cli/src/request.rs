@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use neural_mesh::io::Format;
 use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs};
+use crate::args::{AssemblyArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs, TEXELS};
 use crate::failure::Failure;
 use crate::memory;
 
@@ -96,9 +96,6 @@ impl Bound {
 
 /// Degrees between faces at what `--keep-features` keeps.
 const FEATURE_ANGLE: f32 = 30.0;
-
-/// Texels a side of the texture that `--seam-error` is meant for.
-const TEXELS: f64 = 1024.0;
 
 /// Where a mesh comes from and how it is read.
 #[derive(Debug)]

@@ -84,7 +84,11 @@ impl Subject {
 
     /// The same, held back by nothing that the result does not need or its format does not hold.
     fn wanting(mut self, request: &Request) -> Result<Self, Failure> {
-        let ignores = |what| request.output_format.is_bare() || request.ignore.contains(&what);
+        if request.output_format.is_bare() {
+            self.wanted = Some(Attributes::default());
+            return Ok(self);
+        }
+        let ignores = |what| request.ignore.contains(&what);
         if matches!(self.kind, Kind::Scene { .. }) && ignores(IgnoreArg::Materials) {
             let what = "--ignore materials: the primitives of a scene stay apart: write obj or ply";
             return Err(Failure::Usage(what.into()));
@@ -94,9 +98,9 @@ impl Subject {
             Role::Normal => !ignores(IgnoreArg::Normals),
             Role::Tangent => !ignores(IgnoreArg::Uv) && !ignores(IgnoreArg::Normals),
             Role::Colour => !ignores(IgnoreArg::Colors),
-            _ => !request.output_format.is_bare(),
+            _ => true,
         };
-        if request.output_format.is_bare() || !request.ignore.is_empty() {
+        if !request.ignore.is_empty() {
             self.wanted = Some(self.attributes().clone().only(keeps, !ignores(IgnoreArg::Materials)));
         }
         Ok(self)

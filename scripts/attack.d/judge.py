@@ -152,8 +152,8 @@ def of_size(subject, done, result):
         yield from of_unchanged(subject, done, result)
         return
     split = result.said["split_vertices"] + max(before.fans - before.vertices, 0)
-    # A pair of merges takes four faces of a mirrored mesh.
-    step = {(False, False): 1, (False, True): 2, (True, False): 2, (True, True): 4}[is_mirrored(done), key == "faces"]
+    # What one merge takes; a mirrored mesh loses what a pair of merges takes.
+    step = (2 if key == "faces" else 1) * (2 if is_mirrored(done) else 1)
     text = f"{size} {key}, {asked} asked for of {whole}, {split} split: {result.outcome}"
     least = 0 if result.said["components_pruned"] else asked - step
     if result.outcome == "reached" and not least <= size <= asked + split * (2 if key == "faces" else 1):

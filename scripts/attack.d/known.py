@@ -5,7 +5,7 @@ from typing import Callable
 
 
 def extreme(case):
-    """Where single precision about one origin cannot hold the mesh."""
+    """Where the mesh was drawn far apart, of mixed scales, far from the origin or denormal: `Mesh.plain` says no."""
     return not case.plain
 
 
@@ -27,10 +27,10 @@ KNOWN = [
     Known("degenerate", held, "what is held lies on a line in the numbers of the file"),
     Known("degenerate", extreme, "parts have no area in the numbers of the file"),
     Known("read", extreme, "closed sheets thinner than the steps of single precision become one sheet"),
-    Known("closed again", extreme, "faces that are one in single precision are more than a small hole"),
-    Known("pieces", extreme, "parts thinner than the steps of single precision fall apart along a mirror plane"),
-    Known("loops", extreme, "holes narrower than the steps of single precision join what they touch along a mirror plane"),
-    Known("astray", extreme, "the mesh is no wider than a few steps of the numbers of the file"),
+    Known("closed again", extreme, "not explained: seen where single precision makes faces one"),
+    Known("pieces", extreme, "not explained: seen of mirrored meshes alone"),
+    Known("loops", extreme, "not explained: seen of mirrored meshes alone"),
+    Known("astray", extreme, "the mesh is as wide as the steps of the numbers of the file"),
     Known("certified", extreme, "what is certified is the distance from the mesh in single precision"),
     Known("error", extreme, "what is bounded is the distance from the mesh in single precision"),
     Known("hang", extreme, "merges are tried again and again where parts are too small for the numbers"),

@@ -1,7 +1,7 @@
 //! Edges that are more than edges: seams, where what the corners carry is not continuous, and creases, where the surface bends
 //! sharply.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::half_edges::{for_each_edge, next, start};
 use super::{Attributes, Channel, Role, TriMesh};
@@ -88,31 +88,34 @@ fn is_texture(role: Role) -> bool {
 
 /// How far on the surface `seam_error` takes texture coordinates, by the side of the edge on which that is least.
 fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
-    let corner = |half_edge: u32, at: u32| (half_edge / 3, at % 3);
-    let ends = half_edges.map(|h| [corner(h, h), corner(next(h), next(h))]);
-    let length = |[a, b]: [(u32, u32); 2], value: &dyn Fn((u32, u32)) -> Vec3| value(a).distance(value(b));
-    let position = |(face, at): (u32, u32)| mesh.positions()[mesh.faces()[face as usize][at as usize] as usize].into();
+    let ends = half_edges.map(|half_edge| [half_edge, next(half_edge)]);
     let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
     let on_texture = channels.flat_map(|channel| {
-        let uv = |(face, at): (u32, u32)| match channel.of(attributes.wedges[face as usize][at as usize]) {
-            [u, v, ..] => Vec3::new(*u, *v, 0.0),
-            _ => Vec3::ZERO,
+        let uv = |corner| match channel.of(wedge(attributes, corner)) {
+            [u, v, ..] => Vec2::new(*u, *v),
+            _ => Vec2::ZERO,
         };
-        ends.map(|ends| length(ends, &uv))
+        ends.map(|[a, b]| uv(a).distance(uv(b)))
     });
     let on_texture = on_texture.fold(0.0, f32::max);
-    let on_surface = length(ends[0], &position);
+    let [a, b] = ends[0].map(|corner| Vec3::from(mesh.positions()[start(mesh.faces(), corner) as usize]));
+    let on_surface = a.distance(b);
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
 }
 
 /// Whether two faces carry the same, in the roles that count, along the edge that two of their half-edges are.
 fn joins(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
     let vertex = |corner: u32| start(mesh.faces(), corner);
-    let wedge = |corner: u32| attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0);
     let [here, there] = [first, second].map(|half_edge| [half_edge, next(half_edge)]);
     let partner = |corner: u32| there.into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner);
-    let same_wedge = |corner: u32| same(attributes, wedge(corner), wedge(partner(corner)), &counts);
+    let same_wedge =
+        |corner: u32| same(attributes, wedge(attributes, corner), wedge(attributes, partner(corner)), &counts);
     attributes.group(first / 3) == attributes.group(second / 3) && here.into_iter().all(same_wedge)
+}
+
+/// What a corner carries; nothing is told apart where there are no wedges.
+fn wedge(attributes: &Attributes, corner: u32) -> u32 {
+    attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0)
 }
 
 /// Whether two wedges carry the same values in the roles that count.

@@ -55,7 +55,7 @@ impl Constraints {
         for (&edge, &slack) in original.features.edges.iter().zip(&original.features.slack) {
             for v in edge {
                 let planes = original.surface.plane_on_edge(edge, v);
-                let weight = planes.a[0] + planes.a[3] + planes.a[5];
+                let weight = planes.trace();
                 curve(region[v as usize], &|curve| {
                     curve.planes += planes;
                     curve.slack += weight * f64::from(slack * slack);
@@ -73,42 +73,24 @@ impl Constraints {
 
     /// The planes on the curves of two vertices about `origin`; nothing where no held curve runs through them.
     pub fn planes_on_held_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
-        if self.hold(vertices) { self.planes(vertices, origin) } else { Quadric::default() }
-    }
-
-    fn planes(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
-        let planes = vertices.into_iter().filter_map(|v| self.curves.get(&v)).map(|curve| curve.planes);
-        planes.fold(Quadric::default(), |sum, planes| sum + planes.about(origin))
-    }
-
-    /// Whether a held curve runs through one of these.
-    fn hold(&self, vertices: [u32; 2]) -> bool {
-        vertices.iter().any(|v| self.curves.get(v).is_some_and(|curve| curve.is_held))
-    }
-
-    /// What curves cost that leave their places when `u`, at `origin`, and `v` go to `origin + offset`.
-    fn price_of_curves(&self, vertices: [u32; 2], origin: DVec3, offset: DVec3) -> f64 {
-        let slack: f64 = vertices.iter().filter_map(|v| self.curves.get(v)).map(|curve| curve.slack).sum();
-        if slack == 0.0 {
-            return 0.0;
-        }
-        let squares = self.planes(vertices, origin).value(offset);
-        SEAM_PRICE * squares + (1.0 - SEAM_PRICE) * (squares - slack).max(0.0)
+        let curves = self.curves_at(vertices);
+        if are_held(curves) { planes(curves, origin) } else { Quadric::default() }
     }
 
     /// The merged vertex of `u`, at `origin`, and `v`, seen from `u`; `None` where they stay two.
-    pub fn placement(&self, [u, v]: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
-        if self.hold([u, v]) {
-            return self.held_placement(u, v, pair);
+    pub fn placement(&self, vertices: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
+        let curves = self.curves_at(vertices);
+        if are_held(curves) {
+            return self.held_placement(vertices, curves, pair);
         }
-        let stays = |w: u32| self.pins.is_locked(w) || self.along(w).len() == 1;
-        let merged = self.placed([u, v], [stays(u), stays(v)], pair)?;
-        Some(MergedVertex { price: merged.price + self.price_of_curves([u, v], origin, merged.offset), ..merged })
+        let stays = |i: usize| self.pins.is_locked(vertices[i]) || along(curves[i]).len() == 1;
+        let merged = self.placed(vertices, [0, 1].map(stays), pair)?;
+        Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
 
     /// The same where a held curve runs through one of the two.
-    fn held_placement(&self, u: u32, v: u32, pair: &Pair) -> Option<MergedVertex> {
-        let [of_u, of_v] = [u, v].map(|w| self.along(w));
+    fn held_placement(&self, [u, v]: [u32; 2], curves: [Option<&Curve>; 2], pair: &Pair) -> Option<MergedVertex> {
+        let [of_u, of_v] = curves.map(along);
         if !of_u.is_empty() && !of_v.is_empty() && !of_u.contains(&v) {
             return None;
         }
@@ -139,13 +121,16 @@ impl Constraints {
 
     /// Whether curves branch at all of these, which nothing else pins.
     fn are_branch_points(&self, vertices: [u32; 2]) -> bool {
-        vertices.into_iter().all(|v| self.along(v).len() > 2 && !self.pins.has(v))
+        vertices.into_iter().all(|v| along(self.curves.get(&v)).len() > 2 && !self.pins.has(v))
     }
 
     /// Whether held curves outlive the faces at `opposite` that a merge of `u` and `v` takes away.
     pub fn outlive(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
-        let [of_u, of_v] = [u, v].map(|w| self.along(w));
-        !opposite.iter().any(|w| of_u.contains(w) && of_v.contains(w) && (self.hold([u, v]) || self.hold([*w; 2])))
+        let curves = self.curves_at([u, v]);
+        let [of_u, of_v] = curves.map(along);
+        let is_lost =
+            |w: &u32| of_u.contains(w) && of_v.contains(w) && (are_held(curves) || are_held(self.curves_at([*w; 2])));
+        !opposite.iter().any(is_lost)
     }
 
     /// Takes note that `v` was merged into `u`.
@@ -171,9 +156,34 @@ impl Constraints {
         }
     }
 
-    fn along(&self, v: u32) -> &[u32] {
-        self.curves.get(&v).map_or(&[], |curve| &curve.along)
+    fn curves_at(&self, vertices: [u32; 2]) -> [Option<&Curve>; 2] {
+        vertices.map(|v| self.curves.get(&v))
     }
+}
+
+/// The neighbours of a vertex along curves.
+fn along(curve: Option<&Curve>) -> &[u32] {
+    curve.map_or(&[], |curve| &curve.along)
+}
+
+/// Whether a held curve runs through one of two vertices.
+fn are_held(curves: [Option<&Curve>; 2]) -> bool {
+    curves.into_iter().flatten().any(|curve| curve.is_held)
+}
+
+/// The planes on the curves of two vertices about `origin`.
+fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
+    curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.about(origin))
+}
+
+/// What curves cost that leave their places when a merge puts two of their vertices at `offset` from `origin`.
+fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) -> f64 {
+    let slack: f64 = curves.into_iter().flatten().map(|curve| curve.slack).sum();
+    if slack == 0.0 {
+        return 0.0;
+    }
+    let squares = planes(curves, origin).value(offset);
+    SEAM_PRICE * squares + (1.0 - SEAM_PRICE) * (squares - slack).max(0.0)
 }
 
 /// The cheaper one of the two ends, as a place for the merged vertex.

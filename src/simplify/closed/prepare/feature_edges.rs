@@ -37,7 +37,7 @@ impl FeatureEdges {
 
     /// Whether some are held.
     pub fn hold(&self) -> bool {
-        self.slack.contains(&0.0)
+        self.held().next().is_some()
     }
 
     /// The edges that are held.
