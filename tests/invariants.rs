@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::mesh::{Frame, TriMesh, shapes};
+use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
 use proptest::prelude::*;
 
@@ -15,8 +15,11 @@ fn to(mesh: &TriMesh, target: Target) -> Simplified {
 
 /// By the one pass where the oversample is given, which small meshes go without otherwise.
 fn with_oversample(mesh: &TriMesh, target: Target, oversample: Option<f64>) -> Simplified {
-    let options = Options { oversample, ..Options::new(target) };
-    simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    with(mesh, &Options { oversample, ..Options::new(target) })
+}
+
+fn with(mesh: &TriMesh, options: &Options) -> Simplified {
+    simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// What a reader makes of the mesh after an STL round trip: welded by position.
@@ -47,17 +50,22 @@ fn corners_and_creases_of_large_parts_stay() {
     }
 }
 
-/// Closed, of the asked size, and the same after its positions are welded.
+/// Closed, of the asked size, and the same after its positions are welded; all parts are there but those reported dropped.
 fn check(original: &TriMesh, ratio: f64) {
-    check_with(original, ratio, None);
-    check_with(original, ratio, Some(1.5));
+    for oversample in [None, Some(1.5)] {
+        let options = Options { oversample, ..Options::new(Target::Ratio(ratio)) };
+        let result = check_with(original, ratio, &options);
+        let components = topology(original).components - result.report.components_pruned;
+        assert_eq!(topology(&result.mesh).components, components);
+        let result = check_with(original, ratio, &Options { prune: false, ..options });
+        assert_same_topology(original, &result.mesh);
+    }
 }
 
-fn check_with(original: &TriMesh, ratio: f64, oversample: Option<f64>) {
+fn check_with(original: &TriMesh, ratio: f64, options: &Options) -> Simplified {
     let n_vertices = original.positions().len();
-    let result = with_oversample(original, Target::Ratio(ratio), oversample);
+    let result = with(original, options);
     assert_closed_manifold(&result.mesh);
-    assert_same_topology(original, &result.mesh);
     let welded = through_stl(&result.mesh);
     assert_closed_manifold(&welded);
     assert_eq!(welded.positions().len(), result.mesh.positions().len());
@@ -66,6 +74,7 @@ fn check_with(original: &TriMesh, ratio: f64, oversample: Option<f64>) {
         Outcome::Reached => assert!((asked.saturating_sub(1)..=asked).contains(&result.mesh.positions().len())),
         Outcome::Stopped(_) => assert!(result.mesh.positions().len() > asked),
     }
+    result
 }
 
 proptest! {

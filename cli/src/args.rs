@@ -123,8 +123,11 @@ pub struct SimplifyArgs {
     /// Threads to use [default: one per core]; the result is the same with any number
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Drop components too small for the size asked for, instead of keeping their smallest closed form. With SIZE: drop
-    /// those whose bounding box has a smaller diagonal, in the unit of the mesh, or with % in percent of its diagonal
+    /// Keep all components, also those that cost more vertices than they show
+    #[arg(long)]
+    pub keep_parts: bool,
+    /// Drop components whose bounding box has a smaller diagonal than SIZE, in the unit of the mesh, or with % in percent of its
+    /// diagonal; without SIZE, with --error, than the bound. The bound is then that of what stays
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]
     pub prune: Option<Option<String>>,
     /// Keep vertices at equal positions apart

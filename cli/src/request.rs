@@ -226,7 +226,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     }
     options.oversample = args.oversample;
     options.seed = args.seed;
-    options.prune = args.prune == Some(None);
+    options.prune = !args.keep_parts;
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
@@ -279,6 +279,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
     let named = [
         ("--lock-boundaries", args.lock_boundaries),
         ("--prune", args.prune.is_some()),
+        ("--keep-parts", args.keep_parts),
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),
         ("--importance", args.importance.is_some()),
@@ -310,9 +311,13 @@ pub fn strict(args: &SimplifyArgs) -> Result<bool, Failure> {
     Ok(args.strict || goal(args)?.is_bound())
 }
 
-/// The size below which components are dropped.
+/// The size below which components are dropped: as given, or the distance asked for.
 pub fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
-    args.prune.iter().flatten().next().map(|text| bound("--prune", text)).transpose()
+    match (&args.prune, &args.error) {
+        (Some(Some(text)), _) => bound("--prune", text).map(Some),
+        (Some(None), Some(error)) => bound("--error", error).map(Some),
+        _ => Ok(None),
+    }
 }
 
 /// The distance below which vertices become one.

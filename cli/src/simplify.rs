@@ -325,6 +325,10 @@ fn told(
 ) -> Result<Report, Failure> {
     let with_shape = request.report.is_some() || result.report.components_pruned > 0;
     let several = matches!(request.goal, Goal::Levels(_));
+    let is_of_rest =
+        matches!(request.goal, Goal::Error(_)) && request.prune_below.is_some() && result.report.components_pruned > 0;
+    let notes =
+        notes.into_iter().chain(is_of_rest.then(|| "the distance is that of what --prune left".into())).collect();
     let Some(first) = levels.first().cloned() else { return Err(Failure::Failed("no result was made".into())) };
     Ok(Report {
         input: Size::of(subject.mesh(), with_shape),

@@ -74,7 +74,8 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_pruned > 0 {
         let all = input.shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
-        notes.push(format!("pruned    {}{all} components", output.components_pruned));
+        let how = "; --keep-parts keeps what --prune does not name";
+        notes.push(format!("pruned    {}{all} components{how}", output.components_pruned));
     }
     if output.components_at_minimum > 0 {
         notes.push(format!(

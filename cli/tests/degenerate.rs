@@ -159,13 +159,13 @@ fn parts_that_touch_at_a_vertex_are_dropped_and_counted_as_the_report_counts_the
     let touching = large + &tetrahedron(n_large + 1, 0.01) + &tetrahedron(n_large + 4, -0.02);
     for size in ["--ratio=1", "--ratio=0.5", "--ratio=0.1"] {
         for (prune, n_left) in [("--prune=1%", 1), ("--prune=0.6%", 2), ("--prune=0.1%", 3)] {
-            let (code, report, info) = simplified(&touching, &[size, prune]);
+            let (code, report, info) = simplified(&touching, &[size, prune, "--keep-parts"]);
             assert_eq!(report["input"]["components"], 3);
             assert_eq!((code, &info["components"]), (Some(0), &n_left.into()), "{size} {prune}");
             assert_eq!(report["output"]["components_pruned"], 3 - n_left, "{size} {prune}");
         }
     }
-    let (code, report, info) = simplified(&touching, &["--ratio=0.05", "--prune"]);
+    let (code, report, info) = simplified(&touching, &["--ratio=0.05"]);
     assert_eq!((code, &info["components"]), (Some(0), &1.into()));
     assert_eq!(report["output"]["components_pruned"], 2);
 }
@@ -201,15 +201,26 @@ fn vertices_that_nearly_meet_are_welded_where_that_is_asked_for() {
 }
 
 #[test]
-fn a_tiny_component_stays_unless_pruned() {
+fn a_tiny_component_goes_where_it_costs_more_than_it_shows() {
     let large = sphere(1, 16, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();
     let both = large + &sphere(n_large + 1, 4, [3.0, 0.0, 0.0], 0.001);
-    let (code, report, info) = simplified(&both, &["--ratio", "0.1"]);
-    assert_eq!((code, &info["components"], &info["closed"]), (Some(0), &2.into(), &true.into()));
-    assert_eq!(report["output"]["components_pruned"], 0);
-    let (code, report, info) = simplified(&both, &["--ratio", "0.02", "--prune"]);
-    assert_eq!((code, &info["closed"]), (Some(0), &true.into()));
-    let pruned = report["output"]["components_pruned"].as_u64().unwrap();
-    assert_eq!(info["components"].as_u64().unwrap() + pruned, 2);
+    for (options, n_left) in [
+        (&["--ratio", "0.1"][..], 1),
+        (&["--ratio", "0.02", "--prune"], 1),
+        (&["--error", "5%"], 2),
+        (&["--error", "5%", "--prune"], 1),
+        (&["--ratio", "0.1", "--keep-parts"], 2),
+        (&["--ratio", "0.1", "--subset"], 2),
+        (&["--ratio", "1"], 2),
+    ] {
+        let (code, report, info) = simplified(&both, options);
+        assert_eq!(
+            (code, &info["components"], &info["closed"]),
+            (Some(0), &n_left.into(), &true.into()),
+            "{options:?}"
+        );
+        assert_eq!(report["output"]["components_pruned"], 2 - n_left, "{options:?}");
+        assert_eq!(report["outcome"], "reached");
+    }
 }

@@ -104,8 +104,14 @@ def of_pruned(subject, done, result):
     if any(abs(size / limit - 1) < 1e-4 for size in sizes):
         return
     small = min(sum(size < limit for size in sizes), len(sizes) - 1)
-    if result.said["components_pruned"] != small:
+    # Others may go for their price.
+    if result.said["components_pruned"] < small:
         yield "pruned", f"{result.said['components_pruned']} of {len(sizes)} components, {small} are smaller than {size}"
+
+
+def of_kept_parts(subject, done, result):
+    if result.said["components_pruned"] and not any(word.startswith("--prune") for word in done.options):
+        yield "pruned", f"{result.said['components_pruned']} components are gone, all were to be kept"
 
 
 def of_error(subject, done, result):
@@ -113,6 +119,9 @@ def of_error(subject, done, result):
     if not asked or "--weld" in done.options or len(subject.faces) > 3000:
         return
     asked = float(asked.rstrip("%")) / 100 * subject.diagonal
+    # With --prune the bound is that of what stays.
+    if any(word.startswith("--prune") for word in done.options) and result.said["components_pruned"]:
+        return
     found = largest((subject.points, subject.faces), (result.points, result.faces))
     slack = 1e-6 * subject.diagonal
     if found > 1.0001 * asked + slack and not (done.code == 3 and result.outcome != "reached"):
@@ -134,6 +143,7 @@ CHECKS = {
     "--lock-boundaries": of_locked,
     "--symmetric": of_mirrored,
     "--prune": of_pruned,
+    "--keep-parts": of_kept_parts,
     "--error": of_error,
     "--size": of_bytes,
 }

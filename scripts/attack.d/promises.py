@@ -29,7 +29,7 @@ PROMISES = {
     "subset": "assets.md: with --subset vertices of the result are vertices of the input",
     "locked": "assets.md: with --lock-boundaries vertices and edges of the boundary stay, bit for bit",
     "mirrored": "assets.md: with --symmetric each vertex and face of the result has its image",
-    "pruned": "assets.md: --prune=SIZE drops the components smaller than that, and the largest by area stays",
+    "pruned": "assets.md: --prune=SIZE drops the components smaller than that, the largest by area stays; --keep-parts drops none",
     "error": "assets.md: with --error nothing is farther than asked, or exit code 3 says so",
     "certified": "assets.md: the certified distance is no less than the true one",
     "bytes": "assets.md: with --size the file fits, or exit code 3 says so",

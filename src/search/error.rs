@@ -1,10 +1,11 @@
 //! The smallest result found whose distance from the original is proved to be small enough.
 
 use crate::mesh::TriMesh;
+use crate::mesh::pulse::Pulse;
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance};
 use crate::model::Weights;
 use crate::simplify::{
-    Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_levels_of_detail,
+    Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, pruned_below, simplify_levels_of_detail,
 };
 
 use super::part::part_of;
@@ -36,6 +37,9 @@ pub struct Bounded {
 /// Finds the smallest result whose two-sided largest distance from the mesh is certainly at most `error`, in the unit
 /// of the mesh; the target of `options` does not count.
 ///
+/// No component goes for its price that lies farther than `error` from what stays. Those below `prune_below` are dropped first: the
+/// distance is that from the rest.
+///
 /// Distances nearly fall with size, not quite: some smaller mesh may hold the error too. Where no result is proved to hold it,
 /// the nearest that was made, and its outcome is [`Outcome::Stopped`].
 ///
@@ -61,19 +65,22 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
+    let pruned = pruned_below(Pulse::NONE, input.mesh, options.prune_below);
+    let original = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
+    let options = &Options { prune_within: options.prune_within.min(error), ..options.clone() };
     let mut n_before = 0;
     let mut levels = |sizes: &[usize], in_place: bool| {
         let progress = &mut part_of(progress, n_before, MOST_ROUNDS + 2);
         n_before += 1;
         at_sizes(input, weights, &Options { subset: in_place || options.subset, ..options.clone() }, sizes, progress)
     };
-    let (best, n_tries) = smallest_that_holds(input.mesh, error, &mut |sizes| levels(sizes, false))?;
+    let (best, n_tries) = smallest_that_holds(original, error, &mut |sizes| levels(sizes, false))?;
     let (mut simplified, distance) = match best {
         Some(best) => {
-            let sharp = measured(input.mesh, &best.mesh, error);
+            let sharp = measured(original, &best.mesh, error);
             (best, CertifiedDistance { upper: sharp.upper.min(error), ..sharp })
         }
-        None => nearest(input.mesh, error, options, &mut levels)?,
+        None => nearest(original, error, options, &mut levels)?,
     };
     simplified.report.outcome = outcome(&distance, error);
     Ok(Bounded { simplified, distance, n_tries })

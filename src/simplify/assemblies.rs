@@ -4,8 +4,8 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
 
-use super::closed::{Aim, Closed, Half, Importance, Keep, Request, simplify_levels};
-use super::components::{Prune, Pruned, pruned};
+use super::closed::{Aim, Closed, Half, Importance, Keep, Levels, MayGo, Request, simplify_levels};
+use super::components::{Pruned, pruned_below, without};
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
 use super::map;
@@ -39,31 +39,57 @@ pub(super) fn closed_levels(
     sizes: &Sizes,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Some(&first) = sizes.limits.first() else { return Ok(Vec::new()) };
-    let Some(pruned) = pruned_for(progress.pulse, input.mesh, first, task.options) else {
-        return levels_of(input, weights, task, sizes, progress);
+    let Some(pruned) = pruned_below(progress.pulse, input.mesh, task.options.prune_below) else {
+        return levels_of(input, weights, task, sizes, 0, progress);
     };
+    of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, 0, progress))
+}
+
+/// What is made of a part of a mesh, over the vertices and faces of the mesh.
+fn of_part(
+    input: &Input,
+    pruned: &Pruned,
+    make: impl FnOnce(&Input) -> Result<Vec<Closed>, SimplifyError>,
+) -> Result<Vec<Closed>, SimplifyError> {
     let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
-    let part = Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance };
-    let mut levels = levels_of(&part, weights, task, sizes, progress)?;
-    levels.iter_mut().for_each(|closed| closed.widen(input.mesh, &pruned));
+    let mut levels = make(&Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance })?;
+    levels.iter_mut().for_each(|closed| closed.widen(input.mesh, pruned));
     Ok(levels)
 }
 
-/// The mesh without the components that the options let go; `None` where all stay.
-fn pruned_for(pulse: Pulse, mesh: &TriMesh, limit: Limit, options: &Options) -> Option<Pruned> {
-    let prune = Prune { for_target: options.prune.then_some(limit.size()), below: options.prune_below };
-    if options.prune || prune.below > 0.0 { pruned(pulse, mesh, &prune) } else { None }
-}
-
-/// The closed assembly's results of all of a mesh.
+/// The closed assembly's results of a mesh without the parts that cost more than they show, which is settled for so many levels. A
+/// level at which some go begins anew from what stays.
 fn levels_of(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     sizes: &Sizes,
+    n_settled: usize,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
+    let Levels { mut made, gone } = levels_of_whole(input, weights, task, sizes, n_settled, progress)?;
+    let Some(gone) = gone else { return Ok(made) };
+    let Some(pruned) = without(input.mesh, gone.n_parts, |face| gone.faces[face]) else { return Ok(made) };
+    let left = Sizes { limits: &sizes.limits[made.len()..], oversample: sizes.oversample };
+    made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, 1, progress))?);
+    Ok(made)
+}
+
+/// Which parts may go, once it is settled for so many levels; `None` where what is asked for keeps all.
+fn may_go(options: &Options, half: Option<Half>, from_level: usize) -> Option<MayGo> {
+    let keeps = !options.prune || options.subset || options.lock_boundaries || half.is_some();
+    (!keeps).then_some(MayGo { within: options.prune_within, from_level })
+}
+
+/// The closed assembly's results of all of a mesh, as far as all of it is to stay.
+fn levels_of_whole(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    sizes: &Sizes,
+    n_settled: usize,
+    progress: Progress,
+) -> Result<Levels, SimplifyError> {
     let Task { options, differentiable, half } = *task;
     let Input { mesh, attributes, importance } = *input;
     let aim = Aim::of(options.optimize);
@@ -76,7 +102,9 @@ fn levels_of(
     let edges = kept_edges(mesh, attributes, options);
     let locked = locked_vertices(mesh, options);
     let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
-    let keep = Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map, half };
+    let parts = may_go(options, half, n_settled);
+    let keep =
+        Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map, parts, half };
     let request = Request {
         oversample: sizes.oversample,
         all_if_uneven: options.oversample.is_none(),
@@ -89,7 +117,7 @@ fn levels_of(
         keep,
     };
     let mut levels = simplify_levels(mesh, &request, sizes.limits, progress)?;
-    levels.iter_mut().for_each(|closed| closed.report.scores = scores);
+    levels.made.iter_mut().for_each(|closed| closed.report.scores = scores);
     Ok(levels)
 }
 
@@ -130,9 +158,8 @@ pub(super) fn unchanged_but_pruned(
     options: &Options,
     oversample: f64,
 ) -> Result<Simplified, SimplifyError> {
-    let prune = Prune { for_target: None, below: options.prune_below };
-    let dropped = if prune.below > 0.0 { pruned(pulse, input.mesh, &prune) } else { None };
-    let Some(pruned) = dropped else { return Ok(unchanged(pulse, input, options, oversample)) };
+    let pruned = pruned_below(pulse, input.mesh, options.prune_below);
+    let Some(pruned) = pruned else { return Ok(unchanged(pulse, input, options, oversample)) };
     let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
     let part = Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance };
     let mut result = unchanged(pulse, &part, options, oversample);

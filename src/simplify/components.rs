@@ -5,9 +5,6 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{TriMesh, compact};
 
-/// A component too small to be worth keeping has room for fewer vertices than the smallest closed surface, a
-/// tetrahedron.
-const LEAST_SHARE: f64 = 4.0;
 /// Faces of the smallest closed surface, a tetrahedron.
 const TETRAHEDRON: usize = 4;
 
@@ -61,7 +58,7 @@ fn numbered(
 }
 
 /// A mesh without its smallest components.
-pub(super) struct Pruned {
+pub(crate) struct Pruned {
     /// What is left.
     pub mesh: TriMesh,
     /// Where its vertices stood.
@@ -72,28 +69,19 @@ pub(super) struct Pruned {
     pub n_dropped: usize,
 }
 
-/// Which components may go.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Prune {
-    /// Smallest first, those whose share of so many vertices by area is below four.
-    pub for_target: Option<usize>,
-    /// Those whose bounding box has a diagonal below this.
-    pub below: f64,
-}
-
-/// Drops components; the largest by area always stays. `None` where nothing is dropped.
-pub(super) fn pruned(pulse: Pulse, mesh: &TriMesh, prune: &Prune) -> Option<Pruned> {
+/// Drops the components whose bounding box has a diagonal below `least`; the largest by area always stays. `None` where nothing is
+/// dropped.
+pub(crate) fn pruned_below(pulse: Pulse, mesh: &TriMesh, least: f64) -> Option<Pruned> {
+    if least.is_nan() || least <= 0.0 {
+        return None;
+    }
     let (component, n) = components(pulse, mesh);
     let areas = areas(mesh, &component, n);
-    let mut by_area: Vec<usize> = (0..n).collect();
-    by_area.sort_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)));
-    let (&largest, others) = by_area.split_last()?;
-    let diagonals = if prune.below > 0.0 { diagonals(mesh, &component, n) } else { vec![f64::INFINITY; n] };
-    let mut dropped: Vec<bool> = (0..n).map(|c| c != largest && diagonals[c] < prune.below).collect();
-    if let Some(n_target) = prune.for_target {
-        drop_for_target(others, &areas, n_target, &mut dropped);
-    }
-    without(mesh, &component, &dropped)
+    let largest = (0..n).max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
+    let diagonals = diagonals(mesh, &component, n);
+    let dropped: Vec<bool> = (0..n).map(|c| c != largest && diagonals[c] < least).collect();
+    let n_dropped = dropped.iter().filter(|&&dropped| dropped).count();
+    without(mesh, n_dropped, |face| dropped[component[face] as usize])
 }
 
 /// The area of each component.
@@ -119,28 +107,12 @@ fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     bounds.iter().map(|(low, high)| (*high - *low).length()).collect()
 }
 
-/// Marks, smallest first, those of the components that stay whose share of the target is below four vertices.
-fn drop_for_target(by_area: &[usize], areas: &[f64], n_target: usize, dropped: &mut [bool]) {
-    let mut left: f64 = areas.iter().zip(&*dropped).filter(|(_, dropped)| !**dropped).map(|(area, _)| area).sum();
-    for &c in by_area {
-        if dropped[c] {
-            continue;
-        }
-        if n_target as f64 * areas[c] >= LEAST_SHARE * left {
-            break;
-        }
-        dropped[c] = true;
-        left -= areas[c];
-    }
-}
-
-/// The mesh without the components that are marked.
-fn without(mesh: &TriMesh, component: &[u32], dropped: &[bool]) -> Option<Pruned> {
-    let n_dropped = dropped.iter().filter(|&&d| d).count();
+/// The mesh without the faces that are dropped, of so many components; `None` where there are none.
+pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usize) -> bool) -> Option<Pruned> {
     if n_dropped == 0 {
         return None;
     }
-    let faces: Vec<u32> = (0u32..).zip(component).filter(|(_, c)| !dropped[**c as usize]).map(|(f, _)| f).collect();
+    let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| !is_dropped(f as usize)).collect();
     let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
     compact(mesh.positions(), kept).ok().map(|(mesh, sources)| Pruned { mesh, sources, faces, n_dropped })
 }
@@ -149,18 +121,6 @@ fn without(mesh: &TriMesh, component: &[u32], dropped: &[bool]) -> Option<Pruned
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-
-    #[test]
-    fn small_boxes_go_first_and_the_largest_always_stays() {
-        let boxes = shapes::many_boxes(94);
-        assert_eq!(count_components(Pulse::NONE, &boxes), (94, 0));
-        let for_target = |n| Prune { for_target: Some(n), below: 0.0 };
-        assert!(pruned(Pulse::NONE, &boxes, &for_target(1_000_000_000)).is_none());
-        let some = pruned(Pulse::NONE, &boxes, &for_target(100)).unwrap();
-        assert_eq!(count_components(Pulse::NONE, &some.mesh).0, 94 - some.n_dropped);
-        let last = pruned(Pulse::NONE, &boxes, &for_target(4)).unwrap();
-        assert_eq!((count_components(Pulse::NONE, &last.mesh).0, last.n_dropped), (1, 93));
-    }
 
     #[test]
     fn components_below_a_size_go() {
@@ -172,12 +132,13 @@ mod tests {
             positions.extend_from_slice(cube.positions());
         }
         let cubes = TriMesh::new(positions, faces).unwrap();
-        let below = |side: f64| Prune { for_target: None, below: side * 3f64.sqrt() };
-        assert!(pruned(Pulse::NONE, &cubes, &below(0.99)).is_none());
-        let two = pruned(Pulse::NONE, &cubes, &below(1.01)).unwrap();
+        assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
+        let below = |side: f64| pruned_below(Pulse::NONE, &cubes, side * 3f64.sqrt());
+        assert!(below(0.99).is_none() && below(0.0).is_none() && below(f64::NAN).is_none());
+        let two = below(1.01).unwrap();
         assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
-        assert_eq!(pruned(Pulse::NONE, &cubes, &below(2.01)).unwrap().n_dropped, 2);
-        let last = pruned(Pulse::NONE, &cubes, &below(100.0)).unwrap();
+        assert_eq!(below(2.01).unwrap().n_dropped, 2);
+        let last = below(100.0).unwrap();
         assert_eq!((last.n_dropped, last.mesh.faces().len()), (2, 12));
     }
 
@@ -191,10 +152,8 @@ mod tests {
         let faces = faces.chain(large.faces().iter().map(|face| face.map(|v| if v == 0 { 0 } else { v + 3 })));
         assert_eq!(large.positions()[0], [0.0; 3]);
         let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
-        for prune in [Prune { for_target: None, below: 0.5 }, Prune { for_target: Some(4), below: 0.0 }] {
-            let one = pruned(Pulse::NONE, &touching, &prune).unwrap();
-            assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
-        }
+        let one = pruned_below(Pulse::NONE, &touching, 0.5).unwrap();
+        assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
     }
 
     #[test]

@@ -31,6 +31,7 @@ use driver::run;
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
+pub(crate) use components::pruned_below;
 pub use input::{Input, importance_of_channel, importance_of_groups};
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};

@@ -40,8 +40,11 @@ pub struct Options {
     pub oversample: Option<f64>,
     /// Seed of the sampling.
     pub seed: u64,
-    /// Whether components too small for the target may be dropped instead of kept in their smallest closed form.
+    /// Whether components may go that cost more vertices than they show (closed assembly only). All stay with `lock_boundaries`,
+    /// `subset` and `symmetric`, and at the mesh's own size.
     pub prune: bool,
+    /// No component goes for its price that reaches farther than this from those that stay, in the unit of the mesh.
+    pub prune_within: f64,
     /// Components whose bounding box has a diagonal below this, in the unit of the mesh, are dropped; the largest by area
     /// stays (closed assembly only). 0 drops none.
     pub prune_below: f64,
@@ -67,7 +70,7 @@ pub struct Options {
 pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
 
 impl Options {
-    /// The defaults for a target: closed assembly, the network's scores, seed 0, nothing pruned, coordinates written as `f32`.
+    /// The defaults for a target: closed assembly, the network's scores, seed 0, coordinates written as `f32`.
     pub fn new(target: Target) -> Self {
         Self {
             target,
@@ -76,7 +79,8 @@ impl Options {
             optimize: Optimize::default(),
             oversample: None,
             seed: 0,
-            prune: false,
+            prune: true,
+            prune_within: f64::INFINITY,
             prune_below: 0.0,
             lock_boundaries: false,
             subset: false,
@@ -207,7 +211,7 @@ pub struct Report {
     pub vertices_after_pass: usize,
     /// Components that stand in the result in their smallest closed form.
     pub components_at_minimum: usize,
-    /// Components dropped, with `prune` or `prune_below` only.
+    /// Components dropped.
     pub components_pruned: usize,
     /// Edges of the input that had to stay edges: seams and creases.
     pub kept_edges: usize,

@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 4;
+pub const CLOSED_VERSION: u32 = 5;
 
 /// Version of the paper's assembly, likewise.
 ///

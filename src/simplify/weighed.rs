@@ -61,7 +61,7 @@ pub fn simplify_weighed(
         keep: Keep::default(),
     };
     let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD)?;
-    let closed = levels.into_iter().next().ok_or(SimplifyError::Empty)?;
+    let closed = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(Weighed { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
 

@@ -96,6 +96,11 @@ impl NearestOnTriangles {
         self.search(p, f64::INFINITY, |_| true, false)
     }
 
+    /// The nearest point of the triangles that `accept` lets pass; `None` where there are none.
+    pub fn nearest_of(&self, p: DVec3, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        self.search(p, f64::INFINITY, accept, false)
+    }
+
     /// Whether a triangle that `accept` lets pass is no farther than `reach`.
     ///
     /// ```

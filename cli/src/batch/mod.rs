@@ -102,6 +102,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
         args.prune.as_ref().map(|size| size.as_ref().map_or(" --prune".into(), |size| format!(" --prune={size}"))),
+        args.keep_parts.then(|| " --keep-parts".into()),
         args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),

@@ -12,6 +12,7 @@ mod diamond;
 mod faces_around;
 mod original;
 mod output;
+mod parts;
 mod pins;
 mod prepare;
 mod refine;
@@ -32,6 +33,7 @@ use cluster::{importance, quotient};
 use collapse::{Collapse, Constraints, End, first_quadrics, merges_to, of_colours};
 use original::Original;
 use output::Output;
+use parts::Cost;
 use prepare::prepare;
 use refine::points::Points;
 use refine::{duplicate_positions, fit, flips, foldovers, without_area};
@@ -41,15 +43,24 @@ pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
 pub use cluster::importance::importance_of_scores;
 pub(super) use derivative::Derivative;
+pub(super) use parts::Gone;
 pub(super) use refine::duplicate_positions::separate_twins;
 pub use request::Importance;
-pub(super) use request::{Half, Keep, Request};
+pub(super) use request::{Half, Keep, MayGo, Request};
 pub(super) use result::Closed;
 
 /// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen
 /// to the diagonals. Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.7 % farther at 30 and
 /// 1.7 % at 60; without flips 2.6 %.
 const COARSE: usize = 15;
+
+/// Levels of detail as far as all parts of the mesh are to stay, and those that are not.
+pub(super) struct Levels {
+    /// The levels that were made: all that were asked for, or those before parts go.
+    pub made: Vec<Closed>,
+    /// What goes at the next one.
+    pub gone: Option<Gone>,
+}
 
 /// Simplifies `mesh` to the first of the limits, then on to each further one, from where the collapse stood before. The first
 /// level alone is known as a function of the positions.
@@ -58,28 +69,35 @@ pub(super) fn simplify_levels(
     request: &Request,
     limits: &[Limit],
     progress: Progress,
-) -> Result<Vec<Closed>, SimplifyError> {
-    let Some(&first) = limits.first() else { return Ok(Vec::new()) };
+) -> Result<Levels, SimplifyError> {
+    let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), gone: None }) };
     let (clustered, collapse) = cluster(mesh, request, first, progress)?;
     let mut collapse = Some(collapse);
-    let mut levels = Vec::with_capacity(limits.len());
+    let mut made = Vec::with_capacity(limits.len());
     for &limit in limits {
         // The last level needs the memory of the collapse for itself.
         let Some(mut running) = collapse.take() else { break };
-        if !levels.is_empty() {
+        if !made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
         let end = running.run(limit, request.aim.last_stretch);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
-        if levels.len() + 1 < limits.len() {
+        if let Some(may_go) = request.keep.parts.filter(|may_go| made.len() >= may_go.from_level) {
+            let cost = Cost { paid: running.paid(), limit, must_fit: end == End::Smallest };
+            let gone = parts::gone(&clustered.original, &output, &cost, may_go.within, request.keep.attributes);
+            if gone.is_some() {
+                return Ok(Levels { made, gone });
+            }
+        }
+        if made.len() + 1 < limits.len() {
             collapse = Some(running);
         } else {
             running.end();
         }
-        levels.push(refine(&clustered, request, output, end, trace, progress)?);
+        made.push(refine(&clustered, request, output, end, trace, progress)?);
     }
-    Ok(levels)
+    Ok(Levels { made, gone: None })
 }
 
 /// What the collapse began with.

@@ -41,8 +41,19 @@ pub struct Keep<'a> {
     pub attributes: Option<&'a Attributes>,
     /// Whether it is to be known where on the mesh the result's corners stand.
     pub map: bool,
+    /// Where parts may go that cost more than they show.
+    pub parts: Option<MayGo>,
     /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
     pub half: Option<Half<'a>>,
+}
+
+/// Which parts of a mesh may go.
+#[derive(Clone, Copy, Debug)]
+pub struct MayGo {
+    /// Those that lie no farther than this from what stays, in the unit of the mesh.
+    pub within: f64,
+    /// From this level of detail on; at those before it was decided already.
+    pub from_level: usize,
 }
 
 /// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.

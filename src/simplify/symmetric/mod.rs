@@ -73,7 +73,7 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
         ("the paper's assembly", options.assembly == Assembly::Paper),
         ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
-        ("pruning", options.prune || options.prune_below > 0.0),
+        ("pruning", options.prune_below > 0.0),
         ("a map", options.map),
         ("a record", task.differentiable),
     ];

@@ -40,6 +40,9 @@ struct Curve {
     slack: f64,
     /// Whether one of the curves is held.
     is_held: bool,
+    /// Whether a curve ended here before the collapse. What ends only because a chart went moves on: nothing would tell its
+    /// neighbours that it stays.
+    is_end: bool,
 }
 
 impl Constraints {
@@ -63,6 +66,9 @@ impl Constraints {
                 });
             }
         }
+        for v in original.features.ends() {
+            curve(region[v as usize], &|curve| curve.is_end = true);
+        }
         Self { curves, pins: original.pins.of_regions(region, origin) }
     }
 
@@ -83,7 +89,8 @@ impl Constraints {
         if are_held(curves) {
             return self.held_placement(vertices, curves, pair);
         }
-        let stays = |i: usize| self.pins.is_locked(vertices[i]) || along(curves[i]).len() == 1;
+        let is_end = |i: usize| curves[i].is_some_and(|curve| curve.is_end);
+        let stays = |i: usize| self.pins.is_locked(vertices[i]) || is_end(i);
         let merged = self.placed(vertices, [0, 1].map(stays), pair)?;
         Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
@@ -149,6 +156,7 @@ impl Constraints {
         curve.planes += of_v.planes;
         curve.slack += of_v.slack;
         curve.is_held |= of_v.is_held;
+        curve.is_end |= of_v.is_end;
         for w in of_v.along {
             if w != u && !curve.along.contains(&w) {
                 curve.along.push(w);

@@ -33,12 +33,15 @@ mod tests {
     use super::*;
     use crate::geometry::triangle::nearest_point;
     use crate::mesh::pulse::Pulse;
-    use crate::mesh::{TriMesh, shapes};
+    use crate::mesh::{Attributes, Channel, KeptEdge, Role, TriMesh, seams, shapes};
+    use crate::simplify::closed::Keep;
     use crate::simplify::closed::cluster::assignment::Assignment;
     use crate::simplify::closed::cluster::placement::{Placement, Places};
     use crate::simplify::closed::output::Output;
+    use crate::simplify::closed::prepare::prepare;
     use crate::simplify::closed::prepare::surface::Surface;
     use crate::simplify::limits::Limit;
+    use attribute_quadrics::AttributeQuadrics;
     use glam::Vec3;
 
     /// Vertices over those asked for where the last stretch begins.
@@ -142,6 +145,52 @@ mod tests {
             naive_run(&mut naive, 60);
             let (in_rounds, naive) = (error(&surface, &in_rounds), error(&surface, &naive));
             assert!(in_rounds < 1.4 * naive + 1e-12, "{in_rounds} {naive}");
+        }
+    }
+
+    /// A torus in small charts, whose seams have a price.
+    fn charted() -> (TriMesh, Vec<KeptEdge>) {
+        let mesh = shapes::torus(60, 30, 2.0, 0.5);
+        let chart = |face: &[u32; 3]| {
+            let centre = face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>();
+            centre.to_array().map(|x| (1.5 * x).floor()).iter().fold(0.0, |number, x| 7.0 * number + x)
+        };
+        let uv = |face: &[u32; 3], v: u32| {
+            let [x, y, z] = mesh.positions()[v as usize];
+            [0.1 * (x + z) + chart(face), 0.1 * (y - z)]
+        };
+        let values = mesh.faces().iter().flat_map(|face| face.map(|v| uv(face, v))).flatten().collect();
+        let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+        let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let attributes = Attributes { groups: Vec::new(), wedges, channels };
+        let edges = seams(&mesh, &attributes, 16.0 / 1024.0);
+        (mesh, edges)
+    }
+
+    #[test]
+    fn prices_that_are_known_are_those_that_would_be_paid_where_charts_go() {
+        let (mesh, edges) = charted();
+        let original = prepare(&mesh, &Keep { edges: &edges, ..Keep::default() }, Pulse::NONE);
+        let placed = Placement::new(&original.surface, Places::default(), &[]);
+        for vertices in [400, 150, 60] {
+            let own: Vec<u32> = (0..original.surface.n_vertices() as u32).collect();
+            let constraints = Constraints::new(&original, &own, own.clone());
+            let collapse = Collapse::new(Pulse::NONE, &placed, &original.surface.rings);
+            let mut collapse = collapse.under(Some(constraints), AttributeQuadrics::default(), None);
+            assert_eq!(collapse.run(Limit { vertices, faces: usize::MAX }, LAST_STRETCH), End::Reached);
+            for u in collapse.living() {
+                let ring = collapse.nodes[u as usize].ring;
+                for (i, block) in ring.blocks().enumerate() {
+                    let known = collapse.links.block(block).iter().zip(collapse.links.prices(block));
+                    for (&v, &price) in known.take(ring.len() - i * links::WIDTH) {
+                        let paid = collapse.constrained_price(u, v);
+                        assert!(
+                            price == paid || (price - paid).abs() <= 1e-3 * price,
+                            "{vertices} {u} {v}: {price} {paid}"
+                        );
+                    }
+                }
+            }
         }
     }
 }

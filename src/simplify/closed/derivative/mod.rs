@@ -159,7 +159,7 @@ mod tests {
             differentiable: true,
             keep: Keep::default(),
         };
-        let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD).unwrap();
+        let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD).unwrap().made;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)

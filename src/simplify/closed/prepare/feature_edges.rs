@@ -45,6 +45,13 @@ impl FeatureEdges {
         self.edges.iter().zip(&self.slack).filter(|(_, slack)| **slack == 0.0).map(|(edge, _)| *edge)
     }
 
+    /// The vertices where a curve ends.
+    pub fn ends(&self) -> Vec<u32> {
+        let mut vertices = self.edges.as_flattened().to_vec();
+        vertices.sort_unstable();
+        vertices.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
