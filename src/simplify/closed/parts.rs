@@ -1,8 +1,11 @@
 //! Parts that cost more than they show: which go, so that the others have their vertices.
 //!
 //! That a part goes is a merge like others, with a price: its area times the squared distance from what stays, for each vertex that
-//! it frees. It goes where that is less than what the last merges cost, as much as they would with the vertices of all that went:
-//! the squared distances of n vertices fall as n^-2, what one more is worth as n^-3.
+//! it frees. It goes where that is less than what the last merges cost, were the vertices of all that went left to the others: what
+//! they cost when the collapse had so many more.
+//!
+//! At a fifth of that price four assemblies are up to 14 % nearer in the mean at coarse ratios, but what is dropped then shows: the
+//! largest distance of `ogre`, 44 parts, is three times as far for a mean distance 2 % nearer.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -20,17 +23,25 @@ use super::output::Output;
 
 /// Points of a part at most that tell how far it lies from what stays.
 const POINTS: usize = 64;
-/// The price of a part over its area times its squared distance, in the prices of merges.
-const SHOWN: f64 = 0.2;
 
 /// What vertices cost at the end of a collapse.
-pub struct Cost {
-    /// What the last merges cost.
-    pub paid: f64,
+pub struct Cost<'a> {
+    /// How many vertices rounds of merges left, falling, and up to which price each went.
+    pub paid: &'a [(usize, f32)],
     /// The size asked for.
     pub limit: Limit,
     /// Whether parts have to go for it: each is as small as its topology allows.
     pub must_fit: bool,
+}
+
+impl Cost<'_> {
+    /// What the merges down to so many vertices cost. Beyond what was seen: the squared distances of n vertices fall as n^-2, what one
+    /// more is worth as n^-3.
+    fn down_to(&self, vertices: usize) -> f64 {
+        let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
+        let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
+        seen.reduce(f64::max).or(first).unwrap_or_default()
+    }
 }
 
 /// Parts that go.
@@ -203,9 +214,10 @@ impl<'a> Parts<'a> {
 
     /// Whether each part goes.
     fn going(mut self, cost: &Cost, within: f32) -> Vec<bool> {
-        let price = |part: &Part| (SHOWN * part.loss / part.n_vertices.max(1) as f64).to_bits();
+        let price = |part: &Part| (part.loss / part.n_vertices.max(1) as f64).to_bits();
         let mut gone = vec![false; self.parts.len()];
-        let mut n_vertices: usize = self.parts.iter().map(|part| part.n_vertices).sum();
+        let n_whole: usize = self.parts.iter().map(|part| part.n_vertices).sum();
+        let mut n_vertices = n_whole;
         let mut n_faces: usize = self.parts.iter().map(|part| part.n_faces).sum();
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
             self.parts.iter().enumerate().map(|(i, part)| Reverse((price(part), i))).collect();
@@ -216,7 +228,8 @@ impl<'a> Parts<'a> {
             }
             let share = |n: usize, limit: usize| n as f64 / limit as f64;
             let size = share(n_vertices, cost.limit.vertices).max(share(n_faces, cost.limit.faces));
-            let is_worth = f64::from_bits(bits) >= cost.paid * size.powi(3);
+            let n_of_others = n_whole.min(cost.limit.vertices) + (n_whole - n_vertices);
+            let is_worth = f64::from_bits(bits) >= cost.down_to(n_of_others);
             if is_worth && (size <= 1.0 || !cost.must_fit) {
                 break;
             }
@@ -303,7 +316,8 @@ mod tests {
         let (positions, faces) = (surface.positions.clone(), surface.faces.to_vec());
         let output = Output::new(Pulse::NONE, positions, faces, Pins::default(), vertex_of);
         let limit = Limit { vertices, faces: usize::MAX };
-        gone(&original, &output, &Cost { paid, limit, must_fit: false }, within, attributes)
+        let paid = [(mesh.positions().len() + 50, paid as f32)];
+        gone(&original, &output, &Cost { paid: &paid, limit, must_fit: false }, within, attributes)
     }
 
     /// The price from which on the small sphere goes.

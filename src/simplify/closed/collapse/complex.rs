@@ -45,8 +45,8 @@ pub struct Collapse<'a> {
     /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
     pub(super) begun: Vec<u32>,
     pub(super) turn_forbidden: bool,
-    /// The price of the last merges.
-    pub(super) paid: f32,
+    /// How many vertices each round left that merged some, and up to which price.
+    pub(super) paid: Vec<(usize, f32)>,
     /// Whether every price is kept that of the present surface.
     pub(super) is_last_stretch: bool,
     /// What merges cost the colours at the corners, if there are any.
@@ -153,7 +153,7 @@ impl<'a> Collapse<'a> {
             frozen: Vec::new(),
             begun: Vec::new(),
             turn_forbidden: false,
-            paid: 0.0,
+            paid: Vec::new(),
             is_last_stretch: false,
             colours: AttributeQuadrics::default(),
             constraints: None,
@@ -250,9 +250,10 @@ impl<'a> Collapse<'a> {
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
-    /// What the last merges cost: squared distances times area, on the surface of unit size.
-    pub fn paid(&self) -> f64 {
-        f64::from(self.paid)
+    /// How many vertices rounds of merges left, falling, and up to which price each went: squared distances times area, on the surface
+    /// of unit size.
+    pub fn paid(&self) -> &[(usize, f32)] {
+        &self.paid
     }
 
     /// Vertices and faces; where this is one half of a mirrored mesh, those of the whole.

@@ -102,7 +102,7 @@ impl Collapse<'_> {
             n_in_vain = if self.n_vertices == before { n_in_vain + 1 } else { 0 };
             if n_in_vain == 0 {
                 last_merge = most.max(f32::MIN_POSITIVE);
-                self.paid = most;
+                self.paid.push((self.n_vertices, most));
                 self.turn_forbidden = false;
             }
         }
