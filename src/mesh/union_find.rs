@@ -26,6 +26,9 @@ impl UnionFind {
 
     /// Merges two sets; returns whether they were different ones.
     pub(crate) fn union(&mut self, x: u32, y: u32) -> bool {
+        if self.parent[x as usize] == self.parent[y as usize] {
+            return false;
+        }
         let (x, y) = (self.find(x), self.find(y));
         self.parent[x.max(y) as usize] = x.min(y);
         self.sets -= usize::from(x != y);

@@ -76,12 +76,15 @@ pub fn gone(
         .then(|| Gone { faces: part_of_face.iter().map(|&part| gone[part as usize]).collect(), n_parts: n_gone })
 }
 
-/// The part of each output vertex, and how many there are.
+/// The part of each output vertex, where there are several, and how many there are.
 fn parts_of(output: &Output) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(output.positions.len());
     for &[a, b, c] in output.faces() {
         sets.union(a, b);
         sets.union(b, c);
+    }
+    if sets.sets() == 1 {
+        return (Vec::new(), 1);
     }
     let mut number = vec![u32::MAX; output.positions.len()];
     let mut n = 0;
