@@ -73,7 +73,9 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_pruned > 0 {
-        let all = input.shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
+        // Those of the input are fewer where its sheets came apart.
+        let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
+        let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
         let how = "; --keep-parts keeps what --prune does not name";
         notes.push(format!("pruned    {}{all} components{how}", output.components_pruned));
     }

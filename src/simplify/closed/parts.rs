@@ -226,7 +226,8 @@ impl<'a> Parts<'a> {
             self.parts.iter().enumerate().map(|(i, part)| Reverse((price(part), i))).collect();
         while let Some(Reverse((bits, i))) = queue.pop() {
             let part = self.parts[i].clone();
-            if gone[i] || bits != price(&part) || part.loss == f64::INFINITY {
+            let is_largest = part.stand_in == i;
+            if gone[i] || bits != price(&part) || is_largest {
                 continue;
             }
             let share = |n: usize, limit: usize| n as f64 / limit as f64;
@@ -242,7 +243,10 @@ impl<'a> Parts<'a> {
             gone[i] = true;
             (n_vertices, n_faces) = (n_vertices - part.n_vertices, n_faces - part.n_faces);
             let other = &mut self.parts[part.stand_in];
-            other.loss *= (other.area + part.area) / other.area;
+            // Of two without area none shows.
+            if other.area > 0.0 {
+                other.loss *= (other.area + part.area) / other.area;
+            }
             other.area += part.area;
             queue.push(Reverse((price(other), part.stand_in)));
         }
@@ -375,5 +379,10 @@ mod tests {
         let gone = going(&boxes, 1e30, 8, f64::INFINITY, None).unwrap();
         assert_eq!((gone.n_parts, gone.faces.iter().filter(|gone| !**gone).count()), (93, boxes.faces().len() / 94));
         assert!(going(&shapes::icosphere(2), 1e30, 4, f64::INFINITY, None).is_none());
+        // Nor does the last where none has any area.
+        let lines = shapes::many_boxes(9);
+        let flat = lines.positions().iter().map(|p| [p[0], 0.0, 0.0]).collect();
+        let gone = going(&TriMesh::new(flat, lines.faces().to_vec()).unwrap(), 1.0, 8, f64::INFINITY, None).unwrap();
+        assert_eq!(gone.n_parts, 8);
     }
 }
