@@ -22,6 +22,7 @@ pub mod metrics;
 pub mod model;
 #[cfg(feature = "picture")]
 pub mod picture;
+pub mod repair;
 pub mod search;
 pub mod simplify;
 pub mod spatial;

@@ -130,6 +130,13 @@ pub struct SimplifyArgs {
     /// diagonal; without SIZE, with --error, than the bound. The bound is then that of what stays
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]
     pub prune: Option<Option<String>>,
+    /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
+    #[arg(long, value_name = "EDGES", num_args = 0..=1, require_equals = true, conflicts_with = "symmetric")]
+    pub fill_holes: Option<Option<usize>>,
+    /// Make a solid of it before it is simplified: holes closed, faces wound outward, fins, walls and shells within removed, and
+    /// pieces smaller than SIZE, in the unit of the mesh, or with % in percent of its diagonal [default: 1%]
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"])]
+    pub printable: Option<Option<String>>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,

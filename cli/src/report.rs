@@ -3,6 +3,7 @@
 use neural_mesh::mesh::cleanup::CleanCounts;
 use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::{CertifiedDistance, QuickDistance};
+use neural_mesh::repair::RepairCounts;
 use neural_mesh::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -32,6 +33,9 @@ pub struct Report {
     pub seconds: Seconds,
     /// What was cleaned on reading.
     pub cleaned: Cleaned,
+    /// What was repaired, where `--fill-holes` or `--printable` asked for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repaired: Option<Repaired>,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
     /// Bounds of the largest distance, where `--error` asked for a proof.
@@ -247,6 +251,27 @@ pub struct Cleaned {
     dropped_faces: usize,
 }
 
+/// What a repair did before the mesh was simplified.
+#[derive(Debug, Serialize)]
+pub struct Repaired {
+    /// Loops of the boundary that were closed.
+    pub holes_filled: usize,
+    /// Loops that were left open.
+    pub holes_left: usize,
+    /// Faces over holes.
+    pub faces_added: usize,
+    /// Faces that went.
+    pub faces_removed: usize,
+    /// Faces that were turned over.
+    pub faces_turned: usize,
+    /// Components that went.
+    pub components_dropped: usize,
+    /// Components that came apart from others.
+    pub components_added: usize,
+    /// Components that were turned over as a whole.
+    pub components_flipped: usize,
+}
+
 /// Two-sided distance in percent of the diagonal of the original's bounding box.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Distance {
@@ -318,6 +343,21 @@ impl From<&CleanCounts> for Cleaned {
             non_finite_faces: counts.non_finite_faces,
             out_of_range_faces: counts.out_of_range_faces,
             dropped_faces: counts.dropped_faces,
+        }
+    }
+}
+
+impl From<&RepairCounts> for Repaired {
+    fn from(counts: &RepairCounts) -> Self {
+        Self {
+            holes_filled: counts.holes_filled,
+            holes_left: counts.holes_left,
+            faces_added: counts.faces_added,
+            faces_removed: counts.faces_removed,
+            faces_turned: counts.faces_turned,
+            components_dropped: counts.components_dropped,
+            components_added: counts.components_added,
+            components_flipped: counts.components_flipped,
         }
     }
 }

@@ -27,6 +27,8 @@ pub struct Request {
     pub goal: Goal,
     /// Components smaller than that are dropped.
     pub prune_below: Option<Bound>,
+    /// What is done to the mesh before.
+    pub repair: Option<Repair>,
     /// What the result does not need of what the mesh carries.
     pub ignore: Vec<IgnoreArg>,
     /// Name of the attribute that says how much vertices count.
@@ -53,6 +55,15 @@ pub struct Request {
     pub force: bool,
     /// Whether what was asked for and is not reached is told by the exit code.
     pub strict: bool,
+}
+
+/// What is done to a mesh before it is simplified.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Repair {
+    /// Holes of at most so many edges are closed.
+    FillHoles(usize),
+    /// It becomes a solid; pieces smaller than that go.
+    Printable(Bound),
 }
 
 /// What the result has to meet.
@@ -93,6 +104,9 @@ impl Bound {
         }
     }
 }
+
+/// Pieces smaller than that are no part of a print, in percent of the diagonal: 1 mm of 10 cm.
+const PIECE_PERCENT: f64 = 1.0;
 
 /// Degrees between faces at what `--keep-features` keeps.
 const FEATURE_ANGLE: f32 = 30.0;
@@ -150,6 +164,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         goal: goal(&args)?,
         strict: strict(&args)?,
         prune_below: prune_below(&args)?,
+        repair: repair(&args)?,
         ignore: args.ignore,
         importance: args.importance,
         allow_outside: args.allow_outside,
@@ -285,6 +300,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--importance", args.importance.is_some()),
         ("--optimize", args.optimize != OptimizeArg::Balanced),
         ("--map", args.map.is_some()),
+        ("--printable", args.printable.is_some()),
         ("--symmetric", args.symmetric.is_some()),
         ("--error", args.error.is_some()),
         ("--size", args.size.is_some()),
@@ -316,6 +332,18 @@ pub fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
     match (&args.prune, &args.error) {
         (Some(Some(text)), _) => bound("--prune", text).map(Some),
         (Some(None), Some(error)) => bound("--error", error).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// What is done to the mesh before it is simplified.
+pub fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
+    match (&args.printable, args.fill_holes) {
+        (Some(size), _) => {
+            let size = size.as_ref().map_or(Ok(Bound::Percent(PIECE_PERCENT)), |text| bound("--printable", text))?;
+            Ok(Some(Repair::Printable(size)))
+        }
+        (_, Some(most_edges)) => Ok(Some(Repair::FillHoles(most_edges.unwrap_or(usize::MAX)))),
         _ => Ok(None),
     }
 }

@@ -341,6 +341,7 @@ fn told(
         threads: rayon::current_num_threads(),
         seconds,
         cleaned: (&subject.counts).into(),
+        repaired: subject.repaired.as_ref().map(Into::into),
         distance: first.distance,
         certified: certified.map(|distance| Certified::of(&distance)),
         mirror: result.report.mirror.map(|plane| subject.plane_of_file(plane).to_string()),

@@ -10,12 +10,13 @@ use neural_mesh::io::{
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
+use neural_mesh::repair::{RepairCounts, fill_holes, printable};
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
 use crate::args::IgnoreArg;
 use crate::failure::Failure;
 use crate::read::{cleaned, parsed};
-use crate::request::{Bound, Request, Source};
+use crate::request::{Bound, Repair, Request, Source};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -25,6 +26,8 @@ pub struct Subject {
     pub counts: CleanCounts,
     /// What could not be kept, in one line each.
     pub notes: Vec<String>,
+    /// What a repair did, where one was asked for.
+    pub repaired: Option<RepairCounts>,
     kind: Kind,
     /// What of the attributes the result is to have, where that is not all.
     wanted: Option<Attributes>,
@@ -70,7 +73,7 @@ impl Subject {
         let source = &request.source;
         if source.is_scene(request.output_format) {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
-            return Self::scene(asset, source)?.wanting(request);
+            return Self::scene(asset, source)?.repaired(request)?.wanting(request);
         }
         let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
         let ReadMesh { mesh: mut raw, extra, notes } = read;
@@ -79,7 +82,7 @@ impl Subject {
         let cleaned = cleaned(raw, source)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
-        Self { frame, counts, notes, kind, wanted: None }.wanting(request)
+        Self { frame, counts, notes, repaired: None, kind, wanted: None }.repaired(request)?.wanting(request)
     }
 
     /// The same, held back by nothing that the result does not need or its format does not hold.
@@ -104,6 +107,45 @@ impl Subject {
             self.wanted = Some(self.attributes().clone().only(keeps, !ignores(IgnoreArg::Materials)));
         }
         Ok(self)
+    }
+
+    /// The same, with its holes filled, or made a solid, where the request asks for that.
+    fn repaired(mut self, request: &Request) -> Result<Self, Failure> {
+        let repaired = match request.repair {
+            None => return Ok(self),
+            Some(Repair::FillHoles(most_edges)) => fill_holes(self.mesh(), self.attributes(), most_edges),
+            Some(Repair::Printable(size)) => {
+                self.check_printable(request)?;
+                let least_size = size.over(self.mesh().diagonal());
+                printable(self.mesh(), self.attributes(), least_size)
+                    .map_err(|error| Failure::of(&request.source.path, format!("--printable: {error}")))?
+            }
+        };
+        self.repaired = Some(repaired.counts);
+        match &mut self.kind {
+            Kind::Mesh { cleaned, .. } => {
+                cleaned.source = repaired.sources.iter().map(|&vertex| cleaned.source[vertex as usize]).collect();
+                (cleaned.mesh, cleaned.attributes) = (repaired.mesh, repaired.attributes);
+            }
+            Kind::Scene { united, .. } => (united.mesh, united.attributes) = (repaired.mesh, repaired.attributes),
+        }
+        Ok(self)
+    }
+
+    /// Refuses what has more than one shape: the meshes of a scene, which its nodes place, and what a skin or targets bend.
+    fn check_printable(&self, request: &Request) -> Result<(), Failure> {
+        let of_scene = |kind: &Kind| matches!(kind, Kind::Scene { pieces, .. } if pieces.iter().flatten().count() > 1);
+        if of_scene(&self.kind) {
+            let what = "--printable: a scene of several meshes is no one solid: write stl, ply or obj";
+            return Err(Failure::Usage(what.into()));
+        }
+        let bends = |role| matches!(role, Role::Skin | Role::MorphPosition);
+        let is_bent = self.attributes().channels.iter().any(|channel| bends(channel.role));
+        if is_bent && !request.output_format.is_bare() {
+            let what = "--printable: a mesh with a skin or morph targets has more than one shape: write stl";
+            return Err(Failure::Usage(what.into()));
+        }
+        Ok(())
     }
 
     fn scene(asset: Asset, source: &Source) -> Result<Self, Failure> {
@@ -133,7 +175,7 @@ impl Subject {
             Failure::of(&source.path, "its meshes are too many or too far apart in size: split the scene")
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
-        Ok(Self { frame: Frame::default(), counts, notes, kind, wanted: None })
+        Ok(Self { frame: Frame::default(), counts, notes, repaired: None, kind, wanted: None })
     }
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.

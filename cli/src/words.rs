@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use crate::closed::is_closed;
 use crate::failure::Failure;
 use crate::plain::plain;
-use crate::report::{Certified, Distance, Level, Report, Seconds, Size, TargetWords, why_stopped};
+use crate::report::{Certified, Distance, Level, Repaired, Report, Seconds, Size, TargetWords, why_stopped};
 
 /// Where words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +71,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     if cleaned != "nothing" {
         notes.push(format!("cleaned   {cleaned}"));
     }
+    notes.extend(report.repaired.as_ref().map(repaired));
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_pruned > 0 {
         // Those of the input are fewer where its sheets came apart.
@@ -92,6 +93,23 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
+}
+
+/// `repaired  holes filled: 3, faces added: 120, components dropped: 12`
+fn repaired(done: &Repaired) -> String {
+    let named = [
+        (done.holes_filled, "holes filled"),
+        (done.holes_left, "holes left"),
+        (done.faces_added, "faces added"),
+        (done.faces_removed, "faces removed"),
+        (done.faces_turned, "faces turned"),
+        (done.components_dropped, "components dropped"),
+        (done.components_added, "components added"),
+        (done.components_flipped, "components flipped"),
+    ];
+    let parts: Vec<_> =
+        named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {}", grouped(*n))).collect();
+    format!("repaired  {}", if parts.is_empty() { "nothing was to be done".into() } else { parts.join(", ") })
 }
 
 /// What holds the result: what `--explain` says.

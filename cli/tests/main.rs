@@ -13,6 +13,7 @@ mod files;
 mod memory;
 mod mesh_points;
 mod numbers;
+mod repair;
 mod simplify;
 mod terminal;
 #[cfg(feature = "train")]

@@ -156,10 +156,21 @@ fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
     })
 }
 
-/// Unit normal of a face, zero where it has none.
+/// Unit normal of a face, zero where it has none. Of a needle it is what rounding makes of it: products are rounded as admesh rounds
+/// them, which reports normals that are others than its own.
 fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(glam::Vec3::from);
+    let [p, q] = [b - a, c - a].map(|side| side.to_array());
+    let product = |i: usize, j: usize| f64::from(p[i]) * f64::from(q[j]);
+    let rounded = |i: usize, j: usize| (f64::from(product(i, j) as f32) - product(j, i)) as f32;
+    let normal = glam::Vec3::new(rounded(1, 2), rounded(2, 0), rounded(0, 1)).as_dvec3();
+    let length = normal.length();
+    if length >= f64::from(f32::MIN_POSITIVE) && length.is_finite() {
+        return (normal / length).as_vec3().to_array();
+    }
+    // Too small or too large for single precision.
     let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
-    (b - a).cross(c - a).normalize_or_zero().to_array().map(|x| x as f32)
+    (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ impl HalfEdge {
 }
 
 /// The half-edge that has no twin.
-pub(super) const NO_TWIN: u32 = u32::MAX;
+pub(crate) const NO_TWIN: u32 = u32::MAX;
 
 /// The vertex where a half-edge starts.
 pub(crate) fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
@@ -58,7 +58,7 @@ pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: im
 /// # Shapes
 /// - `faces`: n_faces x 3, each with three different corners below `n_vertices`
 /// - returns 3 n_faces
-pub(super) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
+pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     let mut twins = vec![NO_TWIN; 3 * faces.len()];
     for_each_edge(n_vertices, faces, |_, edge| {
         if let &[g, h] = edge {

@@ -23,7 +23,8 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{
-    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, strict, weld_near,
+    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, repair, strict,
+    weld_near,
 };
 use crate::words::Voice;
 use crate::{files, interrupt, read, simplify};
@@ -76,6 +77,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     check_threads(args.threads)?;
     options(args)?;
     prune_below(args)?;
+    repair(args)?;
     weld_near(args)?;
     args.format.as_deref().map(format_of).transpose()
 }
@@ -101,8 +103,10 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.oversample.map(|x| format!(" --oversample {x}")),
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
-        args.prune.as_ref().map(|size| size.as_ref().map_or(" --prune".into(), |size| format!(" --prune={size}"))),
+        args.prune.as_ref().map(|size| option_words("--prune", size.as_ref())),
         args.keep_parts.then(|| " --keep-parts".into()),
+        args.fill_holes.map(|most| option_words("--fill-holes", most)),
+        args.printable.as_ref().map(|size| option_words("--printable", size.as_ref())),
         args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
@@ -112,14 +116,17 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
         (args.seam_error != SEAM_TEXELS).then(|| format!(" --seam-error {}", args.seam_error)),
         (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
-        args.symmetric
-            .as_ref()
-            .map(|plane| plane.as_ref().map_or(" --symmetric".into(), |plane| format!(" --symmetric={plane}"))),
+        args.symmetric.as_ref().map(|plane| option_words("--symmetric", plane.as_ref())),
         args.importance.as_ref().map(|name| format!(" --importance {name}")),
         args.allow_outside.then(|| " --allow-outside".into()),
     ];
     words.extend(named.into_iter().flatten());
     words
+}
+
+/// An option as typed, with its value where it has one.
+fn option_words(option: &str, value: Option<impl std::fmt::Display>) -> String {
+    value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
 }
 
 /// A bar of meshes, on a terminal only.
@@ -190,6 +197,7 @@ impl Batch {
             options: options(&self.args)?,
             goal: goal(&self.args)?,
             prune_below: prune_below(&self.args)?,
+            repair: repair(&self.args)?,
             ignore: self.args.ignore.clone(),
             importance: self.args.importance.clone(),
             allow_outside: self.args.allow_outside,

@@ -1,0 +1,79 @@
+//! Bodies that touch: taken apart by a hair.
+//!
+//! Where edges have four faces, or vertices two fans, each sheet gets vertices of its own, a millionth of the size further inside, or a few.
+//! Otherwise programs that weld what is near, by absolute distances, join them again.
+
+use glam::DVec3;
+
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::{TriMesh, manifold};
+
+use super::Repaired;
+
+/// How far vertices move, over the diagonal, or the largest coordinate where that is more: sixteen steps of single precision.
+const STEP: f64 = 1.0 / 1_048_576.0;
+
+/// Gives touching sheets of a solid vertices of their own, each moved inward.
+pub(super) fn take_apart(repaired: Repaired) -> Repaired {
+    let mesh = &repaired.mesh;
+    let cut = manifold(mesh.positions(), mesh.faces());
+    if cut.copies.is_empty() {
+        return repaired;
+    }
+    let mut positions = mesh.positions().to_vec();
+    positions.extend(cut.copies.iter().map(|&vertex| mesh.positions()[vertex as usize]));
+    let mut is_split = vec![false; positions.len()];
+    is_split[mesh.positions().len()..].fill(true);
+    cut.copies.iter().for_each(|&vertex| is_split[vertex as usize] = true);
+    let faces = cut.faces.into_owned();
+    let mut outward = vec![DVec3::ZERO; positions.len()];
+    for face in faces.iter().filter(|face| face.iter().any(|&v| is_split[v as usize])) {
+        let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
+        face.iter().for_each(|&v| outward[v as usize] += normal);
+    }
+    // Sheets that face the same way move by different steps.
+    let mut n_steps = vec![1.0; positions.len()];
+    for (copy, &vertex) in cut.copies.iter().enumerate() {
+        n_steps[mesh.positions().len() + copy] = n_steps[vertex as usize] + 1.0;
+        n_steps[vertex as usize] += 1.0;
+    }
+    cut.copies.iter().for_each(|&vertex| n_steps[vertex as usize] = 1.0);
+    let reach = positions.as_flattened().iter().fold(mesh.diagonal(), |reach, x| reach.max(f64::from(x.abs())));
+    for (vertex, position) in positions.iter_mut().enumerate().filter(|(vertex, _)| is_split[*vertex]) {
+        let inward = -outward[vertex].normalize_or_zero();
+        let moved = DVec3::from(position.map(f64::from)) + n_steps[vertex] * STEP * reach * inward;
+        *position = moved.as_vec3().to_array();
+    }
+    let sources: Vec<u32> =
+        repaired.sources.iter().copied().chain(cut.copies.iter().map(|&v| repaired.sources[v as usize])).collect();
+    match TriMesh::new(positions, faces) {
+        Ok(mesh) => Repaired { mesh, sources, ..repaired },
+        Err(_) => repaired,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Attributes, shapes, topology};
+    use crate::repair::printable;
+
+    #[test]
+    fn what_touches_comes_apart_and_hardly_moves() {
+        for (mesh, n_copies) in [(shapes::tetrahedra_sharing_edge(), 2), (shapes::tetrahedra_sharing_vertex(), 1)] {
+            let apart = printable(&mesh, Attributes::NONE, 0.0).unwrap();
+            assert!(topology(&apart.mesh).is_closed_manifold() && apart.mesh.faces().len() == mesh.faces().len());
+            assert_eq!(apart.mesh.positions().len(), mesh.positions().len() + n_copies);
+            let moved = |(p, &source): (&[f32; 3], &u32)| {
+                let q = mesh.positions()[source as usize];
+                (0..3).map(|k| (p[k] - q[k]).abs()).fold(0.0, f32::max)
+            };
+            let moved: Vec<f32> = apart.mesh.positions().iter().zip(&apart.sources).map(moved).collect();
+            assert!(moved.iter().all(|&moved| f64::from(moved) < 3.0 * STEP * mesh.diagonal()));
+            let mut places: Vec<[u32; 3]> =
+                apart.mesh.positions().iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
+            places.sort_unstable();
+            assert!(places.windows(2).all(|pair| pair[0] != pair[1]));
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Bodies: of each component, the faces between its solid and the rest.
+//!
+//! Of the cells of a component one is the outside: the faces around it span the most negative volume. All others are solid, but for
+//! those that the winding says are cavities: where all faces at the outside are wound one way, cells whose faces are all wound
+//! the opposite way.
+
+use glam::DVec3;
+
+use super::cells::cells;
+use super::faces::{Faces, Made};
+
+/// Share of an area that may be wound against the rest, and the rest still counts as wound one way.
+const STRAY: f64 = 0.01;
+/// Area over holes, of that which was there, above which a body is looked at as a sheet.
+const MOSTLY_NEW: f64 = 0.5;
+/// Volume of such a body, in the unit of what lies over its holes to the power of 3/2, below which it is a sheet. A half ball
+/// has 0.38, a pipe as long as wide 0.2.
+const SHEET: f64 = 0.1;
+/// Volume of any body in the unit of its area to the power of 3/2 below which it is rounding; a ball has 0.094.
+const NOTHING: f64 = 1e-7;
+
+/// What encloses solid.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Body {
+    /// Its faces, and whether they have to be turned to look outward.
+    pub hull: Vec<(u32, bool)>,
+    /// How its outer faces were wound: 1 outward, -1 inward, 0 both ways.
+    pub winding: i8,
+    /// The volume within its outer faces.
+    pub volume: f64,
+}
+
+/// What is known of a cell.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    component: u32,
+    /// The volume that its faces span, negative for an outside.
+    volume: f64,
+    /// Area of its faces by how they were wound: normals into the cell, and out of it. Not those over holes.
+    wound: [f64; 2],
+}
+
+impl Cell {
+    /// Which way its faces were wound: 1 into it, -1 out of it, 0 both ways.
+    fn winding(&self) -> i8 {
+        let [into, out] = self.wound;
+        let stray = STRAY * (into + out);
+        if into + out == 0.0 { 0 } else { i8::from(out <= stray) - i8::from(into <= stray) }
+    }
+}
+
+/// The bodies of all components that enclose something; parted faces are told apart by sheets (`cells`).
+pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
+    let cells = cells(faces, parted);
+    let (component, n_components, sides) = (cells.component, cells.n_components, cells.of_sides);
+    let all = measured(faces, &component, &sides, cells.n);
+    let mut outside = vec![u32::MAX; n_components];
+    for (number, cell) in (0..).zip(&all) {
+        let least = &mut outside[cell.component as usize];
+        if *least == u32::MAX || cell.volume < all[*least as usize].volume {
+            *least = number;
+        }
+    }
+    let is_solid = |number: u32| {
+        let cell = &all[number as usize];
+        let outside = outside[cell.component as usize];
+        let opposite = all[outside as usize].winding();
+        number != outside && (opposite == 0 || cell.winding() != opposite)
+    };
+    let body = |&outside: &u32| {
+        let cell = all.get(outside as usize).copied().unwrap_or_default();
+        Body { hull: Vec::new(), winding: cell.winding(), volume: -cell.volume }
+    };
+    let mut bodies: Vec<Body> = outside.iter().map(body).collect();
+    for ((face, component), &[front, back]) in faces.numbers().zip(&component).zip(&sides) {
+        let [front, back] = [front, back].map(&is_solid);
+        if front != back {
+            bodies[*component as usize].hull.push((face, front));
+        }
+    }
+    bodies.retain(|body| !body.hull.is_empty() && encloses(faces, body));
+    bodies
+}
+
+/// Figures of all cells.
+fn measured(faces: &Faces, component: &[u32], sides: &[[u32; 2]], n_cells: usize) -> Vec<Cell> {
+    let mut all = vec![Cell::default(); n_cells];
+    let mut origins: Vec<Option<DVec3>> = vec![None; faces.len()];
+    for ((face, &component), &[front, back]) in faces.numbers().zip(component).zip(sides) {
+        let points = faces.points(face);
+        let origin = *origins[component as usize].get_or_insert(points[0]);
+        let (normal, is_new) = (faces.normal(face), faces.made[face as usize] == Made::New);
+        let volume = (points[0] - origin).dot(normal) / 6.0;
+        let area = if is_new { 0.0 } else { 0.5 * normal.length() };
+        let turned = usize::from(faces.made[face as usize] == Made::Turned);
+        for (cell, volume, way) in [(front, -volume, turned), (back, volume, 1 - turned)] {
+            let cell = &mut all[cell as usize];
+            cell.component = component;
+            if front != back {
+                cell.volume += volume;
+                cell.wound[way] += area;
+            }
+        }
+    }
+    all
+}
+
+/// Whether a body is more than rounding, and more than a sheet with a cover.
+fn encloses(faces: &Faces, body: &Body) -> bool {
+    let [new, old] = super::fill::areas(faces, body.hull.iter().map(|(face, _)| *face));
+    let is_sheet = new > MOSTLY_NEW * old && body.volume < SHEET * new.powf(1.5);
+    !is_sheet && body.volume > NOTHING * (new + old).powf(1.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Attributes, TriMesh, shapes};
+
+    fn bodies_of(mesh: &TriMesh) -> Vec<Body> {
+        bodies(&Faces::new(mesh, &Attributes::default()), &vec![false; mesh.faces().len()])
+    }
+
+    #[test]
+    fn windings_and_volumes_of_known_bodies() {
+        let cube = shapes::cuboid([2.0; 3], 3);
+        let turned = cube.faces().iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let inside_out = TriMesh::new(cube.positions().to_vec(), turned).unwrap();
+        for (mesh, winding) in [(&cube, 1), (&inside_out, -1)] {
+            let all = bodies_of(mesh);
+            assert_eq!((all.len(), all[0].winding, all[0].hull.len()), (1, winding, cube.faces().len()));
+            assert!((all[0].volume - 8.0).abs() < 1e-5 && all[0].hull.iter().all(|(_, turn)| *turn == (winding < 0)));
+        }
+        assert!(bodies_of(&shapes::grid(3, 3)).is_empty() && bodies_of(&shapes::klein_bottle(16, 8)).is_empty());
+        assert_eq!(bodies_of(&shapes::many_boxes(9)).len(), 9);
+    }
+
+    /// Two boxes that share an edge, in a third one's place of wall: the wall goes, the rest is one body.
+    #[test]
+    fn a_wall_is_no_part_of_the_hull() {
+        let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+        let faces = vec![[0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 0, 4], [2, 1, 4], [0, 2, 4], [0, 1, 2]];
+        let all = bodies_of(&TriMesh::new(corners, faces).unwrap());
+        let hull: Vec<u32> = all[0].hull.iter().map(|(face, _)| *face).collect();
+        assert_eq!((all.len(), hull), (1, (0..6).collect()));
+    }
+}

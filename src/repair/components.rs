@@ -1,0 +1,84 @@
+//! Components: faces joined over edges, however many meet there.
+
+use glam::DVec3;
+
+use crate::mesh::half_edges::for_each_edge;
+use crate::mesh::union_find::UnionFind;
+
+use super::faces::Faces;
+
+/// The component of each face, and how many there are; numbered by their first faces.
+pub(super) fn components(faces: &Faces) -> (Vec<u32>, usize) {
+    joined(faces, |_| true)
+}
+
+/// Sets of faces joined over the edges that are wanted, by the number of their faces.
+pub(super) fn joined(faces: &Faces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
+    let mut sets = UnionFind::new(faces.len());
+    for_each_edge(faces.positions.len(), &faces.corners, |_, around| {
+        if is_wanted(around.len()) {
+            around.windows(2).for_each(|pair| _ = sets.union(pair[0].face(), pair[1].face()));
+        }
+    });
+    numbered(faces.len(), |face| sets.find(face))
+}
+
+/// Sets by their first members: the number of the set of each item, and how many there are.
+pub(super) fn numbered(n: usize, mut first: impl FnMut(u32) -> u32) -> (Vec<u32>, usize) {
+    let mut number = vec![u32::MAX; n];
+    let mut n_sets = 0;
+    let of = (0..n as u32).map(|item| {
+        let slot = &mut number[first(item) as usize];
+        if *slot == u32::MAX {
+            *slot = n_sets;
+            n_sets += 1;
+        }
+        *slot
+    });
+    let of = of.collect();
+    (of, n_sets as usize)
+}
+
+/// Drops the components whose bounding box has a diagonal below `least`; the largest by area stays. Returns how many went.
+pub(super) fn drop_small(faces: &mut Faces, least: f64) -> usize {
+    let (component, n) = components(faces);
+    let mut areas = vec![0.0; n];
+    let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); n];
+    for (face, &component) in faces.numbers().zip(&component) {
+        areas[component as usize] += faces.area(face);
+        let (low, high) = &mut boxes[component as usize];
+        for point in faces.points(face) {
+            (*low, *high) = (low.min(point), high.max(point));
+        }
+    }
+    let largest = (0..n).max_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(b.cmp(&a)));
+    let is_kept =
+        |component: usize| Some(component) == largest || (boxes[component].1 - boxes[component].0).length() >= least;
+    let n_kept = (0..n).filter(|&component| is_kept(component)).count();
+    if n_kept < n {
+        faces.retain(|face| is_kept(component[face as usize] as usize));
+    }
+    n - n_kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Attributes, shapes, topology};
+
+    #[test]
+    fn components_are_those_that_topology_counts() {
+        for mesh in [shapes::many_boxes(20), shapes::tetrahedra_sharing_edge(), shapes::touching_spheres(1)] {
+            let faces = Faces::new(&mesh, &Attributes::default());
+            assert_eq!(components(&faces).1, topology(&mesh).components);
+        }
+    }
+
+    #[test]
+    fn small_components_go_and_the_largest_stays() {
+        let mesh = shapes::many_boxes(20);
+        let mut faces = Faces::new(&mesh, &Attributes::default());
+        assert_eq!(drop_small(&mut faces, 0.0), 0);
+        assert_eq!((drop_small(&mut faces, f64::INFINITY), components(&faces).1), (19, 1));
+    }
+}

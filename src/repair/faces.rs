@@ -1,0 +1,168 @@
+//! The faces of a mesh while it is repaired, with what they carry and where they come from.
+
+use glam::DVec3;
+
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::{Attributes, Role, TriMesh, compact};
+
+use super::{RepairCounts, Repaired};
+
+/// Where a face comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Made {
+    /// From the input, wound as there.
+    AsRead,
+    /// From the input, wound the other way.
+    Turned,
+    /// Over a hole.
+    New,
+}
+
+/// Faces over vertices that stay where they are.
+#[derive(Clone, Debug)]
+pub(super) struct Faces<'a> {
+    /// Positions, n_vertices x 3.
+    pub positions: &'a [[f32; 3]],
+    /// Vertices of the faces, n_faces x 3.
+    pub corners: Vec<[u32; 3]>,
+    /// Wedges of the faces, n_faces x 3; empty where nothing is carried.
+    wedges: Vec<[u32; 3]>,
+    /// Groups, n_faces; empty where all faces are of one.
+    groups: Vec<u32>,
+    /// Where each comes from, n_faces.
+    pub made: Vec<Made>,
+    /// The face of the input that each is, n_faces; `u32::MAX` over a hole.
+    pub sources: Vec<u32>,
+}
+
+impl<'a> Faces<'a> {
+    /// Those of a mesh.
+    pub fn new(mesh: &'a TriMesh, attributes: &Attributes) -> Self {
+        Self {
+            positions: mesh.positions(),
+            corners: mesh.faces().to_vec(),
+            wedges: attributes.wedges.clone(),
+            groups: attributes.groups.clone(),
+            made: vec![Made::AsRead; mesh.faces().len()],
+            sources: (0..mesh.faces().len() as u32).collect(),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Where a vertex lies.
+    pub fn at(&self, vertex: u32) -> DVec3 {
+        DVec3::from(self.positions[vertex as usize].map(f64::from))
+    }
+
+    /// The corners of a face as points.
+    pub fn points(&self, face: u32) -> [DVec3; 3] {
+        self.corners[face as usize].map(|vertex| self.at(vertex))
+    }
+
+    /// The normal of a face, twice its area long.
+    pub fn normal(&self, face: u32) -> DVec3 {
+        area_normal_f64(self.points(face))
+    }
+
+    pub fn area(&self, face: u32) -> f64 {
+        0.5 * self.normal(face).length()
+    }
+
+    /// What the corner of a face at one of its vertices carries; 0 where nothing is carried.
+    pub fn wedge_at(&self, face: u32, vertex: u32) -> u32 {
+        let place = self.corners[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
+        self.wedges.get(face as usize).map_or(0, |wedges| wedges[place])
+    }
+
+    pub fn group(&self, face: u32) -> u32 {
+        self.groups.get(face as usize).copied().unwrap_or(0)
+    }
+
+    /// Winds a face the other way.
+    pub fn turn(&mut self, face: u32) {
+        let face = face as usize;
+        self.corners[face].swap(1, 2);
+        if let Some(wedges) = self.wedges.get_mut(face) {
+            wedges.swap(1, 2);
+        }
+        self.made[face] = match self.made[face] {
+            Made::AsRead => Made::Turned,
+            Made::Turned => Made::AsRead,
+            Made::New => Made::New,
+        };
+    }
+
+    /// Adds a face over a hole.
+    pub fn push(&mut self, corners: [u32; 3], wedges: [u32; 3], group: u32) {
+        if !self.wedges.is_empty() {
+            self.wedges.push(wedges);
+        }
+        if !self.groups.is_empty() {
+            self.groups.push(group);
+        }
+        self.corners.push(corners);
+        self.made.push(Made::New);
+        self.sources.push(u32::MAX);
+    }
+
+    /// Keeps the faces that are wanted.
+    pub fn retain(&mut self, is_wanted: impl Fn(u32) -> bool) {
+        fn kept<T: Copy>(rows: &mut Vec<T>, is_wanted: &impl Fn(u32) -> bool) {
+            let mut number = 0..;
+            rows.retain(|_| number.next().is_some_and(is_wanted));
+        }
+        kept(&mut self.corners, &is_wanted);
+        kept(&mut self.wedges, &is_wanted);
+        kept(&mut self.groups, &is_wanted);
+        kept(&mut self.made, &is_wanted);
+        kept(&mut self.sources, &is_wanted);
+    }
+
+    /// Numbers of the faces.
+    pub fn numbers(&self) -> std::ops::Range<u32> {
+        0..self.corners.len() as u32
+    }
+
+    /// The mesh of these faces; what `attributes` has is what the input carries. Faces and vertices are counted.
+    pub fn into_repaired(self, attributes: &Attributes, counts: RepairCounts) -> Repaired {
+        let mut attributes = Attributes { wedges: Vec::new(), groups: Vec::new(), ..attributes.clone() };
+        let n_read = self.made.iter().filter(|made| **made != Made::New).count();
+        let n_turned = self.made.iter().filter(|made| **made == Made::Turned).count();
+        let counts = RepairCounts { faces_added: self.len() - n_read, faces_turned: n_turned, ..counts };
+        attributes.wedges = self.wedges.clone();
+        self.turn_normals(&mut attributes);
+        attributes.groups = self.groups;
+        let (mesh, sources) = compact(self.positions, self.corners).unwrap_or_default();
+        Repaired { mesh, attributes, sources, counts }
+    }
+
+    /// Gives corners of turned faces the opposite of normals that look to the other side than the face does now.
+    fn turn_normals(&self, attributes: &mut Attributes) {
+        let Some(normals) = attributes.channels.iter().find(|channel| channel.role == Role::Normal) else { return };
+        let mut wedges = attributes.wedges.clone();
+        let mut opposite = rustc_hash::FxHashMap::default();
+        let n_wedges = attributes.n_wedges() as u32;
+        let mut sources = Vec::new();
+        for face in self.numbers().filter(|&face| self.made[face as usize] == Made::Turned) {
+            let normal = self.normal(face);
+            for wedge in wedges.iter_mut().skip(face as usize).take(1).flatten() {
+                let Some(&[x, y, z]) = normals.of(*wedge).first_chunk() else { continue };
+                if normal.dot(DVec3::new(x.into(), y.into(), z.into())) < 0.0 {
+                    *wedge = *opposite.entry(*wedge).or_insert_with(|| {
+                        sources.push(*wedge);
+                        n_wedges + sources.len() as u32 - 1
+                    });
+                }
+            }
+        }
+        for channel in &mut attributes.channels {
+            let turns = matches!(channel.role, Role::Normal | Role::MorphDirection);
+            let values: Vec<f32> = sources.iter().flat_map(|&wedge| channel.of(wedge)).copied().collect();
+            channel.values.extend(values.into_iter().map(|x| if turns { -x } else { x }));
+        }
+        attributes.wedges = wedges;
+    }
+}

@@ -1,0 +1,214 @@
+//! Holes: loops of the boundary, closed by faces that go on where the surface beside them ends.
+
+use std::cmp::Reverse;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::mesh::half_edges::for_each_edge;
+use crate::mesh::{Attributes, TriMesh};
+
+use super::cover::{Outline, cover};
+use super::faces::{Faces, Made};
+use super::loops::{Rim, loops};
+use super::{RepairCounts, Repaired};
+
+/// Numbers of edges up to which a loop gets the best triangles: the first for which all loops together take few enough steps.
+const BEST: [usize; 4] = [256, 128, 64, 32];
+/// Steps of the dynamic programming in all: a few seconds on one core.
+const STEPS: usize = 1 << 27;
+
+/// What became of the holes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Holes {
+    pub n_filled: usize,
+    pub n_left: usize,
+}
+
+/// Closes each loop of the boundary that has at most `most_edges` edges.
+///
+/// The boundary is that of the manifold which the faces are cut into: at an edge with three faces, two go on into each other and
+/// the third ends. New faces lie between the vertices of the loop and are wound as the faces beside them, which are turned where
+/// their neighbours disagree; each corner carries what one beside it carries, and all faces over a hole are of the group that
+/// most faces around it are of. Other holes, and the border of a single face, stay.
+///
+/// ```
+/// use neural_mesh::mesh::{Attributes, shapes, topology};
+/// use neural_mesh::repair::fill_holes;
+/// let filled = fill_holes(&shapes::open_cylinder(12, 3), Attributes::NONE, usize::MAX);
+/// assert_eq!((filled.counts.holes_filled, filled.counts.faces_added), (2, 20));
+/// assert!(topology(&filled.mesh).is_closed_manifold());
+/// ```
+pub fn fill_holes(mesh: &TriMesh, attributes: &Attributes, most_edges: usize) -> Repaired {
+    let mut faces = Faces::new(mesh, attributes);
+    let holes = fill(&mut faces, most_edges, |_| true);
+    let counts = RepairCounts { holes_filled: holes.n_filled, holes_left: holes.n_left, ..RepairCounts::default() };
+    faces.into_repaired(attributes, counts)
+}
+
+/// Closes the loops that are wanted and no longer than that.
+pub(super) fn fill(faces: &mut Faces, most_edges: usize, is_wanted: impl Fn(&[Rim]) -> bool) -> Holes {
+    let loops: Vec<Vec<Rim>> = loops(faces).into_iter().filter(|rims| is_wanted(rims)).collect();
+    let is_single = |rims: &[Rim]| rims.len() == 3 && rims.iter().all(|rim| rim.face() == rims[0].face());
+    let n_loops = loops.len();
+    let holes: Vec<Vec<Rim>> = loops.into_iter().filter(|rims| rims.len() <= most_edges && !is_single(rims)).collect();
+    let known = edges_between(faces, holes.iter().flatten().map(|rim| rim.vertex));
+    let lengths: Vec<usize> = holes.iter().map(Vec::len).collect();
+    let n_best = n_best(&lengths);
+    let covered: Vec<Vec<[u32; 3]>> =
+        holes.par_iter().map(|rims| triangles_over(faces, rims, &known, n_best)).collect();
+    for (rims, triangles) in holes.iter().zip(covered) {
+        let group = most_common(rims.iter().map(|rim| faces.group(rim.face())));
+        for triangle in triangles {
+            let wedges = triangle.map(|i| wedge_beside(faces, rims, triangle, i));
+            faces.push(triangle.map(|i| rims[i as usize].vertex), wedges, group);
+        }
+    }
+    Holes { n_filled: holes.len(), n_left: n_loops - holes.len() }
+}
+
+/// Up to how many edges loops of these lengths get the best triangles.
+fn n_best(lengths: &[usize]) -> usize {
+    let steps = |n_best: usize| -> usize {
+        lengths.iter().map(|&n| n.min(n_best)).map(|n| n * n * n / 6).fold(0, usize::saturating_add)
+    };
+    BEST.into_iter().find(|&n| steps(n) <= STEPS).unwrap_or(3)
+}
+
+/// The edges between vertices of holes, lower end first.
+fn edges_between(faces: &Faces, vertices: impl Iterator<Item = u32>) -> FxHashSet<[u32; 2]> {
+    let mut is_one = vec![false; faces.positions.len()];
+    vertices.for_each(|vertex| is_one[vertex as usize] = true);
+    let mut edges = FxHashSet::default();
+    for_each_edge(faces.positions.len(), &faces.corners, |ends, _| {
+        if ends.iter().all(|&vertex| is_one[vertex as usize]) {
+            edges.insert(ends);
+        }
+    });
+    edges
+}
+
+/// Triangles over a hole, as places in its loop.
+fn triangles_over(faces: &Faces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_best: usize) -> Vec<[u32; 3]> {
+    let is_edge = |i: u32, k: u32| {
+        let [a, b] = [i, k].map(|i| rims[i as usize].vertex);
+        known.contains(&[a.min(b), a.max(b)])
+    };
+    let normal = |rim: &Rim| {
+        let normal = faces.normal(rim.face()).normalize_or_zero();
+        if rim.is_along(faces) { normal } else { -normal }
+    };
+    let points: Vec<DVec3> = rims.iter().map(|rim| faces.at(rim.vertex)).collect();
+    let normals = rims.iter().map(normal).collect();
+    cover(&Outline { points, normals, is_edge: &is_edge }, n_best)
+}
+
+/// What the corner of a new face carries: what the face beyond one of its sides there carries, or else the next one along the
+/// loop.
+fn wedge_beside(faces: &Faces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
+    let n = rims.len() as u32;
+    let before = (i + n - 1) % n;
+    let is_side = |place: u32| triangle.contains(&place);
+    let rim = rims[if is_side(before) && !is_side((i + 1) % n) { before } else { i } as usize];
+    faces.wedge_at(rim.face(), rims[i as usize].vertex)
+}
+
+/// What comes most often; of several the least.
+fn most_common(numbers: impl Iterator<Item = u32>) -> u32 {
+    let mut counts: FxHashMap<u32, usize> = FxHashMap::default();
+    numbers.for_each(|number| *counts.entry(number).or_default() += 1);
+    counts.into_iter().max_by_key(|&(number, n)| (n, Reverse(number))).map_or(0, |(number, _)| number)
+}
+
+/// The area of the faces over holes, and of the others, of these faces.
+pub(super) fn areas(faces: &Faces, some: impl Iterator<Item = u32>) -> [f64; 2] {
+    some.fold([0.0; 2], |mut sums, face| {
+        sums[usize::from(faces.made[face as usize] != Made::New)] += faces.area(face);
+        sums
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Channel, Role, edges, shapes, topology};
+    use proptest::prelude::*;
+
+    /// A mesh without the faces with these numbers, cyclically.
+    fn without(mesh: &TriMesh, gone: &[usize]) -> TriMesh {
+        let n = mesh.faces().len();
+        let gone: FxHashSet<usize> = gone.iter().map(|g| g % n).collect();
+        let faces = mesh.faces().iter().enumerate().filter(|(f, _)| !gone.contains(f)).map(|(_, &face)| face);
+        TriMesh::new(mesh.positions().to_vec(), faces.collect()).unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn whatever_is_cut_out_is_closed_again(gone in prop::collection::vec(any::<usize>(), 0..200), which in 0usize..3) {
+            let mesh = [shapes::icosphere(2), shapes::torus(16, 8, 2.0, 0.7), shapes::cuboid([1.0, 2.0, 3.0], 4)][which].clone();
+            let filled = fill_holes(&without(&mesh, &gone), Attributes::NONE, usize::MAX);
+            // A single face that is left alone has a border, along which others may lie.
+            let n_odd = edges(&filled.mesh).iter().filter(|edge| (edge.up + edge.down) % 2 == 1).count();
+            prop_assert!(n_odd <= 3 * filled.counts.holes_left);
+            prop_assert!(n_odd > 0 || fill_holes(&filled.mesh, Attributes::NONE, usize::MAX).counts == RepairCounts::default());
+        }
+    }
+
+    #[test]
+    fn loops_longer_than_asked_for_stay() {
+        let holed = without(&shapes::cuboid([1.0; 3], 6), &[5, 6, 7, 30]);
+        let few = fill_holes(&holed, Attributes::NONE, 3);
+        assert!(few.counts.holes_filled >= 1 && few.counts.holes_left >= 1, "{:?}", few.counts);
+        let all = fill_holes(&holed, Attributes::NONE, usize::MAX);
+        assert_eq!(all.counts.holes_filled, few.counts.holes_filled + few.counts.holes_left);
+        assert!(topology(&all.mesh).is_closed_manifold());
+    }
+
+    #[test]
+    fn a_flat_hole_is_filled_flat_and_outward() {
+        // A cube without its top.
+        let cube = shapes::cuboid([1.0; 3], 4);
+        let high = cube.positions().iter().map(|p| p[2]).fold(f32::MIN, f32::max);
+        let is_top = |face: &[u32; 3]| face.iter().all(|&v| cube.positions()[v as usize][2] == high);
+        let gone: Vec<usize> = (0..cube.faces().len()).filter(|&f| is_top(&cube.faces()[f])).collect();
+        let filled = fill_holes(&without(&cube, &gone), Attributes::NONE, usize::MAX);
+        assert!(topology(&filled.mesh).is_closed_manifold());
+        let volume = crate::metrics::volume(&filled.mesh).unwrap();
+        assert!((volume - 1.0).abs() < 1e-6, "{volume}");
+    }
+
+    #[test]
+    fn a_single_face_is_left() {
+        let triangle = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let left = fill_holes(&triangle, Attributes::NONE, usize::MAX);
+        assert_eq!((left.mesh, left.counts.holes_left), (triangle, 1));
+    }
+
+    #[test]
+    fn new_faces_carry_what_is_beside_them() {
+        let mesh = without(&shapes::grid(6, 6), &[]);
+        let n = mesh.faces().len();
+        let values = (0..mesh.positions().len()).map(|v| v as f32).collect();
+        let channel = Channel { name: "a".into(), role: Role::Other, width: 1, values };
+        let attributes = Attributes {
+            wedges: mesh.faces().to_vec(),
+            channels: vec![channel],
+            groups: (0..n as u32).map(|f| f % 3).collect(),
+        };
+        let filled = fill_holes(&mesh, &attributes, usize::MAX);
+        assert!(filled.attributes.fit(filled.mesh.faces().len()));
+        for (face, wedges) in filled.mesh.faces().iter().zip(&filled.attributes.wedges) {
+            assert_eq!(face, wedges);
+        }
+        assert!(filled.attributes.groups[n..].windows(2).all(|pair| pair[0] == pair[1]));
+    }
+
+    #[test]
+    fn many_loops_share_the_steps() {
+        assert_eq!((n_best(&[100; 10]), n_best(&[300; 2]), n_best(&[])), (256, 256, 256));
+        assert!(n_best(&[256; 100_000]) <= 32);
+    }
+}

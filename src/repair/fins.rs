@@ -1,0 +1,167 @@
+//! Fins: sheets that stand on a surface and end in the open.
+//!
+//! Edges with more than two faces cut a surface into patches. A patch is a fin where its border runs from such edges into the
+//! open, or where a face over the part in the open would be no smaller than half of it; and where it is not the larger part of
+//! its component. The smallest go first, and what they stood on is one patch then.
+
+use std::f64::consts::PI;
+
+use rustc_hash::FxHashMap;
+
+use crate::mesh::half_edges::for_each_edge;
+
+use super::components::{components, joined};
+use super::faces::Faces;
+
+/// Rounds, at most: in each, fins go that do not stand beside another one that goes.
+const MOST_ROUNDS: usize = 64;
+
+/// Drops all fins; returns how many faces went.
+pub(super) fn drop_fins(faces: &mut Faces) -> usize {
+    let n_before = faces.len();
+    for _ in 0..MOST_ROUNDS {
+        let (patch, fins) = fins(faces);
+        if fins.is_empty() {
+            break;
+        }
+        let mut is_fin = vec![false; patch.len()];
+        fins.into_iter().for_each(|fin| is_fin[fin as usize] = true);
+        faces.retain(|face| !is_fin[patch[face as usize] as usize]);
+    }
+    n_before - faces.len()
+}
+
+/// What is known of the patches.
+struct Patches {
+    /// The patch of each face.
+    of_face: Vec<u32>,
+    areas: Vec<f64>,
+    /// Length of the border in the open.
+    open: Vec<f64>,
+    /// Whether the border in the open meets the other one.
+    is_mixed: Vec<bool>,
+    /// Patches at the same edges; only of those that have such.
+    beside: FxHashMap<u32, Vec<u32>>,
+}
+
+impl Patches {
+    fn new(faces: &Faces) -> Self {
+        let (of_face, n) = joined(faces, |n_faces| n_faces == 2);
+        let mut patches = Self {
+            areas: vec![0.0; n],
+            open: vec![0.0; n],
+            is_mixed: vec![false; n],
+            beside: FxHashMap::default(),
+            of_face,
+        };
+        faces.numbers().for_each(|face| patches.areas[patches.of_face[face as usize] as usize] += faces.area(face));
+        let (mut in_open, mut at_edges) = (Vec::new(), Vec::new());
+        for_each_edge(faces.positions.len(), &faces.corners, |ends, around| {
+            let here: Vec<u32> = around.iter().map(|half| patches.of_face[half.face() as usize]).collect();
+            match here[..] {
+                [one] => {
+                    patches.open[one as usize] += faces.at(ends[0]).distance(faces.at(ends[1]));
+                    in_open.extend(ends.map(|end| (end, one)));
+                }
+                [_, _] => {}
+                _ => {
+                    at_edges.extend(here.iter().flat_map(|&one| ends.map(|end| (end, one))));
+                    here.iter().for_each(|&one| patches.beside.entry(one).or_default().extend(&here));
+                }
+            }
+        });
+        at_edges.sort_unstable();
+        in_open.retain(|place| at_edges.binary_search(place).is_ok());
+        in_open.iter().for_each(|&(_, one)| patches.is_mixed[one as usize] = true);
+        patches.beside.values_mut().for_each(|beside| {
+            beside.sort_unstable();
+            beside.dedup();
+        });
+        patches
+    }
+
+    /// Whether a patch of a component with so much area is a fin.
+    fn is_fin(&self, patch: u32, area_of_component: f64) -> bool {
+        let at = patch as usize;
+        let covered = self.open[at] * self.open[at] / (4.0 * PI);
+        let ends = self.open[at] > 0.0 && (self.is_mixed[at] || covered > 0.5 * self.areas[at]);
+        ends && self.beside.contains_key(&patch) && self.areas[at] < 0.5 * area_of_component
+    }
+}
+
+/// The patch of each face, and the fins, no two of them side by side.
+fn fins(faces: &Faces) -> (Vec<u32>, Vec<u32>) {
+    let patches = Patches::new(faces);
+    let (component, n_components) = components(faces);
+    let mut areas = vec![0.0; n_components];
+    let mut component_of = vec![0; patches.areas.len()];
+    for (face, &component) in faces.numbers().zip(&component) {
+        areas[component as usize] += faces.area(face);
+        component_of[patches.of_face[face as usize] as usize] = component as usize;
+    }
+    let mut found: Vec<u32> = (0..component_of.len() as u32)
+        .filter(|&patch| patches.is_fin(patch, areas[component_of[patch as usize]]))
+        .collect();
+    found.sort_by(|&a, &b| patches.areas[a as usize].total_cmp(&patches.areas[b as usize]).then(a.cmp(&b)));
+    let mut is_blocked = vec![false; component_of.len()];
+    found.retain(|&fin| {
+        let goes = !is_blocked[fin as usize];
+        patches.beside.get(&fin).into_iter().flatten().filter(|_| goes).for_each(|&at| is_blocked[at as usize] = true);
+        goes
+    });
+    (patches.of_face, found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Attributes, TriMesh, shapes};
+
+    #[test]
+    fn a_fin_goes_and_its_body_stays() {
+        let sphere = shapes::icosphere(2);
+        let mut positions = sphere.positions().to_vec();
+        let mut faces = sphere.faces().to_vec();
+        let [a, b, _] = faces[0];
+        positions.push([2.0; 3]);
+        faces.push([a, b, positions.len() as u32 - 1]);
+        let mesh = TriMesh::new(positions, faces).unwrap();
+        let mut faces = Faces::new(&mesh, &Attributes::default());
+        assert_eq!(drop_fins(&mut faces), 1);
+        assert_eq!(faces.corners, sphere.faces());
+    }
+
+    #[test]
+    fn walls_and_holes_are_no_fins() {
+        // Two boxes with one wall between them, one with a hole away from the wall.
+        let positions: Vec<[f32; 3]> =
+            (0..12u32).map(|i| [(i % 3) as f32, (i / 3 % 2) as f32, (i / 6) as f32]).collect();
+        let quads = [
+            [0, 3, 4, 1],
+            [1, 4, 5, 2],
+            [6, 7, 10, 9],
+            [7, 8, 11, 10],
+            [0, 1, 7, 6],
+            [1, 2, 8, 7],
+            [3, 9, 10, 4],
+            [4, 10, 11, 5],
+            [0, 6, 9, 3],
+            [2, 5, 11, 8],
+            [1, 4, 10, 7],
+        ];
+        let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let mesh = TriMesh::new(positions, triangles).unwrap();
+        assert_eq!(drop_fins(&mut Faces::new(&mesh, &Attributes::default())), 0);
+        let plate = shapes::grid(4, 4);
+        assert_eq!(drop_fins(&mut Faces::new(&plate, &Attributes::default())), 0);
+    }
+
+    #[test]
+    fn of_pages_at_one_edge_two_stay() {
+        let tips = (0..5).map(|i| (i as f32).sin_cos()).map(|(y, x)| [x, y, 0.5]);
+        let positions: Vec<[f32; 3]> = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
+        let mesh = TriMesh::new(positions, (2..7).map(|tip| [0, 1, tip]).collect()).unwrap();
+        let mut faces = Faces::new(&mesh, &Attributes::default());
+        assert_eq!((drop_fins(&mut faces), faces.len()), (3, 2));
+    }
+}

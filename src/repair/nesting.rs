@@ -1,0 +1,133 @@
+//! Bodies within others: cavities, or nothing that shows.
+//!
+//! The rule: within solid, a body is a cavity where it was wound inward throughout; else it is solid within solid and goes. What is
+//! inward is the other way in a file that is inside out as a whole, by volume. So an inner shell stays a cavity where its file means
+//! one, and a shell that modelling has left behind does not show up in print. Within a cavity, and outside, a body is solid
+//! whichever way it was wound. Bodies that cross others are solid; but a shell wound as a cavity, and mostly within, stays one.
+
+use super::bodies::Body;
+use super::faces::Faces;
+use super::rays::Rays;
+
+/// Points of a body that are looked at, at most.
+const SAMPLES: usize = 64;
+/// Share of them that lie within for a shell that crosses others to be a cavity.
+const MOSTLY: f64 = 0.5;
+/// Weights of a point within a face: generic, so that rays from it meet edges of others by chance alone.
+const WITHIN: [f64; 3] = [0.4637, 0.3391, 0.1972];
+
+/// Turns cavities, and drops what lies in solid.
+pub(super) fn nest(faces: &Faces, bodies: &mut Vec<Body>) {
+    if bodies.len() < 2 {
+        return;
+    }
+    bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+    let body_of: Vec<u32> = (0..).zip(&*bodies).flat_map(|(i, body)| body.hull.iter().map(move |_| i)).collect();
+    let rays = Rays::new(bodies.iter().flat_map(|body| body.hull.iter()).map(|&hull| triangle(faces, hull)).collect());
+    let outward: f64 = bodies.iter().map(|body| body.volume * f64::from(body.winding)).sum();
+    let inward = if outward < 0.0 { 1 } else { -1 };
+    // 1 for what is wound outward, -1 for a cavity, 0 for what goes.
+    let mut fates = vec![1i32; bodies.len()];
+    for number in 0..bodies.len() {
+        let within = within(faces, &bodies[number], &rays, &mut |triangle| {
+            let body = body_of[triangle as usize];
+            if body < number as u32 { fates[body as usize] } else { 0 }
+        });
+        let is_cavity = within >= MOSTLY && bodies[number].winding == inward;
+        fates[number] = if is_cavity { -1 } else { i32::from(within < 1.0) };
+    }
+    for (body, fate) in bodies.iter_mut().zip(&fates) {
+        if *fate < 0 {
+            body.hull.iter_mut().for_each(|(_, turn)| *turn = !*turn);
+        }
+    }
+    let mut fates = fates.into_iter();
+    bodies.retain(|_| fates.next() != Some(0));
+}
+
+/// The corners of a face of a hull, outward.
+fn triangle(faces: &Faces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
+    let [a, b, c] = faces.corners[face as usize].map(|v| faces.positions[v as usize]);
+    if turn { [a, c, b] } else { [a, b, c] }
+}
+
+/// The share of a body that lies in the solid of others; `counts` says how often a triangle counts.
+fn within(faces: &Faces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
+    let step = body.hull.len().div_ceil(SAMPLES);
+    let (mut n_looks, mut n_within) = (0, 0);
+    for (sample, &(face, _)) in body.hull.iter().step_by(step).enumerate() {
+        let point: glam::DVec3 = faces.points(face).iter().zip(WITHIN).map(|(corner, weight)| *corner * weight).sum();
+        let Some(crossed) = rays.crossed(point.as_vec3().to_array(), sample % 3) else { continue };
+        let winding: i32 = crossed.into_iter().map(|(triangle, sign)| sign * counts(triangle)).sum();
+        n_looks += 1;
+        n_within += usize::from(winding > 0);
+    }
+    if n_looks == 0 { 0.0 } else { n_within as f64 / n_looks as f64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bodies::bodies;
+    use super::*;
+    use crate::mesh::{Attributes, TriMesh, shapes};
+
+    /// Spheres of these radii about these places on the x axis, those of negative radius wound inward.
+    fn spheres(all: &[(f32, f32)]) -> TriMesh {
+        let (mut positions, mut faces) = (Vec::new(), Vec::new());
+        let sphere = shapes::icosphere(2);
+        for &(radius, x) in all {
+            let first = positions.len() as u32;
+            positions.extend(
+                sphere.positions().iter().map(|p| [p[0] * radius.abs() + x, p[1] * radius.abs(), p[2] * radius.abs()]),
+            );
+            let turned = |&[a, b, c]: &[u32; 3]| if radius < 0.0 { [a, c, b] } else { [a, b, c] };
+            faces.extend(sphere.faces().iter().map(turned).map(|face| face.map(|v| v + first)));
+        }
+        TriMesh::new(positions, faces).unwrap()
+    }
+
+    /// The volume of what is left, in that of a unit sphere, and the number of bodies.
+    fn nested(all: &[(f32, f32)]) -> (f64, usize) {
+        let mesh = spheres(all);
+        let faces = Faces::new(&mesh, &Attributes::default());
+        let mut bodies = bodies(&faces, &vec![false; faces.len()]);
+        nest(&faces, &mut bodies);
+        let volume = |hull: &(u32, bool)| {
+            let [a, b, c] = triangle(&faces, *hull).map(|p| glam::Vec3::from(p).as_dvec3());
+            a.dot(b.cross(c)) / 6.0
+        };
+        let sphere: f64 = shapes::icosphere(2)
+            .faces()
+            .iter()
+            .map(|face| {
+                let [a, b, c] = face.map(|v| glam::Vec3::from(shapes::icosphere(2).positions()[v as usize]).as_dvec3());
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum();
+        (bodies.iter().flat_map(|body| &body.hull).map(volume).sum::<f64>() / sphere, bodies.len())
+    }
+
+    fn is(found: (f64, usize), volume: f64, n: usize) -> bool {
+        (found.0 - volume).abs() < 1e-3 && found.1 == n
+    }
+
+    #[test]
+    fn shells_within_shells() {
+        assert!(is(nested(&[(2.0, 0.0), (-1.0, 0.0)]), 7.0, 2));
+        assert!(is(nested(&[(2.0, 0.0), (1.0, 0.0)]), 8.0, 1));
+        // Inside out as a whole.
+        assert!(is(nested(&[(-2.0, 0.0), (1.0, 0.0)]), 7.0, 2));
+        assert!(is(nested(&[(-2.0, 0.0), (-1.0, 0.0)]), 8.0, 1));
+        // A ball in a cavity, with a cavity of its own.
+        assert!(is(nested(&[(3.0, 0.0), (-2.0, 0.0), (1.0, 0.0), (-0.5, 0.0)]), 27.0 - 8.0 + 1.0 - 0.125, 4));
+        assert!(is(nested(&[(3.0, 0.0), (-2.0, 0.0), (-1.0, 0.0), (-0.5, 0.0)]), 27.0 - 8.0 + 1.0 - 0.125, 4));
+    }
+
+    #[test]
+    fn bodies_side_by_side_and_across_each_other_stay() {
+        assert!(is(nested(&[(1.0, 0.0), (-1.0, 5.0)]), 2.0, 2));
+        assert!(is(nested(&[(1.0, 0.0), (1.0, 1.0)]), 2.0, 2));
+        // Mostly within one that is inside out, in a file that is not.
+        assert!(is(nested(&[(4.0, 20.0), (-2.0, 0.0), (1.0, 1.8)]), 64.0 + 8.0 + 1.0, 3));
+    }
+}

@@ -1,0 +1,76 @@
+//! Surfaces with one side, such as a Klein bottle: cut open where their sides meet.
+
+use crate::mesh::half_edges::{NO_TWIN, start, twins};
+
+use super::faces::Faces;
+
+/// Drops a face at each edge where faces joined over edges with two of them cannot agree on a side; returns how many. What is
+/// left has two sides, and a border.
+pub(super) fn cut_one_sided(faces: &mut Faces) -> usize {
+    let twins = twins(faces.positions.len(), &faces.corners);
+    let sides = sides(&faces.corners, &twins);
+    let is_opposed = |half: usize, twin: u32| {
+        let along = start(&faces.corners, half as u32) == start(&faces.corners, twin);
+        (sides[half / 3] != sides[twin as usize / 3]) != along
+    };
+    let mut is_cut = vec![false; faces.len()];
+    for (half, &twin) in twins.iter().enumerate().filter(|&(half, &twin)| twin != NO_TWIN && half < twin as usize) {
+        if is_opposed(half, twin) && !is_cut[half / 3] {
+            is_cut[twin as usize / 3] = true;
+        }
+    }
+    let n_cut = is_cut.iter().filter(|cut| **cut).count();
+    if n_cut > 0 {
+        faces.retain(|face| !is_cut[face as usize]);
+    }
+    n_cut
+}
+
+/// Whether each face is wound against the first one that it hangs together with, as found on the way from there.
+fn sides(corners: &[[u32; 3]], twins: &[u32]) -> Vec<bool> {
+    let mut side = vec![None; corners.len()];
+    let mut front = std::collections::VecDeque::new();
+    for seed in 0..corners.len() {
+        if side[seed].is_some() {
+            continue;
+        }
+        side[seed] = Some(false);
+        front.push_back(seed);
+        while let Some(face) = front.pop_front() {
+            for half in [3 * face, 3 * face + 1, 3 * face + 2] {
+                let twin = twins[half];
+                if twin != NO_TWIN && side[twin as usize / 3].is_none() {
+                    let along = start(corners, half as u32) == start(corners, twin);
+                    side[twin as usize / 3] = side[face].map(|side| side != along);
+                    front.push_back(twin as usize / 3);
+                }
+            }
+        }
+    }
+    side.into_iter().map(|side| side == Some(true)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Attributes, TriMesh, shapes, topology};
+
+    #[test]
+    fn what_had_one_side_has_two() {
+        for mesh in [shapes::klein_bottle(24, 12), shapes::moebius_strip(24, 4)] {
+            let mut faces = Faces::new(&mesh, &Attributes::default());
+            let n_cut = cut_one_sided(&mut faces);
+            let cut = TriMesh::new(mesh.positions().to_vec(), faces.corners).unwrap();
+            assert!(topology(&cut).orientable && (1..60).contains(&n_cut), "{n_cut}");
+        }
+    }
+
+    #[test]
+    fn what_has_two_sides_is_left_however_it_is_wound() {
+        let sphere = shapes::icosphere(2);
+        let turned =
+            sphere.faces().iter().enumerate().map(|(f, &[a, b, c])| if f % 3 == 0 { [a, c, b] } else { [a, b, c] });
+        let mesh = TriMesh::new(sphere.positions().to_vec(), turned.collect()).unwrap();
+        assert_eq!(cut_one_sided(&mut Faces::new(&mesh, &Attributes::default())), 0);
+    }
+}
