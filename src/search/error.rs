@@ -1,7 +1,9 @@
 //! The smallest result found whose distance from the original is proved to be small enough.
 
+use std::cell::Cell;
+
 use crate::mesh::TriMesh;
-use crate::metrics::{CertifiedDistance, Sharpness, certified_distance};
+use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified_within, most_looks};
 use crate::model::Weights;
 use crate::simplify::{
     Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_levels_of_detail,
@@ -20,6 +22,9 @@ const CLOSE: f64 = 1.02;
 /// Share of the vertices that the first level of a collapse keeps: so many that it begins with all of them. What the one pass
 /// leaves out is missed by the largest distance before it is missed by the mean.
 const WHOLE: f64 = 0.7;
+/// All proofs of a search may look at as much as so many that look at all they may. Of most surfaces twenty proofs look at as much as
+/// one or two of these.
+const MOST_PROOFS: u64 = 6;
 
 /// A result and the proof.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,15 +172,16 @@ fn smallest_that_holds(
     levels: &mut Levels,
 ) -> Result<(Option<Simplified>, usize), SimplifyError> {
     let mut range = Range { too_few: 0, enough: original.positions().len() };
+    let proofs = Proofs { original, error, left: Cell::new(MOST_PROOFS * most_looks(2 * original.faces().len())) };
     let (mut best, mut n_tries) = (None, 0);
     for _ in 0..MOST_ROUNDS {
         let sizes = range.sizes();
-        if range.is_narrow() || sizes.is_empty() {
+        if range.is_narrow() || sizes.is_empty() || proofs.left.get() == 0 {
             break;
         }
         let mut results = levels(&sizes)?;
         n_tries += results.len();
-        let n_hold = holding(&results, |result| holds(original, &result.mesh, error));
+        let n_hold = holding(&results, |result| proofs.holds(&result.mesh));
         range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);
         if n_hold > 0 {
             results.truncate(n_hold);
@@ -204,10 +210,22 @@ fn holding(results: &[Simplified], holds: impl Fn(&Simplified) -> bool) -> usize
     low
 }
 
-/// Whether the largest distance is certainly at most `error`.
-fn holds(original: &TriMesh, simplified: &TriMesh, error: f64) -> bool {
-    let asked = Sharpness { enough: error, too_much: error, gap: 0.0 };
-    certified_distance(original, simplified, &asked).is_some_and(|distance| distance.upper <= error)
+/// Proofs of one search.
+struct Proofs<'a> {
+    original: &'a TriMesh,
+    error: f64,
+    /// Triangles and boxes that may still be looked at.
+    left: Cell<u64>,
+}
+
+impl Proofs<'_> {
+    /// Whether the largest distance is certainly at most the error. What may not be looked at proves nothing.
+    fn holds(&self, simplified: &TriMesh) -> bool {
+        let asked = Sharpness { enough: self.error, too_much: self.error, gap: 0.0 };
+        let (distance, n_looks) = certified_within(self.original, simplified, &asked, self.left.get());
+        self.left.set(self.left.get().saturating_sub(n_looks));
+        distance.is_some_and(|distance| distance.upper <= self.error)
+    }
 }
 
 /// Numbers of vertices: the most that were too few, the fewest that were enough.
@@ -260,6 +278,15 @@ mod tests {
             assert!(simplified.mesh.positions().len() < last && topology(&simplified.mesh).is_closed_manifold());
             last = simplified.mesh.positions().len();
         }
+    }
+
+    #[test]
+    fn proofs_share_what_they_may_look_at() {
+        let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(2));
+        let proofs = |left| Proofs { original: &fine, error: 0.2, left: Cell::new(left) };
+        let (enough, few) = (proofs(10_000_000), proofs(1000));
+        assert!(enough.holds(&coarse) && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
+        assert!(!few.holds(&coarse) && few.left.get() == 0 && !few.holds(&coarse));
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod face_tree;
 mod farthest_points;
 mod knn;
 mod nearest_on_triangles;
+mod needle_tree;
 mod point_curvature;
 mod point_grid;
 mod triangle_pieces;

@@ -25,10 +25,10 @@ use other::Other;
 use piece::Corner;
 use search::{Part, Waiting, tighten};
 
-/// Triangles looked at, per face of both meshes, after which a direction of the search gives what it has, and those it may look
-/// at however few faces there are: the bounds are then farther apart than asked. A dozen per face are usual; where large faces lie
-/// across each other, one search for the nearest looks at many.
-const MOST_TESTS: [u64; 2] = [200, 10_000_000];
+/// Triangles and boxes looked at, per face of both meshes, after which a direction of the search gives what it has, and those it may
+/// look at however few faces there are: the bounds are then farther apart than asked. Two dozen per face are usual; where large faces
+/// lie across each other, one search for the nearest looks at many.
+const MOST_LOOKS: [u64; 2] = [200, 8_000_000];
 /// Distances below this share of the diagonal are not told apart.
 const SMALLEST: f64 = 1e-7;
 
@@ -54,16 +54,30 @@ pub struct CertifiedDistance {
 /// assert!(distance.lower > 0.05 && distance.upper <= 1.01 * distance.lower);
 /// ```
 pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Sharpness) -> Option<CertifiedDistance> {
+    certified_within(original, simplified, asked, u64::MAX).0
+}
+
+/// What a direction of the search may look at between meshes of so many faces in all.
+pub(crate) fn most_looks(n_faces: usize) -> u64 {
+    MOST_LOOKS[0] * n_faces as u64 + MOST_LOOKS[1]
+}
+
+/// The same where each direction may look at so much, if that is less than usual; beside it what both have looked at.
+pub(crate) fn certified_within(
+    original: &TriMesh,
+    simplified: &TriMesh,
+    asked: &Sharpness,
+    most: u64,
+) -> (Option<CertifiedDistance>, u64) {
     if original.faces().is_empty() || simplified.faces().is_empty() {
-        return None;
+        return (None, 0);
     }
     let diagonal = original.diagonal();
     let asked = Sharpness { enough: asked.enough.max(SMALLEST * diagonal), ..*asked };
     let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked };
     let trees = [simplified, original].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
-    let n_faces = original.faces().len() + simplified.faces().len();
-    let most_tests = MOST_TESTS[0] * n_faces as u64 + MOST_TESTS[1];
-    let direction = |from, to, tree| Direction::new(from, Other::new(to, tree, most_tests));
+    let most = most.min(most_looks(original.faces().len() + simplified.faces().len()));
+    let direction = |from, to, tree| Direction::new(from, Other::new(to, tree, most));
     let directions = [direction(simplified, original, &trees[1]), direction(original, simplified, &trees[0])];
     // The vertices of both raise the lower bound before either is searched.
     directions.iter().for_each(|direction| bounds.raise_to(direction.farthest_vertex()));
@@ -72,7 +86,8 @@ pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Shar
     } else {
         bounds.upper = farthest_apart(original, simplified);
     }
-    Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal })
+    let n_looks = directions.iter().map(|direction| direction.other.n_looks()).sum();
+    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_looks)
 }
 
 /// The largest distance within 1 %: no point of either mesh is farther from the other, and some are nearly as far; `None` where
@@ -98,9 +113,9 @@ pub(super) fn largest_from_faces(
     faces: &[u32],
     tree: &FaceTree,
     [lower, gap]: [f64; 2],
-    most_tests: u64,
+    most_looks: u64,
 ) -> f64 {
-    let other = Other::new(to, tree, most_tests);
+    let other = Other::new(to, tree, most_looks);
     let mut bounds = Bounds { lower, upper: 0.0, asked: Sharpness { gap, ..Sharpness::default() } };
     let point = |v: u32| DVec3::from(from.positions()[v as usize].map(f64::from));
     let corners_of = |face: u32| from.faces()[face as usize].map(|v| other.corner(point(v), None));
@@ -221,8 +236,8 @@ mod tests {
         let (a, b) = (shapes::wavy_sphere(6, 8.0), shapes::icosphere(3));
         let exact = certified_distance(&a, &b, &Sharpness::default()).unwrap();
         let tree = FaceTree::new(b.positions(), b.faces());
-        let bounded = |most_tests| {
-            let direction = Direction::new(&a, Other::new(&b, &tree, most_tests));
+        let bounded = |most| {
+            let direction = Direction::new(&a, Other::new(&b, &tree, most));
             let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked: Sharpness::default() };
             bounds.raise_to(direction.farthest_vertex());
             direction.is_known().then(|| direction.search(&mut bounds));

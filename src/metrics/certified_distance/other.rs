@@ -20,27 +20,32 @@ const AT_ONCE: usize = 512;
 pub(super) struct Other<'a> {
     mesh: &'a TriMesh,
     tree: &'a FaceTree<'a>,
-    /// Triangles that were looked at, and how many may be: asked between rounds of searches that do not depend on it.
-    n_tests: AtomicU64,
-    most_tests: u64,
+    /// Triangles and boxes that were looked at, and how many may be: asked between rounds of searches that do not depend on it.
+    n_looks: AtomicU64,
+    most_looks: u64,
 }
 
 impl<'a> Other<'a> {
-    /// A surface whose triangles are looked at so many times at most, and a round of searches more.
-    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_tests: u64) -> Self {
-        Self { mesh, tree, n_tests: AtomicU64::new(0), most_tests }
+    /// A surface on which so much is looked at, at most, and a round of searches more.
+    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_looks: u64) -> Self {
+        Self { mesh, tree, n_looks: AtomicU64::new(0), most_looks }
     }
 
-    /// Whether the triangles were looked at as often as they may be.
+    /// How many triangles and boxes were looked at.
+    pub(super) fn n_looks(&self) -> u64 {
+        self.n_looks.load(Ordering::Relaxed)
+    }
+
+    /// Whether as much was looked at as may be.
     pub(super) fn is_exhausted(&self) -> bool {
-        self.n_tests.load(Ordering::Relaxed) >= self.most_tests
+        self.n_looks() >= self.most_looks
     }
 
     /// What is known at a point, sooner where its nearest face is near the one guessed.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> Corner {
-        let (face, distance2, n_tests) =
+        let (face, distance2, n_looks) =
             self.tree.near_counted(point, guess, f64::NEG_INFINITY).unwrap_or((0, f64::INFINITY, 0));
-        self.n_tests.fetch_add(n_tests.into(), Ordering::Relaxed);
+        self.n_looks.fetch_add(n_looks.into(), Ordering::Relaxed);
         Corner { point, distance: distance2.sqrt(), face }
     }
 
