@@ -20,8 +20,8 @@ mod triangle_quality;
 mod turned_faces;
 mod volume;
 
+pub(crate) use certified_distance::certified_within;
 pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance, largest_distance};
-pub(crate) use certified_distance::{certified_within, most_looks};
 pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
 pub use curvature_error::curvature_error;

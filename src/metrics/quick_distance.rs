@@ -20,9 +20,9 @@ const FAR: f64 = 0.7;
 const FARTHEST: usize = 16;
 /// Faces before and after that of a point, along the curve, that are its surroundings.
 const AROUND: usize = 4;
-/// The search there ends when nothing is farther by more than this share, or after so much was looked at.
+/// The search there ends when nothing is farther by more than this share, or after so many triangles were looked at.
 const GAP: f64 = 0.02;
-const AROUND_LOOKS: u64 = 40_000;
+const AROUND_TESTS: u64 = 40_000;
 /// Triangles and boxes that are looked at for samples in one direction, for spots, and around the farthest, however few the points; and for
 /// each of these. Points are left out where it takes more: large faces that lie across each other are looked at by thousands.
 const MOST_LOOKS: f64 = 1e7;
@@ -128,7 +128,7 @@ fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usi
     let mesh = meshes[0];
     let draw = |n| along_curve(mesh, own.order(), n, seed);
     let samples = draw(n_samples);
-    let looks = |point: DVec3, enough| other.near_counted(point, None, enough).map_or(0, |found| found.2);
+    let looks = |point: DVec3, enough| other.near_counted(point, None, enough).map_or(0, |found| found.2.all());
     let most = |n: usize| MOST_LOOKS.max(USUAL_LOOKS * n as f64);
     let n_affordable = affordable(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
     let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
@@ -145,7 +145,7 @@ fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usi
     found.par_extend(spots.par_chunks(CHUNK).flat_map_iter(sweep));
     let largest = largest(&found).sqrt();
     let faces = around_the_farthest(found, own.order());
-    let max = largest_from_faces(meshes, &faces, other, [largest, GAP], AROUND_LOOKS);
+    let max = largest_from_faces(meshes, &faces, other, [largest, GAP], AROUND_TESTS);
     OneSided { mean, max, n_samples: samples.len() }
 }
 

@@ -10,7 +10,7 @@ use crate::spatial::NearestOnTriangles;
 
 /// Pairs of faces near each other that may be tested however few the faces are, and for each of these: two dozen are usual, and all
 /// pairs where needles share a corner.
-const MOST_PAIRS: [u64; 2] = [5_000_000, 100];
+const MOST_PAIRS: [u64; 2] = [20_000_000, 100];
 
 /// The faces that cross another face, in order; neighbours count only where they share more than corners and edges.
 ///

@@ -14,7 +14,7 @@ use super::allowance::affordable;
 const CHUNK: usize = 512;
 /// Triangles and boxes that all samples of one surface, or all of its vertices, may look at, however few they are; and for each of
 /// these. Where large faces lie across each other so that it takes more, fewer of them are looked up, evenly spread.
-const MOST_LOOKS: [f64; 2] = [1e7, 200.0];
+const MOST_LOOKS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

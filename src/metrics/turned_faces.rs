@@ -19,7 +19,7 @@ const PLACES: [[f64; 3]; 4] = [
 const SLACK: f64 = 0.25;
 
 /// Triangles and boxes that may be looked at however few the faces are, and for each of these.
-const MOST_LOOKS: [u64; 2] = [20_000_000, 400];
+const MOST_LOOKS: [u64; 2] = [5_000_000, 300];
 
 /// The faces of the simplified mesh that are turned against the original surface, in order.
 ///

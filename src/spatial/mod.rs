@@ -15,7 +15,7 @@ mod triangle_tree;
 
 pub use bounds::Bounds;
 pub(crate) use curve_order::curve_order;
-pub use face_tree::FaceTree;
+pub use face_tree::{FaceTree, Looks};
 pub use farthest_points::farthest_points;
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};

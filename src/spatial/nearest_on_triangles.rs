@@ -404,22 +404,22 @@ mod tests {
 
     #[test]
     fn boxes_along_the_needles_of_a_fan_find_the_same() {
-        let rim = |i: i32| [(8e-4 * i as f32).cos(), (8e-4 * i as f32).sin(), 0.0];
-        let fan: Vec<_> = (0..6000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        let rim = |i: i32| [(1.5e-4 * i as f32).cos(), (1.5e-4 * i as f32).sin(), 0.0];
+        let fan: Vec<_> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
         let surface = NearestOnTriangles::new(&fan);
         assert!(surface.needles.is_some() && surface.tree.nodes.is_empty());
         check(&fan, 0.0);
         let p = DVec3::new(0.4, 0.3, 0.25);
         let (hit, n_looks) = surface.nearest_counted(p);
         assert!((hit.unwrap().distance2 - 0.0625).abs() < 1e-12 && n_looks < 400, "{hit:?} {n_looks}");
-        assert!(surface.is_any_within(p, 0.26, |i| i < 1000) && !surface.is_any_within(p, 0.24, |_| true));
+        assert!(surface.is_any_within(p, 0.26, |i| i < 6000) && !surface.is_any_within(p, 0.24, |_| true));
     }
 
     #[test]
     fn what_meets_a_triangle_is_among_what_is_visited() {
-        let rim = |i: i32| [(3e-4 * i as f32).cos(), (3e-4 * i as f32).sin(), 0.1 * (0.01 * i as f32).sin()];
-        let fan: Vec<_> = (0..6000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
-        for triangles in [random_triangles(200, 0.2, 0.0), fan] {
+        let rim = |i: i32| [(1e-4 * i as f32).cos(), (1e-4 * i as f32).sin(), 0.1 * (1e-3 * i as f32).sin()];
+        let fan: Vec<_> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        for triangles in [random_triangles(200, 0.4, 0.0), fan] {
             let surface = NearestOnTriangles::new(&triangles);
             let query = [[0.3, 0.3, -0.4], [0.6, 0.4, 0.3], [0.5, 0.6, 0.6]];
             let mut found = Vec::new();

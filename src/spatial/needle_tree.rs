@@ -216,10 +216,9 @@ fn principal_axes(mut matrix: [[f64; 3]; 3]) -> [DVec3; 3] {
         let turn =
             |row: &mut [f64; 3]| (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
         matrix.iter_mut().for_each(turn);
-        for k in 0..3 {
-            let (x, y) = (matrix[p][k], matrix[q][k]);
-            (matrix[p][k], matrix[q][k]) = (cosine * x - sine * y, sine * x + cosine * y);
-        }
+        let (row, other) = (matrix[p], matrix[q]);
+        matrix[p] = std::array::from_fn(|k| cosine * row[k] - sine * other[k]);
+        matrix[q] = std::array::from_fn(|k| sine * row[k] + cosine * other[k]);
         axes.iter_mut().for_each(turn);
     }
     std::array::from_fn(|k| DVec3::new(axes[0][k], axes[1][k], axes[2][k]).normalize_or(DVec3::AXES[k]))
