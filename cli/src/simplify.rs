@@ -85,6 +85,7 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let mut notes = [subject.notes.clone(), written.notes].concat();
+    notes.extend(lighter.note.map(String::from));
     let shown = shown(request, &subject, first, &mut notes)?;
     let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, seconds })?;
     progress.show("picture");
@@ -109,7 +110,12 @@ struct Lighter {
     results: Vec<Simplified>,
     /// The proof, where a distance was asked for.
     certified: Option<CertifiedDistance>,
+    /// What a search could not look at.
+    note: Option<&'static str>,
 }
+
+/// Why a search by distance may end where a smaller result holds the bound.
+const ENDED_EARLY: &str = "the search ended early, a smaller mesh may hold the bound: needles, or large faces across each other, take long to measure";
 
 fn lighter(
     subject: &Subject,
@@ -127,18 +133,20 @@ fn lighter(
         progress.event(event);
         ControlFlow::Continue(())
     };
-    let one = |result| Lighter { results: vec![result], certified: None };
+    let one = |result| Lighter { results: vec![result], certified: None, note: None };
     match &request.goal {
         Goal::Target => simplify_input(&input, weights, &options, tell).map(one).map_err(refused),
         Goal::Levels(further) => {
             let results = simplify_levels_of_detail(&input, weights, &options, further, tell).map_err(refused)?;
-            Ok(Lighter { results, certified: None })
+            Ok(Lighter { results, certified: None, note: None })
         }
         Goal::Error(bound) => {
             let error = bound.over(subject.mesh().diagonal());
             let rounding = rounding_below(error, subject, request)?;
             let found = simplify_to_error(&input, weights, &options, error - rounding, tell).map_err(refused)?;
-            Ok(Lighter { results: vec![found.simplified], certified: Some(widened(&found.distance, rounding)) })
+            let certified = Some(widened(&found.distance, rounding));
+            let note = found.ended_early.then_some(ENDED_EARLY);
+            Ok(Lighter { results: vec![found.simplified], certified, note })
         }
         Goal::Size(n_bytes) => {
             let bytes_of = |result: &Simplified| Ok(files_of(subject, &[result], &[], request, 0)?.bytes.len());

@@ -1,5 +1,6 @@
 //! How far a simplified mesh is from its original; the judge, which knows no method.
 
+mod allowance;
 mod certified_distance;
 mod chamfer;
 mod comparison;
@@ -19,6 +20,7 @@ mod triangle_quality;
 mod turned_faces;
 mod volume;
 
+pub(crate) use certified_distance::certified_within;
 pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance, largest_distance};
 pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
@@ -29,11 +31,13 @@ pub use laplacian::Laplacian;
 pub use open_edges::{OpenEdges, open_edges};
 pub use painted_distance::{Painted, PaintedScale, nearest_on, painted_scale};
 pub use quick_distance::{QuickDistance, quick_distance, quick_distance_of_pairs};
+use self_intersections::n_self_intersecting_faces;
 pub use self_intersections::self_intersecting_faces;
 #[cfg(feature = "spectrum")]
 pub use spectrum::{Eigenpairs, HeatMethod};
 pub use surface::Surface;
 pub use surface_distance::{OneSided, SurfaceDistance, surface_distance};
 pub use triangle_quality::{TriangleQuality, triangle_quality};
+use turned_faces::n_turned_faces;
 pub use turned_faces::turned_faces;
 pub use volume::volume;

@@ -9,6 +9,7 @@ use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::spatial::FaceTree;
 
+use super::allowance::affordable;
 use super::certified_distance::largest_from_faces;
 
 /// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
@@ -22,12 +23,10 @@ const AROUND: usize = 4;
 /// The search there ends when nothing is farther by more than this share, or after so many triangles were looked at.
 const GAP: f64 = 0.02;
 const AROUND_TESTS: u64 = 40_000;
-/// Triangles that are looked at for samples in one direction, for spots, and around the farthest, however few the points; and for
+/// Triangles and boxes that are looked at for samples in one direction, for spots, and around the farthest, however few the points; and for
 /// each of these. Points are left out where it takes more: large faces that lie across each other are looked at by thousands.
-const MOST_TESTS: f64 = 1e7;
-const USUAL_TESTS: f64 = 100.0;
-/// Points by which it is told how many triangles the next ones look at.
-const PROBES: usize = 64;
+const MOST_LOOKS: f64 = 1e7;
+const USUAL_LOOKS: f64 = 100.0;
 /// Faces whose areas one task finds.
 const AREAS_CHUNK: usize = 4096;
 /// What a sample is farther than the one before in its strip and across its face, as a share of both: multiples of these two,
@@ -129,14 +128,16 @@ fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usi
     let mesh = meshes[0];
     let draw = |n| along_curve(mesh, own.order(), n, seed);
     let samples = draw(n_samples);
-    let n_affordable = affordable(n_samples, |i| samples[i].point, other, f64::NEG_INFINITY);
+    let looks = |point: DVec3, enough| other.near_counted(point, None, enough).map_or(0, |found| found.2.all());
+    let most = |n: usize| MOST_LOOKS.max(USUAL_LOOKS * n as f64);
+    let n_affordable = affordable(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
     let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
     let in_a_row = |samples: &[Sample]| Isa::best().run(InARow { samples, tree: other });
     let mut found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
     let far = FAR * FAR * largest(&found);
     let mut spots = spots(meshes, own.order());
-    let n_affordable = affordable(spots.len(), |i| spots[i].point(mesh, own.order()), other, far);
+    let n_affordable = affordable(spots.len(), most(spots.len()), |i| looks(spots[i].point(mesh, own.order()), far));
     if n_affordable < spots.len() {
         spots = (0..n_affordable).map(|i| spots[i * spots.len() / n_affordable]).collect();
     }
@@ -146,15 +147,6 @@ fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usi
     let faces = around_the_farthest(found, own.order());
     let max = largest_from_faces(meshes, &faces, other, [largest, GAP], AROUND_TESTS);
     OneSided { mean, max, n_samples: samples.len() }
-}
-
-/// How many of `n` points can be looked up, as far as some of them tell; what is nearer than `enough` (squared) does.
-fn affordable(n: usize, point: impl Fn(usize) -> DVec3, tree: &FaceTree, enough: f64) -> usize {
-    let n_probes = PROBES.min(n);
-    let n_tests = |i: usize| tree.near_counted(point(i * n / n_probes), None, enough).map_or(0, |found| found.2);
-    let each = (0..n_probes).map(n_tests).map(f64::from).sum::<f64>() / n_probes as f64;
-    let most = MOST_TESTS.max(USUAL_TESTS * n as f64);
-    ((most / each.max(1.0)) as usize).clamp(n_probes, n)
 }
 
 /// The largest squared distance.
@@ -414,7 +406,7 @@ mod tests {
         let moved = across.positions().iter().map(|p| [p[0] + 0.01, p[1], p[2]]).collect();
         let moved = TriMesh::new(moved, across.faces().to_vec()).unwrap();
         let quick = quick_distance(&across, &moved, 100_000, 0).unwrap();
-        assert!((PROBES..50_000).contains(&quick.n_samples), "{quick:?}");
+        assert!((64..50_000).contains(&quick.n_samples), "{quick:?}");
         assert!(quick.mean > 0.0 && quick.max <= 0.0101, "{quick:?}");
         assert_eq!(quick_distance(&sphere, &shapes::icosphere(2), 100_000, 0).unwrap().n_samples, 100_000);
     }

@@ -2,10 +2,15 @@
 
 use rayon::prelude::*;
 
+use super::allowance::{affordable, all_within};
 use super::surface::triangles;
 use crate::geometry::crossing::triangles_cross;
 use crate::mesh::TriMesh;
-use crate::spatial::{Bounds, NearestOnTriangles};
+use crate::spatial::NearestOnTriangles;
+
+/// Pairs of faces near each other that may be tested however few the faces are, and for each of these: two dozen are usual, and all
+/// pairs where needles share a corner.
+const MOST_PAIRS: [u64; 2] = [20_000_000, 100];
 
 /// The faces that cross another face, in order; neighbours count only where they share more than corners and edges.
 ///
@@ -17,24 +22,45 @@ use crate::spatial::{Bounds, NearestOnTriangles};
 /// assert!(!self_intersecting_faces(&shapes::klein_bottle(16, 8)).is_empty());
 /// ```
 pub fn self_intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
+    crossing_within(mesh, u64::MAX).unwrap_or_default()
+}
+
+/// How many they are; `None` where too many pairs of faces are near each other, as where needles share a corner.
+pub(super) fn n_self_intersecting_faces(mesh: &TriMesh) -> Option<usize> {
+    let most = MOST_PAIRS[0] + MOST_PAIRS[1] * mesh.faces().len() as u64;
+    crossing_within(mesh, most).map(|faces| faces.len())
+}
+
+/// The same, where no more pairs have to be tested.
+fn crossing_within(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let triangles = triangles(mesh);
     let tree = NearestOnTriangles::new(&triangles);
-    let crossed_later = |face: u32| {
-        let corners = triangles[face as usize];
-        let mut others = Vec::new();
-        tree.visit_overlaps(&Bounds::of(&corners), |other| others.extend((other > face).then_some(other)));
+    let n_near = |face: usize| {
+        let mut n = 0;
+        tree.visit_met(&triangles[face], |_| n += 1);
+        n
+    };
+    if affordable(triangles.len(), most as f64, n_near) < triangles.len() {
+        return None;
+    }
+    let crossed_later = |face: usize| {
+        let (mut others, mut n_near) = (Vec::new(), 0);
+        tree.visit_met(&triangles[face], |other| {
+            n_near += 1;
+            others.extend((other as usize > face).then_some(other));
+        });
         others.sort_unstable();
         others.dedup();
-        others.retain(|&other| triangles_cross(corners, triangles[other as usize]));
+        others.retain(|&other| triangles_cross(triangles[face], triangles[other as usize]));
         if !others.is_empty() {
-            others.push(face);
+            others.push(face as u32);
         }
-        others
+        (others, n_near)
     };
-    let mut faces: Vec<u32> = (0..triangles.len() as u32).into_par_iter().flat_map_iter(crossed_later).collect();
+    let mut faces: Vec<u32> = all_within(triangles.len(), most, crossed_later)?.into_iter().flatten().collect();
     faces.par_sort_unstable();
     faces.dedup();
-    faces
+    Some(faces)
 }
 
 #[cfg(test)]
@@ -76,5 +102,13 @@ mod tests {
     fn the_same_surface_twice_crosses_everywhere() {
         let cube = shapes::cuboid([1.0; 3], 1);
         assert_eq!(self_intersecting_faces(&united(&cube, &cube, 0.0)).len(), 24);
+    }
+
+    #[test]
+    fn too_many_pairs_are_not_tested() {
+        let sphere = shapes::icosphere(3);
+        let both = united(&sphere, &sphere, 1.0);
+        assert_eq!(n_self_intersecting_faces(&both), Some(self_intersecting_faces(&both).len()));
+        assert_eq!(crossing_within(&both, 10_000), None);
     }
 }

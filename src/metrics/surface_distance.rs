@@ -8,9 +8,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Surface;
+use super::allowance::affordable;
 
 /// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
 const CHUNK: usize = 512;
+/// Triangles and boxes that all samples of one surface, or all of its vertices, may look at, however few they are; and for each of
+/// these. Where large faces lie across each other so that it takes more, fewer of them are looked up, evenly spread.
+const MOST_LOOKS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,7 +48,7 @@ pub struct SurfaceDistance {
 
 /// Measures the two-sided distance; `None` where one of the two has no faces or no samples.
 ///
-/// Samples of faces without area, and samples whose nearest face has none, count for the distance only.
+/// Where large faces lie across each other so that nearest points take long to find, fewer samples and vertices count. Samples of faces without area, and samples whose nearest face has none, count for the distance only.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::{Surface, surface_distance}};
@@ -82,8 +86,8 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
     if from.samples.is_empty() || to.normals.is_empty() {
         return None;
     }
-    let starts: Vec<usize> = (0..from.samples.len()).step_by(CHUNK).collect();
-    let parts: Vec<Sums> = starts.par_iter().map(|&start| sums(from, to, start)).collect();
+    let samples = some_of(&from.samples, to);
+    let parts: Vec<Sums> = samples.par_chunks(CHUNK).map(|samples| sums(from, to, samples)).collect();
     let all = parts.into_iter().fold(Sums::default(), |a, b| Sums {
         distance: a.distance + b.distance,
         distance2: a.distance2 + b.distance2,
@@ -93,7 +97,7 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
         normal_angle: a.normal_angle + b.normal_angle,
         with_normal: a.with_normal + b.with_normal,
     });
-    let n = from.samples.len() as f64;
+    let n = samples.len() as f64;
     let n_normals = all.with_normal.max(1) as f64;
     Some(OneSided {
         mean: all.distance / n,
@@ -108,13 +112,22 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
 /// The largest distance of a vertex.
 fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
     let distance2 = |p: &DVec3| to.nearest.nearest(*p).map_or(0.0, |hit| hit.distance2);
-    from.vertices.par_iter().map(distance2).reduce(|| 0.0, f64::max).sqrt()
+    let vertices = some_of(&from.vertices, to);
+    vertices.par_iter().map(|&v| distance2(&from.vertices[v])).reduce(|| 0.0, f64::max).sqrt()
+}
+
+/// All points by their numbers, or evenly spread ones where all look at too much.
+fn some_of(points: &[DVec3], to: &Surface) -> Vec<usize> {
+    let n = points.len();
+    let most = MOST_LOOKS[0].max(MOST_LOOKS[1] * n as f64);
+    let n_affordable = affordable(n, most, |i| to.nearest.nearest_counted(points[i]).1);
+    (0..n_affordable).map(|i| i * n / n_affordable).collect()
 }
 
 /// Sums over the samples of one task.
-fn sums(from: &Surface, to: &Surface, start: usize) -> Sums {
+fn sums(from: &Surface, to: &Surface, samples: &[usize]) -> Sums {
     let mut sums = Sums::default();
-    for i in start..from.samples.len().min(start + CHUNK) {
+    for &i in samples {
         let Some(hit) = to.nearest.nearest(from.samples[i]) else { continue };
         sums.distance += hit.distance2.sqrt();
         sums.distance2 += hit.distance2;
@@ -194,6 +207,24 @@ mod tests {
         assert!((distance.both.normal_error - 0.5).abs() < 1e-6, "{distance:?}");
         assert!((distance.both.unsigned_normal_error - 0.5).abs() < 1e-6, "{distance:?}");
         assert!((distance.both.normal_angle.to_degrees() - 60.0).abs() < 1e-4, "{distance:?}");
+    }
+
+    /// Each search looks at a good part of all faces: fewer samples count, and what they say holds.
+    #[test]
+    fn large_faces_across_each_other_get_fewer_samples() {
+        let (sphere, n) = (shapes::icosphere(4), 2562);
+        let faces = (0..2500).map(|i| [i, (i * 711 + 1200) % n, (i * 1279 + 500) % n]);
+        let faces: Vec<[u32; 3]> = faces.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+        let across = TriMesh::new(sphere.positions().to_vec(), faces).unwrap();
+        let moved = across.positions().iter().map(|p| [p[0] + 0.01, p[1], p[2]]).collect();
+        let moved = TriMesh::new(moved, across.faces().to_vec()).unwrap();
+        let [across, moved] = [across, moved].map(|mesh| Surface::new(&mesh, 200_000, 0));
+        let n_samples = some_of(&across.samples, &moved).len();
+        assert!((64..150_000).contains(&n_samples), "{n_samples}");
+        let distance = surface_distance(&across, &moved).unwrap();
+        assert!(distance.both.mean > 0.0 && distance.both.max <= 0.0101, "{distance:?}");
+        let sphere = Surface::new(&sphere, 5000, 0);
+        assert_eq!(some_of(&sphere.samples, &sphere), (0..5000).collect::<Vec<_>>());
     }
 
     #[test]

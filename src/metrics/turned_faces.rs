@@ -1,9 +1,9 @@
 //! Faces that look the wrong way: folds, seen against the original surface.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Surface;
+use super::allowance::all_within;
 use super::surface::triangles;
 use crate::mesh::TriMesh;
 
@@ -18,6 +18,9 @@ const PLACES: [[f64; 3]; 4] = [
 /// How much farther than the nearest face one that looks the same way may be, as a share of the longest edge.
 const SLACK: f64 = 0.25;
 
+/// Triangles and boxes that may be looked at however few the faces are, and for each of these.
+const MOST_LOOKS: [u64; 2] = [5_000_000, 300];
+
 /// The faces of the simplified mesh that are turned against the original surface, in order.
 ///
 /// A face is turned where, at its centroid and at three further inner points, no face of the original that looks
@@ -31,27 +34,46 @@ const SLACK: f64 = 0.25;
 /// assert!(turned_faces(&Surface::new(&sphere, 1, 0), &shapes::icosphere(1)).is_empty());
 /// ```
 pub fn turned_faces(original: &Surface, simplified: &TriMesh) -> Vec<u32> {
-    let triangles = triangles(simplified);
-    let turned = |&face: &u32| {
-        let corners = triangles[face as usize].map(|corner| DVec3::from_array(corner.map(f64::from)));
-        is_turned(original, corners)
-    };
-    (0..triangles.len() as u32).into_par_iter().filter(turned).collect()
+    turned_within(original, simplified, u64::MAX).unwrap_or_default()
 }
 
-fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> bool {
+/// How many they are; `None` where that takes too long to find, as among large faces that lie across each other.
+pub(super) fn n_turned_faces(original: &Surface, simplified: &TriMesh) -> Option<usize> {
+    let most = MOST_LOOKS[0] + MOST_LOOKS[1] * simplified.faces().len() as u64;
+    turned_within(original, simplified, most).map(|faces| faces.len())
+}
+
+/// The same, where no more triangles and boxes are looked at.
+fn turned_within(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Vec<u32>> {
+    let triangles = triangles(simplified);
+    let turned =
+        |face: usize| is_turned(original, triangles[face].map(|corner| DVec3::from_array(corner.map(f64::from))));
+    let is_turned = all_within(triangles.len(), most, turned)?;
+    Some((0..).zip(is_turned).filter(|&(_, is_turned)| is_turned).map(|(face, _)| face).collect())
+}
+
+/// Whether a face is turned, and how much was looked at.
+fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
     let normal = (b - a).cross(c - a);
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-    normal.length_squared() > 0.0
-        && PLACES.iter().all(|[u, v, w]| looks_wrong(original, a * *u + b * *v + c * *w, normal, SLACK * longest))
+    let mut n_looks = 0;
+    let mut looks_wrong = |&[u, v, w]: &[f64; 3]| {
+        let (is_wrong, n) = looks_wrong(original, a * u + b * v + c * w, normal, SLACK * longest);
+        n_looks += n;
+        is_wrong
+    };
+    let is_turned = normal.length_squared() > 0.0 && PLACES.iter().all(&mut looks_wrong);
+    (is_turned, n_looks)
 }
 
-/// Whether no face that looks like `normal` is nearly as near to `p` as the nearest one.
-fn looks_wrong(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> bool {
+/// Whether no face that looks like `normal` is nearly as near to `p` as the nearest one, and how much was looked at.
+fn looks_wrong(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
-    let Some(nearest) = original.nearest.nearest(p) else { return false };
+    let (nearest, n_looks) = original.nearest.nearest_counted(p);
+    let Some(nearest) = nearest.filter(|nearest| !agrees(nearest.triangle)) else { return (false, n_looks.into()) };
     let reach = nearest.distance2.sqrt() + slack;
-    !agrees(nearest.triangle) && !original.nearest.is_any_within(p, reach, agrees)
+    let (is_any, n_more) = original.nearest.is_any_within_counted(p, reach, agrees);
+    (!is_any, u64::from(n_looks) + u64::from(n_more))
 }
 
 #[cfg(test)]
@@ -85,6 +107,17 @@ mod tests {
         positions[inner][0] = 0.7;
         let folded = turned(&grid, &TriMesh::new(positions, grid.faces().to_vec()).unwrap());
         assert!(!folded.is_empty() && folded.len() <= 3, "{folded:?}");
+    }
+
+    /// Inside out, each face asks in vain for one that looks its way among all within its length.
+    #[test]
+    fn what_takes_too_long_to_find_is_not_known() {
+        let sphere = shapes::icosphere(3);
+        let all: Vec<usize> = (0..sphere.faces().len()).collect();
+        let over = with_faces_over(&sphere, &all);
+        let original = Surface::new(&sphere, 1, 0);
+        assert_eq!(n_turned_faces(&original, &over), Some(over.faces().len()));
+        assert_eq!(turned_within(&original, &over, 10_000), None);
     }
 
     #[test]

@@ -21,10 +21,10 @@ impl Rays {
     /// The triangles that a ray from a point along an axis, toward larger coordinates, crosses: each with 1 where it leaves what
     /// the triangle bounds, -1 where it enters. `None` where it meets an edge.
     pub fn crossed(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
-        let mut high = from;
-        high[axis] = self.bounds.high[axis].max(from[axis]);
+        let mut end = from;
+        end[axis] = self.bounds.high[axis].max(from[axis]);
         let mut near = Vec::new();
-        self.tree.visit_overlaps(&Bounds { low: from, high }, |triangle| near.push(triangle));
+        self.tree.visit_met(&[from, end, end], |triangle| near.push(triangle));
         near.sort_unstable();
         near.dedup();
         let mut crossed = Vec::new();

@@ -2,13 +2,15 @@
 //!
 //! The triangles are put in order along a space-filling curve and packed, the boxes of eight to a node, the boxes of eight nodes to
 //! the next (a packed R-tree, Kamel and Faloutsos 1993). Nothing but their boxes is copied, in steps of a 254th of their node,
-//! so that a node is one line of the cache. Where many triangles are long and thin, their pieces are packed. [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to make.
+//! so that a node is one line of the cache. Where many triangles are long and thin, their pieces are packed; where nearly all are,
+//! boxes lie along them. [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to make.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::curve_order::{bounds_of_points, curve_order, curve_order_of_faces};
 use super::nearest_on_triangles::limit;
+use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
@@ -26,6 +28,22 @@ const STEPS: f32 = 254.0;
 
 /// The least float whose lowest bit is worth one.
 const UNITS: f32 = 8_388_608.0;
+
+/// What a search has looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Looks {
+    /// Triangles that were tested, or pieces of them.
+    pub triangles: u32,
+    /// Boxes around several, one after the other.
+    pub boxes: u32,
+}
+
+impl Looks {
+    /// Triangles and boxes.
+    pub fn all(self) -> u32 {
+        self.triangles + self.boxes
+    }
+}
 
 /// A tree over the triangles of a mesh.
 ///
@@ -45,6 +63,8 @@ pub struct FaceTree<'a> {
     order: Vec<u32>,
     /// The triangle of each piece along the curve, n_pieces, where these are cut.
     pieces: Option<Vec<u32>>,
+    /// The boxes along needles, where nearly all triangles are; then there are no nodes.
+    needles: Option<NeedleTree>,
     /// Nodes from those over the triangles to the root, which is alone.
     levels: Vec<Vec<Node>>,
     /// The box around all triangles, scaled.
@@ -78,15 +98,21 @@ struct Best {
     face: u32,
     distance2: f64,
     limit: f32,
-    /// Triangles that were tested, or pieces of them.
-    n_tests: u32,
+    looks: Looks,
 }
 
 impl<'a> FaceTree<'a> {
     /// Makes the tree over triangles (n_faces x 3, indices of positions) with finite corners.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
         let mut tree = Self::without_nodes(positions, faces);
-        let mut made = tree.over_triangles();
+        let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face)));
+        let cuts: f64 = tree.order.par_iter().with_min_len(CHUNK).map(wanted).sum();
+        if triangle_pieces::are_needles(cuts, faces.len()) {
+            tree.whole = tree.order.iter().map(|&face| tree.bounds(face)).fold(EMPTY, union);
+            tree.needles = Some(NeedleTree::new((0..faces.len() as u32).map(|face| tree.corners(face))));
+            return tree;
+        }
+        let mut made = tree.over_triangles(cuts);
         loop {
             tree.levels.push(made.iter().map(|made| made.0).collect());
             if made.len() <= 1 {
@@ -105,7 +131,7 @@ impl<'a> FaceTree<'a> {
         let factors = [power(exponent / 2) as f32, power(exponent - exponent / 2) as f32];
         let order = curve_order_of_faces(positions, faces, (low, high));
         let (levels, scale) = (Vec::new(), power(exponent));
-        Self { positions, faces, order, pieces: None, levels, whole: EMPTY, scale, factors }
+        Self { positions, faces, order, pieces: None, needles: None, levels, whole: EMPTY, scale, factors }
     }
 
     /// The nearest triangle and the squared distance to it; `None` where there are none.
@@ -134,12 +160,12 @@ impl<'a> FaceTree<'a> {
         self.near_counted(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
     }
 
-    /// As [`near_from`](Self::near_from), and how many triangles, or pieces of them, were looked at: a dozen on most surfaces, a
-    /// good part of all where they lie across each other.
+    /// As [`near_from`](Self::near_from), and how many triangles, or pieces of them, and boxes around eight were looked at: two
+    /// dozen on most surfaces, a good part of all where they lie across each other.
     #[inline(always)]
-    pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, u32)> {
+    pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, Looks)> {
         let scale2 = self.scale * self.scale;
-        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2, best.n_tests))
+        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2, best.looks))
     }
 
     /// The triangles in their order along the curve.
@@ -157,21 +183,22 @@ impl<'a> FaceTree<'a> {
     /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
     #[inline(always)]
     fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
-        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY, n_tests: 0 };
+        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY, looks: Looks::default() };
         let (p, mut best) = (p * self.scale, none);
         if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
             self.test_face(face, p, &mut best);
         }
-        if !self.faces.is_empty() {
-            self.descend(p, enough, &mut best);
+        match &self.needles {
+            Some(needles) => self.visit_needles(needles, p, enough, &mut best),
+            None if self.faces.is_empty() => {}
+            None => self.descend(p, enough, &mut best),
         }
         (best.face != u32::MAX).then_some(best)
     }
 
-    /// The lowest nodes, each with the box around all its children: over the triangles, or over their pieces.
-    fn over_triangles(&mut self) -> Vec<(Node, Bounds)> {
-        let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&self.corners(face)));
-        let cuts: f64 = self.order.par_iter().with_min_len(CHUNK).map(wanted).sum();
+    /// The lowest nodes, each with the box around all its children: over the triangles, or over their pieces, of which so many are
+    /// wanted.
+    fn over_triangles(&mut self, cuts: f64) -> Vec<(Node, Bounds)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
             return self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect();
@@ -207,6 +234,17 @@ impl<'a> FaceTree<'a> {
         union(union((a, a), (b, b)), (c, c))
     }
 
+    /// Tests the needles that may be nearer.
+    #[inline(never)]
+    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, enough: f64, best: &mut Best) {
+        let bound = |best: &Best| if best.distance2 > enough { best.distance2 } else { f64::NEG_INFINITY };
+        let n_boxes = needles.visit_near(p, bound(best), |faces| {
+            faces.iter().for_each(|&face| self.test_face(face, p, best));
+            bound(best)
+        });
+        best.looks.boxes += n_boxes;
+    }
+
     /// Visits the nodes that may hold a nearer triangle, the nearest child of each first.
     #[inline(always)]
     fn descend(&self, p: DVec3, enough: f64, best: &mut Best) {
@@ -217,6 +255,7 @@ impl<'a> FaceTree<'a> {
         while n_waiting > 0 && best.distance2 > enough {
             n_waiting -= 1;
             let Waiting { distance, above, node } = waiting[n_waiting];
+            best.looks.boxes += 1;
             if distance > best.limit {
                 continue;
             }
@@ -264,7 +303,7 @@ impl<'a> FaceTree<'a> {
         let weights = nearest_weights_f64(p, corners);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let distance2 = p.distance_squared(point);
-        best.n_tests += 1;
+        best.looks.triangles += 1;
         if (distance2, face) < (best.distance2, best.face) {
             *best = Best { face, distance2, limit: limit(distance2, p), ..*best };
         }
@@ -383,8 +422,25 @@ mod tests {
         let tree = FaceTree::new(&positions, &faces);
         let n_pieces = tree.pieces.as_ref().map_or(0, Vec::len);
         assert!(n_pieces > 2 * faces.len() && tree.order().len() == faces.len(), "{n_pieces}");
-        let (_, _, n_tests) = tree.near_counted(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
-        assert!(n_tests < faces.len() as u32 / 4, "{n_tests}");
+        let (_, _, looks) = tree.near_counted(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
+        assert!(looks.triangles < faces.len() as u32 / 4, "{looks:?}");
+    }
+
+    #[test]
+    fn boxes_lie_along_the_needles_of_a_fan() {
+        let rim = |i: u32| [(i as f32 * 1.5e-4).cos(), (i as f32 * 1.5e-4).sin(), 0.0];
+        let positions: Vec<[f32; 3]> = std::iter::once([0.0; 3]).chain((0..20_000).map(rim)).collect();
+        let faces: Vec<[u32; 3]> = (1..20_000).map(|i| [0, i, i + 1]).collect();
+        let queries = [[0.3, 0.4, 0.0], [-0.7, -0.2, 0.01], [0.5, -0.5, 1.0], [3.0, 2.0, 0.0]];
+        agrees(&positions, &faces, &queries);
+        let tree = FaceTree::new(&positions, &faces);
+        assert!(tree.needles.is_some() && (tree.diagonal() - 5f64.sqrt()).abs() < 0.02, "{}", tree.diagonal());
+        for query in queries {
+            let (_, _, looks) = tree.near_counted(query.into(), None, f64::NEG_INFINITY).unwrap();
+            assert!(looks.all() < 400, "{query:?} {looks:?}");
+            let (face, distance2, _) = tree.near_counted(query.into(), None, 4.0).unwrap();
+            assert!(face < 19_999 && distance2 <= 9.0);
+        }
     }
 
     /// A point far out makes all other faces one cell of the curve's first grid.

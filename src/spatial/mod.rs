@@ -7,6 +7,7 @@ mod face_tree;
 mod farthest_points;
 mod knn;
 mod nearest_on_triangles;
+mod needle_tree;
 mod point_curvature;
 mod point_grid;
 mod triangle_pieces;
@@ -14,7 +15,7 @@ mod triangle_tree;
 
 pub use bounds::Bounds;
 pub(crate) use curve_order::curve_order;
-pub use face_tree::FaceTree;
+pub use face_tree::{FaceTree, Looks};
 pub use farthest_points::farthest_points;
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};

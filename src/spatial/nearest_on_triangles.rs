@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 use super::Bounds;
+use super::needle_tree::NeedleTree;
+use super::triangle_pieces;
 use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
@@ -28,6 +30,8 @@ const MOST_UNSPLIT: usize = 16;
 pub struct NearestOnTriangles {
     /// Over the triangles in units of the scale.
     tree: TriangleTree,
+    /// Boxes along needles, where nearly all triangles are: then the tree has no nodes.
+    needles: Option<NeedleTree>,
     /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
     scale: f64,
     /// Triangles so close to the origin that boxes in that unit could not tell them apart.
@@ -64,6 +68,8 @@ struct Best {
     limit: f32,
     /// Whether any hit does: then no box needs a visit after it.
     is_any: bool,
+    /// Triangles and nodes that were looked at.
+    n_looks: u32,
 }
 
 impl NearestOnTriangles {
@@ -88,17 +94,28 @@ impl NearestOnTriangles {
     fn in_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
-        Self { tree: TriangleTree::new(&scaled), scale, inner: None }
+        let cuts: f64 = scaled.iter().map(|corners| f64::from(triangle_pieces::wanted_cuts(corners))).sum();
+        if triangle_pieces::are_needles(cuts, scaled.len()) {
+            let needles = Some(NeedleTree::new(scaled.iter().copied()));
+            return Self { tree: TriangleTree::without_nodes(scaled), needles, scale, inner: None };
+        }
+        Self { tree: TriangleTree::new(&scaled), needles: None, scale, inner: None }
     }
 
     /// The nearest point of all triangles; `None` where there are none.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
+        self.nearest_counted(p).0
+    }
+
+    /// As [`nearest`](Self::nearest), and how many triangles and boxes around them were looked at: two dozen on most surfaces, a good
+    /// part of all where they lie across each other.
+    pub fn nearest_counted(&self, p: DVec3) -> (Option<Hit>, u32) {
         self.search(p, f64::INFINITY, |_| true, false)
     }
 
     /// The nearest point of the triangles that `accept` lets pass; `None` where there are none.
     pub fn nearest_of(&self, p: DVec3, accept: impl Fn(u32) -> bool) -> Option<Hit> {
-        self.search(p, f64::INFINITY, accept, false)
+        self.search(p, f64::INFINITY, accept, false).0
     }
 
     /// Whether a triangle that `accept` lets pass is no farther than `reach`.
@@ -111,46 +128,70 @@ impl NearestOnTriangles {
     /// assert!(is_any(1.0) && !is_any(0.8));
     /// ```
     pub fn is_any_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> bool {
-        self.search(p, reach, accept, true).is_some()
+        self.is_any_within_counted(p, reach, accept).0
+    }
+
+    /// As [`is_any_within`](Self::is_any_within), and how many triangles and boxes around them were looked at.
+    pub fn is_any_within_counted(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
+        let (hit, n_looks) = self.search(p, reach, accept, true);
+        (hit.is_some(), n_looks)
     }
 
     /// The nearest point of the triangles that `accept` lets pass, at a distance of `reach` or less; or of any of them.
-    fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> Option<Hit> {
-        let outer = self.search_outside(p, reach, &accept, is_any);
-        let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return outer };
+    fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
+        let (outer, n_looks) = self.search_outside(p, reach, &accept, is_any);
+        let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return (outer, n_looks) };
         let reach = outer.map_or(reach, |hit| hit.distance2.sqrt());
-        let nearer = inner.search(p, reach, &accept, is_any);
-        [outer, nearer]
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| a.distance2.total_cmp(&b.distance2).then(a.triangle.cmp(&b.triangle)))
+        let (nearer, n_more) = inner.search(p, reach, &accept, is_any);
+        let by_distance = |a: &Hit, b: &Hit| a.distance2.total_cmp(&b.distance2).then(a.triangle.cmp(&b.triangle));
+        ([outer, nearer].into_iter().flatten().min_by(by_distance), n_looks + n_more)
     }
 
     /// The same among the triangles that are not the inner ones.
-    fn search_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> Option<Hit> {
+    fn search_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
-        let mut best = Best { hit: none, limit: limit(reach * reach, p), is_any };
-        if !self.tree.nodes.is_empty() {
-            self.descend(0, p, accept, &mut best);
+        let mut best = Best { hit: none, limit: limit(reach * reach, p), is_any, n_looks: 0 };
+        match &self.needles {
+            Some(needles) => self.visit_needles(needles, p, accept, &mut best),
+            None if self.tree.nodes.is_empty() => {}
+            None => self.descend(0, p, accept, &mut best),
         }
         let (point, distance2) = (best.hit.point / self.scale, best.hit.distance2 / (self.scale * self.scale));
-        (best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit })
+        ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_looks)
     }
 
-    /// Calls `visit` with the index of every triangle whose bounding box meets `bounds`, perhaps more than once.
-    pub fn visit_overlaps(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
-        let scaled = Bounds { low: to_scale(bounds.low, self.scale), high: to_scale(bounds.high, self.scale) };
-        self.tree.visit_overlaps(&scaled, &mut visit);
+    /// Calls `visit` with the index of every triangle that meets one with these corners, and of some others near it, perhaps more
+    /// than once.
+    pub fn visit_met(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
+        let scaled = corners.map(|corner| to_scale(corner, self.scale));
+        if let Some(needles) = &self.needles {
+            let leaf = |leaf: &[u32]| leaf.iter().for_each(|&i| visit(self.tree.triangle_idx[i as usize]));
+            needles.visit_met(scaled.map(|corner| DVec3::from_array(corner.map(f64::from))), leaf);
+        } else {
+            self.tree.visit_overlaps(&Bounds::of(&scaled), &mut visit);
+        }
         if let Some(inner) = &self.inner {
             // Behind a pointer, or there would be a type for each unit.
             let visit: &mut dyn FnMut(u32) = &mut |i: u32| visit(inner.triangle_idx[i as usize]);
-            inner.surface.visit_overlaps(bounds, visit);
+            inner.surface.visit_met(corners, visit);
         }
+    }
+
+    /// Tests the needles that may be nearer.
+    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+        let n_boxes = needles.visit_near(p, best.hit.distance2, |leaf| {
+            let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
+            accepted.for_each(|i| self.test_triangle(i, p, best));
+            let is_done = best.is_any && best.hit.triangle != u32::MAX;
+            if is_done { f64::NEG_INFINITY } else { best.hit.distance2 }
+        });
+        best.n_looks += n_boxes;
     }
 
     fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let node = &self.tree.nodes[node as usize];
+        best.n_looks += 1;
         let distances = box_distances(node, p.as_vec3().to_array());
         for child in by_distance(&distances) {
             if node.len[child] == NO_CHILD || distances[child] > best.limit {
@@ -168,6 +209,7 @@ impl NearestOnTriangles {
     }
 
     fn test_triangle(&self, i: usize, p: DVec3, best: &mut Best) {
+        best.n_looks += 1;
         let hit = hit_on(&self.tree.corners[i], self.tree.triangle_idx[i], p);
         if (hit.distance2, hit.triangle) < (best.hit.distance2, best.hit.triangle) {
             best.hit = hit;
@@ -179,20 +221,20 @@ impl NearestOnTriangles {
 impl Inner {
     /// The nearest of these triangles, at a distance of `reach` or less. From far away all are equally far: then it is the
     /// first.
-    fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> Option<Hit> {
+    fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {
-            return None;
+            return (None, 1);
         }
         let is_accepted: &dyn Fn(u32) -> bool = &|i: u32| accept(self.triangle_idx[i as usize]);
-        let hit = if outside * FAR > self.most {
-            let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i))?;
-            hit_on(&self.triangles[first as usize], first, p)
+        let (hit, n_looks) = if outside * FAR > self.most {
+            let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i));
+            (first.map(|first| hit_on(&self.triangles[first as usize], first, p)), 1)
         } else {
             // Rounding may make a square a little larger in this unit.
-            self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)?
+            self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)
         };
-        Some(Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit })
+        (hit.map(|hit| Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit }), n_looks)
     }
 }
 
@@ -252,6 +294,7 @@ fn by_distance(distances: &[f32; 4]) -> [usize; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::crossing::triangles_cross;
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -365,15 +408,31 @@ mod tests {
     }
 
     #[test]
-    fn overlaps_are_those_of_the_boxes() {
-        let triangles = random_triangles(200, 0.2, 0.0);
-        let surface = NearestOnTriangles::new(&triangles);
-        let query = Bounds { low: [0.3; 3], high: [0.6; 3] };
-        let mut found = Vec::new();
-        surface.visit_overlaps(&query, |i| found.push(i as usize));
-        found.sort_unstable();
-        found.dedup();
-        let naive: Vec<usize> = (0..200).filter(|&i| Bounds::of(&triangles[i]).overlaps(&query)).collect();
-        assert_eq!(found, naive);
+    fn boxes_along_the_needles_of_a_fan_find_the_same() {
+        let rim = |i: i32| [(1.5e-4 * i as f32).cos(), (1.5e-4 * i as f32).sin(), 0.0];
+        let fan: Vec<_> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        let surface = NearestOnTriangles::new(&fan);
+        assert!(surface.needles.is_some() && surface.tree.nodes.is_empty());
+        check(&fan, 0.0);
+        let p = DVec3::new(0.4, 0.3, 0.25);
+        let (hit, n_looks) = surface.nearest_counted(p);
+        assert!((hit.unwrap().distance2 - 0.0625).abs() < 1e-12 && n_looks < 400, "{hit:?} {n_looks}");
+        assert!(surface.is_any_within(p, 0.26, |i| i < 6000) && !surface.is_any_within(p, 0.24, |_| true));
+    }
+
+    #[test]
+    fn what_meets_a_triangle_is_among_what_is_visited() {
+        let rim = |i: i32| [(1e-4 * i as f32).cos(), (1e-4 * i as f32).sin(), 0.1 * (1e-3 * i as f32).sin()];
+        let fan: Vec<_> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        for triangles in [random_triangles(200, 0.4, 0.0), fan] {
+            let surface = NearestOnTriangles::new(&triangles);
+            let query = [[0.3, 0.3, -0.4], [0.6, 0.4, 0.3], [0.5, 0.6, 0.6]];
+            let mut found = Vec::new();
+            surface.visit_met(&query, |i| found.push(i as usize));
+            let (met, others): (Vec<usize>, Vec<usize>) =
+                (0..triangles.len()).partition(|&i| triangles_cross(triangles[i], query));
+            assert!(!met.is_empty() && met.iter().all(|i| found.contains(i)));
+            assert!(others.iter().filter(|i| found.contains(i)).count() < triangles.len() / 2);
+        }
     }
 }

@@ -13,6 +13,14 @@ const LEAST: f32 = 1.5e-5;
 /// Pieces that may be added without regard to the number of triangles; beyond, as many as half the triangles.
 const FREE: usize = 400_000;
 
+/// Pieces wanted below which triangles are no fan of needles, however few they are: boxes of pieces are enough for them.
+const MANY: f64 = 100_000.0;
+
+/// Whether triangles are needles for the most part, which so many cuts in all are wanted of, and too many for pieces.
+pub(super) fn are_needles(wanted_cuts: f64, n_triangles: usize) -> bool {
+    wanted_cuts > MANY.max(n_triangles as f64)
+}
+
 /// The boxes of all triangles, each with the index of its triangle; thin triangles have several.
 pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
     let wanted: Vec<f32> = triangles.iter().map(wanted_cuts).collect();

@@ -85,6 +85,11 @@ impl TriangleTree {
         Self { nodes, corners, triangle_idx }
     }
 
+    /// Triangles as they are, for a tree of another kind.
+    pub(super) fn without_nodes(corners: Vec<[[f32; 3]; 3]>) -> Self {
+        Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
+    }
+
     /// Calls `visit` for every triangle whose box meets `bounds`, by the caller's index, once for each of its pieces
     /// that is in the way.
     pub(super) fn visit_overlaps(&self, bounds: &Bounds, visit: &mut impl FnMut(u32)) {

@@ -6,6 +6,9 @@ use super::{Comparison, Judged, LEFT_OUT, MOST_FOR_SPECTRUM, Named};
 use crate::plain::plain;
 use crate::words::{grouped, shortened};
 
+/// Figures that are not measured where that takes too long.
+const BOUNDED: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
+
 /// The lines of the table, columns aligned.
 pub fn lines(comparison: &Comparison) -> Vec<String> {
     let Comparison { original, results, judging, .. } = comparison;
@@ -16,6 +19,7 @@ pub fn lines(comparison: &Comparison) -> Vec<String> {
     ];
     lines.extend(LEFT_OUT.map(|what| format!("left out  {what}")));
     lines.extend(spectrum(comparison));
+    lines.extend(unknown(original, results));
     lines.push(String::new());
     lines.extend(aligned(&rows(results)));
     lines
@@ -34,6 +38,18 @@ fn spectrum(comparison: &Comparison) -> Option<String> {
             Some(format!("spectrum  from the first {n_eigenpairs} eigenpairs, at most a quarter of the smallest mesh"))
         }
     }
+}
+
+/// That some figures would have taken too long; nothing where all are known.
+fn unknown(original: &Named, results: &[Judged]) -> Option<String> {
+    let have_faces = |mesh: &Named| [mesh, original].iter().all(|named| !named.mesh.faces().is_empty());
+    let lacks = |result: &&Judged| {
+        let mut figures = result.figures.iter().filter(|figure| figure.value.is_none());
+        have_faces(&result.mesh) && figures.any(|figure| BOUNDED.contains(&figure.name))
+    };
+    let name = results.iter().find(lacks).map(|result| shortened(&plain(&result.mesh.name)))?;
+    let why = "needles, or large faces across each other, take too long: samples may be fewer, and `-` is not known";
+    Some(format!("bounded   {name}: {why}"))
 }
 
 fn counts(named: &Named) -> String {
@@ -84,6 +100,7 @@ fn number(value: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use neural_mesh::mesh::{TriMesh, shapes};
 
     #[test]
     fn numbers_are_short_and_whole_ones_whole() {
@@ -91,6 +108,20 @@ mod tests {
         let shown = ["0", "-3", "12,345", "0.1235", "1.500", "98765", "1.235e-7", "3,250,000,000", "-"];
         assert_eq!(values.map(|value| number(Some(value))), shown);
         assert_eq!(number(None), "-");
+    }
+
+    #[test]
+    fn what_would_have_taken_too_long_is_said() {
+        let named = |mesh| Named { name: "a.ply".into(), mesh, cover: None, notes: Vec::new() };
+        let figure = |name, value| Figure { name, unit: "", about: "", value };
+        let judged = |value| {
+            let figures = vec![figure("genus_added", None), figure("distance_max", value)];
+            Judged { mesh: named(shapes::icosphere(1)), figures }
+        };
+        let sphere = named(shapes::icosphere(1));
+        assert_eq!(unknown(&sphere, &[judged(Some(0.5))]), None);
+        assert!(unknown(&sphere, &[judged(Some(0.5)), judged(None)]).unwrap().starts_with("bounded   a.ply: needles"));
+        assert_eq!(unknown(&named(TriMesh::default()), &[judged(None)]), None);
     }
 
     #[test]

@@ -25,10 +25,10 @@ use other::Other;
 use piece::Corner;
 use search::{Part, Waiting, tighten};
 
-/// Triangles looked at, per face of both meshes, after which a direction of the search gives what it has, and those it may look
-/// at however few faces there are: the bounds are then farther apart than asked. A dozen per face are usual; where large faces lie
-/// across each other, one search for the nearest looks at many.
-const MOST_TESTS: [u64; 2] = [200, 10_000_000];
+/// Triangles and boxes looked at, per face of both meshes, after which a direction of the search gives what it has, and those it may
+/// look at however few faces there are: the bounds are then farther apart than asked. Two dozen per face are usual; where large faces
+/// lie across each other, one search for the nearest looks at many.
+const MOST_LOOKS: [u64; 2] = [150, 1_500_000];
 /// Distances below this share of the diagonal are not told apart.
 const SMALLEST: f64 = 1e-7;
 
@@ -54,25 +54,42 @@ pub struct CertifiedDistance {
 /// assert!(distance.lower > 0.05 && distance.upper <= 1.01 * distance.lower);
 /// ```
 pub fn certified_distance(original: &TriMesh, simplified: &TriMesh, asked: &Sharpness) -> Option<CertifiedDistance> {
+    certified_within(original, simplified, asked, u64::MAX).0
+}
+
+/// The same where each direction may look at so much, if that is less than usual; beside it what both have looked at.
+pub(crate) fn certified_within(
+    original: &TriMesh,
+    simplified: &TriMesh,
+    asked: &Sharpness,
+    most: u64,
+) -> (Option<CertifiedDistance>, u64) {
     if original.faces().is_empty() || simplified.faces().is_empty() {
-        return None;
+        return (None, 0);
     }
     let diagonal = original.diagonal();
     let asked = Sharpness { enough: asked.enough.max(SMALLEST * diagonal), ..*asked };
     let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked };
     let trees = [simplified, original].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
     let n_faces = original.faces().len() + simplified.faces().len();
-    let most_tests = MOST_TESTS[0] * n_faces as u64 + MOST_TESTS[1];
-    let direction = |from, to, tree| Direction::new(from, Other::new(to, tree, most_tests));
-    let directions = [direction(simplified, original, &trees[1]), direction(original, simplified, &trees[0])];
+    let most = most.min(MOST_LOOKS[0] * n_faces as u64 + MOST_LOOKS[1]);
+    let others = [Other::new(original, &trees[1], most), Other::new(simplified, &trees[0], most)];
     // The vertices of both raise the lower bound before either is searched.
-    directions.iter().for_each(|direction| bounds.raise_to(direction.farthest_vertex()));
-    if directions.iter().all(Direction::is_known) {
+    let directions = [simplified, original].into_iter().zip(&others).map(|(from, other)| {
+        let direction = Direction::new(from, other, &bounds);
+        bounds.raise_to(direction.farthest_vertex());
+        direction
+    });
+    let directions: Vec<Direction> = directions.collect();
+    if bounds.is_beyond() {
+        bounds.upper = f64::INFINITY;
+    } else if directions.iter().all(Direction::is_known) {
         directions.iter().for_each(|direction| direction.search(&mut bounds));
     } else {
         bounds.upper = farthest_apart(original, simplified);
     }
-    Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal })
+    let n_looks = others.iter().map(Other::n_looks).sum();
+    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_looks)
 }
 
 /// The largest distance within 1 %: no point of either mesh is farther from the other, and some are nearly as far; `None` where
@@ -100,7 +117,7 @@ pub(super) fn largest_from_faces(
     [lower, gap]: [f64; 2],
     most_tests: u64,
 ) -> f64 {
-    let other = Other::new(to, tree, most_tests);
+    let other = Other::new(to, tree, most_tests).of_triangles();
     let mut bounds = Bounds { lower, upper: 0.0, asked: Sharpness { gap, ..Sharpness::default() } };
     let point = |v: u32| DVec3::from(from.positions()[v as usize].map(f64::from));
     let corners_of = |face: u32| from.faces()[face as usize].map(|v| other.corner(point(v), None));
@@ -122,14 +139,14 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
 /// From one mesh to the other.
 struct Direction<'a> {
     from: &'a TriMesh,
-    other: Other<'a>,
-    /// What is known at the vertices, n_vertices unless that cost too much.
+    other: &'a Other<'a>,
+    /// What is known at the vertices, n_vertices unless that cost too much or some are too far.
     corners: Vec<Corner>,
 }
 
 impl<'a> Direction<'a> {
-    fn new(from: &'a TriMesh, other: Other<'a>) -> Self {
-        Self { from, corners: other.corners_of(from), other }
+    fn new(from: &'a TriMesh, other: &'a Other<'a>, bounds: &Bounds) -> Self {
+        Self { from, corners: other.corners_of(from, bounds), other }
     }
 
     /// Whether all vertices could be looked up.
@@ -160,7 +177,7 @@ impl<'a> Direction<'a> {
         let whole = |(face, upper)| Waiting { upper, part: Part::Face(face), n_cuts: 0 };
         let waiting = faces.into_iter().map(whole).collect();
         let corners_of = |face| self.corners_of(&self.from.faces()[face as usize]);
-        tighten(waiting, &corners_of, &self.other, bounds);
+        tighten(waiting, &corners_of, self.other, bounds);
         if bounds.is_beyond() {
             bounds.upper = f64::INFINITY;
         }
@@ -221,9 +238,10 @@ mod tests {
         let (a, b) = (shapes::wavy_sphere(6, 8.0), shapes::icosphere(3));
         let exact = certified_distance(&a, &b, &Sharpness::default()).unwrap();
         let tree = FaceTree::new(b.positions(), b.faces());
-        let bounded = |most_tests| {
-            let direction = Direction::new(&a, Other::new(&b, &tree, most_tests));
+        let bounded = |most| {
+            let other = Other::new(&b, &tree, most);
             let mut bounds = Bounds { lower: 0.0, upper: 0.0, asked: Sharpness::default() };
+            let direction = Direction::new(&a, &other, &bounds);
             bounds.raise_to(direction.farthest_vertex());
             direction.is_known().then(|| direction.search(&mut bounds));
             (direction.is_known(), bounds.lower, bounds.upper)
@@ -246,5 +264,13 @@ mod tests {
         assert!(certified_distance(&a, &b, &within).unwrap().upper <= 2.0 * exact.upper + 1e-6);
         let beyond = Sharpness { enough: 0.5 * exact.lower, too_much: 0.5 * exact.lower, ..Sharpness::default() };
         assert_eq!(certified_distance(&a, &b, &beyond).unwrap().upper, f64::INFINITY);
+        // Some vertices are enough for that, but none that no face uses.
+        let looks = |asked: &Sharpness| certified_within(&a, &b, asked, u64::MAX).1;
+        assert!(looks(&beyond) < looks(&within) / 3, "{} {}", looks(&beyond), looks(&within));
+        let mut positions = b.positions().to_vec();
+        positions.insert(0, [9.0; 3]);
+        let faces = b.faces().iter().map(|face| face.map(|v| v + 1)).collect();
+        let with_stray = TriMesh::new(positions, faces).unwrap();
+        assert!(certified_distance(&a, &with_stray, &within).unwrap().upper <= 2.0 * exact.upper + 1e-6);
     }
 }

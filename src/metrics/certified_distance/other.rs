@@ -5,42 +5,72 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::bounds::Bounds;
 use super::piece::{Corner, Plane, reach};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
-use crate::spatial::FaceTree;
+use crate::spatial::{FaceTree, Looks};
 
 /// Squared length of the sum or difference of two unit normals below which it has no direction.
 const NO_DIRECTION: f64 = 1e-12;
 /// Vertices that are looked up before it is asked whether that costs too much.
-const AT_ONCE: usize = 512;
+const AT_ONCE: usize = 2048;
+/// So much may always be looked at once: in a round of searches on most surfaces.
+const LITTLE: u64 = 1_000_000;
+/// Items begun at once however much they look at.
+const FEWEST: usize = 16;
+/// Vertices of which each is looked for around the face of the one before.
+const IN_A_ROW: usize = 32;
 
 /// The surface that distances are measured to.
 pub(super) struct Other<'a> {
     mesh: &'a TriMesh,
     tree: &'a FaceTree<'a>,
-    /// Triangles that were looked at, and how many may be: asked between rounds of searches that do not depend on it.
-    n_tests: AtomicU64,
-    most_tests: u64,
+    /// Triangles and boxes that were looked at, and how many may be: asked between rounds of searches that do not depend on it.
+    n_looks: AtomicU64,
+    most_looks: u64,
+    /// Whether boxes count.
+    with_boxes: bool,
+    /// Searches that looked at them.
+    n_searches: AtomicU64,
 }
 
 impl<'a> Other<'a> {
-    /// A surface whose triangles are looked at so many times at most, and a round of searches more.
-    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_tests: u64) -> Self {
-        Self { mesh, tree, n_tests: AtomicU64::new(0), most_tests }
+    /// A surface on which so much is looked at, at most, and a round of searches more.
+    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_looks: u64) -> Self {
+        Self { mesh, tree, n_looks: AtomicU64::new(0), most_looks, with_boxes: true, n_searches: AtomicU64::new(0) }
     }
 
-    /// Whether the triangles were looked at as often as they may be.
+    /// The same where only triangles count.
+    pub(super) fn of_triangles(self) -> Self {
+        Self { with_boxes: false, ..self }
+    }
+
+    /// How many triangles and boxes were looked at.
+    pub(super) fn n_looks(&self) -> u64 {
+        self.n_looks.load(Ordering::Relaxed)
+    }
+
+    /// Whether as much was looked at as may be.
     pub(super) fn is_exhausted(&self) -> bool {
-        self.n_tests.load(Ordering::Relaxed) >= self.most_tests
+        self.n_looks() >= self.most_looks
+    }
+
+    /// How many items of so many searches each may be begun at once, `most` unless they may look at more than is left.
+    pub(super) fn at_once(&self, most: usize, n_searches: u64) -> usize {
+        let each = self.n_looks() / self.n_searches.load(Ordering::Relaxed).max(1);
+        let left = self.most_looks.saturating_sub(self.n_looks()).max(LITTLE);
+        (left / (n_searches * each).max(1)).clamp(FEWEST as u64, most as u64) as usize
     }
 
     /// What is known at a point, sooner where its nearest face is near the one guessed.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> Corner {
-        let (face, distance2, n_tests) =
-            self.tree.near_counted(point, guess, f64::NEG_INFINITY).unwrap_or((0, f64::INFINITY, 0));
-        self.n_tests.fetch_add(n_tests.into(), Ordering::Relaxed);
+        let found = self.tree.near_counted(point, guess, f64::NEG_INFINITY);
+        let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, Looks::default()));
+        let n_looks = if self.with_boxes { looks.all() } else { looks.triangles };
+        self.n_looks.fetch_add(n_looks.into(), Ordering::Relaxed);
+        self.n_searches.fetch_add(1, Ordering::Relaxed);
         Corner { point, distance: distance2.sqrt(), face }
     }
 
@@ -50,16 +80,32 @@ impl<'a> Other<'a> {
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
     }
 
-    /// What is known at every vertex of a mesh, or at the first ones where more cost too much.
-    pub(super) fn corners_of(&self, from: &TriMesh) -> Vec<Corner> {
-        let mut corners = Vec::with_capacity(from.positions().len());
-        for positions in from.positions().chunks(AT_ONCE) {
-            if self.is_exhausted() {
-                break;
-            }
-            corners.par_extend(positions.par_iter().map(|p| self.corner(DVec3::from(p.map(f64::from)), None)));
+    /// What is known at every vertex of a mesh, or at the first ones where more cost too much, or where one with a face is farther
+    /// than all may be.
+    pub(super) fn corners_of(&self, from: &TriMesh, bounds: &Bounds) -> Vec<Corner> {
+        let mut corners: Vec<Corner> = Vec::with_capacity(from.positions().len());
+        let mut is_used = vec![false; from.positions().len()];
+        from.faces().iter().flatten().for_each(|&v| is_used[v as usize] = true);
+        let mut is_too_far = bounds.is_beyond();
+        while corners.len() < is_used.len() && !self.is_exhausted() && !is_too_far {
+            let first = corners.len();
+            let n = if first == 0 { 2 * FEWEST } else { self.at_once(AT_ONCE, 1) };
+            let positions = &from.positions()[first..is_used.len().min(first + n)];
+            corners.par_extend(positions.par_chunks(IN_A_ROW).flat_map_iter(|row| self.corners_in_a_row(row)));
+            let is_far = |(corner, &is_used): (&Corner, &bool)| is_used && corner.distance > bounds.asked.too_much;
+            is_too_far = corners[first..].iter().zip(&is_used[first..]).any(is_far);
         }
         corners
+    }
+
+    /// What is known at points of which each is near the one before.
+    fn corners_in_a_row(&self, points: &[[f32; 3]]) -> impl Iterator<Item = Corner> {
+        let mut last = None;
+        points.iter().map(move |p| {
+            let corner = self.corner(DVec3::from(p.map(f64::from)), last);
+            last = Some(corner.face);
+            corner
+        })
     }
 
     /// How far a part with these corners may be from the surface, by the faces nearest to its corners and by the way to the

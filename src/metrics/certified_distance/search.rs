@@ -12,6 +12,8 @@ use super::piece::{Corner, across_the_middle, farthest, halves, middle};
 const AT_ONCE: usize = 256;
 /// Every so many cuts of a part one is across its middle, so that it shrinks whatever the planes are.
 const HALVED: u32 = 5;
+/// Points that are looked up for one cut, about.
+const SEARCHES: u64 = 10;
 /// A part of a face that waits to be cut.
 pub(super) struct Waiting {
     pub upper: f64,
@@ -67,7 +69,7 @@ pub(super) fn tighten(
             bounds.upper = bounds.upper.max(first.upper);
             return;
         }
-        let next: Vec<Waiting> = (0..AT_ONCE).map_while(|_| waiting.pop()).collect();
+        let next: Vec<Waiting> = (0..other.at_once(AT_ONCE, SEARCHES)).map_while(|_| waiting.pop()).collect();
         let found: Vec<Found> = next.into_par_iter().map(|next| other.cut(next, corners_of, bounds)).collect();
         for found in found {
             bounds.raise_to(found.lower);

@@ -3,7 +3,7 @@
 use super::figure::{Figure, figure};
 use super::original::Original;
 use crate::mesh::TriMesh;
-use crate::metrics::{Surface, chamfer, curvature_error, largest_distance, surface_distance, turned_faces};
+use crate::metrics::{Surface, chamfer, curvature_error, largest_distance, n_turned_faces, surface_distance};
 
 /// Distances, normals and curvature.
 pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> [Figure; 9] {
@@ -11,7 +11,7 @@ pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> 
     let chamfer = chamfer(&original.surface.samples, &surface.samples).map(|cd| cd.sum() * (0.01 * share).powi(2));
     let both = surface_distance(&original.surface, surface).map(|distance| distance.both);
     let largest = largest_distance(&original.mesh, simplified);
-    let turned = turned_faces(&original.surface, simplified).len() as f64;
+    let turned = n_turned_faces(&original.surface, simplified).map(|n| n as f64);
     let curvature = curvature_error(original.mesh.positions(), simplified.positions());
     let unit = "% of diagonal";
     let cd = "Chamfer distance between samples of both surfaces, squared, both ways added (the paper's CD)";
@@ -30,7 +30,7 @@ pub fn figures(original: &Original, simplified: &TriMesh, surface: &Surface) -> 
         figure("normal_error", "", unsigned, both.map(|d| d.unsigned_normal_error)),
         figure("normal_error_signed", "", signed, both.map(|d| d.normal_error)),
         figure("normal_angle", "degrees", "mean angle between normals", both.map(|d| d.normal_angle.to_degrees())),
-        figure("turned_faces", "faces", "faces that look against the original surface", Some(turned)),
+        figure("turned_faces", "faces", "faces that look against the original surface", turned),
         figure("curvature_error", "", "squared error of the vertices' curvature, both ways added", curvature),
     ]
 }

@@ -3,7 +3,7 @@
 use super::figure::{Figure, figure};
 use super::original::Original;
 use crate::mesh::{Topology, TriMesh};
-use crate::metrics::{Surface, open_edges, self_intersecting_faces, triangle_quality, volume};
+use crate::metrics::{Surface, n_self_intersecting_faces, open_edges, triangle_quality, volume};
 
 fn count(n: usize) -> Option<f64> {
     Some(n as f64)
@@ -20,7 +20,7 @@ pub fn sizes(simplified: &TriMesh) -> [Figure; 2] {
 /// Edges that are not as they should be, and faces that cross.
 pub fn edges(original: &Original, simplified: &TriMesh, found: &Topology) -> [Figure; 7] {
     let edges = open_edges(&original.mesh, simplified);
-    let crossed = self_intersecting_faces(simplified).len();
+    let crossed = n_self_intersecting_faces(simplified).map(|n| n as f64);
     let wa = "edges with one, three or more faces (the paper's WA)";
     let opened = "those of them that do not lie on a boundary of the original";
     let fans = "vertices whose faces do not hang together over edges";
@@ -31,7 +31,7 @@ pub fn edges(original: &Original, simplified: &TriMesh, found: &Topology) -> [Fi
         figure("non_manifold_edges", "edges", "edges with three or more faces", count(found.non_manifold_edges)),
         figure("flipped_edges", "edges", "edges whose two faces disagree on the side", count(found.inconsistent_edges)),
         figure("non_manifold_vertices", "vertices", fans, count(found.non_manifold_vertices)),
-        figure("self_intersecting_faces", "faces", "faces that cross another face", count(crossed)),
+        figure("self_intersecting_faces", "faces", "faces that cross another face", crossed),
     ]
 }
 

@@ -6,12 +6,17 @@ use rustc_hash::FxHashMap;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, cut, shares};
 
+/// Faces of a vertex beyond which its edges are looked up: a fan of 150 thousand faces asks for each edge of its hub.
+const MOST_SEARCHED: usize = 64;
+
 /// The faces around each vertex as compressed rows.
 pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<Corner>,
     /// Rows that are no longer what they were.
     changed: FxHashMap<u32, Vec<Corner>>,
+    /// The face of each edge from a vertex that began with many; of several the first in its row.
+    from_hubs: FxHashMap<[u32; 2], u32>,
 }
 
 /// A face at one of its corners.
@@ -33,7 +38,26 @@ impl FacesAround {
         let shares = shares(n_vertices);
         let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
         parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
-        Self { starts, rows, changed: FxHashMap::default() }
+        let mut around = Self { starts, rows, changed: FxHashMap::default(), from_hubs: FxHashMap::default() };
+        (0..n_vertices as u32)
+            .filter(|&v| around.is_hub(v))
+            .collect::<Vec<_>>()
+            .into_iter()
+            .for_each(|v| around.index(v));
+        around
+    }
+
+    /// Whether a vertex had many faces when these were sorted.
+    fn is_hub(&self, vertex: u32) -> bool {
+        (self.starts[vertex as usize + 1] - self.starts[vertex as usize]) as usize > MOST_SEARCHED
+    }
+
+    /// Notes the face of each edge from a vertex.
+    fn index(&mut self, vertex: u32) {
+        for i in self.starts[vertex as usize]..self.starts[vertex as usize + 1] {
+            let Corner { face, next } = self.rows[i as usize];
+            self.from_hubs.entry([vertex, next]).or_insert(face);
+        }
     }
 
     /// The faces at `vertex`.
@@ -55,7 +79,11 @@ impl FacesAround {
     /// The face that runs along its edge from `u` to `v`; beyond a face's edge it is the one that runs the other way.
     #[inline]
     pub fn along(&self, u: u32, v: u32) -> Option<u32> {
-        self.corners(u).iter().find(|corner| corner.next == v).map(|corner| corner.face)
+        let row = self.corners(u);
+        if row.len() > MOST_SEARCHED && self.is_hub(u) {
+            return self.from_hubs.get(&[u, v]).copied();
+        }
+        face_along(row, v)
     }
 
     /// Whether an edge joins two vertices.
@@ -65,16 +93,32 @@ impl FacesAround {
 
     /// Takes note that face `f` has other corners now.
     pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
-        for v in before {
-            let row = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
+        let [a, b, c] = before;
+        for (v, next) in [(a, b), (b, c), (c, a)] {
+            let row: Vec<Corner> = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
+            if self.is_hub(v) {
+                match face_along(&row, next) {
+                    Some(other) => self.from_hubs.insert([v, next], other),
+                    None => self.from_hubs.remove(&[v, next]),
+                };
+            }
             self.changed.insert(v, row);
         }
         let [a, b, c] = now;
         for (v, next) in [(a, b), (b, c), (c, a)] {
             let row = [self.corners(v), &[Corner { face: f, next }]].concat();
+            if self.is_hub(v) {
+                self.from_hubs.entry([v, next]).or_insert(f);
+            }
             self.changed.insert(v, row);
         }
     }
+}
+
+/// The first face of a row whose next corner is this one.
+#[inline]
+fn face_along(row: &[Corner], next: u32) -> Option<u32> {
+    row.iter().find(|corner| corner.next == next).map(|corner| corner.face)
 }
 
 /// Fills the rows of some vertices, from `first` on, whose rows begin at `starts`.
@@ -113,6 +157,24 @@ mod tests {
                 row
             };
             assert_eq!(sorted(&around), sorted(&anew), "{v}");
+        }
+    }
+
+    /// Also with faces stated several times, and while edges are flipped.
+    #[test]
+    fn edges_of_a_hub_are_those_of_its_row() {
+        let n = 3 * MOST_SEARCHED as u32;
+        let mut faces: Vec<[u32; 3]> = (1..n).map(|v| [0, v, v + 1]).collect();
+        faces.extend([[0, 7, 9], [0, 7, 11]]);
+        let mut around = FacesAround::new(Pulse::NONE, n as usize + 1, &faces);
+        assert!(around.is_hub(0) && !around.is_hub(1));
+        for f in [6usize, 6, 20, 40, n as usize] {
+            let [a, b, c] = faces[f];
+            let now = [a, c, (b + 50) % n + 1];
+            around.replace(f as u32, std::mem::replace(&mut faces[f], now), now);
+            for v in 0..=n {
+                assert_eq!(around.along(0, v), face_along(around.corners(0), v), "{f} {v}");
+            }
         }
     }
 }

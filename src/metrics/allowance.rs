@@ -1,0 +1,66 @@
+//! How much a measurement may look at: counted, so that the same is known on every machine.
+//!
+//! Two dozen triangles and boxes are looked at for a point of most surfaces, and a good part of all where large faces lie across each
+//! other.
+
+use rayon::prelude::*;
+
+/// Points by which it is told how much the next ones look at.
+const PROBES: usize = 64;
+/// Items of a first round, and of any.
+const ROUND: [u64; 2] = [64, 16_384];
+
+/// How many of `n` points can be looked up where all of them may look at so much, as far as some of them tell.
+pub(super) fn affordable(n: usize, most: f64, looks: impl Fn(usize) -> u32) -> usize {
+    let n_probes = PROBES.min(n);
+    let each = (0..n_probes).map(|i| looks(i * n / n_probes)).map(f64::from).sum::<f64>() / n_probes as f64;
+    ((most / each.max(1.0)) as usize).clamp(n_probes, n)
+}
+
+/// What was found for each of `n` items, beside which stands how much was looked at for it; `None` once it is more than `most` for
+/// all. Rounds are as long as what they may look at allows.
+pub(super) fn all_within<T: Send>(n: usize, most: u64, find: impl Fn(usize) -> (T, u64) + Sync) -> Option<Vec<T>> {
+    let mut all = Vec::with_capacity(n);
+    let (mut looks, mut most_of_one) = (0, 1);
+    while all.len() < n {
+        let affordable = (most - looks) / (2 * most_of_one);
+        let round = if all.is_empty() { ROUND[0] } else { affordable.clamp(ROUND[0], ROUND[1]) };
+        let items = all.len()..n.min(all.len() + round as usize);
+        let found: Vec<(T, u64)> = items.into_par_iter().map(&find).collect();
+        for (found, looked) in found {
+            (looks, most_of_one) = (looks + looked, most_of_one.max(looked));
+            all.push(found);
+        }
+        if looks > most {
+            return None;
+        }
+    }
+    Some(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    #[test]
+    fn what_costs_too_much_is_left_out_soon() {
+        assert_eq!(affordable(1000, 1e6, |_| 20), 1000);
+        assert_eq!(affordable(1000, 1e6, |_| 5000), 200);
+        assert_eq!(affordable(1000, 1e6, |_| u32::MAX), PROBES);
+        assert_eq!(affordable(10, 1.0, |_| 5000), 10);
+        let looked = AtomicU64::new(0);
+        let find = |each: u64| {
+            let looked = &looked;
+            move |i: usize| {
+                looked.fetch_add(each, Ordering::Relaxed);
+                (i, each)
+            }
+        };
+        assert_eq!(all_within(50_000, 1_000_000, find(20)), Some((0..50_000).collect()));
+        looked.store(0, Ordering::Relaxed);
+        assert_eq!(all_within(50_000, 1_000_000, find(500)), None);
+        assert!(looked.load(Ordering::Relaxed) <= 1_000_000 + 500 * ROUND[0], "{looked:?}");
+        assert_eq!(all_within(0, 0, find(1)), Some(Vec::new()));
+    }
+}
