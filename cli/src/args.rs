@@ -130,6 +130,9 @@ pub struct SimplifyArgs {
     /// diagonal; without SIZE, with --error, than the bound. The bound is then that of what stays
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]
     pub prune: Option<Option<String>>,
+    /// What becomes of what no ray from outside reaches, as inner shells
+    #[arg(long, value_enum, default_value = "keep")]
+    pub hidden: HiddenArg,
     /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
     #[arg(long, value_name = "EDGES", num_args = 0..=1, require_equals = true, conflicts_with = "symmetric")]
     pub fill_holes: Option<Option<usize>>,
@@ -213,6 +216,17 @@ pub enum OptimizeArg {
     Max,
     /// The normals, and so the shading; the mean is farther
     Normals,
+}
+
+/// What becomes of what no ray from outside reaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum HiddenArg {
+    /// It counts like the rest
+    Keep,
+    /// It counts a thousandth, and keeps a tenth of its vertices
+    Cheap,
+    /// Components hidden as a whole are dropped; the bound of --error is then that of what stays
+    Drop,
 }
 
 const MESH_POINTS_NOTES: &str = "\

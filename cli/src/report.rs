@@ -173,8 +173,10 @@ pub struct Output {
     pub vertices_after_pass: usize,
     /// Components in their smallest closed form.
     pub components_at_minimum: usize,
-    /// Components dropped, with `--prune` only.
+    /// Components dropped.
     pub components_pruned: usize,
+    /// How many of these `--hidden drop` named.
+    pub components_hidden: usize,
     /// Edges of the input that had to stay edges: seams, boundaries between materials, creases.
     pub kept_edges: usize,
     /// Vertices of the input that had to stay where they are.
@@ -313,6 +315,7 @@ impl Output {
             vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
             components_pruned: done.components_pruned,
+            components_hidden: done.components_hidden,
             kept_edges: done.kept_edges,
             locked_vertices: done.locked_vertices,
             split_vertices: done.split_vertices,

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::Format;
-use neural_mesh::simplify::{Assembly, Axis, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
+use neural_mesh::simplify::{Assembly, Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs, TEXELS};
+use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs, TEXELS};
 use crate::failure::Failure;
 use crate::memory;
 
@@ -225,12 +225,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
         ScoresArg::Network => ScoreSource::Network,
         ScoresArg::Geometry => ScoreSource::Geometry,
     };
-    options.optimize = match args.optimize {
-        OptimizeArg::Balanced => Optimize::Balanced,
-        OptimizeArg::Mean => Optimize::Mean,
-        OptimizeArg::Max => Optimize::Max,
-        OptimizeArg::Normals => Optimize::Normals,
-    };
+    options.optimize = optimize(args.optimize);
     if options.scores == ScoreSource::Geometry {
         check_no_network("--scores geometry", args)?;
     } else if options.optimize == Optimize::Mean {
@@ -242,6 +237,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.oversample = args.oversample;
     options.seed = args.seed;
     options.prune = !args.keep_parts;
+    options.hidden = hidden(args.hidden);
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
@@ -254,6 +250,23 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     check_closed(args)?;
     check_symmetric(args)?;
     Ok(options)
+}
+
+fn optimize(figure: OptimizeArg) -> Optimize {
+    match figure {
+        OptimizeArg::Balanced => Optimize::Balanced,
+        OptimizeArg::Mean => Optimize::Mean,
+        OptimizeArg::Max => Optimize::Max,
+        OptimizeArg::Normals => Optimize::Normals,
+    }
+}
+
+fn hidden(what: HiddenArg) -> Hidden {
+    match what {
+        HiddenArg::Keep => Hidden::Keep,
+        HiddenArg::Cheap => Hidden::Cheap,
+        HiddenArg::Drop => Hidden::Drop,
+    }
 }
 
 /// Texels as a share of the texture's side.
@@ -281,6 +294,7 @@ fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--lock-boundaries", args.lock_boundaries),
         ("--subset", args.subset),
         ("--prune", args.prune.is_some()),
+        ("--hidden", args.hidden != HiddenArg::Keep),
         ("--map", args.map.is_some()),
     ];
     match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
@@ -294,6 +308,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
     let named = [
         ("--lock-boundaries", args.lock_boundaries),
         ("--prune", args.prune.is_some()),
+        ("--hidden", args.hidden != HiddenArg::Keep),
         ("--keep-parts", args.keep_parts),
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),

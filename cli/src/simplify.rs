@@ -11,7 +11,7 @@ use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
-    Listener, Options, Simplified, SimplifyError, importance_of_channel, importance_of_groups, simplify_input,
+    Hidden, Listener, Options, Simplified, SimplifyError, importance_of_channel, importance_of_groups, simplify_input,
     simplify_levels_of_detail,
 };
 
@@ -333,10 +333,10 @@ fn told(
 ) -> Result<Report, Failure> {
     let with_shape = request.report.is_some() || result.report.components_pruned > 0;
     let several = matches!(request.goal, Goal::Levels(_));
-    let is_of_rest =
-        matches!(request.goal, Goal::Error(_)) && request.prune_below.is_some() && result.report.components_pruned > 0;
-    let notes =
-        notes.into_iter().chain(is_of_rest.then(|| "the distance is that of what --prune left".into())).collect();
+    let is_by_name = request.prune_below.is_some() || request.options.hidden == Hidden::Drop;
+    let is_of_rest = matches!(request.goal, Goal::Error(_)) && is_by_name && result.report.components_pruned > 0;
+    let of_rest = is_of_rest.then(|| "the distance is that of what --prune and --hidden left".into());
+    let notes = notes.into_iter().chain(of_rest).collect();
     let Some(first) = levels.first().cloned() else { return Err(Failure::Failed("no result was made".into())) };
     Ok(Report {
         input: Size::of(subject.mesh(), with_shape),

@@ -73,12 +73,16 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     notes.extend(report.repaired.as_ref().map(repaired));
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
-    if output.components_pruned > 0 {
+    if output.components_hidden > 0 {
+        let n = grouped(output.components_hidden);
+        notes.push(format!("hidden    {n} components that no ray from outside reaches: dropped"));
+    }
+    if output.components_pruned > output.components_hidden {
         // Those of the input are fewer where its sheets came apart.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
         let how = "; --keep-parts keeps what --prune does not name";
-        notes.push(format!("pruned    {}{all} components{how}", output.components_pruned));
+        notes.push(format!("pruned    {}{all} components{how}", output.components_pruned - output.components_hidden));
     }
     if output.components_at_minimum > 0 {
         notes.push(format!(

@@ -10,6 +10,7 @@ mod degenerate;
 #[cfg(all(feature = "evaluate", unix))] // The tools are shell scripts.
 mod evaluate;
 mod files;
+mod hidden;
 mod memory;
 mod mesh_points;
 mod numbers;

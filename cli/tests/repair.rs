@@ -1,22 +1,13 @@
 //! Messy meshes become solids: what is written is closed and wound in the numbers of its file, and what cannot be is refused.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use base64::prelude::*;
-use neural_mesh::io;
-use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::mesh::{TriMesh, topology};
+use neural_mesh::mesh::topology;
 use neural_mesh::metrics::volume;
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, files, folder, info, run, sphere, the_line};
-
-/// A mesh file, with vertices at equal positions as one.
-fn welded(path: &Path) -> TriMesh {
-    let raw = io::read(&std::fs::read(path).unwrap(), None).unwrap();
-    clean(raw, &CleanOptions::default()).unwrap().mesh
-}
+use crate::common::{OCTAHEDRON, files, folder, info, run, sphere, the_line, welded};
 
 /// The lines of an OBJ, without every `nth` face.
 fn torn(text: &str, nth: usize) -> String {

@@ -7,7 +7,7 @@ use crate::mesh::pulse::Pulse;
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified_within};
 use crate::model::Weights;
 use crate::simplify::{
-    Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, pruned_below, simplify_levels_of_detail,
+    Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, pruned, simplify_levels_of_detail,
 };
 
 use super::part::part_of;
@@ -44,8 +44,8 @@ pub struct Bounded {
 /// Finds the smallest result whose two-sided largest distance from the mesh is certainly at most `error`, in the unit
 /// of the mesh; the target of `options` does not count.
 ///
-/// No component goes for its price that lies farther than `error` from what stays. Those below `prune_below` are dropped first: the
-/// distance is that from the rest.
+/// No component goes for its price that lies farther than `error` from what stays. Those below `prune_below`, and hidden ones that are to be dropped,
+/// go first: the distance is that from the rest.
 ///
 /// Distances nearly fall with size, not quite: some smaller mesh may hold the error too. Where no result is proved to hold it,
 /// the nearest that was made, and its outcome is [`Outcome::Stopped`].
@@ -72,7 +72,7 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let pruned = pruned_below(Pulse::NONE, input.mesh, options.prune_below);
+    let pruned = pruned(Pulse::NONE, input.mesh, options);
     let original = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
     let options = &Options { prune_within: options.prune_within.min(error), ..options.clone() };
     let mut n_before = 0;

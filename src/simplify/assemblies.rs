@@ -5,11 +5,12 @@ use crate::mesh::{Attributes, TriMesh, compact};
 use crate::model::Weights;
 
 use super::closed::{Aim, Closed, Half, Importance, Keep, Levels, MayGo, Request, simplify_levels};
-use super::components::{Pruned, pruned_below, without};
+use super::components::{Pruned, pruned, without};
+use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
 use super::map;
-use super::options::{Assembly, Options, Parts, Report, ScoreSource, Simplified, SimplifyError};
+use super::options::{Assembly, Hidden, Options, Parts, Report, ScoreSource, Simplified, SimplifyError};
 use super::paper;
 use super::progress::Progress;
 
@@ -39,7 +40,7 @@ pub(super) fn closed_levels(
     sizes: &Sizes,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Some(pruned) = pruned_below(progress.pulse, input.mesh, task.options.prune_below) else {
+    let Some(pruned) = pruned(progress.pulse, input.mesh, task.options) else {
         return levels_of(input, weights, task, sizes, 0, progress);
     };
     of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, 0, progress))
@@ -102,6 +103,7 @@ fn levels_of_whole(
     let edges = kept_edges(mesh, attributes, options);
     let locked = locked_vertices(mesh, options);
     let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
+    let hidden = if options.hidden == Hidden::Cheap { hidden_vertices(mesh) } else { Vec::new() };
     let parts = may_go(options, half, n_settled);
     let keep =
         Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map, parts, half };
@@ -109,6 +111,7 @@ fn levels_of_whole(
         oversample: sizes.oversample,
         all_if_uneven: options.oversample.is_none(),
         importance,
+        hidden: &hidden,
         aim,
         parts: Parts::default(),
         seed: options.seed,
@@ -158,12 +161,14 @@ pub(super) fn unchanged_but_pruned(
     options: &Options,
     oversample: f64,
 ) -> Result<Simplified, SimplifyError> {
-    let pruned = pruned_below(pulse, input.mesh, options.prune_below);
-    let Some(pruned) = pruned else { return Ok(unchanged(pulse, input, options, oversample)) };
+    let Some(pruned) = pruned(pulse, input.mesh, options) else {
+        return Ok(unchanged(pulse, input, options, oversample));
+    };
     let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
     let part = Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance };
     let mut result = unchanged(pulse, &part, options, oversample);
     result.report.components_pruned = pruned.n_dropped;
+    result.report.components_hidden = pruned.n_hidden;
     result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);
     Ok(result)

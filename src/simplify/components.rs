@@ -5,6 +5,9 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{TriMesh, compact};
 
+use super::hidden::hidden_components;
+use super::options::{Hidden, Options};
+
 /// Faces of the smallest closed surface, a tetrahedron.
 const TETRAHEDRON: usize = 4;
 
@@ -67,21 +70,26 @@ pub(crate) struct Pruned {
     pub faces: Vec<u32>,
     /// Number of components dropped.
     pub n_dropped: usize,
+    /// How many of these because nothing of them shows.
+    pub n_hidden: usize,
 }
 
-/// Drops the components whose bounding box has a diagonal below `least`; the largest by area always stays. `None` where nothing is
-/// dropped.
-pub(crate) fn pruned_below(pulse: Pulse, mesh: &TriMesh, least: f64) -> Option<Pruned> {
-    if least.is_nan() || least <= 0.0 {
+/// Drops the components that the options let go whatever they are worth: those that are hidden, and those whose bounding box has a
+/// diagonal below `prune_below`; of what shows, the largest by area always stays. `None` where nothing is dropped.
+pub(crate) fn pruned(pulse: Pulse, mesh: &TriMesh, options: &Options) -> Option<Pruned> {
+    let (least, drops_hidden) = (options.prune_below, options.hidden == Hidden::Drop);
+    if !(least > 0.0 || drops_hidden) {
         return None;
     }
     let (component, n) = components(pulse, mesh);
+    let hidden = if drops_hidden && n > 1 { hidden_components(mesh, &component, n) } else { vec![false; n] };
     let areas = areas(mesh, &component, n);
-    let largest = (0..n).max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
+    let shown = (0..n).filter(|&c| !hidden[c]);
+    let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
     let diagonals = diagonals(mesh, &component, n);
-    let dropped: Vec<bool> = (0..n).map(|c| c != largest && diagonals[c] < least).collect();
-    let n_dropped = dropped.iter().filter(|&&dropped| dropped).count();
-    without(mesh, n_dropped, |face| dropped[component[face] as usize])
+    let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && diagonals[c] < least).collect();
+    let [n_dropped, n_hidden] = [&dropped, &hidden].map(|flags| flags.iter().filter(|&&flag| flag).count());
+    without(mesh, n_dropped, |face| dropped[component[face] as usize]).map(|pruned| Pruned { n_hidden, ..pruned })
 }
 
 /// The area of each component.
@@ -114,13 +122,36 @@ pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usiz
     }
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| !is_dropped(f as usize)).collect();
     let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
-    compact(mesh.positions(), kept).ok().map(|(mesh, sources)| Pruned { mesh, sources, faces, n_dropped })
+    compact(mesh.positions(), kept).ok().map(|(mesh, sources)| Pruned { mesh, sources, faces, n_dropped, n_hidden: 0 })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::simplify::options::Target;
+
+    fn dropping_below(prune_below: f64) -> Options {
+        Options { prune_below, ..Options::new(Target::Ratio(1.0)) }
+    }
+
+    #[test]
+    fn components_of_which_nothing_shows_go() {
+        // Spheres of radius 3, 2 and 1 about one point, and one beside them.
+        let sphere = shapes::icosphere(2);
+        let places = [(3.0, 0.0), (2.0, 0.0), (1.0, 0.0), (0.5, 9.0)];
+        let n = sphere.positions().len() as u32;
+        let at = |(r, x): (f32, f32)| sphere.positions().iter().map(move |p| [r * p[0] + x, r * p[1], r * p[2]]);
+        let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
+        let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
+        let options = Options { hidden: Hidden::Drop, ..dropping_below(0.0) };
+        let left = pruned(Pulse::NONE, &mesh, &options).unwrap();
+        assert_eq!((left.n_dropped, left.n_hidden, left.faces.len()), (2, 2, 2 * sphere.faces().len()));
+        assert_eq!(left.faces.last(), Some(&(mesh.faces().len() as u32 - 1)));
+        let both = pruned(Pulse::NONE, &mesh, &Options { prune_below: 4.0, ..options }).unwrap();
+        assert_eq!((both.n_dropped, both.n_hidden), (3, 2));
+        assert!(pruned(Pulse::NONE, &sphere, &Options { hidden: Hidden::Drop, ..dropping_below(0.0) }).is_none());
+    }
 
     #[test]
     fn components_below_a_size_go() {
@@ -133,7 +164,7 @@ mod tests {
         }
         let cubes = TriMesh::new(positions, faces).unwrap();
         assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
-        let below = |side: f64| pruned_below(Pulse::NONE, &cubes, side * 3f64.sqrt());
+        let below = |side: f64| pruned(Pulse::NONE, &cubes, &dropping_below(side * 3f64.sqrt()));
         assert!(below(0.99).is_none() && below(0.0).is_none() && below(f64::NAN).is_none());
         let two = below(1.01).unwrap();
         assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
@@ -152,7 +183,7 @@ mod tests {
         let faces = faces.chain(large.faces().iter().map(|face| face.map(|v| if v == 0 { 0 } else { v + 3 })));
         assert_eq!(large.positions()[0], [0.0; 3]);
         let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
-        let one = pruned_below(Pulse::NONE, &touching, 0.5).unwrap();
+        let one = pruned(Pulse::NONE, &touching, &dropping_below(0.5)).unwrap();
         assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
     }
 

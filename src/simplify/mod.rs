@@ -5,6 +5,7 @@ mod bending;
 mod closed;
 mod components;
 mod driver;
+mod hidden;
 mod input;
 mod levels;
 mod limits;
@@ -31,13 +32,14 @@ use driver::run;
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
-pub(crate) use components::pruned_below;
+pub(crate) use components::pruned;
+pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, Event, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts, Report, SEAM_ERROR,
+    Assembly, Axis, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts, Report, SEAM_ERROR,
     ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
 pub use record::Record;

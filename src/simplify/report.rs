@@ -16,6 +16,7 @@ impl Report {
             vertices_after_pass: mesh.positions().len(),
             components_at_minimum: count_components(pulse, mesh).1,
             components_pruned: 0,
+            components_hidden: 0,
             kept_edges: 0,
             locked_vertices: 0,
             split_vertices: 0,

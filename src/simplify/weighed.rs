@@ -53,6 +53,7 @@ pub fn simplify_weighed(
         oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
         all_if_uneven: false,
         importance,
+        hidden: &[],
         aim: Aim::default(),
         parts: *parts,
         seed,

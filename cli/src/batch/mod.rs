@@ -95,7 +95,7 @@ fn request_words(args: &SimplifyArgs) -> String {
     let mut words = [
         target,
         format!("--assembly {:?} --scores {:?} --optimize {:?}", args.assembly, args.scores, args.optimize),
-        format!("--seed {}", args.seed),
+        format!("--hidden {:?} --seed {}", args.hidden, args.seed),
     ]
     .join(" ");
     words.make_ascii_lowercase();

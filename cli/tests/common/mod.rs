@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use neural_mesh::io;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -19,6 +22,12 @@ pub struct Run {
 /// A folder of its own for each test.
 pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
+}
+
+/// A mesh file, with vertices at equal positions as one.
+pub fn welded(path: &Path) -> TriMesh {
+    let raw = io::read(&std::fs::read(path).unwrap(), None).unwrap();
+    clean(raw, &CleanOptions::default()).unwrap().mesh
 }
 
 /// A mesh that ships with the repository.

@@ -85,7 +85,7 @@ pub(super) fn simplify_levels(
         let output = running.output(&clustered.assignment);
         if let Some(may_go) = request.keep.parts.filter(|may_go| made.len() >= may_go.from_level) {
             let cost = Cost { paid: running.paid(), limit, must_fit: end == End::Smallest };
-            let gone = parts::gone(&clustered.original, &output, &cost, may_go.within, request.keep.attributes);
+            let gone = parts::gone(&clustered.original, &output, &cost, may_go.within, &request.shown());
             if gone.is_some() {
                 return Ok(Levels { made, gone });
             }
@@ -148,7 +148,7 @@ fn cluster<'a>(
     let count = SampleCount::of(&original.surface, request, limit);
     let mut assignment = samples::draw(&original.surface, count, request.seed);
     progress.enter("scores", n_faces)?;
-    importance::weigh(&mut original.surface, &assignment, request.importance, request.aim.strength);
+    importance::weigh(&mut original.surface, &assignment, request.importance, request.aim.strength, request.hidden);
     progress.enter("cuts", n_faces)?;
     let mut sums = samples::cut(&original, &mut assignment, count);
     progress.enter("quotient", n_faces)?;

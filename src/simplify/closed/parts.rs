@@ -13,13 +13,14 @@ use std::collections::BinaryHeap;
 use glam::Vec3;
 
 use crate::geometry::triangle::area_normal;
+use crate::mesh::Role;
 use crate::mesh::union_find::UnionFind;
-use crate::mesh::{Attributes, Role};
 use crate::simplify::limits::Limit;
 use crate::spatial::NearestOnTriangles;
 
 use super::original::Original;
 use super::output::Output;
+use super::request::Shown;
 
 /// Points of a part at most that tell how far it lies from what stays.
 const POINTS: usize = 64;
@@ -54,13 +55,7 @@ pub struct Gone {
 
 /// The parts that go for others to have their vertices, none that lies farther than `within` from what stays, in the unit of the
 /// mesh; `None` where all stay.
-pub fn gone(
-    original: &Original,
-    output: &Output,
-    cost: &Cost,
-    within: f64,
-    attributes: Option<&Attributes>,
-) -> Option<Gone> {
+pub fn gone(original: &Original, output: &Output, cost: &Cost, within: f64, shown: &Shown) -> Option<Gone> {
     let (part_of_vertex, n_parts) = parts_of(output);
     if n_parts < 2 {
         return None;
@@ -68,7 +63,7 @@ pub fn gone(
     let faces = &original.surface.faces;
     let part_of_face: Vec<u32> =
         faces.iter().map(|face| part_of_vertex[output.vertex_of[face[0] as usize] as usize]).collect();
-    let parts = Parts::new(original, output, &part_of_vertex, &part_of_face, n_parts, attributes);
+    let parts = Parts::new(original, output, &part_of_vertex, &part_of_face, n_parts, shown);
     let within = original.surface.length(within as f32);
     let gone = parts.going(cost, within);
     let n_gone = gone.iter().filter(|gone| **gone).count();
@@ -105,7 +100,7 @@ fn parts_of(output: &Output) -> (Vec<u32>, usize) {
 struct Part {
     n_vertices: usize,
     n_faces: usize,
-    /// Of the original, and of the parts for which this one stands in.
+    /// Of the original, and of the parts for which this one stands in, as it counts.
     area: f64,
     /// The box of the original.
     low: Vec3,
@@ -142,9 +137,9 @@ impl<'a> Parts<'a> {
         part_of_vertex: &[u32],
         part_of_face: &[u32],
         n_parts: usize,
-        attributes: Option<&Attributes>,
+        shown: &Shown,
     ) -> Self {
-        let mut parts = sums(original, part_of_face, n_parts, attributes);
+        let mut parts = sums(original, part_of_face, n_parts, shown);
         part_of_vertex.iter().for_each(|&part| parts[part as usize].n_vertices += 1);
         let part_of_output: Vec<u32> = output.faces().iter().map(|face| part_of_vertex[face[0] as usize]).collect();
         part_of_output.iter().for_each(|&part| parts[part as usize].n_faces += 1);
@@ -158,7 +153,7 @@ impl<'a> Parts<'a> {
         let tree = NearestOnTriangles::new(&triangles);
         let shows = |role: Role| matches!(role, Role::Uv | Role::Colour);
         let is_painted =
-            attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
+            shown.attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
         let mut all = Self { parts, rank, original, faces, ends, tree, part_of_output, is_painted };
         for part in by_area {
             (all.parts[part].loss, all.parts[part].stand_in) = all.loss(part);
@@ -255,7 +250,7 @@ impl<'a> Parts<'a> {
 }
 
 /// Areas, boxes and groups of the parts.
-fn sums(original: &Original, part_of_face: &[u32], n_parts: usize, attributes: Option<&Attributes>) -> Vec<Part> {
+fn sums(original: &Original, part_of_face: &[u32], n_parts: usize, shown: &Shown) -> Vec<Part> {
     let none = Part {
         n_vertices: 0,
         n_faces: 0,
@@ -267,13 +262,15 @@ fn sums(original: &Original, part_of_face: &[u32], n_parts: usize, attributes: O
         stand_in: 0,
     };
     let mut parts = vec![none; n_parts];
-    let group = |face: u32| attributes.map_or(0, |attributes| attributes.group(face));
+    let group = |face: u32| shown.attributes.map_or(0, |attributes| attributes.group(face));
+    let factor = |v: &u32| original.surface.importance.get(*v as usize).copied().unwrap_or(1.0);
+    let counts = |face: &[u32; 3]| if shown.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
     for ((f, face), &part) in (0..).zip(original.surface.faces.iter()).zip(part_of_face) {
         let part = &mut parts[part as usize];
         let corners = face.map(|v| original.surface.positions[v as usize]);
         let is_first = part.area == 0.0 && part.low.x == f32::INFINITY;
         part.group = if is_first { Some(group(f)) } else { part.group.filter(|&own| own == group(f)) };
-        part.area += 0.5 * f64::from(area_normal(corners).length());
+        part.area += 0.5 * f64::from(area_normal(corners).length() * counts(face));
         part.low = corners.into_iter().fold(part.low, Vec3::min);
         part.high = corners.into_iter().fold(part.high, Vec3::max);
     }
@@ -302,7 +299,7 @@ fn by_part(part_of_face: &[u32], n_parts: usize) -> (Vec<u32>, Vec<usize>) {
 mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
-    use crate::mesh::{TriMesh, shapes};
+    use crate::mesh::{Attributes, TriMesh, shapes};
     use crate::simplify::closed::pins::Pins;
 
     /// A sphere of radius 1, and a smaller one at `x` of radius `r` with 12 vertices.
@@ -324,7 +321,8 @@ mod tests {
         let output = Output::new(Pulse::NONE, positions, faces, Pins::default(), vertex_of);
         let limit = Limit { vertices, faces: usize::MAX };
         let paid = [(mesh.positions().len() + 50, paid as f32)];
-        gone(&original, &output, &Cost { paid: &paid, limit, must_fit: false }, within, attributes)
+        let shown = Shown { attributes, is_weighed: false };
+        gone(&original, &output, &Cost { paid: &paid, limit, must_fit: false }, within, &shown)
     }
 
     /// The price from which on the small sphere goes.

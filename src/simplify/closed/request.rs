@@ -14,6 +14,8 @@ pub struct Request<'a> {
     pub all_if_uneven: bool,
     /// How much more than its area each vertex of the mesh counts.
     pub importance: Importance<'a>,
+    /// Whether each vertex of the mesh is one that does not show, and counts little; empty where all show.
+    pub hidden: &'a [bool],
     /// What the result is to be near in.
     pub aim: Aim,
     /// What is done beside the darts, quotient and collapse.
@@ -26,6 +28,23 @@ pub struct Request<'a> {
     pub differentiable: bool,
     /// What has to stay.
     pub keep: Keep<'a>,
+}
+
+/// What counts of a part beside its shape.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shown<'a> {
+    /// What corners and faces carry.
+    pub attributes: Option<&'a Attributes>,
+    /// Whether areas count by the importance of the vertices: where it was asked for, and not told by the network.
+    pub is_weighed: bool,
+}
+
+impl<'a> Request<'a> {
+    /// By what parts count.
+    pub fn shown(&self) -> Shown<'a> {
+        let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
+        Shown { attributes: self.keep.attributes, is_weighed }
+    }
 }
 
 /// What has to stay of a mesh beside its shape.

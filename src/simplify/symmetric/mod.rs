@@ -21,7 +21,7 @@ use super::closed::{Closed, Half};
 use super::components::count_components;
 use super::input::Input;
 use super::limits::resolve_levels;
-use super::options::{Assembly, Options, Report, Simplified, SimplifyError, Symmetry, Target};
+use super::options::{Assembly, Hidden, Options, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
 use super::used::Used;
 use pairs::Pairs;
@@ -74,6 +74,7 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
         ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
         ("pruning", options.prune_below > 0.0),
+        ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
         ("a map", options.map),
         ("a record", task.differentiable),
     ];

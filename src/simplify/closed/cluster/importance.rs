@@ -28,15 +28,23 @@ const LARGE: usize = 4;
 /// Vertices that are scored between two beats: at less than a microsecond each, about ten milliseconds on one thread.
 const TOGETHER: usize = 1 << 14;
 
-/// Weighs the vertices of a surface; of a network's scores so much counts.
-pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance, strength: f32) {
-    let factors = match importance {
-        Importance::Even => return,
+/// How much a hidden vertex counts beside one that shows: as n regions of a surface are wrong by n^-2, it keeps a tenth of its vertices.
+pub const HIDDEN: f32 = 1e-3;
+
+/// Weighs the vertices of a surface; of a network's scores so much counts, of what is hidden little.
+pub fn weigh(surface: &mut Surface, assignment: &Assignment, importance: Importance, strength: f32, hidden: &[bool]) {
+    let mut factors = match importance {
+        Importance::Even if hidden.is_empty() => return,
+        Importance::Even => vec![1.0; surface.n_vertices()],
         Importance::Network(weights) => importance_of_regions(surface, assignment, weights, strength)
             .unwrap_or_else(|| importance_of_scores(&weakened(scores(surface, weights), strength), &areas(surface))),
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
     surface.pulse.beat(0);
+    if !hidden.is_empty() {
+        let of_hidden = factors.iter_mut().zip(surface.sources()).filter(|(_, v)| hidden[*v as usize]);
+        of_hidden.for_each(|(factor, _)| *factor *= HIDDEN);
+    }
     surface.weigh(factors);
 }
 
@@ -194,7 +202,7 @@ mod tests {
             let mut surface = Surface::new(&mesh, Pulse::NONE);
             let region = (0..n).map(|v| (v % n_regions) as u32).collect();
             let assignment = Assignment { region, n_regions, samples: (0..n_regions as u32).collect() };
-            weigh(&mut surface, &assignment, Importance::Network(Weights::shipped_default()), 0.7);
+            weigh(&mut surface, &assignment, Importance::Network(Weights::shipped_default()), 0.7, &[]);
             surface.importance
         };
         let (coarse, fine, own) = (weighed(n / LARGE), weighed(n / LARGE + 1), weighed(n));
@@ -207,8 +215,11 @@ mod tests {
     fn importance_multiplies_quadrics() {
         let mesh = shapes::grid(5, 5);
         let (plain, mut heavy) = (Surface::new(&mesh, Pulse::NONE), Surface::new(&mesh, Pulse::NONE));
-        weigh(&mut heavy, &Assignment::identity(36), Importance::Given(&[2.0; 36]), 0.7);
+        weigh(&mut heavy, &Assignment::identity(36), Importance::Given(&[2.0; 36]), 0.7, &[]);
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
+        let (mut half, hidden) = (Surface::new(&mesh, Pulse::NONE), [[false; 18], [true; 18]].concat());
+        weigh(&mut half, &Assignment::identity(36), Importance::Even, 0.7, &hidden);
+        assert!((0..36).all(|v| half.importance[v] == if v < 18 { 1.0 } else { HIDDEN }));
         let even = importance_of_scores(&[7.0; 36], &areas(&plain));
         assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
         let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();

@@ -18,6 +18,8 @@ const DARTS: f64 = 0.9;
 /// Above this share of the vertices the samples are all vertices: darts would take their time and leave out a tenth at
 /// most.
 const NEARLY_ALL: f64 = 0.9;
+/// So many times as many samples where part of the surface is hidden and keeps few of its own.
+const HIDDEN: f64 = 2.0;
 
 /// How many samples a request asks for.
 #[derive(Clone, Copy)]
@@ -46,7 +48,8 @@ impl SampleCount {
 /// Samples per vertex asked for; as many as there are vertices where the surface asks for that.
 fn oversample(surface: &Surface, request: &Request, limit: Limit) -> f64 {
     let all = surface.n_vertices() as f64 / limit.size() as f64;
-    if request.all_if_uneven && all > request.oversample && is_uneven(surface) { all } else { request.oversample }
+    let oversample = if request.hidden.is_empty() { request.oversample } else { HIDDEN * request.oversample };
+    if request.all_if_uneven && all > oversample && is_uneven(surface) { all } else { oversample }
 }
 
 /// The samples below which the one pass could end under the limit: a vertex less is two faces less at most.

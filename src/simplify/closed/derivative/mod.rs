@@ -152,6 +152,7 @@ mod tests {
             oversample: 2.0,
             all_if_uneven: false,
             importance: Importance::Given(&factors),
+            hidden: &[],
             aim: Aim::default(),
             parts: Parts::default(),
             seed: 1,

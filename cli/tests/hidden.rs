@@ -1,0 +1,76 @@
+//! `--hidden`: inner shells go or cost little, and what shows stays whole.
+
+use neural_mesh::mesh::{TriMesh, topology};
+use serde_json::Value;
+
+use crate::common::*;
+
+/// A ball with two balls in it, one in the other, and a small one outside.
+fn shells() -> String {
+    let mut text = sphere(1, 40, [0.0; 3], 1.0);
+    for (rings, centre, radius) in [(40, [0.0, 0.05, 0.0], 0.8), (10, [0.1, 0.0, 0.0], 0.3), (6, [2.0, 0.0, 0.0], 0.2)]
+    {
+        let first = 1 + text.lines().filter(|line| line.starts_with("v ")).count();
+        text += &sphere(first, rings, centre, radius);
+    }
+    text
+}
+
+/// Simplifies the shells; the result, its report, and the vertices that lie on the outer ball.
+fn simplified(options: &[&str]) -> (TriMesh, Value, usize) {
+    let folder = folder();
+    std::fs::write(folder.path().join("in.obj"), shells()).unwrap();
+    let asked = [&["simplify", "in.obj", "-o", "out.ply", "--report", "r.json"], options].concat();
+    let done = run(folder.path(), &asked);
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    let mesh = welded(&folder.path().join("out.ply"));
+    let is_outer = |p: &&[f32; 3]| (p.iter().map(|x| x * x).sum::<f32>().sqrt() - 1.0).abs() < 0.06;
+    let n_outer = mesh.positions().iter().filter(is_outer).count();
+    (mesh, json(&folder.path().join("r.json")), n_outer)
+}
+
+#[test]
+fn what_does_not_show_gives_its_vertices_to_what_does() {
+    let size = ["--vertices", "400"];
+    let asked = |hidden: &'static str| simplified(&[&size[..], &["--hidden", hidden]].concat());
+    let (keep, cheap, drop) = (asked("keep"), asked("cheap"), asked("drop"));
+    for (mesh, report, _) in [&keep, &cheap, &drop] {
+        assert!(topology(mesh).is_closed_manifold());
+        assert_eq!(report["outcome"], "reached");
+    }
+    assert_eq!(topology(&drop.0).components, 2);
+    assert_eq!(
+        (&drop.1["output"]["components_pruned"], &drop.1["output"]["components_hidden"]),
+        (&2.into(), &2.into())
+    );
+    let [keep, cheap, drop] = [keep.2, cheap.2, drop.2];
+    assert!(cheap as f64 > 1.4 * keep as f64 && drop >= cheap, "{keep} {cheap} {drop}");
+}
+
+#[test]
+fn hidden_components_go_at_any_target() {
+    for options in [["--ratio", "1"], ["--error", "1%"], ["--lods", "0.5,0.1"]] {
+        let folder = folder();
+        std::fs::write(folder.path().join("in.obj"), shells()).unwrap();
+        let asked = [&["simplify", "in.obj", "-o", "out.ply", "--hidden", "drop"], &options[..]].concat();
+        let done = run(folder.path(), &asked);
+        assert_eq!(done.code, Some(0), "{}", done.words);
+        let said = String::from_utf8(done.out).unwrap();
+        assert!(said.contains("hidden    2 components that no ray from outside reaches: dropped"), "{said}");
+        for name in files(folder.path()).iter().filter(|name| name.ends_with(".ply")) {
+            let mesh = welded(&folder.path().join(name));
+            assert!(topology(&mesh).is_closed_manifold() && topology(&mesh).components == 2, "{name} {options:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_go_together_is_a_usage_error() {
+    let folder = folder();
+    std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    for other in [&["--symmetric"][..], &["--assembly", "paper"], &["--hidden", "away"]] {
+        let asked = [&["simplify", "a.obj", "-o", "b.ply", "--ratio", "0.5", "--hidden", "drop"], other].concat();
+        assert_eq!(run(folder.path(), &asked).code, Some(2), "{other:?}");
+        assert_eq!(files(folder.path()), ["a.obj"]);
+    }
+}

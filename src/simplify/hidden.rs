@@ -1,0 +1,166 @@
+//! What no ray from outside reaches.
+//!
+//! Pixels of views from all around are most of these rays (`spatial::seen_from_outside`). Of components that no view shows, rays go
+//! out from points all over them, each in a direction of its own: where one meets nothing more, through a gap as narrow as it may
+//! be, the component shows.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::spatial::{Occluders, seen_from_outside};
+
+/// Axes of views where faces are told apart, and where components are, of which rays tell more.
+const AXES: usize = 8;
+const AXES_OF_COMPONENTS: usize = 3;
+/// Rays of a component, for each of its faces, and at least.
+const RAYS: f64 = 0.25;
+const LEAST_RAYS: usize = 1024;
+/// Rays of all components together, for each face of the mesh, and at least.
+const ALL_RAYS: [usize; 2] = [1, 65_536];
+/// What a ray passes by at its beginning, as a share of the diagonal: what lies so near below a surface shows.
+const MARGIN: f64 = 1e-4;
+/// Powers of the inverse of the root of x^5 = x + 1, which spread points of four numbers evenly (Roberts 2018, "The unreasonable
+/// effectiveness of quasirandom sequences").
+const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706_721_404_131, 0.538_597_258_071_713];
+
+/// Whether each face is one that no view from outside shows, nor one at any of its vertices, n_faces.
+///
+/// ```
+/// use neural_mesh::{mesh::{TriMesh, shapes}, simplify::hidden_faces};
+/// let sphere = shapes::icosphere(2);
+/// let n = sphere.positions().len() as u32;
+/// let inner = sphere.positions().iter().map(|p| p.map(|x| 0.8 * x));
+/// let positions = sphere.positions().iter().copied().chain(inner).collect();
+/// let faces = sphere.faces().iter().copied().chain(sphere.faces().iter().map(|face| face.map(|v| v + n))).collect();
+/// let hidden = hidden_faces(&TriMesh::new(positions, faces).unwrap());
+/// assert!(hidden[..320].iter().all(|hidden| !hidden) && hidden[320..].iter().all(|hidden| *hidden));
+/// ```
+pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
+    let shows = vertices_that_show(mesh);
+    mesh.faces().iter().map(|face| face.iter().all(|&v| !shows[v as usize])).collect()
+}
+
+/// Whether each vertex is on no face that shows, n_vertices; empty where all show.
+pub(super) fn hidden_vertices(mesh: &TriMesh) -> Vec<bool> {
+    let hidden: Vec<bool> = vertices_that_show(mesh).into_iter().map(|shows| !shows).collect();
+    if hidden.contains(&true) { hidden } else { Vec::new() }
+}
+
+/// Whether each vertex is one of a face that a view shows.
+fn vertices_that_show(mesh: &TriMesh) -> Vec<bool> {
+    let mut shows = vec![false; mesh.positions().len()];
+    let seen = seen_from_outside(mesh.positions(), mesh.faces(), AXES);
+    for (corners, _) in mesh.faces().iter().zip(seen).filter(|(_, seen)| *seen) {
+        corners.iter().for_each(|&v| shows[v as usize] = true);
+    }
+    shows
+}
+
+/// Whether nothing of each component shows, of `n` by the numbers of the faces.
+pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<bool> {
+    let mut hidden = vec![true; n];
+    let seen = seen_from_outside(mesh.positions(), mesh.faces(), AXES_OF_COMPONENTS);
+    component.iter().zip(seen).for_each(|(&c, seen)| hidden[c as usize] &= !seen);
+    if !hidden.contains(&true) {
+        return hidden;
+    }
+    let triangles: Vec<[[f32; 3]; 3]> =
+        mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect();
+    // What shows hides what does not.
+    let shown = triangles.iter().zip(component).filter(|(_, c)| !hidden[**c as usize]);
+    let occluders = Occluders::new(&shown.map(|(corners, _)| *corners).collect::<Vec<_>>());
+    let mut faces = vec![Vec::new(); n];
+    (0..).zip(component).filter(|(_, c)| hidden[**c as usize]).for_each(|(f, &c)| faces[c as usize].push(f));
+    let n_hidden = hidden.iter().filter(|hidden| **hidden).count();
+    let most = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
+    let start = MARGIN * mesh.diagonal();
+    let is_hidden = |faces: &Vec<u32>| {
+        let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most.max(64));
+        let corners = |face: u32| triangles[face as usize].map(|corner| DVec3::from(corner.map(f64::from)));
+        !faces.is_empty()
+            && !any_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)
+    };
+    faces.par_iter().map(is_hidden).collect()
+}
+
+/// Whether one of so many rays from triangles, spread by area, meets nothing beyond its start.
+fn any_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usize, start: f64) -> bool {
+    let sums: Vec<f64> = triangles
+        .iter()
+        .scan(0.0, |sum, corners| {
+            *sum += area_normal_f64(*corners).length();
+            Some(*sum)
+        })
+        .collect();
+    let all = sums.last().copied().unwrap_or(0.0);
+    (0..n_rays).into_par_iter().with_min_len(256).any(|ray| {
+        let place = (ray as f64 + 0.5) / n_rays as f64 * all;
+        let [a, b, c] = triangles[sums.partition_point(|&sum| sum <= place).min(triangles.len() - 1)];
+        let [u, v, height, turn] = STEPS.map(|step| (0.5 + ray as f64 * step).fract());
+        let root = u.sqrt();
+        let point = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
+        !occluders.is_blocked(point, direction(height, turn), start)
+    })
+}
+
+/// A direction by two numbers in 0..1, evenly spread where they are.
+fn direction(height: f64, turn: f64) -> DVec3 {
+    let height = 1.0 - 2.0 * height;
+    let (radius, angle) = ((1.0 - height * height).max(0.0).sqrt(), std::f64::consts::TAU * turn);
+    DVec3::new(radius * angle.cos(), radius * angle.sin(), height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// Meshes side by side in one, and the number of each face's mesh.
+    fn together(parts: &[&TriMesh]) -> (TriMesh, Vec<u32>) {
+        let (mut positions, mut faces, mut component) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, part) in (0..).zip(parts) {
+            faces.extend(part.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
+            positions.extend_from_slice(part.positions());
+            component.extend(part.faces().iter().map(|_| number));
+        }
+        (TriMesh::new(positions, faces).unwrap(), component)
+    }
+
+    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+        TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
+    }
+
+    fn hidden(parts: &[&TriMesh]) -> Vec<bool> {
+        let (mesh, component) = together(parts);
+        hidden_components(&mesh, &component, parts.len())
+    }
+
+    #[test]
+    fn a_narrow_gap_lets_what_is_behind_it_show() {
+        // A sphere that lacks one of 20,480 faces, at a place that no axis of the views meets, has a hole 1/70 wide.
+        let outer = shapes::icosphere(5);
+        let holed = TriMesh::new(outer.positions().to_vec(), outer.faces()[1..].to_vec()).unwrap();
+        let inner = scaled(&shapes::icosphere(4), 0.5);
+        assert_eq!(hidden(&[&outer, &inner]), [false, true]);
+        assert_eq!(hidden(&[&holed, &inner]), [false, false]);
+        assert_eq!(hidden(&[&inner, &outer, &scaled(&inner, 0.5)]), [true, false, true]);
+    }
+
+    #[test]
+    fn what_lies_open_shows_from_either_side() {
+        let grid = shapes::grid(20, 20);
+        for mesh in [&grid, &shapes::open_cylinder(24, 8), &shapes::torus(40, 20, 2.0, 0.7), &shapes::bolt(20)] {
+            assert!(hidden_faces(mesh).iter().all(|hidden| !hidden));
+            assert!(hidden_vertices(mesh).is_empty());
+        }
+    }
+
+    #[test]
+    fn what_lies_just_below_another_surface_shows() {
+        let sphere = shapes::icosphere(4);
+        assert_eq!(hidden(&[&sphere, &scaled(&sphere, 0.99999)]), [false, false]);
+        assert_eq!(hidden(&[&sphere, &scaled(&sphere, 0.9)]), [false, true]);
+    }
+}

@@ -1,0 +1,174 @@
+//! Which triangles show in parallel projections: of each pixel the first and the last one, seen along an axis from both its ends.
+//!
+//! A pixel is a ray from outside, and thirty times cheaper than one through a tree.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Pixels of a view for each triangle, so that its time is in proportion to theirs; and the sides of views, at least and at most.
+const PIXELS: f64 = 2.0;
+const SIDE: [f64; 2] = [48.0, 1536.0];
+/// Golden ratio, by which axes spread evenly.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// Whether each triangle is seen in some pixel of views along so many axes, from both their ends, n_faces; small ones may be missed
+/// beside others that are seen. Positions (n x 3) are finite.
+///
+/// ```
+/// use neural_mesh::spatial::seen_from_outside;
+/// let at = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
+/// let positions = [at(0.0), at(1.0)].concat();
+/// assert_eq!(seen_from_outside(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
+/// ```
+pub fn seen_from_outside(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
+    let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+    let (low, high) = positions
+        .iter()
+        .map(point)
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
+    let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };
+    let scaled: Vec<Vec3> =
+        positions.par_iter().with_min_len(4096).map(|p| ((point(p) - middle) * scale).as_vec3()).collect();
+    let seen = |number: usize| View::new(side, axis(number, n_axes)).seen(&scaled, faces);
+    let none = || vec![false; faces.len()];
+    (0..n_axes).into_par_iter().map(seen).reduce(none, |mut all, one| {
+        all.iter_mut().zip(one).for_each(|(all, one)| *all |= one);
+        all
+    })
+}
+
+/// One of the axes, evenly spread over half a sphere.
+fn axis(number: usize, n_axes: usize) -> Vec3 {
+    let height = (number as f64 + 0.5) / n_axes as f64;
+    let angle = std::f64::consts::TAU * (number as f64 * GOLDEN + 0.1);
+    let radius = (1.0 - height * height).sqrt();
+    DVec3::new(radius * angle.cos(), radius * angle.sin(), height).as_vec3()
+}
+
+/// What lies at a pixel.
+#[derive(Clone, Copy)]
+struct Pixel {
+    near: f32,
+    far: f32,
+    /// The triangles there; `u32::MAX` for none.
+    first: u32,
+    last: u32,
+}
+
+const EMPTY: Pixel = Pixel { near: f32::INFINITY, far: f32::NEG_INFINITY, first: u32::MAX, last: u32::MAX };
+
+/// A projection along an axis.
+struct View {
+    side: usize,
+    /// Right, up and along.
+    frame: [Vec3; 3],
+    pixels: Vec<Pixel>,
+}
+
+impl View {
+    fn new(side: usize, along: Vec3) -> Self {
+        let (right, up) = along.any_orthonormal_pair();
+        Self { side, frame: [right, up, along], pixels: vec![EMPTY; side * side] }
+    }
+
+    /// Whether each face is the first or the last at some pixel.
+    fn seen(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<bool> {
+        let half = 0.5 * (self.side - 1) as f32;
+        let [right, up, along] = self.frame;
+        let project = |p: &Vec3| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along));
+        let projected: Vec<Vec3> = positions.iter().map(project).collect();
+        for (face, corners) in (0..).zip(faces) {
+            self.draw(face, corners.map(|v| projected[v as usize]));
+        }
+        let mut seen = vec![false; faces.len()];
+        for pixel in self.pixels.iter().filter(|pixel| pixel.first != u32::MAX) {
+            seen[pixel.first as usize] = true;
+            seen[pixel.last as usize] = true;
+        }
+        seen
+    }
+
+    /// Draws a triangle over the pixels whose middles, at whole numbers, lie in it.
+    fn draw(&mut self, face: u32, [a, b, c]: [Vec3; 3]) {
+        let area = (b - a).truncate().perp_dot((c - a).truncate());
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let last = (self.side - 1) as f32;
+        let first_of = |x: f32| x.ceil().clamp(0.0, last) as usize;
+        let last_of = |x: f32| x.floor().clamp(-1.0, last) as isize;
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        // Weights of b and c, and depth, are linear over the picture.
+        let slope = |p: Vec3| Vec3::new(p.y, -p.x, 0.0) / area;
+        let (to_b, to_c) = (slope(c - a), slope(a - b));
+        let weights = |x: f32, y: f32| [to_b, to_c].map(|to| to.x * (x - a.x) + to.y * (y - a.y));
+        for y in first_of(low.y) as isize..=last_of(high.y) {
+            for x in first_of(low.x) as isize..=last_of(high.x) {
+                let [v, w] = weights(x as f32, y as f32);
+                if v < 0.0 || w < 0.0 || v + w > 1.0 {
+                    continue;
+                }
+                let depth = a.z + v * (b.z - a.z) + w * (c.z - a.z);
+                let pixel = &mut self.pixels[y as usize * self.side + x as usize];
+                if depth < pixel.near {
+                    (pixel.near, pixel.first) = (depth, face);
+                }
+                if depth > pixel.far {
+                    (pixel.far, pixel.last) = (depth, face);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn a_sphere_hides_what_is_in_it_and_shows_itself() {
+        let sphere = shapes::icosphere(4);
+        let n = sphere.positions().len() as u32;
+        let inner = sphere.positions().iter().map(|p| p.map(|x| 0.95 * x));
+        let positions: Vec<[f32; 3]> = sphere.positions().iter().copied().chain(inner).collect();
+        let faces: Vec<[u32; 3]> =
+            sphere.faces().iter().copied().chain(sphere.faces().iter().map(|face| face.map(|v| v + n))).collect();
+        let seen = seen_from_outside(&positions, &faces, 16);
+        let (outer, inner) = seen.split_at(sphere.faces().len());
+        assert!(inner.iter().all(|seen| !seen));
+        assert!(outer.iter().filter(|seen| **seen).count() > outer.len() * 95 / 100);
+        // Without the faces above a height, inner ones show.
+        let open: Vec<[u32; 3]> =
+            faces.into_iter().filter(|face| face[0] >= n || positions[face[0] as usize][2] < 0.8).collect();
+        let seen = seen_from_outside(&positions, &open, 16);
+        let n_inner = open.iter().zip(&seen).filter(|(face, seen)| face[0] >= n && **seen).count();
+        assert!((100..sphere.faces().len() / 4).contains(&n_inner), "{n_inner}");
+    }
+
+    #[test]
+    fn each_pixel_belongs_to_the_triangle_over_its_middle() {
+        let mut view = View::new(9, Vec3::Z);
+        let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+        view.draw(0, [corner(0.0, 0.0, 1.0), corner(8.0, 0.0, 1.0), corner(0.0, 8.0, 1.0)]);
+        let drawn = |view: &View, face: u32| view.pixels.iter().filter(|pixel| pixel.first == face).count();
+        assert_eq!(drawn(&view, 0), 45);
+        // Tilted, wound the other way, in front of it at the left alone.
+        view.draw(1, [corner(0.0, 0.0, -1.0), corner(0.0, 8.0, -1.0), corner(8.0, 0.0, 3.0)]);
+        assert_eq!((drawn(&view, 1), drawn(&view, 0)), (9 + 8 + 7 + 6, 15));
+        assert_eq!(view.pixels.iter().filter(|pixel| pixel.last == 1).count(), 4 + 3 + 2 + 1);
+        view.draw(2, [corner(-50.0, 3.0, -9.0), corner(80.0, 3.0, -9.0), corner(80.0, 3.4, -9.0)]);
+        assert_eq!(drawn(&view, 2), 9);
+        view.draw(3, [corner(1.0, 1.0, -10.0), corner(2.0, 2.0, -10.0), corner(3.0, 3.0, -10.0)]);
+        view.draw(4, [corner(f32::NAN, 1.0, -10.0), corner(2.0, 2.0, -10.0), corner(3.0, 1.0, -10.0)]);
+        assert_eq!(drawn(&view, 3) + drawn(&view, 4), 0);
+    }
+
+    #[test]
+    fn points_and_nothing_are_no_trouble() {
+        assert!(seen_from_outside(&[], &[], 3).is_empty());
+        assert_eq!(seen_from_outside(&[[1e30; 3]; 3], &[[0, 1, 2]], 3), [false]);
+    }
+}
