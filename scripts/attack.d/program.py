@@ -46,7 +46,8 @@ def run(program, mesh, output, options):
         code, out, words = -9, stopped.stdout or b"", stopped.stderr or b""
     by_clock = time.monotonic() - began
     by_processor = processor_seconds() - before
-    seconds = by_clock if by_processor < IDLE else min(by_clock, by_processor)
+    waits_for_itself = by_processor < IDLE and by_clock > STOPPED_AFTER
+    seconds = by_clock if waits_for_itself else min(by_clock, by_processor)
     left = sorted(path for path in folder.iterdir() if path != report)
     meshes = sorted(path for path in left if path == output or path.name.startswith(output.stem + "-lod"))
     stray = [path.name for path in left if path not in meshes]
