@@ -1,5 +1,5 @@
-//! Base colours and textures (`Kd`, `map_Kd`) of the materials that an OBJ names, from its libraries, and textures that comments of
-//! a PLY name.
+//! Colours, light of their own, roughness, metal and their textures (`Kd`, `Ke`, `Pr`, `Pm`, `map_Kd` ..., `norm`) of the materials
+//! that an OBJ names, from its libraries, and textures that comments of a PLY name.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::beside::{Finder, Found};
 use super::extra::{Extra, Group, decoded};
 use super::material::{file_name, first_word, library_names};
 use super::texture_comments::{texture_number, textures};
-use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
+use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light, srgb};
 
 /// What the groups of a mesh look like, by what its file says, or by the libraries of materials or the textures that it names; of a
 /// mesh without such, white. The files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
@@ -67,18 +67,56 @@ fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
             materials.push((decoded(rest.trim_ascii()), Look::default()));
         }
         let Some((_, look)) = materials.last_mut() else { continue };
-        if word.eq_ignore_ascii_case(b"kd") {
-            look.colour = colour(rest).unwrap_or(look.colour);
-        } else if word.eq_ignore_ascii_case(b"map_kd") {
+        let word = word.to_ascii_lowercase();
+        if !take_numbers(look, &word, rest)
+            && let Some(slot) = slot(look, &word)
+        {
             let bytes = finder.find(base, &decoded(file_name(rest))).map(|found| found.bytes);
-            look.texture = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
+            *slot = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
         }
     }
-    for (_, look) in materials.iter_mut().filter(|(_, look)| look.texture.is_some() && look.colour == [0.0; 3]) {
-        // Programs write black beside a texture and mean the texture.
+    materials.iter_mut().for_each(|(_, look)| mend(look));
+    materials
+}
+
+/// Takes a colour or a number, in lower case, into a look; whether the word is that of one.
+fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
+    let share = |known: f32| colour(rest).map_or(known, |[x, ..]| srgb(x));
+    match word {
+        b"kd" => look.colour = colour(rest).unwrap_or(look.colour),
+        b"ke" => look.finish.emission = colour(rest).unwrap_or(look.finish.emission),
+        b"pr" => look.finish.roughness = share(look.finish.roughness),
+        b"pm" => look.finish.metal = share(look.finish.metal),
+        b"d" => look.finish.is_opaque = share(1.0) == 1.0,
+        _ => return false,
+    }
+    true
+}
+
+/// Where the texture of a statement, in lower case, belongs.
+fn slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTexture>> {
+    let Look { texture, finish, .. } = look;
+    match word {
+        b"map_kd" => Some(texture),
+        b"map_ke" => Some(&mut finish.emission_texture),
+        b"map_pr" => Some(&mut finish.roughness_texture),
+        b"map_pm" => Some(&mut finish.metal_texture),
+        b"norm" => Some(&mut finish.normal_texture),
+        _ => None,
+    }
+}
+
+/// What programs mean that write a texture and no number beside it, or one by which nothing would be seen of it.
+fn mend(look: &mut Look) {
+    if look.texture.is_some() && look.colour == [0.0; 3] {
         look.colour = [1.0; 3];
     }
-    materials
+    if look.finish.emission_texture.is_some() && look.finish.emission == [0.0; 3] {
+        look.finish.emission = [1.0; 3];
+    }
+    if look.finish.metal_texture.is_some() && look.finish.metal == 0.0 {
+        look.finish.metal = 1.0;
+    }
 }
 
 /// Three numbers, sRGB as programs that write MTL mean it, as linear light.
