@@ -36,6 +36,9 @@ pub struct Report {
     /// What was repaired, where `--fill-holes` or `--printable` asked for that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repaired: Option<Repaired>,
+    /// What was baked, where `--bake` asked for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baked: Option<Baked>,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
     /// Bounds of the largest distance, where `--error` asked for a proof.
@@ -235,6 +238,9 @@ pub struct Seconds {
     pub write: f64,
     /// Measuring input and output.
     pub check: f64,
+    /// From the finished mesh to its textures, where these are baked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bake: Option<f64>,
     /// Parts of `simplify` by name, in order.
     pub stages: Map<String, Value>,
 }
@@ -249,6 +255,19 @@ pub struct Cleaned {
     non_finite_faces: usize,
     out_of_range_faces: usize,
     dropped_faces: usize,
+}
+
+/// What was baked for a result.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Baked {
+    /// Texels a side of each texture.
+    pub size: usize,
+    /// Pieces that the surface was cut into.
+    pub charts: usize,
+    /// Share of the texels that lie in a chart.
+    pub covered: f64,
+    /// From the simplified mesh to its textures, as bytes of PNG files.
+    pub seconds: f64,
 }
 
 /// What a repair did before the mesh was simplified.

@@ -1,0 +1,92 @@
+//! Texels as the textures of one material; what is the same throughout becomes a factor.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::BakeOptions;
+use super::texel::{Texel, byte};
+use crate::mesh::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
+use crate::picture::{Image, encode_png_opaque};
+
+/// The direction of a surface that the normal map leaves as it is.
+const STRAIGHT: [u8; 3] = [128, 128, 255];
+
+/// The material that the texels make, size x size; `looks` are those of the original, whose factors stay as exact as they are.
+pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
+    let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
+    let packed = || map(|texel| [255, texel.roughness, texel.metal]);
+    let colour = shared(texels, |texel| texel.colour);
+    let emission = shared(texels, |texel| texel.emission);
+    let roughness = shared(texels, |texel| texel.roughness);
+    let metal = shared(texels, |texel| texel.metal);
+    let is_straight = shared(texels, |texel| texel.normal) == Some(STRAIGHT);
+    let base = || colour.is_none().then(|| map(|texel| texel.colour));
+    let normals = || (!is_straight).then(|| map(|texel| texel.normal));
+    // The two that take longest at once.
+    let (texture, normal_texture) = rayon::join(base, normals);
+    let (roughness_texture, metal_texture) = match (roughness, metal) {
+        (Some(_), Some(_)) => (None, None),
+        _ if !options.separate_maps => {
+            let both = packed();
+            (Some(both.clone()), Some(both))
+        }
+        _ => (
+            roughness.is_none().then(|| map(|texel| [texel.roughness; 3])),
+            metal.is_none().then(|| map(|texel| [texel.metal; 3])),
+        ),
+    };
+    let number = |bytes: Option<u8>, of: fn(&Look) -> f32, is_mapped: bool| match bytes {
+        Some(bytes) if !is_mapped => {
+            let exact = exact(looks, of).filter(|&exact| byte(exact) == bytes);
+            exact.unwrap_or(f32::from(bytes) / 255.0)
+        }
+        _ => 1.0,
+    };
+    Look {
+        colour: light(colour, exact(looks, |look| look.colour)),
+        with_corners: false,
+        finish: Finish {
+            emission: light(emission, exact(looks, |look| look.finish.emission)),
+            emission_texture: emission.is_none().then(|| map(|texel| texel.emission)),
+            roughness: number(roughness, |look| look.finish.roughness, roughness_texture.is_some()),
+            metal: number(metal, |look| look.finish.metal, metal_texture.is_some()),
+            roughness_texture,
+            metal_texture,
+            normal_texture,
+            ..Finish::default()
+        },
+        texture,
+    }
+}
+
+/// What all texels have; `None` where they differ.
+fn shared<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
+    let first = of(texels.first()?);
+    texels.par_iter().all(|texel| of(texel) == first).then_some(first)
+}
+
+/// What all groups of the original have.
+fn exact<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
+    let Some(first) = looks.of_groups.first() else { return Some(of(&Look::default())) };
+    looks.of_groups.iter().all(|look| of(look) == of(first)).then(|| of(first))
+}
+
+/// A colour in linear light from its bytes, or from what these are the bytes of; white under a texture.
+fn light(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
+    let Some(bytes) = bytes else { return [1.0; 3] };
+    let exact = exact.filter(|exact| exact.map(|x| byte(srgb(x.clamp(0.0, 1.0)))) == bytes);
+    exact.unwrap_or(bytes.map(|byte| linear_light(f32::from(byte) / 255.0)))
+}
+
+/// A texture with these colours.
+fn texture(texels: &[Texel], size: usize, of: fn(&Texel) -> [u8; 3]) -> BaseTexture {
+    let pixels = |texel: &Texel| {
+        let [r, g, b] = of(texel);
+        [r, g, b, 255]
+    };
+    let rgba: Vec<[u8; 4]> = texels.par_iter().map(pixels).collect();
+    let image = Image { width: size, height: size, rgba: rgba.into_flattened() };
+    let image: Arc<[u8]> = encode_png_opaque(&image).into();
+    BaseTexture { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
+}
