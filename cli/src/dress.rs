@@ -3,9 +3,10 @@
 use neural_mesh::io::Extra;
 use neural_mesh::mesh::{Attributes, Looks};
 
-use crate::report::Baked;
+use serde::Serialize;
 
 /// All that is written of a baked mesh beside its surface.
+#[cfg_attr(not(feature = "bake"), expect(dead_code, reason = "the feature bake makes it"))]
 pub struct Dress {
     /// What its corners carry.
     pub attributes: Attributes,
@@ -17,4 +18,18 @@ pub struct Dress {
     pub figures: Baked,
     /// What could not be baked, in one line each.
     pub notes: Vec<String>,
+}
+
+/// What was baked for a result.
+#[cfg_attr(not(feature = "bake"), expect(dead_code, reason = "the feature bake makes it"))]
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Baked {
+    /// Texels a side of each texture.
+    pub size: usize,
+    /// Pieces that the surface was cut into.
+    pub charts: usize,
+    /// Share of the texels that lie in a chart.
+    pub covered: f64,
+    /// From the simplified mesh to its textures, as bytes of PNG files.
+    pub seconds: f64,
 }

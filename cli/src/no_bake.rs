@@ -1,19 +1,20 @@
 //! What stands for `--bake` in a build without the feature `bake`: a refusal.
 
-use neural_mesh::simplify::Simplified;
+use neural_mesh::mesh::{Attributes, Looks, TriMesh};
 
 use crate::dress::Dress;
 use crate::failure::Failure;
-use crate::request::Request;
-use crate::subject::Subject;
+
+/// Why nothing is baked.
+const LACKS: &str =
+    "--bake: this build lacks the feature bake: install with `cargo install --path cli --features bake`";
 
 /// Refuses.
 pub fn check(_: usize) -> Result<(), Failure> {
-    let what = "--bake: this build lacks the feature bake: install with `cargo install --path cli --features bake`";
-    Err(Failure::Usage(what.into()))
+    Err(Failure::Usage(LACKS.into()))
 }
 
-/// Nothing is asked for that was not refused.
-pub fn dress(_: &Request, _: &Subject, _: &Simplified) -> Result<Option<Dress>, Failure> {
-    Ok(None)
+/// Refuses, too.
+pub fn dress(_: usize, _: bool, _: (&TriMesh, &Attributes, &Looks), _: &TriMesh) -> Result<Dress, String> {
+    Err(LACKS.into())
 }

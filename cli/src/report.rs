@@ -8,6 +8,7 @@ use neural_mesh::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use crate::dress::Baked;
 use crate::request::{Bound, Goal};
 
 /// All that is reported of a run of `simplify`.
@@ -255,19 +256,6 @@ pub struct Cleaned {
     non_finite_faces: usize,
     out_of_range_faces: usize,
     dropped_faces: usize,
-}
-
-/// What was baked for a result.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Baked {
-    /// Texels a side of each texture.
-    pub size: usize,
-    /// Pieces that the surface was cut into.
-    pub charts: usize,
-    /// Share of the texels that lie in a chart.
-    pub covered: f64,
-    /// From the simplified mesh to its textures, as bytes of PNG files.
-    pub seconds: f64,
 }
 
 /// What a repair did before the mesh was simplified.

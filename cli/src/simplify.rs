@@ -17,13 +17,13 @@ use neural_mesh::simplify::{
 
 use crate::bake;
 use crate::done::Done;
-use crate::dress::Dress;
+use crate::dress::{Baked, Dress};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::read::read_weights;
-use crate::report::{self, Baked, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
+use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
 use crate::request::{Goal, Request};
 use crate::subject::{Meshes, Seen, Subject};
 use crate::words::{self, Voice};
@@ -108,9 +108,14 @@ fn dressed(
     request: &Request,
     progress: &mut Progress,
 ) -> Result<Option<Dress>, Failure> {
-    let Some(result) = results.first().filter(|_| request.bake.is_some()) else { return Ok(None) };
+    let (Some(size), Some(result)) = (request.bake, results.first()) else { return Ok(None) };
     progress.show("bake");
-    bake::dress(request, subject, result)
+    let is_gltf = matches!(request.output_format, Format::Gltf | Format::Glb);
+    let (looks, missing) = subject.looks(request.allow_outside);
+    let original = (subject.mesh(), subject.attributes(), &looks);
+    let dress = bake::dress(size, is_gltf, original, &result.mesh);
+    let dress = dress.map_err(|error| Failure::of(&request.source.path, error))?;
+    Ok(Some(Dress { notes: [missing, dress.notes].concat(), ..dress }))
 }
 
 /// Does something and adds the seconds it took.

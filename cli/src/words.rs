@@ -4,9 +4,10 @@ use std::io::Write;
 use std::sync::OnceLock;
 
 use crate::closed::is_closed;
+use crate::dress::Baked;
 use crate::failure::Failure;
 use crate::plain::plain;
-use crate::report::{Baked, Certified, Distance, Level, Repaired, Report, Seconds, Size, TargetWords, why_stopped};
+use crate::report::{Certified, Distance, Level, Repaired, Report, Seconds, Size, TargetWords, why_stopped};
 
 /// Where words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -25,32 +25,26 @@ pub(super) fn dilate(texels: &mut [Texel], size: usize) {
 /// `u32::MAX` for none.
 fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
     let mut nearest = vec![u32::MAX; texels.len()];
-    let is_near = |row: usize, other: u32| other != u32::MAX && row.abs_diff(other as usize) <= REACH;
-    let mut last = vec![u32::MAX; size];
-    for row in 0..size {
-        for column in 0..size {
-            let at = row * size + column;
-            if texels[at].place != Place::Outside {
-                last[column] = row as u32;
-            }
-            nearest[at] = if is_near(row, last[column]) { last[column] } else { u32::MAX };
-        }
-    }
-    last.fill(u32::MAX);
-    for row in (0..size).rev() {
-        for column in 0..size {
-            let at = row * size + column;
-            if texels[at].place != Place::Outside {
-                last[column] = row as u32;
-            }
-            let known = nearest[at];
-            let is_nearer = known == u32::MAX || row.abs_diff(last[column] as usize) < row.abs_diff(known as usize);
-            if is_near(row, last[column]) && is_nearer {
-                nearest[at] = last[column];
-            }
-        }
-    }
+    sweep(texels, size, 0..size, &mut nearest);
+    sweep(texels, size, (0..size).rev(), &mut nearest);
     nearest
+}
+
+/// Carries the last row in a chart along the rows, to where none is nearer.
+fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, nearest: &mut [u32]) {
+    let mut last = vec![u32::MAX; size];
+    for row in rows {
+        let distance = |other: u32| if other == u32::MAX { usize::MAX } else { row.abs_diff(other as usize) };
+        for (column, last) in last.iter_mut().enumerate() {
+            let at = row * size + column;
+            if texels[at].place != Place::Outside {
+                *last = row as u32;
+            }
+            if distance(*last) <= REACH && distance(*last) < distance(nearest[at]) {
+                nearest[at] = *last;
+            }
+        }
+    }
 }
 
 /// For the texels of a row outside the charts, the texel of a chart that each is given.

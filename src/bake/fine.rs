@@ -18,6 +18,9 @@ const CAGE: f64 = 3.0;
 /// The same, at least, as a share of the diagonal of the original: where surfaces are the same, rounding remains.
 const LEAST_CAGE: f64 = 1e-4;
 
+/// Cosine between the normals of two faces above which they are on the same side of an edge.
+const SAME: f32 = 0.5;
+
 /// An original ready to be asked.
 pub(super) struct Fine<'a> {
     mesh: &'a TriMesh,
@@ -38,6 +41,8 @@ pub(super) struct Question {
     pub point: DVec3,
     /// Along which the original is looked for, both ways.
     pub ray: Vec3,
+    /// The normal of the face.
+    pub normal: Vec3,
     /// How far the next texel is, across and down.
     pub steps: [DVec3; 2],
 }
@@ -76,10 +81,17 @@ impl<'a> Fine<'a> {
     }
 
     /// The place itself, and -1 where only its back is near: along the ray the nearest face that looks the same way, else the
-    /// nearest such face, else the nearest of all.
-    fn hit(&self, Question { point, ray, .. }: &Question) -> Option<(Hit, f32)> {
+    /// nearest such face, else the nearest of all. Within a texel of an edge, where a ray
+    /// meets both sides, it is the own one.
+    fn hit(&self, Question { point, ray, normal, steps }: &Question) -> Option<(Hit, f32)> {
         let agrees = |face: u32| self.of_faces[face as usize].dot(*ray) > 0.0;
+        let is_own = |face: u32| self.of_faces[face as usize].dot(*normal) > SAME;
         let front = self.tree.along(*point, ray.as_dvec3(), self.cage, agrees);
+        let front = front.map(|hit| {
+            let reach = steps[0].length().max(steps[1].length());
+            let own = (!is_own(hit.triangle)).then(|| self.tree.nearest_within(hit.point, reach, is_own));
+            own.flatten().unwrap_or(hit)
+        });
         let front = front.or_else(|| self.tree.nearest_within(*point, self.cage, agrees));
         front.map(|hit| (hit, 1.0)).or_else(|| {
             let hit = self.tree.nearest(*point)?;

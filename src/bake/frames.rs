@@ -59,27 +59,51 @@ impl Frames {
     }
 }
 
-/// Unit normals at the corners, n_faces x 3: of the faces around the vertex that lean from the corner's own by at most so many
-/// degrees, by their angles there (Thurmer and Wuthrich 1998).
+/// Unit normals at the corners, n_faces x 3: of the faces around the vertex that are joined with the corner's own over edges of at
+/// most so many degrees, by their angles there (Thurmer and Wuthrich 1998).
 pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
     let of_faces: Vec<Vec3> =
         mesh.faces().par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
     let around = Around::of(mesh);
     let least = degrees.to_radians().cos() - 1e-5;
-    let normal = |face: usize, vertex: u32| {
-        let own = of_faces[face];
+    let place = |face: u32, vertex: u32| mesh.faces()[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
+    let normals = |vertex: u32| {
         let faces = around.faces(vertex);
-        let belongs = |other: &&u32| faces.len() > HUB || of_faces[**other as usize].dot(own) >= least;
-        let term = |&other: &u32| {
-            let face = &mesh.faces()[other as usize];
-            of_faces[other as usize] * angle_at(corners(face), face.iter().position(|&v| v == vertex).unwrap_or(0))
-        };
-        let sum: Vec3 = faces.iter().filter(belongs).map(term).sum();
-        sum.try_normalize().unwrap_or(own)
+        let fans = if faces.len() > HUB { vec![0; faces.len()] } else { fans(mesh, faces, vertex, &of_faces, least) };
+        let mut sums = vec![Vec3::ZERO; faces.len()];
+        for (&face, &fan) in faces.iter().zip(&fans) {
+            let angle = angle_at(corners(&mesh.faces()[face as usize]), place(face, vertex));
+            sums[fan] += of_faces[face as usize] * angle;
+        }
+        let normal = |(&face, &fan): (&u32, &usize)| sums[fan].try_normalize().unwrap_or(of_faces[face as usize]);
+        faces.iter().zip(&fans).map(normal).collect::<Vec<Vec3>>()
     };
-    let all = mesh.faces().par_iter().enumerate();
-    all.map(|(face, vertices)| vertices.map(|vertex| normal(face, vertex))).collect()
+    let n_vertices = mesh.positions().len() as u32;
+    let of_vertices: Vec<Vec<Vec3>> = (0..n_vertices).into_par_iter().map(normals).collect();
+    let mut all = vec![[Vec3::ZERO; 3]; mesh.faces().len()];
+    for (vertex, normals) in (0..n_vertices).zip(of_vertices) {
+        for (&face, normal) in around.faces(vertex).iter().zip(normals) {
+            all[face as usize][place(face, vertex)] = normal;
+        }
+    }
+    all
+}
+
+/// Which of the faces around a vertex are joined over edges that are no creases: the number of the first of each fan.
+fn fans(mesh: &TriMesh, faces: &[u32], vertex: u32, of_faces: &[Vec3], least: f32) -> Vec<usize> {
+    let mut fans: Vec<usize> = (0..faces.len()).collect();
+    for (i, &face) in faces.iter().enumerate() {
+        for (j, &before) in faces[..i].iter().enumerate() {
+            let [a, b] = [face, before].map(|face| mesh.faces()[face as usize]);
+            let is_joined = a.iter().any(|corner| *corner != vertex && b.contains(corner));
+            let [one, other] = [fans[i], fans[j]];
+            if is_joined && one != other && of_faces[face as usize].dot(of_faces[before as usize]) >= least {
+                fans.iter_mut().filter(|fan| **fan == one.max(other)).for_each(|fan| *fan = one.min(other));
+            }
+        }
+    }
+    fans
 }
 
 /// The angle of a triangle at one of its corners.

@@ -15,48 +15,51 @@ const STRAIGHT: [u8; 3] = [128, 128, 255];
 /// The material that the texels make, size x size; `looks` are those of the original, whose factors stay as exact as they are.
 pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
     let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
-    let packed = || map(|texel| [255, texel.roughness, texel.metal]);
     let colour = shared(texels, |texel| texel.colour);
+    let is_straight = shared(texels, |texel| texel.normal) == Some(STRAIGHT);
+    // The two that take longest at once.
+    let (texture, normal_texture) = rayon::join(
+        || colour.is_none().then(|| map(|texel| texel.colour)),
+        || (!is_straight).then(|| map(|texel| texel.normal)),
+    );
     let emission = shared(texels, |texel| texel.emission);
+    let finish = Finish {
+        emission: light(emission, exact(looks, |look| look.finish.emission)),
+        emission_texture: emission.is_none().then(|| map(|texel| texel.emission)),
+        normal_texture,
+        ..surface(texels, looks, options)
+    };
+    Look { colour: light(colour, exact(looks, |look| look.colour)), texture, with_corners: false, finish }
+}
+
+/// Roughness and metal.
+fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
+    let map = |of: fn(&Texel) -> [u8; 3]| Some(texture(texels, options.size, of));
     let roughness = shared(texels, |texel| texel.roughness);
     let metal = shared(texels, |texel| texel.metal);
-    let is_straight = shared(texels, |texel| texel.normal) == Some(STRAIGHT);
-    let base = || colour.is_none().then(|| map(|texel| texel.colour));
-    let normals = || (!is_straight).then(|| map(|texel| texel.normal));
-    // The two that take longest at once.
-    let (texture, normal_texture) = rayon::join(base, normals);
     let (roughness_texture, metal_texture) = match (roughness, metal) {
         (Some(_), Some(_)) => (None, None),
         _ if !options.separate_maps => {
-            let both = packed();
-            (Some(both.clone()), Some(both))
+            let both = map(|texel| [255, texel.roughness, texel.metal]);
+            (both.clone(), both)
         }
         _ => (
-            roughness.is_none().then(|| map(|texel| [texel.roughness; 3])),
-            metal.is_none().then(|| map(|texel| [texel.metal; 3])),
+            roughness.map_or_else(|| map(|texel| [texel.roughness; 3]), |_| None),
+            metal.map_or_else(|| map(|texel| [texel.metal; 3]), |_| None),
         ),
     };
-    let number = |bytes: Option<u8>, of: fn(&Look) -> f32, is_mapped: bool| match bytes {
-        Some(bytes) if !is_mapped => {
-            let exact = exact(looks, of).filter(|&exact| byte(exact) == bytes);
-            exact.unwrap_or(f32::from(bytes) / 255.0)
+    let factor = |bytes: Option<u8>, exact: Option<f32>, texture: &Option<BaseTexture>| match bytes {
+        Some(bytes) if texture.is_none() => {
+            exact.filter(|&exact| byte(exact) == bytes).unwrap_or(f32::from(bytes) / 255.0)
         }
         _ => 1.0,
     };
-    Look {
-        colour: light(colour, exact(looks, |look| look.colour)),
-        with_corners: false,
-        finish: Finish {
-            emission: light(emission, exact(looks, |look| look.finish.emission)),
-            emission_texture: emission.is_none().then(|| map(|texel| texel.emission)),
-            roughness: number(roughness, |look| look.finish.roughness, roughness_texture.is_some()),
-            metal: number(metal, |look| look.finish.metal, metal_texture.is_some()),
-            roughness_texture,
-            metal_texture,
-            normal_texture,
-            ..Finish::default()
-        },
-        texture,
+    Finish {
+        roughness: factor(roughness, exact(looks, |look| look.finish.roughness), &roughness_texture),
+        metal: factor(metal, exact(looks, |look| look.finish.metal), &metal_texture),
+        roughness_texture,
+        metal_texture,
+        ..Finish::default()
     }
 }
 

@@ -115,7 +115,7 @@ impl Canvas<'_> {
         let own = area_normal(corners.map(Vec3::from)).normalize_or_zero();
         let ray = blend(self.frames.rays[face as usize]).normalize_or_zero();
         let ray = if ray.dot(own) > STEEP || own == Vec3::ZERO { ray } else { own };
-        let Some(answer) = self.fine.at(&Question { point, ray, steps }) else { return Texel::default() };
+        let Some(answer) = self.fine.at(&Question { point, ray, normal: own, steps }) else { return Texel::default() };
         let normal = blend(self.frames.normals[face as usize]);
         let tangents = self.frames.tangents[face as usize];
         let tangent = blend(tangents.map(|tangent| tangent.truncate()));

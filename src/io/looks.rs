@@ -9,7 +9,7 @@ use super::beside::{Finder, Found};
 use super::extra::{Extra, Group, decoded};
 use super::material::{file_name, first_word, library_names};
 use super::texture_comments::{texture_number, textures};
-use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light, srgb};
+use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
 /// What the groups of a mesh look like, by what its file says, or by the libraries of materials or the textures that it names; of a
 /// mesh without such, white. The files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
@@ -81,7 +81,7 @@ fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
 
 /// Takes a colour or a number, in lower case, into a look; whether the word is that of one.
 fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
-    let share = |known: f32| colour(rest).map_or(known, |[x, ..]| srgb(x));
+    let share = |known: f32| numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));
     match word {
         b"kd" => look.colour = colour(rest).unwrap_or(look.colour),
         b"ke" => look.finish.emission = colour(rest).unwrap_or(look.finish.emission),
@@ -121,11 +121,16 @@ fn mend(look: &mut Look) {
 
 /// Three numbers, sRGB as programs that write MTL mean it, as linear light.
 fn colour(text: &[u8]) -> Option<[f32; 3]> {
-    let text = std::str::from_utf8(text).ok()?;
-    let mut numbers = text.split_whitespace().map_while(|word| word.parse::<f32>().ok());
+    let mut numbers = numbers(text);
     let first = numbers.next()?;
     let colour = [first, numbers.next().unwrap_or(first), numbers.next().unwrap_or(first)];
     colour.iter().all(|x| x.is_finite()).then(|| colour.map(|x| linear_light(x.clamp(0.0, 1.0))))
+}
+
+/// The numbers that a statement begins with.
+fn numbers(text: &[u8]) -> impl Iterator<Item = f32> {
+    let text = std::str::from_utf8(text).unwrap_or_default();
+    text.split_whitespace().map_while(|word| word.parse::<f32>().ok())
 }
 
 /// What the options of a texture say of its edges.
@@ -139,6 +144,7 @@ fn wrap(options: &[u8]) -> [Wrap; 2] {
 mod tests {
     use super::*;
     use crate::io::{Column, Scalar};
+    use crate::mesh::Finish;
 
     /// The looks of three groups by a library with this text, beside which a texture lies.
     fn of_library(text: &str) -> (Vec<Look>, Vec<String>) {
@@ -167,6 +173,20 @@ mod tests {
         assert_eq!(looks[1], Look::default());
         assert_eq!(looks[2], Look { colour: [0.0, 1.0, linear_light(0.5)], ..Look::default() });
         assert!(notes.is_empty(), "{notes:?}");
+    }
+
+    #[test]
+    fn what_materials_do_with_light_is_read() {
+        let (looks, notes) = of_library(
+            "newmtl horn\nKe 0 1 0\nPr 0.6\nPm x\nd 0.5\nnorm -bm 1 maps/a b.png\nnewmtl skin\nmap_Ke maps/a b.png\nmap_Pm maps/a b.png\n",
+        );
+        let Finish { emission, roughness, metal, is_opaque, normal_texture, .. } = &looks[2].finish;
+        assert_eq!((*emission, *roughness, *metal, *is_opaque), ([0.0, 1.0, 0.0], 0.6, 0.0, false));
+        assert!(normal_texture.is_some() && looks[1].finish == Finish::default() && notes.is_empty());
+        // Black and no metal under a texture mean the texture.
+        let Finish { emission, emission_texture, metal, metal_texture, .. } = &looks[0].finish;
+        assert!(emission_texture.is_some() && metal_texture.is_some());
+        assert_eq!((*emission, *metal), ([1.0; 3], 1.0));
     }
 
     #[test]

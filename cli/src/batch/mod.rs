@@ -85,16 +85,8 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
 
 /// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
 fn request_words(args: &SimplifyArgs) -> String {
-    let sizes = [
-        args.ratio.map(|ratio| format!("--ratio {ratio}")),
-        args.vertices.map(|n| format!("--vertices {n}")),
-        args.faces.map(|n| format!("--faces {n}")),
-        args.error.as_ref().map(|error| format!("--error {error}")),
-        args.size.as_ref().map(|size| format!("--size {size}")),
-    ];
-    let target = sizes.into_iter().flatten().collect::<String>();
     let mut words = [
-        target,
+        size_words(args),
         format!("--assembly {:?} --scores {:?} --optimize {:?}", args.assembly, args.scores, args.optimize),
         format!("--seed {}", args.seed),
     ]
@@ -124,6 +116,18 @@ fn request_words(args: &SimplifyArgs) -> String {
     ];
     words.extend(named.into_iter().flatten());
     words
+}
+
+/// The size that is asked for.
+fn size_words(args: &SimplifyArgs) -> String {
+    let sizes = [
+        args.ratio.map(|ratio| format!("--ratio {ratio}")),
+        args.vertices.map(|n| format!("--vertices {n}")),
+        args.faces.map(|n| format!("--faces {n}")),
+        args.error.as_ref().map(|error| format!("--error {error}")),
+        args.size.as_ref().map(|size| format!("--size {size}")),
+    ];
+    sizes.into_iter().flatten().collect()
 }
 
 /// An option as typed, with its value where it has one.

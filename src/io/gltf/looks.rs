@@ -244,6 +244,19 @@ mod tests {
     }
 
     #[test]
+    fn what_materials_do_with_light_is_read() {
+        let used = r#"{"index": 0}}, "emissiveFactor": [0, 0.5, 2], "emissiveTexture": {"index": 1}, "alphaMode": "MASK",
+            "normalTexture": {"index": 0, "scale": 0.5}, "extras": {"nothing": {}"#;
+        let (looks, notes) = asset(r#"{"bufferView": 1}"#, used).looks();
+        let finish = &looks[0][0].finish;
+        assert_eq!((finish.emission, finish.roughness, finish.metal), ([0.0, 0.5, 1.0], 1.0, 1.0));
+        assert_eq!((finish.normal_scale, finish.is_opaque, notes.len()), (0.5, false, 0));
+        assert!(finish.emission_texture.is_some() && finish.normal_texture.is_some());
+        assert_eq!(finish.metal_texture, None);
+        assert_eq!(looks[0][1].finish, Finish::default());
+    }
+
+    #[test]
     fn what_cannot_be_had_is_said_and_left_out() {
         for (image, used) in [
             (r#"{"uri": "gone.png"}"#, r#"{"index": 0}"#),
