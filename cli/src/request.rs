@@ -156,7 +156,7 @@ impl Source {
     }
 
     /// The same, as one mesh where that is asked for.
-    pub fn as_one(self, as_one: bool) -> Self {
+    pub fn united(self, as_one: bool) -> Self {
         Self { as_one, ..self }
     }
 }
@@ -184,7 +184,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         output: (!is_stream(&args.output)).then_some(args.output),
         source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld)
             .welded(weld_near)
-            .as_one(args.bake.is_some()),
+            .united(args.bake.is_some()),
         output_format,
         weights: args.weights,
         n_threads: args.threads,

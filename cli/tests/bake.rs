@@ -52,7 +52,7 @@ fn sheet(folder: &Path) {
         };
         encode_png(&Image { width: 64, height: 64, rgba: (0..64 * 64).flat_map(pixel).collect() })
     };
-    let checks = |x: usize, y: usize| if (x / 8 + y / 8) % 2 == 0 { [220, 60, 30] } else { [30, 90, 200] };
+    let checks = |x: usize, y: usize| if (x / 8 + y / 8).is_multiple_of(2) { [220, 60, 30] } else { [30, 90, 200] };
     std::fs::write(folder.join("a.png"), image(checks)).unwrap();
     std::fs::write(folder.join("b.png"), image(|x, _| [4 * x as u8; 3])).unwrap();
 }

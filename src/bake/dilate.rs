@@ -76,7 +76,7 @@ mod tests {
     /// Texels of which those in charts have a colour of their own.
     fn sparse(size: usize, every: u32) -> Vec<Texel> {
         let texel = |at: u32| {
-            let is_inside = at.wrapping_mul(2_654_435_761) % every == 0;
+            let is_inside = at.wrapping_mul(2_654_435_761).is_multiple_of(every);
             let colour = [at as u8, (at >> 8) as u8, 7];
             if is_inside { Texel { colour, place: Place::Inside, ..Texel::default() } } else { Texel::default() }
         };

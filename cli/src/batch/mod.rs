@@ -202,7 +202,7 @@ impl Batch {
         Ok(Request {
             source: Source::new(input.path.clone(), None, !self.args.no_weld)
                 .welded(weld_near(&self.args)?)
-                .as_one(self.args.bake.is_some()),
+                .united(self.args.bake.is_some()),
             output_format: format,
             bake: request::bake(&self.args, format)?,
             output: Some(output),
