@@ -6,7 +6,6 @@ use neural_mesh::mesh::{Attributes, Looks};
 use serde::Serialize;
 
 /// All that is written of a baked mesh beside its surface.
-#[cfg_attr(not(feature = "bake"), expect(dead_code, reason = "the feature bake makes it"))]
 pub struct Dress {
     /// What its corners carry.
     pub attributes: Attributes,
@@ -21,7 +20,6 @@ pub struct Dress {
 }
 
 /// What was baked for a result.
-#[cfg_attr(not(feature = "bake"), expect(dead_code, reason = "the feature bake makes it"))]
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Baked {
     /// Texels a side of each texture.
