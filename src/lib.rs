@@ -7,6 +7,8 @@
 #[cfg(feature = "picture")]
 pub mod appearance;
 pub mod autodiff;
+#[cfg(feature = "bake")]
+pub mod bake;
 #[cfg(feature = "baselines")]
 pub mod baselines;
 #[cfg(feature = "evaluate")]

@@ -140,6 +140,10 @@ pub struct SimplifyArgs {
     /// pieces smaller than SIZE, in the unit of the mesh, or with % in percent of its diagonal [default: 1%]
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"])]
     pub printable: Option<Option<String>>,
+    /// Simplify the shape alone, unwrap the result and bake what the original looks like into textures of SIZE x SIZE texels, with
+    /// a normal map of its surface; writes glb, gltf or obj
+    #[arg(long, value_name = "SIZE", conflicts_with_all = ["size", "lods", "ignore"])]
+    pub bake: Option<usize>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,

@@ -2,11 +2,17 @@
 
 mod allocator;
 mod args;
+#[cfg(feature = "bake")]
+mod bake;
+#[cfg(not(feature = "bake"))]
+#[path = "no_bake.rs"]
+mod bake;
 mod batch;
 mod closed;
 mod command;
 mod compare;
 mod done;
+mod dress;
 #[cfg(feature = "evaluate")]
 mod evaluate;
 #[cfg(not(feature = "evaluate"))]

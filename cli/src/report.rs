@@ -8,6 +8,7 @@ use neural_mesh::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use crate::dress::Baked;
 use crate::request::{Bound, Goal};
 
 /// All that is reported of a run of `simplify`.
@@ -36,6 +37,9 @@ pub struct Report {
     /// What was repaired, where `--fill-holes` or `--printable` asked for that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repaired: Option<Repaired>,
+    /// What was baked, where `--bake` asked for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baked: Option<Baked>,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
     /// Bounds of the largest distance, where `--error` asked for a proof.
@@ -237,6 +241,9 @@ pub struct Seconds {
     pub write: f64,
     /// Measuring input and output.
     pub check: f64,
+    /// From the finished mesh to its textures, where these are baked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bake: Option<f64>,
     /// Parts of `simplify` by name, in order.
     pub stages: Map<String, Value>,
 }

@@ -6,6 +6,7 @@ use neural_mesh::io::Format;
 use neural_mesh::simplify::{Assembly, Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
 use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs, TEXELS};
+use crate::bake;
 use crate::failure::Failure;
 use crate::memory;
 
@@ -29,6 +30,8 @@ pub struct Request {
     pub prune_below: Option<Bound>,
     /// What is done to the mesh before.
     pub repair: Option<Repair>,
+    /// Texels a side of the textures that are baked, where such are asked for.
+    pub bake: Option<usize>,
     /// What the result does not need of what the mesh carries.
     pub ignore: Vec<IgnoreArg>,
     /// Name of the attribute that says how much vertices count.
@@ -124,30 +127,37 @@ pub struct Source {
     pub weld: bool,
     /// Vertices nearer than that become one.
     pub weld_near: Option<Bound>,
+    /// Whether a scene becomes one mesh in any format.
+    pub as_one: bool,
 }
 
 impl Source {
     /// A mesh that is read as `given`, where that is said and its name says nothing.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
-        Self { path, format, last_resort: None, weld, weld_near: None }
+        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false }
     }
 
     /// Whether it is a glTF scene that stays one.
     pub fn is_scene(&self, output: Format) -> bool {
         let is_gltf = |format| matches!(format, Format::Gltf | Format::Glb);
         let named = self.format.or_else(|| Format::from_path(&self.path));
-        is_gltf(output) && !is_stream(&self.path) && named.is_some_and(is_gltf)
+        !self.as_one && is_gltf(output) && !is_stream(&self.path) && named.is_some_and(is_gltf)
     }
 
     /// A mesh that is read as `given` only where neither its name nor its content says anything.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
-        Self { path, format: None, last_resort: given, weld, weld_near: None }
+        Self { path, format: None, last_resort: given, weld, weld_near: None, as_one: false }
     }
 
     /// The same, with vertices nearer than that welded.
     pub fn welded(self, weld_near: Option<Bound>) -> Self {
         Self { weld_near, ..self }
+    }
+
+    /// The same, as one mesh where that is asked for.
+    pub fn united(self, as_one: bool) -> Self {
+        Self { as_one, ..self }
     }
 }
 
@@ -165,13 +175,16 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         strict: strict(&args)?,
         prune_below: prune_below(&args)?,
         repair: repair(&args)?,
+        bake: bake(&args, output_format)?,
         ignore: args.ignore,
         importance: args.importance,
         allow_outside: args.allow_outside,
         map: args.map,
         explain: args.explain,
         output: (!is_stream(&args.output)).then_some(args.output),
-        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld).welded(weld_near),
+        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld)
+            .welded(weld_near)
+            .united(args.bake.is_some()),
         output_format,
         weights: args.weights,
         n_threads: args.threads,
@@ -361,6 +374,17 @@ pub fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
         (_, Some(most_edges)) => Ok(Some(Repair::FillHoles(most_edges.unwrap_or(usize::MAX)))),
         _ => Ok(None),
     }
+}
+
+/// Texels a side of the textures that are baked, where the format of the result holds such.
+pub fn bake(args: &SimplifyArgs, output: Format) -> Result<Option<usize>, Failure> {
+    let Some(size) = args.bake else { return Ok(None) };
+    bake::check(size)?;
+    if !matches!(output, Format::Glb | Format::Gltf | Format::Obj) {
+        let what = format!("--bake {size}: {} holds no textures: write glb, gltf or obj", output.name());
+        return Err(Failure::Usage(what));
+    }
+    Ok(Some(size))
 }
 
 /// The distance below which vertices become one.

@@ -15,7 +15,9 @@ use neural_mesh::simplify::{
     simplify_levels_of_detail,
 };
 
+use crate::bake;
 use crate::done::Done;
+use crate::dress::{Baked, Dress};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
@@ -23,7 +25,7 @@ use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
 use crate::request::{Goal, Request};
-use crate::subject::{Seen, Subject};
+use crate::subject::{Meshes, Seen, Subject};
 use crate::words::{self, Voice};
 
 /// Samples on each surface for the distance: enough for its mean within a hundredth.
@@ -77,23 +79,44 @@ pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mu
     let subject = timed(&mut seconds.read, || Subject::open(request))?;
     let lighter = timed(&mut seconds.simplify, || lighter(&subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
+    let dress = dressed(&subject, &lighter.results, request, progress)?;
+    seconds.bake = dress.as_ref().map(|dress| dress.figures.seconds);
     progress.show("check");
     let levels: Vec<Level> = timed(&mut seconds.check, || {
         lighter.results.iter().map(|result| measured(&subject, result, request)).collect()
     });
     progress.show("write");
-    let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, request))?;
+    let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, dress.as_ref(), request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
-    let mut notes = [subject.notes.clone(), written.notes].concat();
+    let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
+    let mut notes = [subject.notes.clone(), of_dress, written.notes].concat();
     notes.extend(lighter.note.map(String::from));
-    let shown = shown(request, &subject, first, &mut notes)?;
-    let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, seconds })?;
+    let shown = shown(request, &subject, (first, dress.as_ref()), &mut notes)?;
+    let baked = dress.map(|dress| dress.figures);
+    let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
     progress.show("picture");
     let drawn = drawn(request, shown.as_ref(), &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
     let pending = pending.chain(mapped(request, &subject, first)?).collect();
     let cleaned = subject.counts.to_string();
     Ok(Done { report, cleaned, bytes: written.bytes, pending, beside: written.beside, force: request.force })
+}
+
+/// What a result wears that is baked for it, where that is asked for.
+fn dressed(
+    subject: &Subject,
+    results: &[Simplified],
+    request: &Request,
+    progress: &mut Progress,
+) -> Result<Option<Dress>, Failure> {
+    let (Some(size), Some(result)) = (request.bake, results.first()) else { return Ok(None) };
+    progress.show("bake");
+    let is_gltf = matches!(request.output_format, Format::Gltf | Format::Glb);
+    let (looks, missing) = subject.looks(request.allow_outside);
+    let original = (subject.mesh(), subject.attributes(), &looks);
+    let dress = bake::dress(size, is_gltf, original, &result.mesh);
+    let dress = dress.map_err(|error| Failure::of(&request.source.path, error))?;
+    Ok(Some(Dress { notes: [missing, dress.notes].concat(), ..dress }))
 }
 
 /// Does something and adds the seconds it took.
@@ -149,7 +172,10 @@ fn lighter(
             Ok(Lighter { results: vec![found.simplified], certified, note })
         }
         Goal::Size(n_bytes) => {
-            let bytes_of = |result: &Simplified| Ok(files_of(subject, &[result], &[], request, 0)?.bytes.len());
+            let bytes_of = |result: &Simplified| {
+                let alone = Meshes { results: vec![result], ..Meshes::default() };
+                Ok(files_of(subject, &alone, request, 0)?.bytes.len())
+            };
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
@@ -263,6 +289,7 @@ fn written(
     subject: &Subject,
     results: &[Simplified],
     levels: &[Level],
+    dress: Option<&Dress>,
     request: &Request,
 ) -> Result<OnTheirWay, Failure> {
     let mut done = OnTheirWay::default();
@@ -271,7 +298,8 @@ fn written(
     let coverage = if results.len() > 1 && paths.len() == 1 { coverage(levels) } else { Vec::new() };
     let n_each = if paths.len() > 1 { 1 } else { results.len().max(1) };
     for (number, results) in results.chunks(n_each).enumerate() {
-        let files = files_of(subject, results, &coverage, request, number)?;
+        let meshes = Meshes { results: results.to_vec(), coverage: coverage.clone(), dress };
+        let files = files_of(subject, &meshes, request, number)?;
         done.notes.extend(files.notes.into_iter().filter(|_| number == 0));
         let Some(path) = paths.get(number) else {
             let n = files.beside.len();
@@ -299,15 +327,14 @@ fn coverage(levels: &[Level]) -> Vec<f64> {
 /// Results as the bytes of their files.
 fn files_of(
     subject: &Subject,
-    results: &[&Simplified],
-    coverage: &[f64],
+    meshes: &Meshes,
     request: &Request,
     number: usize,
 ) -> Result<crate::subject::Files, Failure> {
     let shown = request.output.clone().unwrap_or_else(|| PathBuf::from("standard output"));
     let paths = outputs(request);
     let file_name = paths.get(number).and_then(|path| path.file_name()).unwrap_or("mesh".as_ref()).to_string_lossy();
-    subject.written(results, coverage, request, &file_name).map_err(|error| Failure::of(&shown, error))
+    subject.written(meshes, request, &file_name).map_err(|error| Failure::of(&shown, error))
 }
 
 /// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
@@ -321,6 +348,7 @@ fn measured(subject: &Subject, result: &Simplified, request: &Request) -> Level 
 struct Told {
     notes: Vec<String>,
     certified: Option<CertifiedDistance>,
+    baked: Option<Baked>,
     seconds: Seconds,
 }
 
@@ -329,7 +357,7 @@ fn told(
     subject: &Subject,
     result: &Simplified,
     levels: Vec<Level>,
-    Told { notes, certified, seconds }: Told,
+    Told { notes, certified, baked, seconds }: Told,
 ) -> Result<Report, Failure> {
     let with_shape = request.report.is_some() || result.report.components_pruned > 0;
     let several = matches!(request.goal, Goal::Levels(_));
@@ -350,6 +378,7 @@ fn told(
         seconds,
         cleaned: (&subject.counts).into(),
         repaired: subject.repaired.as_ref().map(Into::into),
+        baked,
         distance: first.distance,
         certified: certified.map(|distance| Certified::of(&distance)),
         mirror: result.report.mirror.map(|plane| subject.plane_of_file(plane).to_string()),
@@ -365,7 +394,7 @@ type Shown<'a> = [(Seen<'a>, Option<Coat>); 2];
 fn shown<'a>(
     request: &Request,
     subject: &'a Subject,
-    result: &Simplified,
+    (result, dress): (&Simplified, Option<&Dress>),
     notes: &mut Vec<String>,
 ) -> Result<Option<Shown<'a>>, Failure> {
     if request.picture.is_none() {
@@ -376,7 +405,10 @@ fn shown<'a>(
     let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
     let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(fresh);
-    let coat_after = Coat::new(&after.attributes, &looks).0;
+    let coat_after = match dress {
+        Some(dress) => Coat::new(&dress.attributes, &dress.looks).0,
+        None => Coat::new(&after.attributes, &looks).0,
+    };
     Ok(Some([(before, coat), (after, coat_after)]))
 }
 

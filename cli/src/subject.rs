@@ -14,6 +14,7 @@ use neural_mesh::repair::{RepairCounts, fill_holes, printable};
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
 use crate::args::IgnoreArg;
+use crate::dress::Dress;
 use crate::failure::Failure;
 use crate::read::{cleaned, parsed};
 use crate::request::{Bound, Repair, Request, Source};
@@ -56,6 +57,17 @@ pub struct Seen<'a> {
     pub attributes: Cow<'a, Attributes>,
 }
 
+/// Results that are to be written.
+#[derive(Default)]
+pub struct Meshes<'a> {
+    /// One, or the levels of detail of a scene.
+    pub results: Vec<&'a Simplified>,
+    /// Shares of the screen down to which these are meant to be drawn.
+    pub coverage: Vec<f64>,
+    /// What the result wears in place of what it has of the original.
+    pub dress: Option<&'a Dress>,
+}
+
 /// A result as files.
 #[derive(Default)]
 pub struct Files {
@@ -77,6 +89,11 @@ impl Subject {
         }
         let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
         let ReadMesh { mesh: mut raw, extra, notes } = read;
+        if request.bake.is_some() && extra.is_bent {
+            let what =
+                "--bake: a mesh with a skin or morph targets has more than one shape: simplify it without --bake";
+            return Err(Failure::Usage(what.into()));
+        }
         weld_near(&mut raw, source, 1.0);
         let exact = (raw.double || keeps_positions(request) && has_decimals(&raw)).then(|| raw.positions.clone());
         let cleaned = cleaned(raw, source)?;
@@ -87,7 +104,7 @@ impl Subject {
 
     /// The same, held back by nothing that the result does not need or its format does not hold.
     fn wanting(mut self, request: &Request) -> Result<Self, Failure> {
-        if request.output_format.is_bare() {
+        if request.output_format.is_bare() || request.bake.is_some() {
             self.wanted = Some(Attributes::default());
             return Ok(self);
         }
@@ -301,12 +318,10 @@ impl Subject {
         }
     }
 
-    /// Results as the files of a format: one, or of a scene the levels of detail with the shares of the screen down to which
-    /// they are meant to be drawn; `file_name` is what the mesh file will be called.
+    /// Results as the files of a format; `file_name` is what the mesh file will be called.
     pub fn written(
         &self,
-        results: &[&Simplified],
-        coverage: &[f64],
+        Meshes { results, coverage, dress }: &Meshes,
         request: &Request,
         file_name: &str,
     ) -> Result<Files, WriteError> {
@@ -314,10 +329,13 @@ impl Subject {
             Kind::Mesh { cleaned, exact, extra } => {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
                 let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, request));
-                let (mesh, attributes) = (&result.mesh, &result.attributes);
+                let mesh = &result.mesh;
+                let attributes = dress.map_or(&result.attributes, |dress| &dress.attributes);
                 let (format, allow_outside) = (request.output_format, request.allow_outside);
                 let dropped = io::geometry_only(format, self.attributes(), extra);
-                let named = if request.ignore.contains(&IgnoreArg::Materials) || dropped.is_some() {
+                let named = if let Some(dress) = dress {
+                    &dress.extra
+                } else if request.ignore.contains(&IgnoreArg::Materials) || dropped.is_some() {
                     &Extra::default()
                 } else {
                     extra

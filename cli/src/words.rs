@@ -4,6 +4,7 @@ use std::io::Write;
 use std::sync::OnceLock;
 
 use crate::closed::is_closed;
+use crate::dress::Baked;
 use crate::failure::Failure;
 use crate::plain::plain;
 use crate::report::{Certified, Distance, Level, Repaired, Report, Seconds, Size, TargetWords, why_stopped};
@@ -72,6 +73,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
         notes.push(format!("cleaned   {cleaned}"));
     }
     notes.extend(report.repaired.as_ref().map(repaired));
+    notes.extend(report.baked.as_ref().map(baked));
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_hidden > 0 {
         let n = grouped(output.components_hidden);
@@ -114,6 +116,13 @@ fn repaired(done: &Repaired) -> String {
     let parts: Vec<_> =
         named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {}", grouped(*n))).collect();
     format!("repaired  {}", if parts.is_empty() { "nothing was to be done".into() } else { parts.join(", ") })
+}
+
+/// `baked     2048 x 2048, 213 charts, 74 % of the texels`
+fn baked(done: &Baked) -> String {
+    let Baked { size, charts, covered, .. } = done;
+    let share = 100.0 * covered;
+    format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", grouped(*charts))
 }
 
 /// What holds the result: what `--explain` says.
@@ -180,9 +189,12 @@ pub fn distance(distance: &Distance) -> String {
 
 /// `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`
 pub fn time(seconds: &Seconds) -> String {
-    let Seconds { read, simplify, write, check, .. } = seconds;
-    let total = read + simplify + write + check;
-    format!("time      {total:.3} s (read {read:.3}, simplify {simplify:.3}, write {write:.3}, check {check:.3})")
+    let Seconds { read, simplify, write, check, bake, .. } = seconds;
+    let total = read + simplify + write + check + bake.unwrap_or(0.0);
+    let baked = bake.map(|bake| format!("bake {bake:.3}, ")).unwrap_or_default();
+    format!(
+        "time      {total:.3} s (read {read:.3}, simplify {simplify:.3}, {baked}write {write:.3}, check {check:.3})"
+    )
 }
 
 /// `2,930 vertices, 5,856 faces`

@@ -1,6 +1,8 @@
 //! The tests of the program, in one program of their own: each program more is linked anew with all that it uses.
 
 mod assets;
+#[cfg(feature = "bake")]
+mod bake;
 mod batch;
 mod bounds;
 mod common;

@@ -67,3 +67,18 @@ fn compressed_gltf_is_refused_with_what_to_do() {
     let line = the_line(&refused);
     assert!(line.contains("EXT_meshopt_compression") && line.contains("`--features meshopt`"), "{line}");
 }
+
+#[cfg(not(feature = "bake"))]
+#[test]
+fn baking_is_refused_with_what_to_do() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.glb", "--ratio", "0.5", "--bake", "64"]);
+    assert_eq!(refused.code, Some(2));
+    let line = the_line(&refused);
+    assert!(
+        line.contains("lacks the feature bake") && line.contains("`cargo install --path cli --features bake`"),
+        "{line}"
+    );
+    assert_eq!(files(folder.path()), ["a.obj"]);
+}

@@ -38,6 +38,8 @@ pub struct Extra {
     pub folder: Option<PathBuf>,
     /// Whether the file's names are in Latin-1 instead of UTF-8.
     pub latin1: bool,
+    /// Whether a skin or morph targets, left behind in its scene, give the mesh more shapes than one.
+    pub is_bent: bool,
 }
 
 /// What a group number stands for.

@@ -1,5 +1,5 @@
-//! Base colours and textures (`Kd`, `map_Kd`) of the materials that an OBJ names, from its libraries, and textures that comments of
-//! a PLY name.
+//! Colours, light of their own, roughness, metal and their textures (`Kd`, `Ke`, `Pr`, `Pm`, `map_Kd` ..., `norm`) of the materials
+//! that an OBJ names, from its libraries, and textures that comments of a PLY name.
 
 use std::path::Path;
 
@@ -67,27 +67,70 @@ fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
             materials.push((decoded(rest.trim_ascii()), Look::default()));
         }
         let Some((_, look)) = materials.last_mut() else { continue };
-        if word.eq_ignore_ascii_case(b"kd") {
-            look.colour = colour(rest).unwrap_or(look.colour);
-        } else if word.eq_ignore_ascii_case(b"map_kd") {
+        let word = word.to_ascii_lowercase();
+        if !take_numbers(look, &word, rest)
+            && let Some(slot) = slot(look, &word)
+        {
             let bytes = finder.find(base, &decoded(file_name(rest))).map(|found| found.bytes);
-            look.texture = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
+            *slot = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
         }
     }
-    for (_, look) in materials.iter_mut().filter(|(_, look)| look.texture.is_some() && look.colour == [0.0; 3]) {
-        // Programs write black beside a texture and mean the texture.
+    materials.iter_mut().for_each(|(_, look)| mend(look));
+    materials
+}
+
+/// Takes a colour or a number, in lower case, into a look; whether the word is that of one.
+fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
+    let share = |known: f32| numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));
+    match word {
+        b"kd" => look.colour = colour(rest).unwrap_or(look.colour),
+        b"ke" => look.finish.emission = colour(rest).unwrap_or(look.finish.emission),
+        b"pr" => look.finish.roughness = share(look.finish.roughness),
+        b"pm" => look.finish.metal = share(look.finish.metal),
+        b"d" => look.finish.is_opaque = share(1.0) == 1.0,
+        _ => return false,
+    }
+    true
+}
+
+/// Where the texture of a statement, in lower case, belongs.
+fn slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTexture>> {
+    let Look { texture, finish, .. } = look;
+    match word {
+        b"map_kd" => Some(texture),
+        b"map_ke" => Some(&mut finish.emission_texture),
+        b"map_pr" => Some(&mut finish.roughness_texture),
+        b"map_pm" => Some(&mut finish.metal_texture),
+        b"norm" => Some(&mut finish.normal_texture),
+        _ => None,
+    }
+}
+
+/// What programs mean that write a texture and no number beside it, or one by which nothing would be seen of it.
+fn mend(look: &mut Look) {
+    if look.texture.is_some() && look.colour == [0.0; 3] {
         look.colour = [1.0; 3];
     }
-    materials
+    if look.finish.emission_texture.is_some() && look.finish.emission == [0.0; 3] {
+        look.finish.emission = [1.0; 3];
+    }
+    if look.finish.metal_texture.is_some() && look.finish.metal == 0.0 {
+        look.finish.metal = 1.0;
+    }
 }
 
 /// Three numbers, sRGB as programs that write MTL mean it, as linear light.
 fn colour(text: &[u8]) -> Option<[f32; 3]> {
-    let text = std::str::from_utf8(text).ok()?;
-    let mut numbers = text.split_whitespace().map_while(|word| word.parse::<f32>().ok());
+    let mut numbers = numbers(text);
     let first = numbers.next()?;
     let colour = [first, numbers.next().unwrap_or(first), numbers.next().unwrap_or(first)];
     colour.iter().all(|x| x.is_finite()).then(|| colour.map(|x| linear_light(x.clamp(0.0, 1.0))))
+}
+
+/// The numbers that a statement begins with.
+fn numbers(text: &[u8]) -> impl Iterator<Item = f32> {
+    let text = std::str::from_utf8(text).unwrap_or_default();
+    text.split_whitespace().map_while(|word| word.parse::<f32>().ok())
 }
 
 /// What the options of a texture say of its edges.
@@ -101,6 +144,7 @@ fn wrap(options: &[u8]) -> [Wrap; 2] {
 mod tests {
     use super::*;
     use crate::io::{Column, Scalar};
+    use crate::mesh::Finish;
 
     /// The looks of three groups by a library with this text, beside which a texture lies.
     fn of_library(text: &str) -> (Vec<Look>, Vec<String>) {
@@ -129,6 +173,20 @@ mod tests {
         assert_eq!(looks[1], Look::default());
         assert_eq!(looks[2], Look { colour: [0.0, 1.0, linear_light(0.5)], ..Look::default() });
         assert!(notes.is_empty(), "{notes:?}");
+    }
+
+    #[test]
+    fn what_materials_do_with_light_is_read() {
+        let (looks, notes) = of_library(
+            "newmtl horn\nKe 0 1 0\nPr 0.6\nPm x\nd 0.5\nnorm -bm 1 maps/a b.png\nnewmtl skin\nmap_Ke maps/a b.png\nmap_Pm maps/a b.png\n",
+        );
+        let Finish { emission, roughness, metal, is_opaque, normal_texture, .. } = &looks[2].finish;
+        assert_eq!((*emission, *roughness, *metal, *is_opaque), ([0.0, 1.0, 0.0], 0.6, 0.0, false));
+        assert!(normal_texture.is_some() && looks[1].finish == Finish::default() && notes.is_empty());
+        // Black and no metal under a texture mean the texture.
+        let Finish { emission, emission_texture, metal, metal_texture, .. } = &looks[0].finish;
+        assert!(emission_texture.is_some() && metal_texture.is_some());
+        assert_eq!((*emission, *metal), ([1.0; 3], 1.0));
     }
 
     #[test]

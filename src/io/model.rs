@@ -13,8 +13,7 @@ use super::{Format, OutputFile, Scalar, WriteError, fitted, gltf, held, obj, ply
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
 /// What becomes of libraries of materials in a glTF.
-const BASE_ONLY: &str =
-    "gltf takes names, base colours (Kd) and their textures (map_Kd) from a library: the rest is left out";
+const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a library: the rest is left out";
 
 /// A mesh and all that is to be written of it.
 #[derive(Clone, Debug)]

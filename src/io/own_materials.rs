@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::beside::{Finder, reference};
 use super::extra::Extra;
 use super::write::push_singles;
-use crate::mesh::{BaseTexture, Look, Wrap, srgb};
+use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
 
 /// A library of materials, and where their textures lie beside the output.
 #[derive(Debug, Default)]
@@ -21,28 +21,74 @@ impl OwnMaterials {
     pub fn list(extra: &Extra, name: &str, finder: &mut Finder) -> Self {
         let mut own = Self::default();
         let used = extra.materials();
-        let mut images: Vec<(&BaseTexture, String)> = Vec::new();
+        let mut places = Places { name, finder, known: Vec::new() };
         for (material, look) in extra.looks.iter().filter(|(material, _)| used.contains(&material.as_str())) {
             own.add(material, look);
-            let Some(texture) = &look.texture else { continue };
-            let known = images.iter().find(|(other, _)| other.image == texture.image).map(|(_, place)| place.clone());
-            let place = known.unwrap_or_else(|| {
-                let place = PathBuf::from(format!("{name}_{}.{}", images.len(), extension(&texture.image)));
-                finder.list(&place, &texture.image);
-                images.push((texture, reference(&place)));
-                reference(&place)
-            });
-            let clamp = if texture.wrap == [Wrap::Clamp; 2] { "-clamp on " } else { "" };
-            own.text.extend(format!("map_Kd {clamp}{place}\n").into_bytes());
-            own.textures.push((material.clone(), place));
+            if let Some(texture) = &look.texture {
+                let place = own.map("map_Kd", texture, &mut places);
+                own.textures.push((material.clone(), place));
+            }
+            own.add_finish(&look.finish, &mut places);
         }
         own
     }
 
     fn add(&mut self, material: &str, look: &Look) {
-        self.text.extend(format!("newmtl {material}\nKd ").into_bytes());
-        push_singles(&mut self.text, &look.colour.map(srgb));
+        self.text.extend(format!("newmtl {material}\n").into_bytes());
+        self.numbers("Kd", &look.colour.map(srgb));
+    }
+
+    /// What the material does with light, as far as it is no default; numbers as Wavefront's readers with roughness take them.
+    fn add_finish<'a>(&mut self, finish: &'a Finish, places: &mut Places<'a, '_, '_>) {
+        let plain = Finish::default();
+        if finish.emission != plain.emission {
+            self.numbers("Ke", &finish.emission.map(srgb));
+            finish.emission_texture.iter().for_each(|texture| drop(self.map("map_Ke", texture, places)));
+        }
+        if (finish.roughness, finish.metal) != (plain.roughness, plain.metal) {
+            self.numbers("Pr", &[finish.roughness]);
+            self.numbers("Pm", &[finish.metal]);
+        }
+        // One image for both is glTF's: there they are the green and the blue of it.
+        if finish.roughness_texture != finish.metal_texture {
+            finish.roughness_texture.iter().for_each(|texture| drop(self.map("map_Pr", texture, places)));
+            finish.metal_texture.iter().for_each(|texture| drop(self.map("map_Pm", texture, places)));
+        }
+        finish.normal_texture.iter().for_each(|texture| drop(self.map("norm", texture, places)));
+    }
+
+    /// A statement with numbers.
+    fn numbers(&mut self, word: &str, numbers: &[f32]) {
+        self.text.extend(format!("{word} ").into_bytes());
+        push_singles(&mut self.text, numbers);
         self.text.push(b'\n');
+    }
+
+    /// A statement with a texture, and the place where that will lie.
+    fn map<'a>(&mut self, word: &str, texture: &'a BaseTexture, places: &mut Places<'a, '_, '_>) -> String {
+        let place = places.of(texture);
+        let clamp = if texture.wrap == [Wrap::Clamp; 2] { "-clamp on " } else { "" };
+        self.text.extend(format!("{word} {clamp}{place}\n").into_bytes());
+        place
+    }
+}
+
+/// Where textures will lie beside the output, each image once.
+struct Places<'a, 'b, 'c> {
+    name: &'b str,
+    finder: &'b mut Finder<'c>,
+    known: Vec<(&'a BaseTexture, String)>,
+}
+
+impl<'a> Places<'a, '_, '_> {
+    fn of(&mut self, texture: &'a BaseTexture) -> String {
+        let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, place)| place.clone());
+        known.unwrap_or_else(|| {
+            let place = PathBuf::from(format!("{}_{}.{}", self.name, self.known.len(), extension(&texture.image)));
+            self.finder.list(&place, &texture.image);
+            self.known.push((texture, reference(&place)));
+            reference(&place)
+        })
     }
 }
 

@@ -1,4 +1,5 @@
-//! How a surface looks beside its shape: base colours and the textures that give them, as files state them.
+//! How a surface looks beside its shape: base colours, what it does with light, and the textures that give them, as files
+//! state them.
 
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ pub enum Wrap {
     Mirror,
 }
 
-/// A picture that gives a base colour.
+/// A picture on a surface, which gives a base colour or another property.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseTexture {
     /// The bytes of a PNG or JPEG file; materials that share it share them.
@@ -34,11 +35,52 @@ pub struct Look {
     pub texture: Option<BaseTexture>,
     /// Whether colours at the corners, where the mesh has them, are multiplied with it too.
     pub with_corners: bool,
+    /// What it does with light beside.
+    pub finish: Finish,
+}
+
+/// What a material does with light, beside its base colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finish {
+    /// Light of its own, linear, red, green, blue, each 0 to 1; the texture is multiplied by it.
+    pub emission: [f32; 3],
+    /// The texture of that light, sRGB.
+    pub emission_texture: Option<BaseTexture>,
+    /// 0 to 1; the green of the texture is multiplied by it.
+    pub roughness: f32,
+    /// The texture of the roughness.
+    pub roughness_texture: Option<BaseTexture>,
+    /// 0 for what is no metal, 1 for metal; the blue of the texture is multiplied by it.
+    pub metal: f32,
+    /// The texture that tells metal; of glTF the one of the roughness.
+    pub metal_texture: Option<BaseTexture>,
+    /// Directions in tangent space, MikkTSpace, green upwards.
+    pub normal_texture: Option<BaseTexture>,
+    /// What the first two numbers of these are multiplied by.
+    pub normal_scale: f32,
+    /// Whether nothing of it is seen through.
+    pub is_opaque: bool,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Self { colour: [1.0; 3], texture: None, with_corners: true }
+        Self { colour: [1.0; 3], texture: None, with_corners: true, finish: Finish::default() }
+    }
+}
+
+impl Default for Finish {
+    fn default() -> Self {
+        Self {
+            emission: [0.0; 3],
+            emission_texture: None,
+            roughness: 1.0,
+            roughness_texture: None,
+            metal: 0.0,
+            metal_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            is_opaque: true,
+        }
     }
 }
 

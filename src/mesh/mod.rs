@@ -39,7 +39,7 @@ pub use attributes::{Attributes, Channel, Role};
 pub use compact::compact;
 pub use edges::{Edge, edges};
 pub use irregular_edges::{IrregularEdges, irregular_edges};
-pub use looks::{BaseTexture, Look, Looks, Wrap, linear_light, srgb};
+pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};

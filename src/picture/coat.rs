@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
+use super::Image;
 use super::texture::{Texture, decode_image};
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
@@ -123,12 +124,54 @@ impl Coat {
     /// assert!(Coat::new(&Attributes::default(), &Looks::default()).0.is_none());
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
+        Self::decoded(attributes, looks, Texture::new)
+    }
+
+    /// The same where the textures are no colours but plain numbers from 0 to 1, as directions and roughness are.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::{Attributes, Look, Looks};
+    /// use neural_mesh::picture::Coat;
+    /// let rough = Looks { of_groups: vec![Look { colour: [0.5; 3], ..Look::default() }], ..Looks::default() };
+    /// let coat = Coat::of_numbers(&Attributes::default(), &rough).0.unwrap();
+    /// assert_eq!(coat.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
+    /// ```
+    pub fn of_numbers(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
+        Self::decoded(attributes, looks, Texture::of_numbers)
+    }
+
+    fn decoded(
+        attributes: &Attributes,
+        looks: &Looks,
+        texture: impl Fn(&Image) -> Texture,
+    ) -> (Option<Self>, Vec<String>) {
         let Some(cover) = Cover::new(attributes, looks) else { return (None, Vec::new()) };
-        let decoded = |image: &Arc<[u8]>| Some(Texture::new(&decode_image(image)?));
+        let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
         let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
         let is_missing = textures.iter().any(Option::is_none);
         let notes = is_missing.then(|| "a texture is not a readable PNG or JPEG: drawn without it".into());
         (Some(Self { cover, textures }), notes.into_iter().collect())
+    }
+
+    /// What covers a face at the place with these weights of its corners: a colour in linear light, or numbers. A sample there is
+    /// as large as the steps of the weights, each of sum 0.
+    pub fn value(&self, face: u32, weights: [f32; 3], steps: [[f32; 3]; 2]) -> [f32; 3] {
+        self.at(face, Vec3::from(weights), || steps.map(Vec3::from)).to_array()
+    }
+
+    /// Whether a face has a texture that could be decoded.
+    pub fn is_textured(&self, face: u32) -> bool {
+        self.cover.texture(face).is_some_and(|(image, _)| self.textures[image].is_some())
+    }
+
+    fn at(&self, face: u32, here: Vec3, steps: impl FnOnce() -> [Vec3; 2]) -> Vec3 {
+        let Coat { cover, textures } = self;
+        let blend = |[a, b, c]: [Vec3; 3]| a * here.x + b * here.y + c * here.z;
+        let colour = cover.paint(face).colour * cover.colours_of(face).map_or(Vec3::ONE, blend);
+        let texture = cover.texture(face).and_then(|(image, wrap)| Some((textures[image].as_ref()?, wrap)));
+        let Some(((texture, wrap), uvs)) = texture.zip(cover.uvs.get(face as usize)) else { return colour };
+        let uv = |weights: Vec3| uvs[0] * weights.x + uvs[1] * weights.y + uvs[2] * weights.z;
+        colour * texture.colour(uv(here), steps().map(uv), wrap)
     }
 
     /// The coat on a mesh of the picture; `None` where it is not that mesh's own.
@@ -185,16 +228,8 @@ pub(super) struct Worn<'a> {
 impl Worn<'_> {
     /// The colour, in linear light, of a face at a place in samples.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
-        let Coat { cover, textures } = self.coat;
         let here = self.weights(face, at);
-        let blend = |[a, b, c]: [Vec3; 3]| a * here.x + b * here.y + c * here.z;
-        let colour = cover.paint(face).colour * cover.colours_of(face).map_or(Vec3::ONE, blend);
-        let texture = cover.texture(face).and_then(|(image, wrap)| Some((textures[image].as_ref()?, wrap)));
-        let Some(((texture, wrap), uvs)) = texture.zip(cover.uvs.get(face as usize)) else { return colour };
-        let uv = |weights: Vec3| uvs[0] * weights.x + uvs[1] * weights.y + uvs[2] * weights.z;
-        let uv_here = uv(here);
-        let step = |along: Vec2| uv(self.weights(face, at + along)) - uv_here;
-        colour * texture.colour(uv_here, [step(Vec2::X), step(Vec2::Y)], wrap)
+        self.coat.at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
     }
 
     /// The weights of a face's corners at a place: linear on the face in space, so weights on the picture count by the inverse

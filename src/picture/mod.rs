@@ -24,7 +24,7 @@ use shade::Colours;
 
 pub use coat::{Coat, Corner, Cover};
 pub use paint::Scale;
-pub use png_file::encode_png;
+pub use png_file::{encode_png, encode_png_opaque};
 pub use texture::{decode_image, shrunk};
 pub use views::{View, view, view_coated};
 

@@ -99,8 +99,17 @@ struct Level {
 impl Texture {
     /// The pyramid of an image that has pixels.
     pub fn new(image: &Image) -> Self {
+        Self::over(Level::whole(image))
+    }
+
+    /// The same of an image whose bytes are plain numbers from 0 to 1 and no colours.
+    pub fn of_numbers(image: &Image) -> Self {
+        Self::over(Level::decoded(image, |byte| f32::from(byte) / 255.0))
+    }
+
+    fn over(whole: Level) -> Self {
         let coarser = |level: &Level| (level.width * level.height > 1).then(|| level.halved());
-        Self { levels: std::iter::successors(Some(Level::whole(image)), coarser).collect() }
+        Self { levels: std::iter::successors(Some(whole), coarser).collect() }
     }
 
     /// The colour at `uv` (v downwards), in linear light, where a sample of the picture is as large as the steps `across`
@@ -119,7 +128,11 @@ impl Texture {
 
 impl Level {
     fn whole(image: &Image) -> Self {
-        let light: Vec<f32> = (0..=255).map(|byte| from_srgb([byte; 3]).x).collect();
+        Self::decoded(image, |byte| from_srgb([byte; 3]).x)
+    }
+
+    fn decoded(image: &Image, value: impl Fn(u8) -> f32) -> Self {
+        let light: Vec<f32> = (0..=255).map(value).collect();
         let pixels = image.rgba.as_chunks::<4>().0;
         let pixels = pixels.iter().map(|&[r, g, b, _]| Vec3::from([r, g, b].map(|byte| light[usize::from(byte)])));
         Self { width: image.width, height: image.height, pixels: pixels.collect() }

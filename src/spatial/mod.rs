@@ -1,11 +1,12 @@
-//! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles; knows no
-//! meshes.
+//! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles, also along a
+//! line; knows no meshes.
 
 mod bounds;
 mod curve_order;
 mod face_tree;
 mod farthest_points;
 mod knn;
+mod nearest_along_line;
 mod nearest_on_triangles;
 mod needle_tree;
 mod occluders;

@@ -29,22 +29,22 @@ const MOST_UNSPLIT: usize = 16;
 /// ```
 pub struct NearestOnTriangles {
     /// Over the triangles in units of the scale.
-    tree: TriangleTree,
+    pub(super) tree: TriangleTree,
     /// Boxes along needles, where nearly all triangles are: then the tree has no nodes.
-    needles: Option<NeedleTree>,
+    pub(super) needles: Option<NeedleTree>,
     /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
-    scale: f64,
+    pub(super) scale: f64,
     /// Triangles so close to the origin that boxes in that unit could not tell them apart.
-    inner: Option<Box<Inner>>,
+    pub(super) inner: Option<Box<Inner>>,
 }
 
 /// Small triangles around the origin, with a unit of their own.
-struct Inner {
-    surface: NearestOnTriangles,
+pub(super) struct Inner {
+    pub(super) surface: NearestOnTriangles,
     /// Their corners.
     triangles: Vec<[[f32; 3]; 3]>,
     /// Which triangle of all each one is.
-    triangle_idx: Vec<u32>,
+    pub(super) triangle_idx: Vec<u32>,
     /// Their largest coordinate.
     most: f64,
 }
@@ -135,6 +135,18 @@ impl NearestOnTriangles {
     pub fn is_any_within_counted(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
         let (hit, n_looks) = self.search(p, reach, accept, true);
         (hit.is_some(), n_looks)
+    }
+
+    /// The nearest point of the triangles that `accept` lets pass, at a distance of `reach` or less; `None` where there is none.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::NearestOnTriangles;
+    /// let surface = NearestOnTriangles::new(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
+    /// let found = |reach: f64| surface.nearest_within([0.2, 0.2, 0.1].into(), reach, |_| true).is_some();
+    /// assert!(found(0.2) && !found(0.05));
+    /// ```
+    pub fn nearest_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        self.search(p, reach, accept, false).0
     }
 
     /// The nearest point of the triangles that `accept` lets pass, at a distance of `reach` or less; or of any of them.

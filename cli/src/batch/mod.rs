@@ -27,7 +27,7 @@ use crate::request::{
     weld_near,
 };
 use crate::words::Voice;
-use crate::{files, interrupt, read, simplify};
+use crate::{bake, files, interrupt, read, request, simplify};
 use inputs::Input;
 use manifest::{Manifest, Row};
 use places::Places;
@@ -78,22 +78,15 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     options(args)?;
     prune_below(args)?;
     repair(args)?;
+    args.bake.map_or(Ok(()), bake::check)?;
     weld_near(args)?;
     args.format.as_deref().map(format_of).transpose()
 }
 
 /// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
 fn request_words(args: &SimplifyArgs) -> String {
-    let sizes = [
-        args.ratio.map(|ratio| format!("--ratio {ratio}")),
-        args.vertices.map(|n| format!("--vertices {n}")),
-        args.faces.map(|n| format!("--faces {n}")),
-        args.error.as_ref().map(|error| format!("--error {error}")),
-        args.size.as_ref().map(|size| format!("--size {size}")),
-    ];
-    let target = sizes.into_iter().flatten().collect::<String>();
     let mut words = [
-        target,
+        size_words(args),
         format!("--assembly {:?} --scores {:?} --optimize {:?}", args.assembly, args.scores, args.optimize),
         format!("--hidden {:?} --seed {}", args.hidden, args.seed),
     ]
@@ -107,6 +100,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.keep_parts.then(|| " --keep-parts".into()),
         args.fill_holes.map(|most| option_words("--fill-holes", most)),
         args.printable.as_ref().map(|size| option_words("--printable", size.as_ref())),
+        args.bake.map(|size| format!(" --bake {size}")),
         args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
@@ -122,6 +116,18 @@ fn request_words(args: &SimplifyArgs) -> String {
     ];
     words.extend(named.into_iter().flatten());
     words
+}
+
+/// The size that is asked for.
+fn size_words(args: &SimplifyArgs) -> String {
+    let sizes = [
+        args.ratio.map(|ratio| format!("--ratio {ratio}")),
+        args.vertices.map(|n| format!("--vertices {n}")),
+        args.faces.map(|n| format!("--faces {n}")),
+        args.error.as_ref().map(|error| format!("--error {error}")),
+        args.size.as_ref().map(|size| format!("--size {size}")),
+    ];
+    sizes.into_iter().flatten().collect()
 }
 
 /// An option as typed, with its value where it has one.
@@ -160,7 +166,9 @@ impl Batch {
         let waiting = self.manifest.waiting();
         self.bar.set_length(waiting.len() as u64);
         let bound = self.args.memory.map_or_else(memory::default_bound, crate::memory::bytes_of);
-        let cost = |i: usize| if self.alone.contains(&i) { u64::MAX } else { memory::estimate(&self.inputs[i]) };
+        let cost = |i: usize| {
+            if self.alone.contains(&i) { u64::MAX } else { memory::estimate(&self.inputs[i], self.args.bake) }
+        };
         let costs = waiting.iter().map(|&i| (i, cost(i))).collect();
         schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i))
     }
@@ -190,9 +198,13 @@ impl Batch {
     }
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
+        let format = self.format.unwrap_or_else(|| outputs::format_for(input));
         Ok(Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld).welded(weld_near(&self.args)?),
-            output_format: self.format.unwrap_or_else(|| outputs::format_for(input)),
+            source: Source::new(input.path.clone(), None, !self.args.no_weld)
+                .welded(weld_near(&self.args)?)
+                .united(self.args.bake.is_some()),
+            output_format: format,
+            bake: request::bake(&self.args, format)?,
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,

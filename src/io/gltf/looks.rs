@@ -1,4 +1,5 @@
-//! Base colours and textures of the materials of an asset, as [`Look`]s; the rest of the materials passes through unread.
+//! What the materials of an asset look like, as [`Look`]s: colours, light of their own, roughness, metal and normal maps. The rest
+//! passes through unread.
 
 use std::sync::Arc;
 
@@ -11,20 +12,27 @@ use super::load_uri::load_uri;
 use super::schema::Primitive;
 use crate::io::ReadError;
 use crate::io::uri::path_inside;
-use crate::mesh::{BaseTexture, Look, Wrap};
+use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
-/// A material, as far as it gives a base colour.
+/// A material, as far as it is read.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 struct Material {
-    pbr_metallic_roughness: BaseColour,
+    pbr_metallic_roughness: Surface,
+    emissive_factor: Vec<f32>,
+    emissive_texture: Option<TextureUse>,
+    normal_texture: Option<TextureUse>,
+    alpha_mode: Option<String>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct BaseColour {
+struct Surface {
     base_color_factor: Option<Vec<f32>>,
     base_color_texture: Option<TextureUse>,
+    metallic_factor: Option<f32>,
+    roughness_factor: Option<f32>,
+    metallic_roughness_texture: Option<TextureUse>,
 }
 
 /// A texture and the set of coordinates on it.
@@ -34,6 +42,7 @@ struct TextureUse {
     index: usize,
     #[serde(default)]
     tex_coord: usize,
+    scale: Option<f32>,
     #[serde(default)]
     extensions: UseExtensions,
 }
@@ -66,8 +75,8 @@ struct Image {
 }
 
 impl Asset {
-    /// What the primitives of each part look like, in the order of [`Asset::parts`], by the numbers of their groups: factor
-    /// and texture of the base colour. Beside it what could not be told, in one line each: transforms of textures are not
+    /// What the primitives of each part look like, in the order of [`Asset::parts`], by the numbers of their groups.
+    /// Beside it what could not be told, in one line each: transforms of textures are not
     /// read, textures whose bytes cannot be had are left out.
     ///
     /// ```
@@ -118,10 +127,30 @@ impl<'a> Reader<'a> {
     }
 
     fn look(&mut self, material: &Material) -> Look {
-        let BaseColour { base_color_factor, base_color_texture } = &material.pbr_metallic_roughness;
+        let Surface { base_color_factor, base_color_texture, .. } = &material.pbr_metallic_roughness;
         let factor = base_color_factor.as_deref().and_then(|factor| factor.first_chunk::<3>()).copied();
         let texture = base_color_texture.as_ref().and_then(|used| self.texture(used));
-        Look { colour: factor.unwrap_or([1.0; 3]), texture, ..Look::default() }
+        let finish = self.finish(material);
+        Look { colour: factor.unwrap_or([1.0; 3]), texture, finish, ..Look::default() }
+    }
+
+    fn finish(&mut self, material: &Material) -> Finish {
+        let Surface { metallic_factor, roughness_factor, metallic_roughness_texture, .. } =
+            &material.pbr_metallic_roughness;
+        let share = |factor: Option<f32>| factor.filter(|x| x.is_finite()).map_or(1.0, |x| x.clamp(0.0, 1.0));
+        let rough = metallic_roughness_texture.as_ref().and_then(|used| self.texture(used));
+        let emission = material.emissive_factor.first_chunk::<3>().copied().unwrap_or_default();
+        Finish {
+            emission: emission.map(|x| if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.0 }),
+            emission_texture: material.emissive_texture.as_ref().and_then(|used| self.texture(used)),
+            roughness: share(*roughness_factor),
+            roughness_texture: rough.clone(),
+            metal: share(*metallic_factor),
+            metal_texture: rough,
+            normal_texture: material.normal_texture.as_ref().and_then(|used| self.texture(used)),
+            normal_scale: material.normal_texture.as_ref().and_then(|used| used.scale).unwrap_or(1.0),
+            is_opaque: material.alpha_mode.as_deref().is_none_or(|mode| mode == "OPAQUE"),
+        }
     }
 
     fn texture(&mut self, used: &TextureUse) -> Option<BaseTexture> {
@@ -212,6 +241,19 @@ mod tests {
             assert_eq!((texture.wrap, looks[0][0].colour), ([Wrap::Clamp, Wrap::Mirror], [0.5, 0.25, 1.0]));
             assert_eq!((&looks[0][1], notes.len()), (&Look { with_corners: false, ..Look::default() }, 0));
         }
+    }
+
+    #[test]
+    fn what_materials_do_with_light_is_read() {
+        let used = r#"{"index": 0}}, "emissiveFactor": [0, 0.5, 2], "emissiveTexture": {"index": 1}, "alphaMode": "MASK",
+            "normalTexture": {"index": 0, "scale": 0.5}, "extras": {"nothing": {}"#;
+        let (looks, notes) = asset(r#"{"bufferView": 1}"#, used).looks();
+        let finish = &looks[0][0].finish;
+        assert_eq!((finish.emission, finish.roughness, finish.metal), ([0.0, 0.5, 1.0], 1.0, 1.0));
+        assert_eq!((finish.normal_scale, finish.is_opaque, notes.len()), (0.5, false, 0));
+        assert!(finish.emission_texture.is_some() && finish.normal_texture.is_some());
+        assert_eq!(finish.metal_texture, None);
+        assert_eq!(looks[0][1].finish, Finish::default());
     }
 
     #[test]

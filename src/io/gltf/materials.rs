@@ -1,9 +1,9 @@
-//! Materials of a new asset: base colours, and textures within the file.
+//! Materials of a new asset: colours and what they do with light, and textures within the file.
 
 use serde_json::{Value, json};
 
 use super::draft::Draft;
-use crate::mesh::{BaseTexture, Look, Wrap};
+use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
 /// The materials that were written, and their textures.
 #[derive(Default)]
@@ -20,15 +20,51 @@ impl<'a> Materials<'a> {
     /// Appends a material with this look and gives its index; what is white and without a texture has a name alone.
     pub fn push(&mut self, draft: &mut Draft, name: &str, look: Option<&'a Look>) -> Value {
         let mut material = json!({"name": name});
-        if let Some(look) = look.filter(|look| look.texture.is_some() || look.colour != [1.0; 3]) {
+        let is_plain =
+            |look: &&Look| look.texture.is_none() && look.colour == [1.0; 3] && look.finish == Finish::default();
+        if let Some(look) = look.filter(|look| !is_plain(look)) {
             let [r, g, b] = look.colour;
-            let mut base = json!({"baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0});
-            if let Some(texture) = look.texture.as_ref().and_then(|texture| self.texture(draft, texture, name)) {
-                base["baseColorTexture"] = json!({"index": texture});
-            }
+            let mut base = json!({"baseColorFactor": [r, g, b, 1.0], "metallicFactor": look.finish.metal});
+            self.put(draft, &mut base, "baseColorTexture", look.texture.as_ref(), name);
+            self.put_finish(draft, &mut material, &mut base, &look.finish, name);
             material["pbrMetallicRoughness"] = base;
         }
         draft.push("materials", material)
+    }
+
+    /// Takes what a material does with light into it and into the part of it that has the base colour.
+    fn put_finish(
+        &mut self,
+        draft: &mut Draft,
+        material: &mut Value,
+        base: &mut Value,
+        finish: &'a Finish,
+        name: &str,
+    ) {
+        let Finish { emission, roughness, roughness_texture: rough, metal_texture: metal, .. } = finish;
+        if *roughness != 1.0 {
+            base["roughnessFactor"] = (*roughness).into();
+        }
+        if rough == metal {
+            self.put(draft, base, "metallicRoughnessTexture", rough.as_ref(), name);
+        } else {
+            self.notes.push(format!("gltf holds roughness and metal in one texture: those of {name} are left out"));
+        }
+        if *emission != [0.0; 3] {
+            material["emissiveFactor"] = emission.to_vec().into();
+            self.put(draft, material, "emissiveTexture", finish.emission_texture.as_ref(), name);
+        }
+        self.put(draft, material, "normalTexture", finish.normal_texture.as_ref(), name);
+        if finish.normal_scale != 1.0 && material.get("normalTexture").is_some() {
+            material["normalTexture"]["scale"] = finish.normal_scale.into();
+        }
+    }
+
+    /// Names a texture within a part of a material, where there is one.
+    fn put(&mut self, draft: &mut Draft, part: &mut Value, key: &str, texture: Option<&'a BaseTexture>, name: &str) {
+        if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, name)) {
+            part[key] = json!({"index": texture});
+        }
     }
 
     fn texture(&mut self, draft: &mut Draft, texture: &'a BaseTexture, material: &str) -> Option<Value> {

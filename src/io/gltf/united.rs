@@ -53,6 +53,8 @@ fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
             extra.groups.push(Group { object: Some(part.name.clone()), material, ..Group::default() });
         }
     }
+    let bends = |role| matches!(role, Role::Skin | Role::MorphPosition);
+    extra.is_bent = asset.parts().iter().flat_map(|part| &part.mesh.attributes.channels).any(|it| bends(it.role));
     let mut channels = asset.parts().iter().flat_map(|part| &part.mesh.attributes.channels);
     let left = channels.any(|channel| !is_carried(channel.role)).then(|| LEFT.to_string());
     (extra, first_groups, [asset.notes(), &notes, left.as_slice()].concat())

@@ -1,0 +1,125 @@
+//! Colours beyond the borders of charts: a viewer blends texels, and coarser levels of a texture many of them.
+
+use rayon::prelude::*;
+
+use super::texel::{Place, Texel};
+
+/// How far colours are carried beyond a border, in texels: five levels of a texture stay clean.
+const REACH: usize = 32;
+
+/// Gives each texel outside the charts what the nearest one of a chart has, as far as [`REACH`]; those beyond what the first one
+/// has.
+pub(super) fn dilate(texels: &mut [Texel], size: usize) {
+    let nearest = nearest_rows(texels, size);
+    let rows = texels.par_chunks(size).zip(nearest.par_chunks(size)).enumerate();
+    let found: Vec<Vec<(usize, usize)>> = rows.map(|(row, (texels, nearest))| sources(row, texels, nearest)).collect();
+    let fallback = texels.iter().find(|texel| texel.place != Place::Outside).copied().unwrap_or_default();
+    for (to, from) in found.into_iter().flatten() {
+        texels[to] = Texel { place: Place::Dilated, ..texels[from] };
+    }
+    let beyond = texels.par_iter_mut().filter(|texel| texel.place == Place::Outside);
+    beyond.for_each(|texel| *texel = Texel { place: Place::Outside, ..fallback });
+}
+
+/// For each texel the nearest row, of those not farther than [`REACH`], whose texel in the same column lies in a chart;
+/// `u32::MAX` for none.
+fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
+    let mut nearest = vec![u32::MAX; texels.len()];
+    sweep(texels, size, 0..size, &mut nearest);
+    sweep(texels, size, (0..size).rev(), &mut nearest);
+    nearest
+}
+
+/// Carries the last row in a chart along the rows, to where none is nearer.
+fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, nearest: &mut [u32]) {
+    let mut last = vec![u32::MAX; size];
+    for row in rows {
+        let distance = |other: u32| if other == u32::MAX { usize::MAX } else { row.abs_diff(other as usize) };
+        for (column, last) in last.iter_mut().enumerate() {
+            let at = row * size + column;
+            if texels[at].place != Place::Outside {
+                *last = row as u32;
+            }
+            if distance(*last) <= REACH && distance(*last) < distance(nearest[at]) {
+                nearest[at] = *last;
+            }
+        }
+    }
+}
+
+/// For the texels of a row outside the charts, the texel of a chart that each is given.
+fn sources(row: usize, texels: &[Texel], nearest: &[u32]) -> Vec<(usize, usize)> {
+    let size = texels.len();
+    let mut found = Vec::new();
+    for column in (0..size).filter(|&column| texels[column].place == Place::Outside) {
+        let mut best = (REACH * REACH + 1, 0);
+        // From its own column outwards, as far as something nearer may lie.
+        for step in 0..=REACH {
+            if step * step >= best.0 {
+                break;
+            }
+            for other in [column.checked_sub(step), Some(column + step).filter(|&other| other < size)] {
+                let Some(other) = other.filter(|&other| nearest[other] != u32::MAX) else { continue };
+                let down = row.abs_diff(nearest[other] as usize);
+                best = best.min((step * step + down * down, nearest[other] as usize * size + other));
+            }
+        }
+        found.extend((best.0 <= REACH * REACH).then_some((row * size + column, best.1)));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Texels of which those in charts have a colour of their own.
+    fn sparse(size: usize, every: u32) -> Vec<Texel> {
+        let texel = |at: u32| {
+            let is_inside = at.wrapping_mul(2_654_435_761).is_multiple_of(every);
+            let colour = [at as u8, (at >> 8) as u8, 7];
+            if is_inside { Texel { colour, place: Place::Inside, ..Texel::default() } } else { Texel::default() }
+        };
+        (0..(size * size) as u32).map(texel).collect()
+    }
+
+    /// The squared distances of a texel to all that lie in charts, with their colours.
+    fn naive(texels: &[Texel], size: usize, at: usize) -> Vec<(usize, [u8; 3])> {
+        let inside = texels.iter().enumerate().filter(|(_, texel)| texel.place == Place::Inside);
+        let distance2 = |other: usize| {
+            let across = (at % size).abs_diff(other % size);
+            let down = (at / size).abs_diff(other / size);
+            across * across + down * down
+        };
+        inside.map(|(other, texel)| (distance2(other), texel.colour)).collect()
+    }
+
+    #[test]
+    fn each_texel_outside_has_what_the_nearest_one_has() {
+        for every in [2, 17, 400, 3000] {
+            let size = 60;
+            let texels = sparse(size, every);
+            let mut dilated = texels.clone();
+            dilate(&mut dilated, size);
+            for (at, texel) in dilated.iter().enumerate() {
+                let all = naive(&texels, size, at);
+                let least = all.iter().map(|(distance2, _)| *distance2).min().unwrap();
+                let is_one = |colour| all.iter().any(|&(distance2, other)| distance2 == least && other == colour);
+                assert!(is_one(texel.colour) || least > REACH * REACH, "{every} {at}: {texel:?}");
+                let place = match least {
+                    0 => Place::Inside,
+                    _ if least <= REACH * REACH => Place::Dilated,
+                    _ => Place::Outside,
+                };
+                assert_eq!(texel.place, place, "{every} {at}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_carry_is_no_trouble() {
+        let mut texels = vec![Texel::default(); 16 * 16];
+        dilate(&mut texels, 16);
+        assert_eq!(texels, vec![Texel::default(); 16 * 16]);
+    }
+}

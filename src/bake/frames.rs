@@ -1,0 +1,187 @@
+//! The normals and tangents of a surface, corner by corner: what a normal map is meant for.
+
+use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
+use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::unfold::Charts;
+use crate::geometry::triangle::area_normal;
+use crate::mesh::{Attributes, Channel, Role, TriMesh};
+
+/// Degrees between faces up to which they share normals. Beyond, a normal between them leans so far over either that a normal map
+/// has no direction for all that the original shows.
+const SMOOTH: f32 = 60.0;
+/// Faces around a vertex from which on all of them share its normal, so that a hub takes no time with each pair of its faces.
+const HUB: usize = 256;
+
+/// Directions at the corners of a mesh.
+pub(super) struct Frames {
+    /// Unit normals that are written, n_faces x 3.
+    pub normals: Vec<[Vec3; 3]>,
+    /// Unit tangents and the sign of the bitangent, n_faces x 3.
+    pub tangents: Vec<[Vec4; 3]>,
+    /// Unit normals that meet at each vertex whatever the angle, n_faces x 3: no gap opens between the lines along them.
+    pub rays: Vec<[Vec3; 3]>,
+}
+
+impl Frames {
+    /// Those of a mesh in charts.
+    pub fn of(mesh: &TriMesh, charts: &Charts) -> Self {
+        let normals = corner_normals(mesh, SMOOTH);
+        let uvs: Vec<[Vec2; 3]> =
+            charts.corners.iter().map(|corners| corners.map(|at| Vec2::from(charts.uv(at)))).collect();
+        let tangents = tangents(mesh, &normals, &uvs);
+        Self { rays: corner_normals(mesh, 180.0), normals, tangents }
+    }
+
+    /// What the corners carry: those with the same values share a wedge.
+    pub fn attributes(&self, charts: &Charts, with_tangents: bool) -> Attributes {
+        let mut known: FxHashMap<(u32, [u32; 3], [u32; 4]), u32> = FxHashMap::default();
+        let (mut uvs, mut normals, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
+        let mut wedge = |face: usize, corner: usize| {
+            let normal = self.normals[face][corner].to_array();
+            let tangent = if with_tangents { self.tangents[face][corner].to_array() } else { [0.0; 4] };
+            let key = (charts.vertices[face][corner], normal.map(f32::to_bits), tangent.map(f32::to_bits));
+            let next = known.len() as u32;
+            *known.entry(key).or_insert_with(|| {
+                uvs.extend(charts.uv(charts.corners[face][corner]));
+                normals.extend(normal);
+                tangents.extend(tangent);
+                next
+            })
+        };
+        let wedges = (0..self.normals.len()).map(|face| [0, 1, 2].map(|corner| wedge(face, corner))).collect();
+        let channel = |name: &str, role, width, values| Channel { name: name.into(), role, width, values };
+        let mut channels = vec![channel("uv", Role::Uv, 2, uvs), channel("normal", Role::Normal, 3, normals)];
+        channels.extend(with_tangents.then(|| channel("tangent", Role::Tangent, 4, tangents)));
+        Attributes { wedges, channels, groups: Vec::new() }
+    }
+}
+
+/// Unit normals at the corners, n_faces x 3: of the faces around the vertex that are joined with the corner's own over edges of at
+/// most so many degrees, by their angles there (Thurmer and Wuthrich 1998).
+pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
+    let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
+    let of_faces: Vec<Vec3> =
+        mesh.faces().par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
+    let around = Around::of(mesh);
+    let least = degrees.to_radians().cos() - 1e-5;
+    let place = |face: u32, vertex: u32| mesh.faces()[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
+    let normals = |vertex: u32| {
+        let faces = around.faces(vertex);
+        let fans = if faces.len() > HUB { vec![0; faces.len()] } else { fans(mesh, faces, vertex, &of_faces, least) };
+        let mut sums = vec![Vec3::ZERO; faces.len()];
+        for (&face, &fan) in faces.iter().zip(&fans) {
+            let angle = angle_at(corners(&mesh.faces()[face as usize]), place(face, vertex));
+            sums[fan] += of_faces[face as usize] * angle;
+        }
+        let normal = |(&face, &fan): (&u32, &usize)| sums[fan].try_normalize().unwrap_or(of_faces[face as usize]);
+        faces.iter().zip(&fans).map(normal).collect::<Vec<Vec3>>()
+    };
+    let n_vertices = mesh.positions().len() as u32;
+    let of_vertices: Vec<Vec<Vec3>> = (0..n_vertices).into_par_iter().map(normals).collect();
+    let mut all = vec![[Vec3::ZERO; 3]; mesh.faces().len()];
+    for (vertex, normals) in (0..n_vertices).zip(of_vertices) {
+        for (&face, normal) in around.faces(vertex).iter().zip(normals) {
+            all[face as usize][place(face, vertex)] = normal;
+        }
+    }
+    all
+}
+
+/// Which of the faces around a vertex are joined over edges that are no creases: the number of the first of each fan.
+fn fans(mesh: &TriMesh, faces: &[u32], vertex: u32, of_faces: &[Vec3], least: f32) -> Vec<usize> {
+    let mut fans: Vec<usize> = (0..faces.len()).collect();
+    for (i, &face) in faces.iter().enumerate() {
+        for (j, &before) in faces[..i].iter().enumerate() {
+            let [a, b] = [face, before].map(|face| mesh.faces()[face as usize]);
+            let is_joined = a.iter().any(|corner| *corner != vertex && b.contains(corner));
+            let [one, other] = [fans[i], fans[j]];
+            if is_joined && one != other && of_faces[face as usize].dot(of_faces[before as usize]) >= least {
+                fans.iter_mut().filter(|fan| **fan == one.max(other)).for_each(|fan| *fan = one.min(other));
+            }
+        }
+    }
+    fans
+}
+
+/// The angle of a triangle at one of its corners.
+fn angle_at(corners: [Vec3; 3], at: usize) -> f32 {
+    let [a, b, c] = [corners[at], corners[(at + 1) % 3], corners[(at + 2) % 3]];
+    let (ab, ac) = (b - a, c - a);
+    ab.cross(ac).length().atan2(ab.dot(ac))
+}
+
+/// The faces around each vertex.
+struct Around {
+    starts: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Around {
+    fn of(mesh: &TriMesh) -> Self {
+        let mut starts = vec![0u32; mesh.positions().len() + 1];
+        mesh.faces().iter().flatten().for_each(|&v| starts[v as usize + 1] += 1);
+        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
+        let (mut next, mut faces) = (starts.clone(), vec![0; 3 * mesh.faces().len()]);
+        for (face, vertices) in mesh.faces().iter().enumerate() {
+            for &vertex in vertices {
+                faces[next[vertex as usize] as usize] = face as u32;
+                next[vertex as usize] += 1;
+            }
+        }
+        Self { starts, faces }
+    }
+
+    fn faces(&self, vertex: u32) -> &[u32] {
+        &self.faces[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
+    }
+}
+
+/// Tangents by MikkTSpace at the corners of a mesh with these normals and texture coordinates (v upwards), n_faces x 3.
+pub(super) fn tangents(mesh: &TriMesh, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> Vec<[Vec4; 3]> {
+    let any = |normal: &Vec3| normal.try_normalize().unwrap_or(Vec3::Z).any_orthonormal_vector().extend(1.0);
+    let tangents = normals.iter().map(|normals| normals.each_ref().map(any)).collect();
+    let mut corners = Corners { mesh, normals, uvs, tangents };
+    // Its error has no case.
+    let _ = generate_tangents(&mut corners);
+    corners.tangents
+}
+
+struct Corners<'a> {
+    mesh: &'a TriMesh,
+    normals: &'a [[Vec3; 3]],
+    uvs: &'a [[Vec2; 3]],
+    tangents: Vec<[Vec4; 3]>,
+}
+
+impl Geometry for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.faces().len()
+    }
+
+    fn num_vertices_of_face(&self, _: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.positions()[self.mesh.faces()[face][corner] as usize]
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.normals[face][corner].to_array()
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        self.uvs[face][corner].to_array()
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
+        let tangent = space.map(|space| Vec4::from(space.tangent_encoded()));
+        // Glued to the normal, or of no length, it spans nothing.
+        let normal = self.normals[face][corner];
+        let is_across = |tangent: &Vec4| tangent.is_finite() && normal.cross(tangent.truncate()).length() > 0.1;
+        self.tangents[face][corner] = tangent.filter(is_across).unwrap_or(self.tangents[face][corner]);
+    }
+}

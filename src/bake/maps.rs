@@ -1,0 +1,95 @@
+//! Texels as the textures of one material; what is the same throughout becomes a factor.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::BakeOptions;
+use super::texel::{Texel, byte};
+use crate::mesh::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
+use crate::picture::{Image, encode_png_opaque};
+
+/// The direction of a surface that the normal map leaves as it is.
+const STRAIGHT: [u8; 3] = [128, 128, 255];
+
+/// The material that the texels make, size x size; `looks` are those of the original, whose factors stay as exact as they are.
+pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
+    let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
+    let colour = shared(texels, |texel| texel.colour);
+    let is_straight = shared(texels, |texel| texel.normal) == Some(STRAIGHT);
+    // The two that take longest at once.
+    let (texture, normal_texture) = rayon::join(
+        || colour.is_none().then(|| map(|texel| texel.colour)),
+        || (!is_straight).then(|| map(|texel| texel.normal)),
+    );
+    let emission = shared(texels, |texel| texel.emission);
+    let finish = Finish {
+        emission: light(emission, exact(looks, |look| look.finish.emission)),
+        emission_texture: emission.is_none().then(|| map(|texel| texel.emission)),
+        normal_texture,
+        ..surface(texels, looks, options)
+    };
+    Look { colour: light(colour, exact(looks, |look| look.colour)), texture, with_corners: false, finish }
+}
+
+/// Roughness and metal.
+fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
+    let map = |of: fn(&Texel) -> [u8; 3]| Some(texture(texels, options.size, of));
+    let roughness = shared(texels, |texel| texel.roughness);
+    let metal = shared(texels, |texel| texel.metal);
+    let (roughness_texture, metal_texture) = match (roughness, metal) {
+        (Some(_), Some(_)) => (None, None),
+        _ if !options.separate_maps => {
+            let both = map(|texel| [255, texel.roughness, texel.metal]);
+            (both.clone(), both)
+        }
+        _ => (
+            roughness.map_or_else(|| map(|texel| [texel.roughness; 3]), |_| None),
+            metal.map_or_else(|| map(|texel| [texel.metal; 3]), |_| None),
+        ),
+    };
+    let factor = |bytes: Option<u8>, exact: Option<f32>, texture: &Option<BaseTexture>| match bytes {
+        Some(bytes) if texture.is_none() => {
+            exact.filter(|&exact| byte(exact) == bytes).unwrap_or(f32::from(bytes) / 255.0)
+        }
+        _ => 1.0,
+    };
+    Finish {
+        roughness: factor(roughness, exact(looks, |look| look.finish.roughness), &roughness_texture),
+        metal: factor(metal, exact(looks, |look| look.finish.metal), &metal_texture),
+        roughness_texture,
+        metal_texture,
+        ..Finish::default()
+    }
+}
+
+/// What all texels have; `None` where they differ.
+fn shared<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
+    let first = of(texels.first()?);
+    texels.par_iter().all(|texel| of(texel) == first).then_some(first)
+}
+
+/// What all groups of the original have.
+fn exact<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
+    let Some(first) = looks.of_groups.first() else { return Some(of(&Look::default())) };
+    looks.of_groups.iter().all(|look| of(look) == of(first)).then(|| of(first))
+}
+
+/// A colour in linear light from its bytes, or from what these are the bytes of; white under a texture.
+fn light(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
+    let Some(bytes) = bytes else { return [1.0; 3] };
+    let exact = exact.filter(|exact| exact.map(|x| byte(srgb(x.clamp(0.0, 1.0)))) == bytes);
+    exact.unwrap_or(bytes.map(|byte| linear_light(f32::from(byte) / 255.0)))
+}
+
+/// A texture with these colours.
+fn texture(texels: &[Texel], size: usize, of: fn(&Texel) -> [u8; 3]) -> BaseTexture {
+    let pixels = |texel: &Texel| {
+        let [r, g, b] = of(texel);
+        [r, g, b, 255]
+    };
+    let rgba: Vec<[u8; 4]> = texels.par_iter().map(pixels).collect();
+    let image = Image { width: size, height: size, rgba: rgba.into_flattened() };
+    let image: Arc<[u8]> = encode_png_opaque(&image).into();
+    BaseTexture { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
+}

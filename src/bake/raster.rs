@@ -1,0 +1,181 @@
+//! The texels of all charts, row by row: where each lies on the surface, and what the original has there.
+
+use glam::{DVec2, DVec3, Mat3, Vec3};
+use rayon::prelude::*;
+
+use super::fine::{Fine, Question};
+use super::frames::Frames;
+use super::texel::{Place, Texel, byte};
+use super::unfold::Charts;
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use crate::geometry::triangle::area_normal;
+use crate::mesh::{TriMesh, srgb};
+
+/// How far from a chart a texel still takes part of it: a viewer that blends four texels asks no farther.
+const BORDER: f64 = 1.0;
+/// Cosine between a ray and its face below which the face's own normal is taken: flatter rays leave the surface nearby.
+const STEEP: f32 = 0.2;
+/// The least that a direction in tangent space rises: below, viewers see the surface from behind.
+const RISE: f32 = 0.02;
+
+/// All that a texel is made of.
+struct Canvas<'a> {
+    mesh: &'a TriMesh,
+    charts: &'a Charts,
+    frames: &'a Frames,
+    fine: &'a Fine<'a>,
+    /// Faces near each row, by their numbers: those of row i from `starts[i]`.
+    starts: Vec<usize>,
+    faces: Vec<u32>,
+}
+
+/// The texels of the charts, row by row from the top; those outside are not yet given anything.
+pub(super) fn drawn(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &Fine) -> Vec<Texel> {
+    let (starts, faces) = rows(charts);
+    let canvas = Canvas { mesh, charts, frames, fine, starts, faces };
+    let mut texels = vec![Texel::default(); charts.size * charts.size];
+    texels.par_chunks_mut(charts.size).enumerate().for_each(|(row, line)| canvas.draw_row(row, line));
+    texels
+}
+
+/// The faces that lie in each row of texels or beside it.
+fn rows(charts: &Charts) -> (Vec<usize>, Vec<u32>) {
+    let size = charts.size as f64;
+    let range = |face: usize| {
+        let ys = charts.corners[face].map(|at| size - at.y);
+        let [low, high] = [ys.iter().copied().fold(f64::INFINITY, f64::min), ys.iter().copied().fold(0.0, f64::max)];
+        let first = (low - 0.5 - BORDER).ceil().max(0.0) as usize;
+        first..((high - 0.5 + BORDER).floor() + 1.0).clamp(0.0, size) as usize
+    };
+    let laid = || (0..charts.corners.len()).filter(|&face| charts.is_laid[face]);
+    let mut starts = vec![0; charts.size + 1];
+    laid().flat_map(range).for_each(|row| starts[row + 1] += 1);
+    (0..charts.size).for_each(|row| starts[row + 1] += starts[row]);
+    let (mut next, mut faces) = (starts.clone(), vec![0; starts[charts.size]]);
+    for face in laid() {
+        for row in range(face) {
+            faces[next[row]] = face as u32;
+            next[row] += 1;
+        }
+    }
+    (starts, faces)
+}
+
+impl Canvas<'_> {
+    fn draw_row(&self, row: usize, line: &mut [Texel]) {
+        let y = (self.charts.size - row) as f64 - 0.5;
+        let faces = &self.faces[self.starts[row]..self.starts[row + 1]];
+        for &face in faces {
+            let corners = self.charts.corners[face as usize];
+            let Some((low, high)) = crossing(corners, y) else { continue };
+            for column in columns(low, high, line.len()) {
+                let at = DVec2::new(column as f64 + 0.5, y);
+                if line[column].place == Place::Outside
+                    && let Some(weights) = weights(corners, at)
+                {
+                    line[column] = self.texel(face, weights, Place::Inside);
+                }
+            }
+        }
+        self.draw_borders(y, faces, line);
+    }
+
+    /// The texels beside charts, each as the nearest face has it.
+    fn draw_borders(&self, y: f64, faces: &[u32], line: &mut [Texel]) {
+        let mut best: Vec<(f64, u32, [f64; 3])> = vec![(f64::INFINITY, u32::MAX, [0.0; 3]); line.len()];
+        for &face in faces {
+            let corners = self.charts.corners[face as usize];
+            let xs = corners.map(|at| at.x);
+            let low = xs.iter().copied().fold(f64::INFINITY, f64::min) - BORDER;
+            let high = xs.iter().copied().fold(0.0, f64::max) + BORDER;
+            for column in columns(low, high, line.len()).filter(|&column| line[column].place == Place::Outside) {
+                let at = DVec3::new(column as f64 + 0.5, y, 0.0);
+                let corners = corners.map(|corner| corner.extend(0.0));
+                let weights = nearest_weights_f64(at, corners);
+                let near = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+                let distance = near.distance(at);
+                if distance <= BORDER && distance < best[column].0 {
+                    best[column] = (distance, face, weights);
+                }
+            }
+        }
+        for (texel, (_, face, weights)) in line.iter_mut().zip(best).filter(|(_, (_, face, _))| *face != u32::MAX) {
+            *texel = self.texel(face, weights, Place::Border);
+        }
+    }
+
+    /// What the original has at a place of a face.
+    fn texel(&self, face: u32, weights: [f64; 3], place: Place) -> Texel {
+        let corners = self.mesh.faces()[face as usize].map(|v| self.mesh.positions()[v as usize]);
+        let points = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let point = points[0] * weights[0] + points[1] * weights[1] + points[2] * weights[2];
+        let steps = steps(points, self.charts.corners[face as usize]);
+        let weights = weights.map(|weight| weight as f32);
+        let blend = |[a, b, c]: [Vec3; 3]| a * weights[0] + b * weights[1] + c * weights[2];
+        let own = area_normal(corners.map(Vec3::from)).normalize_or_zero();
+        let ray = blend(self.frames.rays[face as usize]).normalize_or_zero();
+        let ray = if ray.dot(own) > STEEP || own == Vec3::ZERO { ray } else { own };
+        let Some(answer) = self.fine.at(&Question { point, ray, normal: own, steps }) else { return Texel::default() };
+        let normal = blend(self.frames.normals[face as usize]);
+        let tangents = self.frames.tangents[face as usize];
+        let tangent = blend(tangents.map(|tangent| tangent.truncate()));
+        let direction = in_frame(answer.normal, normal, tangent, tangents[0].w);
+        let bytes = |colour: Vec3| colour.to_array().map(|x| byte(srgb(x.clamp(0.0, 1.0))));
+        Texel {
+            colour: bytes(answer.sample.colour),
+            emission: bytes(answer.sample.emission),
+            roughness: byte(answer.sample.roughness),
+            metal: byte(answer.sample.metal),
+            normal: direction.to_array().map(|x| byte(0.5 * x + 0.5)),
+            place,
+        }
+    }
+}
+
+/// A direction in the tangent space of a place, as MikkTSpace has it: of blended normal and tangent, neither made a unit again.
+fn in_frame(direction: Vec3, normal: Vec3, tangent: Vec3, sign: f32) -> Vec3 {
+    let frame = Mat3::from_cols(tangent, sign * normal.cross(tangent), normal);
+    let within = (frame.inverse() * direction).try_normalize().filter(|within| within.is_finite());
+    let within = within.unwrap_or(Vec3::Z);
+    within.with_z(within.z.max(RISE)).normalize()
+}
+
+/// How far the next texel across and the next one down are on a face.
+fn steps(points: [DVec3; 3], corners: [DVec2; 3]) -> [DVec3; 2] {
+    let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let area = ab.perp_dot(ac);
+    if area == 0.0 {
+        return [DVec3::ZERO; 2];
+    }
+    let (pq, pr) = (points[1] - points[0], points[2] - points[0]);
+    [(pq * ac.y - pr * ab.y) / area, (pq * ac.x - pr * ab.x) / area]
+}
+
+/// Where a line across the texture enters and leaves a triangle.
+fn crossing(corners: [DVec2; 3], y: f64) -> Option<(f64, f64)> {
+    let mut span: Option<(f64, f64)> = None;
+    for i in 0..3 {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        if (a.y <= y) == (b.y <= y) {
+            continue;
+        }
+        let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
+        span = Some(span.map_or((x, x), |(low, high)| (low.min(x), high.max(x))));
+    }
+    span
+}
+
+/// The texels whose middles lie between two places of a row.
+fn columns(low: f64, high: f64, size: usize) -> std::ops::Range<usize> {
+    let first = (low - 0.5).ceil().max(0.0) as usize;
+    first..((high - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize
+}
+
+/// The weights of a triangle's corners at a place in it; `None` where it has no area.
+fn weights([a, b, c]: [DVec2; 3], at: DVec2) -> Option<[f64; 3]> {
+    let area = (b - a).perp_dot(c - a);
+    let v = (at - a).perp_dot(c - a) / area;
+    let w = (b - a).perp_dot(at - a) / area;
+    let [v, w] = [v, w].map(|x| x.clamp(0.0, 1.0));
+    (area != 0.0).then_some([(1.0 - v - w).max(0.0), v, w])
+}

@@ -1,0 +1,134 @@
+//! What an original looks like at each place: its materials, ready to be sampled.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::Original;
+use super::frames::tangents;
+use crate::mesh::{Finish, Look, Looks};
+use crate::picture::{Coat, Cover};
+
+/// The materials; none of a kind where it is 1 throughout.
+pub(super) struct Worn {
+    colour: Option<Coat>,
+    emission: Option<Coat>,
+    roughness: Option<Coat>,
+    metal: Option<Coat>,
+    directions: Option<Directions>,
+}
+
+/// A normal map of the original.
+struct Directions {
+    coat: Coat,
+    /// What it is meant for, n_faces x 3.
+    tangents: Vec<[Vec4; 3]>,
+    /// What its first two numbers are multiplied by, for each group.
+    scales: Vec<f32>,
+    groups: Vec<u32>,
+}
+
+/// A place on the original.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    pub face: u32,
+    /// Those of its corners.
+    pub weights: [f32; 3],
+    /// By how much these change from one texel to the next, across and down.
+    pub steps: [[f32; 3]; 2],
+}
+
+/// What it looks like there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sample {
+    /// Linear light.
+    pub colour: Vec3,
+    /// Linear light.
+    pub emission: Vec3,
+    pub roughness: f32,
+    pub metal: f32,
+}
+
+impl Worn {
+    /// The materials of an original with these normals at its corners; beside it what could not be had.
+    pub fn of(original: &Original, normals: &[[Vec3; 3]]) -> (Self, Vec<String>) {
+        let Original { attributes, looks, .. } = original;
+        let n_groups = attributes.groups.iter().max().map_or(1, |&group| group as usize + 1);
+        let each = |of: &dyn Fn(&Look) -> Look| {
+            let plain = Look::default();
+            let look = |group: usize| of(looks.of_groups.get(group).unwrap_or(&plain));
+            Looks { of_groups: (0..n_groups).map(look).collect(), ..Looks::clone(looks) }
+        };
+        let bare = |colour: [f32; 3], texture: &Option<_>| {
+            // What is multiplied by nothing need not be decoded.
+            let texture = texture.clone().filter(|_| colour != [0.0; 3]);
+            Look { colour, texture, with_corners: false, finish: Finish::default() }
+        };
+        let emission = each(&|look| bare(look.finish.emission, &look.finish.emission_texture));
+        let roughness = each(&|look| bare([look.finish.roughness; 3], &look.finish.roughness_texture));
+        let metal = each(&|look| bare([look.finish.metal; 3], &look.finish.metal_texture));
+        let directions = each(&|look| bare([1.0; 3], &look.finish.normal_texture));
+        let mut notes = Vec::new();
+        let mut noted = |(coat, more): (Option<Coat>, Vec<String>)| {
+            notes.extend(more.into_iter().map(|note| note.replace("drawn", "baked")));
+            coat
+        };
+        let worn = Self {
+            colour: noted(Coat::new(attributes, &each(&Look::clone))),
+            emission: noted(Coat::new(attributes, &emission)),
+            roughness: noted(Coat::of_numbers(attributes, &roughness)),
+            metal: noted(Coat::of_numbers(attributes, &metal)),
+            directions: Directions::of(original, &directions, normals, &mut noted),
+        };
+        if looks.of_groups.iter().any(|look| !look.finish.is_opaque) {
+            notes.push("opacity is not baked: the result is opaque".into());
+        }
+        notes.dedup();
+        (worn, notes)
+    }
+
+    /// What it looks like at a place.
+    pub fn at(&self, spot: &Spot) -> Sample {
+        let value = |coat: &Option<Coat>| {
+            Vec3::from(coat.as_ref().map_or([1.0; 3], |coat| coat.value(spot.face, spot.weights, spot.steps)))
+        };
+        // Roughness is the green of a texture, metal the blue.
+        let (roughness, metal) = (value(&self.roughness).y, value(&self.metal).z);
+        Sample { colour: value(&self.colour), emission: value(&self.emission), roughness, metal }
+    }
+
+    /// The normal at a place by a normal map of the original, where it has one there, from that of its corners.
+    pub fn turned(&self, spot: &Spot, normal: Vec3) -> Vec3 {
+        self.directions.as_ref().and_then(|directions| directions.turned(spot, normal)).unwrap_or(normal)
+    }
+}
+
+impl Directions {
+    fn of(
+        original: &Original,
+        looks: &Looks,
+        normals: &[[Vec3; 3]],
+        noted: &mut impl FnMut((Option<Coat>, Vec<String>)) -> Option<Coat>,
+    ) -> Option<Self> {
+        looks.of_groups.iter().find(|look| look.texture.is_some())?;
+        let coat = noted(Coat::of_numbers(original.attributes, looks))?;
+        let cover = Cover::new(original.attributes, looks)?;
+        let uv = |face: u32| cover.corners(face).map(|corner| Vec2::new(corner.uv[0], 1.0 - corner.uv[1]));
+        let uvs: Vec<[Vec2; 3]> = (0..original.mesh.faces().len() as u32).map(uv).collect();
+        let scales = original.looks.of_groups.iter().map(|look| look.finish.normal_scale).collect();
+        let groups = original.attributes.groups.clone();
+        Some(Self { coat, tangents: tangents(original.mesh, normals, &uvs), scales, groups })
+    }
+
+    fn turned(&self, spot: &Spot, normal: Vec3) -> Option<Vec3> {
+        if !self.coat.is_textured(spot.face) {
+            return None;
+        }
+        let group = self.groups.get(spot.face as usize).map_or(0, |&group| group as usize);
+        let scale = self.scales.get(group).copied().unwrap_or(1.0);
+        let direction = Vec3::from(self.coat.value(spot.face, spot.weights, spot.steps)) * 2.0 - Vec3::ONE;
+        let [a, b, c] = self.tangents.get(spot.face as usize)?;
+        let tangent = *a * spot.weights[0] + *b * spot.weights[1] + *c * spot.weights[2];
+        let across = a.w.signum() * normal.cross(tangent.truncate());
+        let turned = tangent.truncate() * direction.x * scale + across * direction.y * scale + normal * direction.z;
+        turned.try_normalize()
+    }
+}

@@ -1,0 +1,246 @@
+//! Where a line through a point first meets triangles, looked for both ways at once.
+//!
+//! Triangles are met by the test of Moller and Trumbore (1997) in double precision, a hair wider than they are, so that no
+//! line slips through between two of them.
+
+use glam::DVec3;
+
+use super::nearest_on_triangles::{Hit, NearestOnTriangles};
+use super::needle_tree::NeedleTree;
+use super::triangle_tree::{NO_CHILD, Node};
+
+/// How far beyond its edges a triangle is met, as a share of its size.
+const WIDER: f64 = 1e-6;
+/// By how much boxes are widened, where coordinates are at most 1: more than single precision rounds.
+const MARGIN: f32 = 1e-6;
+
+/// A line in the unit of the tree, and what it has met.
+struct Line {
+    from: DVec3,
+    /// Of length 1.
+    along: DVec3,
+    /// The same in single precision, and its inverse.
+    from32: [f32; 3],
+    inverse: [f32; 3],
+    /// How far the nearest crossing is; before there is one, how far to look.
+    reach: f64,
+    hit: Option<Hit>,
+}
+
+impl NearestOnTriangles {
+    /// The crossing nearest to `p` of the line through it along `direction` with the triangles that `accept` lets pass, at
+    /// most `reach` away, on either side; `None` where there is none or the direction has no length. At equal distances the first
+    /// triangle wins.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::NearestOnTriangles;
+    /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+    /// let surface = NearestOnTriangles::new(&[at(1.0), at(-2.0)]);
+    /// let hit = |reach: f64| surface.along([0.2, 0.2, 0.0].into(), [0.0, 0.0, -5.0].into(), reach, |_| true);
+    /// assert_eq!(hit(3.0).map(|hit| (hit.triangle, hit.distance2)), Some((0, 1.0)));
+    /// assert_eq!(hit(0.5), None);
+    /// ```
+    pub fn along(&self, p: DVec3, direction: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        self.along_unit(p, direction.try_normalize()?, reach, &accept)
+    }
+
+    /// The same along a direction of length 1; behind a pointer, or there would be a type for each unit.
+    fn along_unit(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
+        let outer = self.along_outside(p, along, reach, accept);
+        let inner = self.inner.as_ref().and_then(|inner| {
+            let nearer = outer.map_or(reach, |hit| hit.distance2.sqrt());
+            let hit = inner.surface.along_unit(p, along, nearer, &|i| accept(inner.triangle_idx[i as usize]))?;
+            Some(Hit { triangle: inner.triangle_idx[hit.triangle as usize], ..hit })
+        });
+        let order = |a: &Hit, b: &Hit| a.distance2.total_cmp(&b.distance2).then(a.triangle.cmp(&b.triangle));
+        [outer, inner].into_iter().flatten().min_by(order)
+    }
+
+    /// The same among the triangles that are not the inner ones.
+    fn along_outside(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
+        let from = p * self.scale;
+        let inverse = along.as_vec3().recip().to_array();
+        let from32 = from.as_vec3().to_array();
+        let mut line = Line { from, along, from32, inverse, reach: reach * self.scale, hit: None };
+        match &self.needles {
+            Some(needles) => self.follow_needles(needles, accept, &mut line),
+            None if self.tree.nodes.is_empty() => {}
+            None => self.follow(0, accept, &mut line),
+        }
+        let hit = line.hit?;
+        let distance2 = hit.distance2 / (self.scale * self.scale);
+        Some(Hit { point: hit.point / self.scale, distance2, ..hit })
+    }
+
+    fn follow_needles(&self, needles: &NeedleTree, accept: &dyn Fn(u32) -> bool, line: &mut Line) {
+        // Coordinates are at most 1.
+        let reach = line.reach.min(4.0 + line.from.length());
+        let [begin, end] = [-reach, reach].map(|reach| line.from + reach * line.along);
+        needles.visit_met([begin, end, end], |leaf| {
+            let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
+            accepted.for_each(|i| line.meet(&self.tree.corners[i], self.tree.triangle_idx[i]));
+        });
+    }
+
+    fn follow(&self, node: u32, accept: &dyn Fn(u32) -> bool, line: &mut Line) {
+        let node = &self.tree.nodes[node as usize];
+        for child in 0..4 {
+            if node.len[child] == NO_CHILD || !line.enters(node, child) {
+                continue;
+            }
+            let first = node.first[child] as usize;
+            if node.len[child] == 0 {
+                self.follow(first as u32, accept, line);
+                continue;
+            }
+            for i in first..first + usize::from(node.len[child]) {
+                if accept(self.tree.triangle_idx[i]) {
+                    line.meet(&self.tree.corners[i], self.tree.triangle_idx[i]);
+                }
+            }
+        }
+    }
+}
+
+impl Line {
+    /// Whether the part of the line that is still of interest meets a box.
+    fn enters(&self, node: &Node, child: usize) -> bool {
+        let reach = self.reach as f32 + MARGIN;
+        let (mut begin, mut end) = (-reach, reach);
+        for axis in 0..3 {
+            let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
+            let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
+            // What is no number, 0 times infinity, bounds nothing.
+            begin = begin.max(low.min(high));
+            end = end.min(low.max(high));
+        }
+        begin <= end
+    }
+
+    /// Takes the crossing with a triangle where it is nearer than all before.
+    fn meet(&mut self, corners: &[[f32; 3]; 3], triangle: u32) {
+        let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let (ab, ac) = (b - a, c - a);
+        let across = self.along.cross(ac);
+        let slope = ab.dot(across);
+        let ap = self.from - a;
+        let v = ap.dot(across) / slope;
+        let w = self.along.dot(ap.cross(ab)) / slope;
+        let is_within = v >= -WIDER && w >= -WIDER && v + w <= 1.0 + WIDER;
+        let far = (ac.dot(ap.cross(ab)) / slope).abs();
+        if !is_within || !far.is_finite() || far > self.reach {
+            return;
+        }
+        let known = self.hit.map_or(u32::MAX, |hit| hit.triangle);
+        if far < self.reach || triangle < known {
+            let weights = [1.0 - v - w, v, w];
+            self.hit = Some(Hit { triangle, weights, point: a + ab * v + ac * w, distance2: far * far });
+            self.reach = far;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::Bounds;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+    fn numbers(seed: u64) -> impl FnMut() -> f32 {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        move || 2.0 * (rng.next_u32() as f32 / u32::MAX as f32) - 1.0
+    }
+
+    fn triangles(n: usize, size: f32) -> Vec<[[f32; 3]; 3]> {
+        let mut unit = numbers(n as u64);
+        let mut triangle = || {
+            let at = [(); 3].map(|()| unit());
+            [(); 3].map(|()| at.map(|x| x + size * unit()))
+        };
+        (0..n).map(|_| triangle()).collect()
+    }
+
+    /// The nearest crossing by all triangles, one after the other.
+    fn naive(triangles: &[[[f32; 3]; 3]], from: DVec3, along: DVec3, reach: f64) -> Option<(u32, f64)> {
+        let mut line = Line { from, along: along.normalize(), from32: [0.0; 3], inverse: [0.0; 3], reach, hit: None };
+        triangles.iter().zip(0..).for_each(|(corners, i)| line.meet(corners, i));
+        line.hit.map(|hit| (hit.triangle, hit.distance2.sqrt()))
+    }
+
+    #[test]
+    fn agrees_with_brute_force() {
+        for (n, size) in [(1, 1.0), (40, 0.5), (3000, 0.05)] {
+            let triangles = triangles(n, size);
+            let surface = NearestOnTriangles::new(&triangles);
+            let mut unit = numbers(5);
+            let mut n_hits = 0;
+            for _ in 0..500 {
+                let [from, along] = [(); 2].map(|()| DVec3::from([(); 3].map(|()| f64::from(unit()))));
+                let reach = f64::from(unit().abs());
+                let found = surface.along(from, along, reach, |_| true).map(|hit| (hit.triangle, hit.distance2.sqrt()));
+                let wanted = naive(&triangles, from, along, reach);
+                let is_same = match (found, wanted) {
+                    (Some(found), Some(wanted)) => found.0 == wanted.0 && (found.1 - wanted.1).abs() < 1e-12,
+                    (found, wanted) => found == wanted,
+                };
+                assert!(is_same, "{found:?} {wanted:?}");
+                n_hits += usize::from(found.is_some());
+            }
+            assert!(n_hits > if n == 1 { 3 } else { 100 }, "{n}: {n_hits}");
+        }
+    }
+
+    #[test]
+    fn needles_of_a_fan_are_met_too() {
+        let rim = |i: u32| [(i as f32 * 3e-4).cos(), (i as f32 * 3e-4).sin(), 0.3 * (i as f32 * 1e-3).sin()];
+        let fan: Vec<[[f32; 3]; 3]> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        let surface = NearestOnTriangles::new(&fan);
+        assert!(surface.needles.is_some());
+        for (from, along) in
+            [([0.3, 0.4, 0.5], DVec3::Z), ([-0.2, 0.5, 0.1], DVec3::new(0.1, -0.2, 1.0)), ([3.0, 3.0, 0.0], DVec3::Z)]
+        {
+            let found = surface.along(from.into(), along, f64::INFINITY, |_| true);
+            let wanted = naive(&fan, from.into(), along, f64::INFINITY);
+            assert_eq!(found.map(|hit| hit.triangle), wanted.map(|(triangle, _)| triangle));
+            assert_eq!(found.is_some(), from[0] < 1.0);
+        }
+    }
+
+    #[test]
+    fn lines_along_axes_meet_flat_boxes() {
+        let floor = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
+        let surface = NearestOnTriangles::new(&(0..40).map(|x| floor(x as f32)).collect::<Vec<_>>());
+        for axis in [DVec3::Z, -DVec3::Z] {
+            let hit = surface.along([7.25, 0.25, 0.5].into(), axis, 1.0, |_| true).unwrap();
+            assert_eq!((hit.triangle, hit.distance2, hit.point), (7, 0.25, DVec3::new(7.25, 0.25, 0.0)));
+        }
+        assert!(surface.along([7.25, 0.25, 0.5].into(), DVec3::X, 9.0, |_| true).is_none());
+        assert!(surface.along([7.25, 0.25, 0.5].into(), DVec3::ZERO, 9.0, |_| true).is_none());
+    }
+
+    #[test]
+    fn edges_let_nothing_through_and_the_first_triangle_wins() {
+        let corners: [[f32; 3]; 4] = [[0.1, 0.2, 0.3], [1.3, 0.4, 0.1], [0.9, 1.7, 0.2], [-0.3, 1.1, 0.4]];
+        let [a, b, c, d] = corners;
+        let surface = NearestOnTriangles::new(&[[a, b, c], [a, c, d]]);
+        for i in 0..=1000 {
+            let at = DVec3::from(a.map(f64::from)).lerp(DVec3::from(c.map(f64::from)), f64::from(i) / 1000.0);
+            let hit = surface.along(at + DVec3::Z * 0.3, DVec3::Z, 1.0, |_| true).unwrap();
+            assert!((hit.point - at).length() < 1e-5, "{i}");
+        }
+        let twice = NearestOnTriangles::new(&[[a, b, c], [a, b, c]]);
+        assert_eq!(twice.along([0.7, 0.7, 0.0].into(), DVec3::Z, 9.0, |_| true).unwrap().triangle, 0);
+        assert_eq!(twice.along([0.7, 0.7, 0.0].into(), DVec3::Z, 9.0, |i| i > 0).unwrap().triangle, 1);
+    }
+
+    #[test]
+    fn small_triangles_around_the_origin_are_met_too() {
+        let mut all = triangles(200, 0.3);
+        all.extend(triangles(200, 0.3).into_iter().map(|t| t.map(|p| p.map(|x| 1e-11 * x))));
+        let surface = NearestOnTriangles::new(&all);
+        assert!(surface.inner.is_some() && Bounds::of(&all[300]).high[0] < 1e-10);
+        let hit = surface.along(DVec3::ZERO, DVec3::new(0.3, 0.5, 0.7), 1e-10, |_| true).unwrap();
+        assert!(hit.triangle >= 200, "{hit:?}");
+    }
+}
