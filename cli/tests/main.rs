@@ -12,6 +12,7 @@ mod degenerate;
 #[cfg(all(feature = "evaluate", unix))] // The tools are shell scripts.
 mod evaluate;
 mod files;
+mod formats;
 mod hidden;
 mod memory;
 mod mesh_points;

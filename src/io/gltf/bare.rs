@@ -1,4 +1,4 @@
-//! A mesh that came from no glTF file as an asset of one node: a primitive and a material for each group of faces.
+//! A mesh that came from no glTF file as an asset of a node for each object: a primitive and a material for each group of faces.
 
 use serde_json::{Value, json};
 
@@ -9,9 +9,10 @@ use super::materials::Materials;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::repack::pack;
 use super::rewrite::faces_by_group;
+use crate::io::extra::Named;
 use crate::io::write::Content;
 use crate::io::{Format, WriteError};
-use crate::mesh::{Attributes, Channel, Look, Role, linear_light};
+use crate::mesh::{Attributes, Channel, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
 ///
@@ -37,15 +38,14 @@ pub fn write_gltf(
     group_names: &[String],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    write_with_looks(part, origin, group_names, &[], format)
+    write_with_looks(part, origin, &Named { groups: group_names, ..Named::default() }, format)
 }
 
-/// As [`write_gltf`], with what each group looks like, as far as that is known.
+/// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object.
 fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
-    group_names: &[String],
-    looks: &[Look],
+    named: &Named,
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
@@ -56,32 +56,37 @@ fn write_with_looks(
     }
     let mut notes = rename_channels(&mut part);
     let slots = slots(&part);
-    let mut draft = Draft { document: skeleton(origin), views: Vec::new() };
+    let mut draft = Draft { document: skeleton(), views: Vec::new() };
     let mut materials = Materials::default();
-    let mut primitives = Vec::new();
+    let mut objects: Vec<(Option<&str>, Vec<Value>)> = Vec::new();
     for (group, faces) in faces_by_group(&part) {
         let vertices = Vertices::of(&part, &faces);
         let mut writer = PrimitiveWriter { draft: &mut draft, part: &part, vertices: &vertices };
         let mut primitive = json!({"attributes": writer.attributes(&slots), "indices": writer.indices()});
-        if !part.attributes.groups.is_empty() || !group_names.is_empty() {
-            let name = group_names.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
-            primitive["material"] = materials.push(&mut draft, &name, looks.get(group as usize));
+        let look = named.looks.get(group as usize);
+        let has_look = look.is_some_and(|look| look.texture.is_some());
+        if !part.attributes.groups.is_empty() || !named.groups.is_empty() || has_look {
+            let name = named.groups.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
+            primitive["material"] = materials.push(&mut draft, &name, look);
         }
-        primitives.push(primitive);
+        let object = named.objects.get(group as usize).and_then(Option::as_deref);
+        match objects.iter_mut().find(|(known, _)| *known == object) {
+            Some((_, primitives)) => primitives.push(primitive),
+            None => objects.push((object, vec![primitive])),
+        }
     }
-    draft.push("meshes", json!({"primitives": primitives}));
+    objects.into_iter().for_each(|(name, primitives)| push_object(&mut draft, origin, name, primitives));
     notes.append(&mut materials.notes);
     let buffer = pack(&mut draft, usize::MAX)?;
     Ok((one_file(draft.document, &buffer, format)?, notes))
 }
 
-/// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with its groups called
-/// by name and with their looks.
+/// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with what is known of its
+/// groups.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
-    group_names: &[String],
-    looks: &[Look],
+    named: &Named,
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let (origin, positions) = content.around_origin();
@@ -94,7 +99,7 @@ pub(in crate::io) fn write_attributed(
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
     let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, group_names, looks, format)
+    write_with_looks(part, origin, named, format)
 }
 
 /// Positions and faces alone.
@@ -104,14 +109,27 @@ pub(in crate::io) fn write(content: &Content, format: Format) -> Result<Vec<u8>,
     write_gltf(part, origin, &[], format).map(|(bytes, _)| bytes)
 }
 
-/// A document of one node with one mesh, which is still to come.
-fn skeleton(origin: [f64; 3]) -> Value {
-    let mut node = json!({"mesh": 0});
+/// A document of one scene, whose nodes are still to come.
+fn skeleton() -> Value {
+    let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
+    json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]})
+}
+
+/// Adds an object to the scene: a mesh and its node.
+fn push_object(draft: &mut Draft, origin: [f64; 3], name: Option<&str>, primitives: Vec<Value>) {
+    let mut mesh = json!({"primitives": primitives});
+    let mut node = json!({});
+    if let Some(name) = name {
+        (mesh["name"], node["name"]) = (name.into(), name.into());
+    }
     if origin != [0.0; 3] {
         node["translation"] = origin.to_vec().into();
     }
-    let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
-    json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [node]})
+    node["mesh"] = draft.push("meshes", mesh);
+    let number = draft.push("nodes", node);
+    if let Some(nodes) = draft.document["scenes"][0]["nodes"].as_array_mut() {
+        nodes.push(number);
+    }
 }
 
 /// Names channels as glTF does, by their roles; drops those that it cannot hold and says so.

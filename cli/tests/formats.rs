@@ -1,0 +1,103 @@
+//! What goes along from each format into each: the table of `docs/formats.md`, walked with whole files.
+
+use std::path::Path;
+
+use neural_mesh::io::{ReadMesh, looks, read_attributed_path};
+use neural_mesh::mesh::Role;
+use neural_mesh::picture::{Image, encode_png};
+
+use crate::common::*;
+
+/// A bent sheet in two objects of one material, with a texture, normals and colours.
+fn everything(folder: &Path) {
+    let picture = Image { width: 2, height: 2, rgba: [[250, 120, 10, 255]; 4].concat() };
+    std::fs::write(folder.join("wood.png"), encode_png(&picture)).unwrap();
+    std::fs::write(folder.join("a.mtl"), "newmtl wood\nKd 1 1 1\nmap_Kd wood.png\n").unwrap();
+    const N: usize = 12;
+    let mut text = String::from("mtllib a.mtl\nvn 0 0 1\n");
+    let at = |i: usize| [i % (N + 1), i / (N + 1)].map(|x| x as f64 / N as f64);
+    for [x, y] in (0..(N + 1) * (N + 1)).map(at) {
+        text += &format!("v {x} {y} {} {x} {y} 0.5\nvt {x} {y}\n", 0.2 * (4.0 * x).sin() * y);
+    }
+    for (object, rows) in [("seat", 0..N / 2), ("back", N / 2..N)] {
+        text += &format!("o {object}\nusemtl wood\n");
+        for (row, column) in rows.flat_map(|row| (0..N).map(move |column| (row, column))) {
+            let low = row * (N + 1) + column + 1;
+            let corners = [low, low + 1, low + N + 2, low + N + 1].map(|v| format!("{v}/{v}/1"));
+            text += &format!("f {}\n", corners.join(" "));
+        }
+    }
+    std::fs::write(folder.join("a.obj"), text).unwrap();
+}
+
+/// What a file has of the rows of the table.
+fn has(what: &str, read: &ReadMesh) -> bool {
+    let carries = |role| read.mesh.attributes.channels.iter().any(|channel| channel.role == role);
+    let groups = &read.extra.groups;
+    match what {
+        "texture coordinates" => carries(Role::Uv),
+        "normals" => carries(Role::Normal),
+        "colours" => carries(Role::Colour),
+        "textures" => looks(&read.extra, false).0.of_groups.iter().any(|look| look.texture.is_some()),
+        "names of materials" => groups.iter().any(|group| group.material.as_deref() == Some("wood")),
+        "names of objects" => {
+            ["seat", "back"].iter().all(|name| groups.iter().any(|group| group.object.as_deref() == Some(*name)))
+        }
+        _ => panic!("{what}: a row that nothing is known of"),
+    }
+}
+
+/// The rows of the table: what goes along, and for each pair of formats whether it does.
+fn table() -> Vec<(String, Vec<(&'static str, String, bool)>)> {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats.md")).unwrap();
+    let cells = |line: &str| -> Vec<String> {
+        line.trim().trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
+    };
+    let from = text.lines().position(|line| line.starts_with("| goes along to")).expect("the table of what goes along");
+    let heads = cells(text.lines().nth(from).unwrap());
+    let rows = text.lines().skip(from + 2).take_while(|line| line.starts_with('|'));
+    let row = |line: &str| {
+        let row = cells(line);
+        let pair = |(to, cell): (&String, &String)| -> Vec<(&'static str, String, bool)> {
+            let from = ["obj", "ply", "glb", "gltf"];
+            let targets = to.to_lowercase().split(", ").map(String::from).collect::<Vec<_>>();
+            let goes = |source: &str| match cell.as_str() {
+                "yes" => true,
+                "-" => false,
+                only => only.strip_prefix("from ").unwrap().to_lowercase().split(", ").any(|name| name == source),
+            };
+            targets.into_iter().flat_map(|target| from.map(|source| (source, target.clone(), goes(source)))).collect()
+        };
+        (row[0].clone(), heads[1..].iter().zip(&row[1..]).flat_map(pair).collect())
+    };
+    rows.map(row).collect()
+}
+
+#[test]
+fn each_pair_of_formats_carries_what_its_table_says() {
+    let folder = folder();
+    everything(folder.path());
+    // Files of each format that have all it can hold.
+    let convert = |from: &str, to: &str| {
+        let place = to.rsplit_once('/').unwrap().0;
+        std::fs::create_dir_all(folder.path().join(place)).unwrap();
+        let done = run(folder.path(), &["simplify", from, "-o", to, "--ratio", "0.6"]);
+        assert_eq!(done.code, Some(0), "{from} {to}: {}", done.words);
+    };
+    for source in ["obj", "ply", "glb", "gltf"] {
+        convert("a.obj", &format!("from_{source}/b.{source}"));
+    }
+    let table = table();
+    assert_eq!(table.len(), 6);
+    for source in ["obj", "ply", "glb", "gltf"] {
+        for target in ["obj", "ply", "glb", "gltf", "stl", "off"] {
+            let to = format!("{source}_{target}/c.{target}");
+            convert(&format!("from_{source}/b.{source}"), &to);
+            let read = read_attributed_path(&folder.path().join(&to), None).unwrap();
+            for (what, pairs) in &table {
+                let (_, _, goes) = pairs.iter().find(|(from, to, _)| *from == source && to == target).unwrap();
+                assert_eq!(has(what, &read), *goes, "{what}, {source} to {target}");
+            }
+        }
+    }
+}
