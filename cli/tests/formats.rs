@@ -47,8 +47,11 @@ fn has(what: &str, read: &ReadMesh) -> bool {
     }
 }
 
-/// The rows of the table: what goes along, and for each pair of formats whether it does.
-fn table() -> Vec<(String, Vec<(&'static str, String, bool)>)> {
+/// From a format, into another, and whether it goes along.
+type Pair = (&'static str, String, bool);
+
+/// The rows of the table: what goes along, and between which formats.
+fn table() -> Vec<(String, Vec<Pair>)> {
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats.md")).unwrap();
     let cells = |line: &str| -> Vec<String> {
         line.trim().trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
@@ -58,7 +61,7 @@ fn table() -> Vec<(String, Vec<(&'static str, String, bool)>)> {
     let rows = text.lines().skip(from + 2).take_while(|line| line.starts_with('|'));
     let row = |line: &str| {
         let row = cells(line);
-        let pair = |(to, cell): (&String, &String)| -> Vec<(&'static str, String, bool)> {
+        let pair = |(to, cell): (&String, &String)| -> Vec<Pair> {
             let from = ["obj", "ply", "glb", "gltf"];
             let targets = to.to_lowercase().split(", ").map(String::from).collect::<Vec<_>>();
             let goes = |source: &str| match cell.as_str() {
