@@ -66,6 +66,7 @@ impl Group {
 
 /// What is known of groups by their numbers.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "glTF alone asks for them"))]
 pub(super) struct Named<'a> {
     /// Names of their materials.
     pub groups: &'a [String],
