@@ -64,18 +64,6 @@ impl Group {
     }
 }
 
-/// What is known of groups by their numbers.
-#[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "glTF alone asks for them"))]
-pub(super) struct Named<'a> {
-    /// Names of their materials.
-    pub groups: &'a [String],
-    /// The objects that they are of.
-    pub objects: &'a [Option<String>],
-    /// What they look like.
-    pub looks: &'a [Look],
-}
-
 /// A column of numbers in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::beside::{Finder, reference};
-use super::extra::{Column, Extra, Group, Layout, Named};
+use super::extra::{Column, Extra, Group, Layout};
 use super::looks::looks;
 use super::material::Libraries;
 use super::own_materials::OwnMaterials;
@@ -98,8 +98,8 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             notes.extend((!model.extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
             let (looks, missing) = looks(model.extra, options.allow_outside);
             let objects: Vec<Option<String>> = model.extra.groups.iter().map(|group| group.object.clone()).collect();
-            let named = Named { groups: &names, objects: &objects, looks: &looks.of_groups };
-            let (bytes, dropped) = gltf::write_attributed(&content, attributes, &named, options.format)?;
+            let (bytes, dropped) =
+                gltf::write_attributed(&content, attributes, &names, &objects, &looks.of_groups, options.format)?;
             notes.extend(missing.into_iter().chain(dropped));
             bytes
         }

@@ -1,9 +1,8 @@
 //! What stands for glTF in a build without the feature `gltf`: refusals.
 
-use super::extra::Named;
 use super::write::Content;
 use super::{Format, ReadError, ReadMesh, WriteError};
-use crate::mesh::{Attributes, RawMesh};
+use crate::mesh::{Attributes, Look, RawMesh};
 
 /// Refuses every asset.
 pub(super) fn read(_: &[u8], _: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
@@ -27,7 +26,9 @@ pub(super) fn write(_: &Content, _: Format) -> Result<Vec<u8>, WriteError> {
 pub(super) fn write_attributed(
     content: &Content,
     _: &Attributes,
-    _: &Named,
+    _: &[String],
+    _: &[Option<String>],
+    _: &[Look],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     write(content, format).map(|bytes| (bytes, Vec::new()))

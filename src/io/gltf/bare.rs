@@ -9,10 +9,9 @@ use super::materials::Materials;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::repack::pack;
 use super::rewrite::faces_by_group;
-use crate::io::extra::Named;
 use crate::io::write::Content;
 use crate::io::{Format, WriteError};
-use crate::mesh::{Attributes, Channel, Role, linear_light};
+use crate::mesh::{Attributes, Channel, Look, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
 ///
@@ -39,6 +38,17 @@ pub fn write_gltf(
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     write_with_looks(part, origin, &Named { groups: group_names, ..Named::default() }, format)
+}
+
+/// What is known of groups by their numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Named<'a> {
+    /// Names of their materials.
+    groups: &'a [String],
+    /// The objects that they are of.
+    objects: &'a [Option<String>],
+    /// What they look like.
+    looks: &'a [Look],
 }
 
 /// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object.
@@ -81,12 +91,14 @@ fn write_with_looks(
     Ok((one_file(draft.document, &buffer, format)?, notes))
 }
 
-/// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with what is known of its
-/// groups.
+/// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with the names of its
+/// groups, the objects that these are of, and their looks.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
-    named: &Named,
+    groups: &[String],
+    objects: &[Option<String>],
+    looks: &[Look],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let (origin, positions) = content.around_origin();
@@ -99,7 +111,7 @@ pub(in crate::io) fn write_attributed(
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
     let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, named, format)
+    write_with_looks(part, origin, &Named { groups, objects, looks }, format)
 }
 
 /// Positions and faces alone.
