@@ -2,6 +2,7 @@
 
 pub mod crossing;
 mod eigenvalues;
+pub mod line_on_triangle;
 pub mod nearest_on_triangle;
 pub mod polygon;
 mod polygon_grid;

@@ -1,5 +1,8 @@
 //! Disjoint sets over indices, merged toward the smaller root.
 
+use super::half_edges::for_each_edge;
+use super::pulse::Pulse;
+
 /// Disjoint sets of `0..n`.
 pub(crate) struct UnionFind {
     parent: Vec<u32>,
@@ -35,8 +38,62 @@ impl UnionFind {
         x != y
     }
 
+    /// The set of each member, numbered in the order of their first members, and how many sets there are.
+    pub(crate) fn numbered(&mut self, pulse: Pulse) -> (Vec<u32>, usize) {
+        let n = self.parent.len();
+        let mut set_of: Vec<u32> = Vec::with_capacity(n);
+        let mut n_sets = 0;
+        for members in pulse.counting_if(false).through(0..n) {
+            for x in members.start as u32..members.end as u32 {
+                let first = self.find(x);
+                let is_first = first == x;
+                set_of.push(if is_first { n_sets } else { set_of[first as usize] });
+                n_sets += u32::from(is_first);
+            }
+        }
+        (set_of, n_sets as usize)
+    }
+
     /// How many sets there are.
     pub(crate) fn sets(&self) -> usize {
         self.sets
+    }
+}
+
+/// Faces joined over edges, those of which so many faces meet as is wanted; those that touch at a vertex alone are apart.
+///
+/// # Shapes
+/// - `faces`: n_faces x 3, each with three different corners below `n_vertices`
+pub(crate) fn faces_joined(n_vertices: usize, faces: &[[u32; 3]], is_wanted: impl Fn(usize) -> bool) -> UnionFind {
+    let mut sets = UnionFind::new(faces.len());
+    for_each_edge(n_vertices, faces, |_, around| {
+        if is_wanted(around.len()) {
+            around.windows(2).for_each(|pair| _ = sets.union(pair[0].face(), pair[1].face()));
+        }
+    });
+    sets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_are_numbered_by_their_first_members() {
+        let mut sets = UnionFind::new(6);
+        sets.union(5, 1);
+        sets.union(4, 2);
+        sets.union(2, 5);
+        assert_eq!(sets.numbered(Pulse::NONE), (vec![0, 1, 1, 2, 1, 1], 3));
+        assert_eq!(UnionFind::new(0).numbered(Pulse::NONE), (vec![], 0));
+    }
+
+    #[test]
+    fn faces_are_joined_over_the_edges_that_are_wanted() {
+        // Three at one edge, and one that touches the first at a vertex.
+        let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 5, 6]];
+        let sets = |is_wanted: fn(usize) -> bool| faces_joined(7, &faces, is_wanted).numbered(Pulse::NONE).0;
+        assert_eq!(sets(|_| true), [0, 0, 0, 1]);
+        assert_eq!(sets(|n| n == 2), [0, 1, 2, 3]);
     }
 }

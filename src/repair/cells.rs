@@ -12,9 +12,9 @@ use glam::DVec3;
 
 use crate::mesh::half_edges::{HalfEdge, NO_TWIN, for_each_edge, next, start, twins};
 use crate::mesh::manifold;
+use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 
-use super::components::numbered;
 use super::faces::Faces;
 
 /// The cells of some faces.
@@ -51,8 +51,8 @@ pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
     });
     let some: Vec<u32> = faces.numbers().filter(|&face| parted[face as usize]).collect();
     join_sheets(faces, &some, &mut sides, &mut components);
-    let (of_side, n) = numbered(2 * faces.len(), |side| sides.find(side));
-    let (component, n_components) = numbered(faces.len(), |face| components.find(face));
+    let (of_side, n) = sides.numbered(Pulse::NONE);
+    let (component, n_components) = components.numbered(Pulse::NONE);
     Cells { of_sides: of_side.chunks_exact(2).map(|sides| [sides[0], sides[1]]).collect(), n, component, n_components }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::mesh::half_edges::for_each_edge;
-use crate::mesh::union_find::UnionFind;
+use crate::mesh::pulse::Pulse;
+use crate::mesh::union_find::faces_joined;
 
 use super::faces::Faces;
 
@@ -14,29 +14,7 @@ pub(super) fn components(faces: &Faces) -> (Vec<u32>, usize) {
 
 /// Sets of faces joined over the edges that are wanted, by the number of their faces.
 pub(super) fn joined(faces: &Faces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
-    let mut sets = UnionFind::new(faces.len());
-    for_each_edge(faces.positions.len(), &faces.corners, |_, around| {
-        if is_wanted(around.len()) {
-            around.windows(2).for_each(|pair| _ = sets.union(pair[0].face(), pair[1].face()));
-        }
-    });
-    numbered(faces.len(), |face| sets.find(face))
-}
-
-/// Sets by their first members: the number of the set of each item, and how many there are.
-pub(super) fn numbered(n: usize, mut first: impl FnMut(u32) -> u32) -> (Vec<u32>, usize) {
-    let mut number = vec![u32::MAX; n];
-    let mut n_sets = 0;
-    let of = (0..n as u32).map(|item| {
-        let slot = &mut number[first(item) as usize];
-        if *slot == u32::MAX {
-            *slot = n_sets;
-            n_sets += 1;
-        }
-        *slot
-    });
-    let of = of.collect();
-    (of, n_sets as usize)
+    faces_joined(faces.positions.len(), &faces.corners, is_wanted).numbered(Pulse::NONE)
 }
 
 /// Drops the components whose bounding box has a diagonal below `least`; the largest by area stays. Returns how many went.

@@ -1,8 +1,7 @@
 //! Connected components: which may be pruned, and which ended in their smallest form.
 
-use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::UnionFind;
+use crate::mesh::union_find::{UnionFind, faces_joined};
 use crate::mesh::{TriMesh, compact};
 
 use super::hidden::hidden_components;
@@ -21,43 +20,17 @@ pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
             sets.union(b, c);
         }
     }
-    let (component, n) = numbered(pulse, mesh, |_, face| sets.find(face[0]), mesh.positions().len());
+    let (component, n) = sets.numbered(pulse);
     let mut n_faces = vec![0; n];
-    component.iter().for_each(|&c| n_faces[c as usize] += 1);
-    (n, n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
+    mesh.faces().iter().for_each(|face| n_faces[component[face[0] as usize] as usize] += 1);
+    n_faces.retain(|&n| n > 0);
+    (n_faces.len(), n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
 }
 
 /// The component of every face, as the report counts them: faces joined over edges. Those that touch at a vertex are two.
 fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
-    let mut sets = UnionFind::new(mesh.faces().len());
     pulse.beat(0);
-    for_each_edge(mesh.positions().len(), mesh.faces(), |_, around| {
-        around.windows(2).for_each(|pair| _ = sets.union(pair[0].face(), pair[1].face()));
-    });
-    numbered(pulse, mesh, |f, _| sets.find(f), mesh.faces().len())
-}
-
-/// Numbers of the sets that faces belong to, in the order of their first faces, and how many there are.
-fn numbered(
-    pulse: Pulse,
-    mesh: &TriMesh,
-    mut set_of: impl FnMut(u32, &[u32; 3]) -> u32,
-    n_sets: usize,
-) -> (Vec<u32>, usize) {
-    let mut number = vec![u32::MAX; n_sets];
-    let mut n = 0;
-    let mut component = Vec::with_capacity(mesh.faces().len());
-    for faces in pulse.over(mesh.faces()) {
-        for face in faces {
-            let slot = &mut number[set_of(component.len() as u32, face) as usize];
-            if *slot == u32::MAX {
-                *slot = n;
-                n += 1;
-            }
-            component.push(*slot);
-        }
-    }
-    (component, n as usize)
+    faces_joined(mesh.positions().len(), mesh.faces(), |_| true).numbered(pulse)
 }
 
 /// A mesh without its smallest components.

@@ -1,9 +1,10 @@
 //! Where a line through a point first meets triangles, looked for both ways at once.
 //!
-//! Triangles are met by the test of Moller and Trumbore (1997) in double precision, a hair wider than they are, so that no
-//! line slips through between two of them.
+//! Triangles are met in double precision, a hair wider than they are, so that no line slips through between two of them.
 
 use glam::DVec3;
+
+use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::nearest_on_triangles::{Hit, NearestOnTriangles};
 use super::needle_tree::NeedleTree;
@@ -120,21 +121,16 @@ impl Line {
     /// Takes the crossing with a triangle where it is nearer than all before.
     fn meet(&mut self, corners: &[[f32; 3]; 3], triangle: u32) {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-        let (ab, ac) = (b - a, c - a);
-        let across = self.along.cross(ac);
-        let slope = ab.dot(across);
-        let ap = self.from - a;
-        let v = ap.dot(across) / slope;
-        let w = self.along.dot(ap.cross(ab)) / slope;
+        let [v, w, far] = line_on_triangle(self.from, self.along, [a, b, c]);
         let is_within = v >= -WIDER && w >= -WIDER && v + w <= 1.0 + WIDER;
-        let far = (ac.dot(ap.cross(ab)) / slope).abs();
+        let far = far.abs();
         if !is_within || !far.is_finite() || far > self.reach {
             return;
         }
         let known = self.hit.map_or(u32::MAX, |hit| hit.triangle);
         if far < self.reach || triangle < known {
             let weights = [1.0 - v - w, v, w];
-            self.hit = Some(Hit { triangle, weights, point: a + ab * v + ac * w, distance2: far * far });
+            self.hit = Some(Hit { triangle, weights, point: a + (b - a) * v + (c - a) * w, distance2: far * far });
             self.reach = far;
         }
     }

@@ -4,6 +4,8 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::geometry::line_on_triangle::line_on_triangle;
+
 use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
 
 /// By how much triangles are larger, as a share of their weights.
@@ -110,20 +112,11 @@ impl Ray {
         std::array::from_fn(|child| enter[child] <= leave[child] * (1.0 + 1e-5))
     }
 
-    /// Whether it meets a triangle (Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection").
+    /// Whether it meets a triangle.
     fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-        let (ab, ac) = (b - a, c - a);
-        let across = self.direction.cross(ac);
-        let determinant = ab.dot(across);
-        if determinant == 0.0 {
-            return false;
-        }
-        let to_ray = self.from - a;
-        let v = to_ray.dot(across) / determinant;
-        let turned = to_ray.cross(ab);
-        let w = self.direction.dot(turned) / determinant;
-        v >= -MARGIN && w >= -MARGIN && v + w <= 1.0 + MARGIN && ac.dot(turned) / determinant >= self.start
+        let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let [v, w, far] = line_on_triangle(self.from, self.direction, corners);
+        v >= -MARGIN && w >= -MARGIN && v + w <= 1.0 + MARGIN && far >= self.start
     }
 }
 

@@ -14,6 +14,7 @@ use glam::Vec3;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::Role;
+use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::simplify::limits::Limit;
 use crate::spatial::NearestOnTriangles;
@@ -81,18 +82,7 @@ fn parts_of(output: &Output) -> (Vec<u32>, usize) {
     if sets.sets() == 1 {
         return (Vec::new(), 1);
     }
-    let mut number = vec![u32::MAX; output.positions.len()];
-    let mut n = 0;
-    let part = |v: u32| {
-        let slot = &mut number[sets.find(v) as usize];
-        if *slot == u32::MAX {
-            *slot = n;
-            n += 1;
-        }
-        *slot
-    };
-    let parts = (0..output.positions.len() as u32).map(part).collect();
-    (parts, n as usize)
+    sets.numbered(Pulse::NONE)
 }
 
 /// A part of a surface.
@@ -298,7 +288,6 @@ fn by_part(part_of_face: &[u32], n_parts: usize) -> (Vec<u32>, Vec<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::pulse::Pulse;
     use crate::mesh::{Attributes, TriMesh, shapes};
     use crate::simplify::closed::pins::Pins;
 
