@@ -27,6 +27,7 @@ mod optimize;
 mod parts;
 #[cfg(feature = "picture")]
 mod picture;
+mod poses;
 mod recorded;
 mod symmetric;
 #[cfg(feature = "train")]

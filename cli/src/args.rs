@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, ValueEnum};
-use neural_mesh::simplify::SEAM_ERROR;
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
@@ -78,10 +77,10 @@ pub struct SimplifyArgs {
     /// Keep edges where faces meet at more than DEGREES
     #[arg(long, value_name = "DEGREES", conflicts_with = "keep_features")]
     pub crease_angle: Option<f32>,
-    /// How far a seam of the texture may leave its place at a low price. Texels of a texture of 1024 a side; 0 holds seams like
-    /// creases
-    #[arg(long, value_name = "TEXELS", default_value_t = SEAM_TEXELS, allow_negative_numbers = true)]
-    pub seam_error: f64,
+    /// How far a seam of the texture may leave its place at a low price, in texels of the largest texture of colours (without one,
+    /// of 1024 a side); 0 holds seams like creases [default: a 64th of the side]
+    #[arg(long, value_name = "TEXELS", allow_negative_numbers = true)]
+    pub seam_error: Option<f64>,
     /// What the result does not need, so that it holds nothing back: uv, normals, colors, materials
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
     pub ignore: Vec<IgnoreArg>,
@@ -133,6 +132,9 @@ pub struct SimplifyArgs {
     /// What becomes of what no ray from outside reaches, as inner shells
     #[arg(long, value_enum, default_value = "keep")]
     pub hidden: HiddenArg,
+    /// What the result is for: to be near as it stands, or in the poses as well that its morph targets and its skin take it to
+    #[arg(long = "for", value_enum, value_name = "WHAT", default_value = "shape")]
+    pub purpose: PurposeArg,
     /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
     #[arg(long, value_name = "EDGES", num_args = 0..=1, require_equals = true, conflicts_with = "symmetric")]
     pub fill_holes: Option<Option<usize>>,
@@ -170,12 +172,6 @@ pub struct SimplifyArgs {
     #[arg(short, long)]
     pub force: bool,
 }
-
-/// Texels a side of the texture that `--seam-error` is meant for.
-pub const TEXELS: f64 = 1024.0;
-
-/// Texels by which a seam may leave its place at a low price, by default.
-pub const SEAM_TEXELS: f64 = SEAM_ERROR * TEXELS;
 
 /// What a mesh carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -220,6 +216,15 @@ pub enum OptimizeArg {
     Max,
     /// The normals, and so the shading; the mean is farther
     Normals,
+}
+
+/// What a result is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PurposeArg {
+    /// The shape as it stands
+    Shape,
+    /// Poses as well
+    Poses,
 }
 
 /// What becomes of what no ray from outside reaches.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use neural_mesh::io::Format;
 use neural_mesh::simplify::{Assembly, Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, ScoresArg, SimplifyArgs, TEXELS};
+use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
 use crate::bake;
 use crate::failure::Failure;
 use crate::memory;
@@ -26,6 +26,8 @@ pub struct Request {
     pub options: Options,
     /// How its target is meant.
     pub goal: Goal,
+    /// How far seams may leave their places, in texels; `None` for the share of the texture that is the default.
+    pub seam_texels: Option<f64>,
     /// Components smaller than that are dropped.
     pub prune_below: Option<Bound>,
     /// What is done to the mesh before.
@@ -173,6 +175,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         options: options(&args)?,
         goal: goal(&args)?,
         strict: strict(&args)?,
+        seam_texels: seam_texels(&args)?,
         prune_below: prune_below(&args)?,
         repair: repair(&args)?,
         bake: bake(&args, output_format)?,
@@ -251,6 +254,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.seed = args.seed;
     options.prune = !args.keep_parts;
     options.hidden = hidden(args.hidden);
+    options.for_poses = args.purpose == PurposeArg::Poses;
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
@@ -258,7 +262,6 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     if let Some(degrees) = options.crease_angle.filter(|degrees| !(0.0..=180.0).contains(degrees)) {
         return Err(Failure::Usage(format!("--crease-angle {degrees}: give degrees from 0 to 180")));
     }
-    options.seam_error = seam_error(args.seam_error)?;
     options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
     check_closed(args)?;
     check_symmetric(args)?;
@@ -282,10 +285,13 @@ fn hidden(what: HiddenArg) -> Hidden {
     }
 }
 
-/// Texels as a share of the texture's side.
-fn seam_error(texels: f64) -> Result<f64, Failure> {
-    let refused = || Failure::Usage(format!("--seam-error {texels}: give texels from 0 to {TEXELS}"));
-    if (0.0..=TEXELS).contains(&texels) { Ok(texels / TEXELS) } else { Err(refused()) }
+/// How far seams may leave their places, in texels, where that was asked for.
+pub fn seam_texels(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
+    let is_wrong = |texels: &f64| !(texels.is_finite() && *texels >= 0.0);
+    match args.seam_error.filter(is_wrong) {
+        Some(texels) => Err(Failure::Usage(format!("--seam-error {texels}: give texels, 0 or more"))),
+        None => Ok(args.seam_error),
+    }
 }
 
 /// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
@@ -309,6 +315,7 @@ fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--prune", args.prune.is_some()),
         ("--hidden", args.hidden != HiddenArg::Keep),
         ("--map", args.map.is_some()),
+        ("--for poses", args.purpose == PurposeArg::Poses),
     ];
     match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
         Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric cannot be combined: leave one out"))),
@@ -329,6 +336,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--optimize", args.optimize != OptimizeArg::Balanced),
         ("--map", args.map.is_some()),
         ("--printable", args.printable.is_some()),
+        ("--for poses", args.purpose == PurposeArg::Poses),
         ("--symmetric", args.symmetric.is_some()),
         ("--error", args.error.is_some()),
         ("--size", args.size.is_some()),

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use neural_mesh::io::{Format, OutputFile};
+use neural_mesh::mesh::Role;
 use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
-    Hidden, Listener, Options, Simplified, SimplifyError, importance_of_channel, importance_of_groups, simplify_input,
-    simplify_levels_of_detail,
+    Hidden, Listener, Options, SEAM_ERROR, Simplified, SimplifyError, importance_of_channel, importance_of_groups,
+    simplify_input, simplify_levels_of_detail,
 };
 
 use crate::bake;
@@ -148,10 +149,13 @@ fn lighter(
 ) -> Result<Lighter, Failure> {
     let refused = |error| refused(&error, &request.source.path);
     let importance = importance(subject, request)?;
+    check_poses(subject, request)?;
     let input = subject.input(&importance);
     let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
     let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
-    let options = Options { frame: subject.written_frame(request), prune_below, symmetric, ..request.options.clone() };
+    let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
+    let frame = subject.written_frame(request);
+    let options = Options { frame, prune_below, seam_error, symmetric, ..request.options.clone() };
     let tell: &mut Listener = &mut |event| {
         progress.event(event);
         ControlFlow::Continue(())
@@ -179,6 +183,16 @@ fn lighter(
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
+}
+
+/// Refuses to simplify for poses what has one alone.
+fn check_poses(subject: &Subject, request: &Request) -> Result<(), Failure> {
+    let has_poses = subject.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
+    if request.options.for_poses && !has_poses {
+        let what = "--for poses: nothing moves this mesh: give a glTF with a skin or morph targets, and write glTF";
+        return Err(Failure::of(&request.source.path, what));
+    }
+    Ok(())
 }
 
 /// How far the file may round vertices, which has to be less than the distance asked for.

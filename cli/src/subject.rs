@@ -10,6 +10,7 @@ use neural_mesh::io::{
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
+use neural_mesh::picture::image_size;
 use neural_mesh::repair::{RepairCounts, fill_holes, printable};
 use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
 
@@ -85,7 +86,7 @@ impl Subject {
         let source = &request.source;
         if source.is_scene(request.output_format) {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
-            return Self::scene(asset, source)?.repaired(request)?.wanting(request);
+            return Self::scene(asset, request)?.repaired(request)?.wanting(request);
         }
         let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
         let ReadMesh { mesh: mut raw, extra, notes } = read;
@@ -165,14 +166,18 @@ impl Subject {
         Ok(())
     }
 
-    fn scene(asset: Asset, source: &Source) -> Result<Self, Failure> {
+    fn scene(asset: Asset, request: &Request) -> Result<Self, Failure> {
+        let source = &request.source;
         let options = CleanOptions { weld: source.weld };
-        let cleaned = |part: &io::Part| {
+        let poses = if request.options.for_poses { asset.poses() } else { Ok(Vec::new()) };
+        let poses = poses.map_err(|error| Failure::of(&source.path, error))?;
+        let cleaned = |(i, part): (usize, &io::Part)| {
             let mut raw = part.mesh.clone();
+            raw.attributes.channels.extend(poses.get(i).into_iter().flatten().cloned());
             weld_near(&mut raw, source, part.scale);
             clean(raw, &options)
         };
-        let parts: Vec<_> = asset.parts().iter().map(cleaned).collect();
+        let parts: Vec<_> = asset.parts().iter().enumerate().map(cleaned).collect();
         let (mut n_pieces, mut counts) = (0, CleanCounts::default());
         let mut pieces = Vec::new();
         for part in &parts {
@@ -249,6 +254,14 @@ impl Subject {
             Kind::Mesh { extra, .. } => io::looks(extra, allow_outside),
             Kind::Scene { asset, .. } => asset.scene_looks(),
         }
+    }
+
+    /// So many texels as a share of the side of its largest texture of colours, or of 1024 texels where it has none.
+    pub fn share_of_texture(&self, texels: f64, request: &Request) -> f64 {
+        let (looks, _) = self.looks(request.allow_outside);
+        let textures = looks.of_groups.iter().filter_map(|look| look.texture.as_ref());
+        let side = textures.filter_map(|texture| image_size(&texture.image)).flatten().max();
+        (texels / side.map_or(1024.0, |side| side as f64)).min(1.0)
     }
 
     /// The original and a result as people see them: the meshes of a scene where its nodes place them, around an origin that

@@ -87,6 +87,34 @@ fn what_the_result_does_not_need_holds_nothing_back() {
 }
 
 #[test]
+fn texels_are_those_of_the_texture() {
+    let folder = folder();
+    let image = Image { width: 64, height: 32, rgba: [20, 200, 20, 255].repeat(64 * 32) };
+    std::fs::write(folder.path().join("skin.png"), encode_png(&image)).unwrap();
+    std::fs::write(folder.path().join("skin.mtl"), "newmtl skin\nmap_Kd skin.png\n").unwrap();
+    let with_texture = format!("mtllib skin.mtl\nusemtl skin\n{}", grid_of_charts(24));
+    std::fs::write(folder.path().join("a.obj"), with_texture).unwrap();
+    std::fs::write(folder.path().join("b.obj"), grid_of_charts(24)).unwrap();
+    let positions = |mesh: &str, more: &[&str]| {
+        let out = ["simplify", mesh, "-o", "out/a.obj", "--ratio", "0.4", "--force"];
+        let run = run(folder.path(), &[&out, more].concat());
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        io::read_attributed_path(&folder.path().join("out/a.obj"), None).unwrap().mesh.positions
+    };
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    let default = positions("a.obj", &[]);
+    assert_eq!(positions("a.obj", &["--seam-error", "1"]), default);
+    assert_eq!(positions("b.obj", &["--seam-error", "16"]), default);
+    let far = positions("a.obj", &["--seam-error", "16"]);
+    assert_ne!(far, default);
+    assert_eq!(positions("b.obj", &["--seam-error", "256"]), far);
+    for wrong in ["-1", "nan"] {
+        let run = run(folder.path(), &["simplify", "a.obj", "-o", "c.obj", "--ratio", "0.4", "--seam-error", wrong]);
+        assert!(run.code == Some(2) && run.words.contains("give texels, 0 or more"), "{}", run.words);
+    }
+}
+
+#[test]
 fn a_picture_shows_textures_and_materials_before_and_after() {
     let folder = folder();
     textured(folder.path());

@@ -27,6 +27,17 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         Err(error) => assert!(!error.to_string().contains(['\n', '\r'])),
     }
     check_scene(&asset);
+    match asset.poses() {
+        Ok(poses) => {
+            assert_eq!(poses.len(), asset.parts().len());
+            for (channels, part) in poses.iter().zip(asset.parts()) {
+                let n = 3 * part.mesh.attributes.n_wedges();
+                assert!(channels.iter().all(|channel| channel.values.len() == n));
+                assert!(channels.iter().flat_map(|channel| &channel.values).all(|x| x.is_finite()));
+            }
+        }
+        Err(error) => assert!(!error.to_string().contains(['\n', '\r'])),
+    }
 });
 
 /// The scene of an asset as one mesh.

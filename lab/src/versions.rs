@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use neural_mesh::simplify::{CLOSED_VERSION, PAPER_VERSION};
+use neural_mesh::simplify::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 use neural_mesh::train;
 
 /// What the figures of a page depend on.
@@ -11,6 +11,8 @@ use neural_mesh::train;
 pub enum Part {
     /// The closed assembly.
     Closed,
+    /// What holds it, and what its results carry.
+    Carried,
     /// The paper's assembly.
     Paper,
     /// The training.
@@ -18,12 +20,13 @@ pub enum Part {
 }
 
 impl Part {
-    pub const ALL: [Self; 3] = [Self::Closed, Self::Paper, Self::Training];
+    pub const ALL: [Self; 4] = [Self::Closed, Self::Carried, Self::Paper, Self::Training];
 
     /// Its name in stamps.
     fn name(self) -> &'static str {
         match self {
             Self::Closed => "closed",
+            Self::Carried => "carried",
             Self::Paper => "paper",
             Self::Training => "training",
         }
@@ -32,6 +35,7 @@ impl Part {
     fn about(self) -> &'static str {
         match self {
             Self::Closed => "the closed assembly",
+            Self::Carried => "what it carries",
             Self::Paper => "the paper's assembly",
             Self::Training => "the training",
         }
@@ -41,6 +45,7 @@ impl Part {
     fn version(self) -> u32 {
         match self {
             Self::Closed => CLOSED_VERSION,
+            Self::Carried => CARRIED_VERSION,
             Self::Paper => PAPER_VERSION,
             Self::Training => train::VERSION,
         }

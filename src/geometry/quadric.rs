@@ -1,6 +1,6 @@
 //! The quadric error of Garland and Heckbert (1997): weighted squared distance to a set of planes.
 
-use std::ops::{Add, AddAssign, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 use glam::{DVec3, Vec3};
 
@@ -136,6 +136,13 @@ impl Sub for Quadric {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         Self { a: std::array::from_fn(|i| self.a[i] - other.a[i]), b: self.b - other.b, c: self.c - other.c }
+    }
+}
+
+impl Mul<f64> for Quadric {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self { a: self.a.map(|entry| entry * factor), b: self.b * factor, c: self.c * factor }
     }
 }
 

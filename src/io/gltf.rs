@@ -24,6 +24,7 @@ mod materials;
 mod part;
 mod placed;
 mod placements;
+mod poses;
 mod primitive;
 mod references;
 mod repack;

@@ -47,7 +47,7 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
     for channel in &mut attributes.channels {
         let from = channel.values.len();
-        extend(channel, own, n_wedges);
+        extend(channel, own, n_wedges, 1.0);
         turn_directions(channel, from, *transform);
     }
 }

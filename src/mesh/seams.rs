@@ -25,8 +25,8 @@ pub struct KeptEdge {
 
 /// The edges between two faces whose corners carry different values there, or that belong to different groups, ascending.
 ///
-/// Where nothing but texture coordinates jumps, the edge's slack is what takes them as far as `seam_error`, in shares of the texture's
-/// side; everywhere else it is 0.
+/// Where nothing but texture coordinates and normals jumps, the edge's slack is what takes these as far as `seam_error`: texture coordinates
+/// in shares of the texture's side, normals in their difference times the distance over the mesh's diagonal. Everywhere else it is 0.
 ///
 /// Normals count as different from 15 degrees on, colours from a 64th on; joints and morph targets never do.
 ///
@@ -43,12 +43,14 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Ke
     if attributes.is_empty() {
         return seams;
     }
+    let diagonal = mesh.diagonal() as f32;
     for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
         if let &[a, b] = half_edges {
             let pair = [a.half_edge, b.half_edge];
             if !joins(mesh, attributes, pair, |_| true) {
-                let is_of_texture = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !is_texture(role));
-                let slack = if is_of_texture { slack(mesh, attributes, pair, seam_error) } else { 0.0 };
+                let may_move = |role| is_texture(role) || role == Role::Normal;
+                let is_soft = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !may_move(role));
+                let slack = if is_soft { slack(mesh, attributes, pair, seam_error, diagonal) } else { 0.0 };
                 seams.push(KeptEdge { ends, slack });
             }
         }
@@ -86,8 +88,30 @@ fn is_texture(role: Role) -> bool {
     matches!(role, Role::Uv | Role::Tangent)
 }
 
+/// How far on the surface `seam_error` takes what jumps at an edge.
+fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32, diagonal: f32) -> f32 {
+    let is_smooth = joins(mesh, attributes, half_edges, |role| role == Role::Normal);
+    let of_normals = if is_smooth { f32::INFINITY } else { seam_error * diagonal / bend(mesh, attributes, half_edges) };
+    let is_whole = joins(mesh, attributes, half_edges, is_texture);
+    let of_texture = if is_whole { f32::INFINITY } else { slack_of_texture(mesh, attributes, half_edges, seam_error) };
+    of_normals.min(of_texture).min(diagonal)
+}
+
+/// The difference of the normals on both sides of an edge, the larger one of its ends.
+fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f32 {
+    let channels = || attributes.channels.iter().filter(|channel| channel.role == Role::Normal);
+    let normals = |corner: u32| channels().map(move |channel| channel.of(wedge(attributes, corner)));
+    let at_end = |corner: u32| {
+        let other = partner(mesh, corner, second);
+        let apart =
+            normals(corner).zip(normals(other)).map(|(m, n)| m.iter().zip(n).map(|(x, y)| (x - y).powi(2)).sum());
+        apart.fold(0.0, |most: f32, squared: f32| most.max(squared.sqrt()))
+    };
+    at_end(first).max(at_end(next(first)))
+}
+
 /// How far on the surface `seam_error` takes texture coordinates, by the side of the edge on which that is least.
-fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
+fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
     let ends = half_edges.map(|half_edge| [half_edge, next(half_edge)]);
     let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
     let on_texture = channels.flat_map(|channel| {
@@ -105,12 +129,17 @@ fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_err
 
 /// Whether two faces carry the same, in the roles that count, along the edge that two of their half-edges are.
 fn joins(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
+    let same_wedge = |corner: u32| {
+        let other = partner(mesh, corner, second);
+        same(attributes, wedge(attributes, corner), wedge(attributes, other), &counts)
+    };
+    attributes.group(first / 3) == attributes.group(second / 3) && [first, next(first)].into_iter().all(same_wedge)
+}
+
+/// The corner across an edge that stands at the same vertex as `corner`; `half_edge` runs along the other side.
+fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
-    let [here, there] = [first, second].map(|half_edge| [half_edge, next(half_edge)]);
-    let partner = |corner: u32| there.into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner);
-    let same_wedge =
-        |corner: u32| same(attributes, wedge(attributes, corner), wedge(attributes, partner(corner)), &counts);
-    attributes.group(first / 3) == attributes.group(second / 3) && here.into_iter().all(same_wedge)
+    [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)
 }
 
 /// What a corner carries; nothing is told apart where there are no wedges.

@@ -62,7 +62,7 @@ impl United {
             if !attributes.channels.is_empty() {
                 attributes.wedges.extend((0..n_faces as usize).map(wedge));
             }
-            attributes.channels.iter_mut().for_each(|channel| extend(channel, own, n_wedges));
+            attributes.channels.iter_mut().for_each(|channel| extend(channel, own, n_wedges, scale));
         }
         if positions.len().max(attributes.n_wedges()) > (u32::MAX / 4) as usize {
             return None;
@@ -112,7 +112,11 @@ impl United {
         let groups = faces.iter().map(|&f| attributes.group(f) - self.first_groups[piece]).collect();
         let groups = if self.has_groups[piece] { groups } else { Vec::new() };
         let wedges = faces.iter().filter_map(|&f| attributes.wedges.get(f as usize).copied()).collect();
-        (own, with_own_wedges(attributes, &self.channels[piece], wedges, groups))
+        let mut carried = with_own_wedges(attributes, &self.channels[piece], wedges, groups);
+        for channel in &mut carried.channels {
+            rescale(channel.role, &mut channel.values, 1.0 / self.scales[piece]);
+        }
+        (own, carried)
     }
 }
 
@@ -141,6 +145,13 @@ fn with_own_wedges(
     Attributes { channels: channels.into_iter().map(own).collect(), wedges, groups }
 }
 
+/// Takes a value along where its mesh becomes so many times as large.
+fn rescale(role: Role, value: &mut [f32], scale: f32) {
+    if role == Role::MorphPosition {
+        value.iter_mut().for_each(|x| *x *= scale);
+    }
+}
+
 /// The channels of all meshes, each once, without values; those of one name have the width of the widest.
 pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> Vec<Channel> {
     let mut channels: Vec<Channel> = Vec::new();
@@ -155,7 +166,7 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
 
 /// Appends a mesh's values to a channel; where it has none, white of a colour, else zeros. The joints and weights of a skin
 /// begin each in their half of a row, however wide it is.
-pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize) {
+pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize, scale: f32) {
     let (first, width) = (channel.values.len(), channel.width.max(1));
     let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };
     channel.values.resize(first + n_wedges * width, missing);
@@ -166,6 +177,7 @@ pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: u
         let (front, back) = values.split_at(n_front);
         row[..n_front].copy_from_slice(front);
         row[width / 2..][..back.len()].copy_from_slice(back);
+        rescale(channel.role, row, scale);
     }
 }
 
@@ -213,7 +225,7 @@ mod tests {
             let channel = |width, values| Channel { name: "a".into(), role, width, values };
             let own = Attributes { channels: vec![channel(values.len(), values.to_vec())], ..Attributes::default() };
             let mut all = channel(width, vec![7.0; width]);
-            extend(&mut all, &own, 1);
+            extend(&mut all, &own, 1, 1.0);
             all.values.split_off(width)
         };
         assert_eq!(widened(Role::Colour, &[0.1, 0.2, 0.3], 4), [0.1, 0.2, 0.3, 1.0]);

@@ -25,7 +25,7 @@ use shade::Colours;
 pub use coat::{Coat, Corner, Cover};
 pub use paint::Scale;
 pub use png_file::{encode_png, encode_png_opaque};
-pub use texture::{decode_image, shrunk};
+pub use texture::{decode_image, image_size, shrunk};
 pub use views::{View, view, view_coated};
 
 /// Samples per pixel along each axis; odd, so that one lies in the middle.

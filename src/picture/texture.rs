@@ -29,6 +29,24 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
     if bytes.starts_with(b"\x89PNG") { decode_png(bytes) } else { decode_jpeg(bytes) }
 }
 
+/// Width and height of an image by what the bytes of its PNG or JPEG file begin with; `None` where they are neither.
+///
+/// ```
+/// use neural_mesh::picture::{Image, encode_png, image_size};
+/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
+/// assert_eq!(image_size(&encode_png(&image)), Some([2, 1]));
+/// assert_eq!(image_size(b"GIF89a"), None);
+/// ```
+pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
+    if bytes.starts_with(b"\x89PNG") {
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
+        return Some([reader.info().width, reader.info().height].map(|side| side as usize));
+    }
+    let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
+    decoder.decode_headers().ok()?;
+    decoder.dimensions().map(<[usize; 2]>::from)
+}
+
 fn decode_png(bytes: &[u8]) -> Option<Image> {
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());

@@ -1,7 +1,7 @@
 //! The two assemblies as the driver runs them: what the options ask for on the way in, what is told on the way out.
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::{Attributes, TriMesh, compact};
+use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, shaded_flat};
 use crate::model::Weights;
 
 use super::closed::{Aim, Closed, Half, Importance, Keep, Levels, MayGo, Request, simplify_levels};
@@ -82,8 +82,41 @@ fn may_go(options: &Options, half: Option<Half>, from_level: usize) -> Option<Ma
     (!keeps).then_some(MayGo { within: options.prune_within, from_level })
 }
 
-/// The closed assembly's results of all of a mesh, as far as all of it is to stay.
+/// How much the vertices count where scores come from there, if nothing was given.
+fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a Weights>) -> Importance<'a> {
+    match scores {
+        _ if !given.is_empty() => Importance::Given(given),
+        ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
+        ScoreSource::Geometry => Importance::Even,
+    }
+}
+
+/// The closed assembly's results of all of a mesh, as far as all of it is to stay. One that is shaded flat is simplified without its
+/// normals, and its results have their own.
 fn levels_of_whole(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    sizes: &Sizes,
+    n_settled: usize,
+    progress: Progress,
+) -> Result<Levels, SimplifyError> {
+    let Input { mesh, attributes, .. } = *input;
+    let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
+    let Some(normals) = normals.filter(|_| is_shaded_flat(mesh, attributes)) else {
+        return levels_as_shaded(input, weights, task, sizes, n_settled, progress);
+    };
+    let others = attributes.clone().only(|role| role != Role::Normal, true);
+    let input = Input { attributes: &others, ..*input };
+    let mut levels = levels_as_shaded(&input, weights, task, sizes, n_settled, progress)?;
+    for closed in &mut levels.made {
+        closed.attributes = shaded_flat(&closed.mesh, &closed.attributes, &normals.name);
+    }
+    Ok(levels)
+}
+
+/// The same with all normals as they are.
+fn levels_as_shaded(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
@@ -95,23 +128,21 @@ fn levels_of_whole(
     let Input { mesh, attributes, importance } = *input;
     let aim = Aim::of(options.optimize);
     let scores = if aim.strength > 0.0 { options.scores } else { ScoreSource::Geometry };
-    let importance = match scores {
-        _ if !importance.is_empty() => Importance::Given(importance),
-        ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
-        ScoreSource::Geometry => Importance::Even,
+    let keep = Keep {
+        edges: &kept_edges(mesh, attributes, options),
+        locked: &locked_vertices(mesh, options),
+        subset: options.subset,
+        poses: options.for_poses,
+        attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
+        map: options.map,
+        parts: may_go(options, half, n_settled),
+        half,
     };
-    let edges = kept_edges(mesh, attributes, options);
-    let locked = locked_vertices(mesh, options);
-    let attributes = Some(attributes).filter(|attributes| !attributes.is_empty());
-    let hidden = if options.hidden == Hidden::Cheap { hidden_vertices(mesh) } else { Vec::new() };
-    let parts = may_go(options, half, n_settled);
-    let keep =
-        Keep { edges: &edges, locked: &locked, subset: options.subset, attributes, map: options.map, parts, half };
     let request = Request {
         oversample: sizes.oversample,
         all_if_uneven: options.oversample.is_none(),
-        importance,
-        hidden: &hidden,
+        importance: importance_by(importance, scores, weights),
+        hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(mesh) } else { Vec::new() },
         aim,
         parts: Parts::default(),
         seed: options.seed,

@@ -45,7 +45,7 @@ pub use options::{
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
-pub use versions::{CLOSED_VERSION, PAPER_VERSION};
+pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 pub use weighed::{Weighed, simplify_weighed};
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.

@@ -57,6 +57,9 @@ pub struct Options {
     /// How far a seam of texture coordinates may leave its place at a low price, in shares of the texture's side (closed assembly
     /// only). At 0 seams are held like creases: curves that lose no more than vertices.
     pub seam_error: f64,
+    /// Whether the result is to be near in the poses, too, that morph targets of the input take the mesh to, each alone (closed assembly
+    /// only). All vertices are samples then.
+    pub for_poses: bool,
     /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
     pub crease_angle: Option<f32>,
     /// Whether the result says where it comes from, vertex by vertex and corner by corner (closed assembly only).
@@ -101,6 +104,7 @@ impl Options {
             lock_boundaries: false,
             subset: false,
             seam_error: SEAM_ERROR,
+            for_poses: false,
             crease_angle: None,
             map: false,
             symmetric: None,

@@ -62,6 +62,41 @@ fn skins_and_animations() {
     assert_eq!((component("JOINTS_0"), component("WEIGHTS_0")), (&json!(UNSIGNED_BYTE), &json!(FLOAT)));
 }
 
+/// From the fifth vertex to the sixth in each pose of the first part.
+fn last_edges(asset: &Asset) -> Vec<[f32; 3]> {
+    let poses = asset.poses().unwrap().remove(0);
+    assert!(poses.iter().all(|pose| (pose.role, pose.width, pose.values.len()) == (Role::MorphPosition, 3, 18)));
+    let edge = |pose: &Channel| std::array::from_fn(|i| [0.0, 1.0, 0.0][i] + pose.of(5)[i] - pose.of(4)[i]);
+    poses.iter().map(edge).collect()
+}
+
+#[test]
+fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
+    let mut asset = skinned();
+    let edges = last_edges(&open(&asset.glb()));
+    assert_eq!(edges.len(), 12);
+    for (k, [x, y, z]) in edges.into_iter().enumerate() {
+        let share = (k as f32 + 0.5) / 12.0;
+        // Halfway between two rotations on their chord.
+        let turn = 2.0 * (0.6 * share).atan2(1.0 - share + 0.8 * share);
+        assert!(((-x).atan2(y) - turn).abs() < 1e-4 && z.abs() < 1e-4, "{k}: {x} {y} {z}");
+    }
+    asset.document["animations"] = json!([]);
+    let bent = open(&asset.glb());
+    let edges = last_edges(&bent);
+    assert!(edges.len() == 12 && edges.windows(2).all(|pair| pair[0] != pair[1]));
+    assert_eq!(edges, last_edges(&bent));
+    asset.document["skins"][0]["inverseBindMatrices"] = 99.into();
+    let refused = open(&asset.glb()).poses().unwrap_err().to_string();
+    assert!(refused.contains("accessor 99") && !refused.contains('\n'), "{refused}");
+    // A tree that bites its tail.
+    asset.document["nodes"][2]["children"] = json!([1]);
+    asset.document["skins"][0].as_object_mut().unwrap().remove("inverseBindMatrices");
+    if let Ok(asset) = Asset::from_bytes(&asset.glb(), &nothing) {
+        assert_eq!(last_edges(&asset).len(), 12);
+    }
+}
+
 /// Writes an asset and what became of it; then that must come back as it is.
 fn round_trip_mended(name: &str, bytes: &[u8]) -> Value {
     let asset = open(bytes);

@@ -18,13 +18,13 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::io::Format;
 use neural_mesh::model::Weights;
 
-use crate::args::{SEAM_TEXELS, SimplifyArgs};
+use crate::args::{PurposeArg, SimplifyArgs};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{
-    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, repair, strict,
-    weld_near,
+    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, repair,
+    seam_texels, strict, weld_near,
 };
 use crate::words::Voice;
 use crate::{bake, files, interrupt, read, request, simplify};
@@ -76,6 +76,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     bound_memory(args)?;
     check_threads(args.threads)?;
     options(args)?;
+    seam_texels(args)?;
     prune_below(args)?;
     repair(args)?;
     args.bake.map_or(Ok(()), bake::check)?;
@@ -108,7 +109,8 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.subset.then(|| " --subset".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
-        (args.seam_error != SEAM_TEXELS).then(|| format!(" --seam-error {}", args.seam_error)),
+        (args.purpose != PurposeArg::Shape).then(|| " --for poses".into()),
+        args.seam_error.map(|texels| format!(" --seam-error {texels}")),
         (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
         args.symmetric.as_ref().map(|plane| option_words("--symmetric", plane.as_ref())),
         args.importance.as_ref().map(|name| format!(" --importance {name}")),
@@ -208,6 +210,7 @@ impl Batch {
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,
+            seam_texels: seam_texels(&self.args)?,
             prune_below: prune_below(&self.args)?,
             repair: repair(&self.args)?,
             ignore: self.args.ignore.clone(),

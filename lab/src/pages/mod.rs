@@ -63,7 +63,7 @@ const PAGES: [Page; 7] = [
         parts: &[Part::Closed, Part::Paper, Part::Training],
         make: weights::page,
     },
-    Page { name: "assets", title: "Assets", parts: &[Part::Closed], make: assets::page },
+    Page { name: "assets", title: "Assets", parts: &[Part::Closed, Part::Carried], make: assets::page },
     Page { name: "pictures", title: "Pictures", parts: &[Part::Closed], make: pictures::page },
 ];
 

@@ -102,7 +102,7 @@ impl Asset {
     }
 
     /// A list of the document, each entry as far as it is understood.
-    fn listed<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
+    pub(super) fn listed<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
         let entries = self.document.get(name).and_then(Value::as_array).into_iter().flatten();
         entries.map(|entry| T::deserialize(entry).unwrap_or_default()).collect()
     }

@@ -55,7 +55,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
 }
 
 /// The matrix of a node, given as such or as translation, rotation and scale.
-fn local_transform(node: &Node) -> DMat4 {
+pub(super) fn local_transform(node: &Node) -> DMat4 {
     if let Some(columns) = node.matrix {
         return DMat4::from_cols_array(&columns);
     }

@@ -10,6 +10,7 @@ mod collapse;
 mod derivative;
 mod diamond;
 mod faces_around;
+mod held;
 mod original;
 mod output;
 mod parts;
@@ -30,7 +31,8 @@ use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
 use cluster::{importance, quotient};
-use collapse::{Collapse, Constraints, End, first_quadrics, merges_to, of_colours};
+use collapse::{Collapse, Constraints, End, first_quadrics, merges_to, of_colours, of_morph_targets};
+use held::Beginning;
 use original::Original;
 use output::Output;
 use parts::Cost;
@@ -72,6 +74,8 @@ pub(super) fn simplify_levels(
 ) -> Result<Levels, SimplifyError> {
     let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), gone: None }) };
     let (clustered, collapse) = cluster(mesh, request, first, progress)?;
+    let beginning = Beginning::of(&collapse, limits);
+    let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
     let mut collapse = Some(collapse);
     let mut made = Vec::with_capacity(limits.len());
     for &limit in limits {
@@ -80,7 +84,10 @@ pub(super) fn simplify_levels(
         if !made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let end = running.run(limit, request.aim.last_stretch);
+        let last_stretch = request.aim.last_stretch;
+        let mut end = running.run(limit, last_stretch);
+        let anew = beginning.as_ref().and_then(|it| it.anew(&running, limit, last_stretch, distance));
+        anew.into_iter().for_each(|anew| (running, end) = anew);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
         if let Some(may_go) = request.keep.parts.filter(|may_go| made.len() >= may_go.from_level) {
@@ -160,9 +167,10 @@ fn cluster<'a>(
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
     let colours = request.keep.attributes.map(|it| of_colours(&original, &assignment, &placed, it)).unwrap_or_default();
-    let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() {
+    let poses = request.keep.posed().map(|it| of_morph_targets(&original, it)).unwrap_or_default();
+    let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() || !poses.is_empty() {
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
-        Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, history)
+        Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, poses, history)
     } else {
         Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings)
     };

@@ -54,6 +54,11 @@ impl Pins {
         Self { locked, subset: self.subset, origin, plane }
     }
 
+    /// The same with nothing locked.
+    pub fn unlocked(self) -> Self {
+        Self { locked: vec![false; self.locked.len()], ..self }
+    }
+
     /// For some of the vertices, in this order.
     pub fn of_living(&self, living: &[u32]) -> Self {
         Self {

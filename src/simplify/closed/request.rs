@@ -1,6 +1,6 @@
 //! What the closed assembly is asked: plain data, resolved by the driver before anything runs.
 
-use crate::mesh::{Attributes, Frame, KeptEdge};
+use crate::mesh::{Attributes, Frame, KeptEdge, Role};
 use crate::model::Weights;
 use crate::simplify::options::Parts;
 
@@ -56,6 +56,8 @@ pub struct Keep<'a> {
     pub locked: &'a [bool],
     /// Whether the vertices of the result have to be vertices of the mesh.
     pub subset: bool,
+    /// Whether the poses that morph targets are count.
+    pub poses: bool,
     /// What corners and faces carry.
     pub attributes: Option<&'a Attributes>,
     /// Whether it is to be known where on the mesh the result's corners stand.
@@ -64,6 +66,14 @@ pub struct Keep<'a> {
     pub parts: Option<MayGo>,
     /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
     pub half: Option<Half<'a>>,
+}
+
+impl<'a> Keep<'a> {
+    /// The attributes whose morph targets are poses that count.
+    pub fn posed(&self) -> Option<&'a Attributes> {
+        let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
+        self.attributes.filter(|_| self.poses).filter(has_targets)
+    }
 }
 
 /// Which parts of a mesh may go.

@@ -76,6 +76,7 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
         ("pruning", options.prune_below > 0.0),
         ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
         ("a map", options.map),
+        ("poses", options.for_poses),
         ("a record", task.differentiable),
     ];
     match refused.into_iter().find(|(_, is_asked)| *is_asked) {

@@ -115,7 +115,7 @@ impl Corners {
         let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
         let of_output = Wedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
         let fit = || Fit::new(&sides, of_output, positions, pins);
-        let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour);
+        let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour | Role::MorphPosition);
         let fit = (!pins.is_subset() && attributes.channels.iter().any(is_fitted)).then(fit);
         let channel = |channel: &Channel| {
             let nearest = carried(channel, &attributes.wedges, &places);

@@ -112,7 +112,7 @@ pub fn of_colours(
 }
 
 /// The quadric of each vertex of a collapse; none where the corners carry nothing that counts.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct AttributeQuadrics(Vec<AttributeQuadric>);
 
 impl AttributeQuadrics {

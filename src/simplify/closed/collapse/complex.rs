@@ -17,11 +17,13 @@ use super::constraints::Constraints;
 use super::history::Event;
 use super::links::{Links, Span};
 use super::pair::Node;
+use super::poses::Poses;
 
 /// No vertex.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A closed complex being collapsed.
+#[derive(Clone)]
 pub struct Collapse<'a> {
     /// Vertices, the ghost vertices of the boundaries last.
     pub(super) nodes: Vec<Node>,
@@ -51,6 +53,8 @@ pub struct Collapse<'a> {
     pub(super) is_last_stretch: bool,
     /// What merges cost the colours at the corners, if there are any.
     pub(super) colours: AttributeQuadrics,
+    /// What merges cost other poses, if there are any.
+    pub(super) poses: Poses,
     /// What constrains it beside the topology.
     pub(super) constraints: Option<Constraints>,
     /// What happened, in order, where that is to be remembered.
@@ -72,6 +76,8 @@ pub enum End {
     WouldTurn,
     /// What has to stay leaves no edge that could go.
     Held,
+    /// Before what has to stay would take the vertices that the surface needs: so many of so many vertices.
+    WouldRuin(usize, usize),
 }
 
 impl End {
@@ -84,6 +90,9 @@ impl End {
                 Outcome::Stopped("every component is as small as its topology and the mirror plane allow".into())
             }
             Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
+            Self::WouldRuin(held, all) => Outcome::Stopped(format!(
+                "{held} of {all} vertices are on edges that are held or locked, and with fewer the rest would be ruined"
+            )),
             Self::WouldTurn => Outcome::Stopped("every remaining merge would turn a face over".into()),
         }
     }
@@ -123,14 +132,19 @@ impl<'a> Collapse<'a> {
         Self::of(pulse, nodes, links, n_inner, n_faces)
     }
 
-    /// The same under constraints, with a price on colours, and with a history if there is one to be written.
+    /// The same under constraints, with a price on colours and on other poses, and with a history if there is one to be written.
     pub fn under(
         self,
         constraints: Option<Constraints>,
         colours: AttributeQuadrics,
+        poses: Poses,
         history: Option<Vec<Event>>,
     ) -> Self {
-        Self { constraints, colours, history, ..self }
+        let mut under = Self { constraints, colours, poses, history, ..self };
+        if !under.poses.is_empty() {
+            (0..under.n_inner as u32).for_each(|v| under.renew_poses(v));
+        }
+        under
     }
 
     /// Starts from nodes, the ghost vertices last, and their neighbours; so many vertices and faces.
@@ -156,6 +170,7 @@ impl<'a> Collapse<'a> {
             paid: Vec::new(),
             is_last_stretch: false,
             colours: AttributeQuadrics::default(),
+            poses: Poses::default(),
             constraints: None,
             history: None,
             pulse,
@@ -256,8 +271,25 @@ impl<'a> Collapse<'a> {
         &self.paid
     }
 
+    /// How many vertices are on held curves or locked; where this is one half of a mirrored mesh, at most so many of the whole.
+    pub fn n_held(&self) -> usize {
+        let Some(constraints) = &self.constraints else { return 0 };
+        let n = self.living().filter(|&v| constraints.is_held(v)).count();
+        if self.plane().is_some() { 2 * n } else { n }
+    }
+
+    /// The same complex with nothing held but by the plane of a half.
+    pub fn bare(self) -> Self {
+        Self { constraints: self.constraints.and_then(Constraints::bare), history: None, ..self }
+    }
+
+    /// The same complex, whose merges do not count as done.
+    pub fn uncounted(self) -> Self {
+        Self { pulse: self.pulse.counting_if(false), ..self }
+    }
+
     /// Vertices and faces; where this is one half of a mirrored mesh, those of the whole.
-    pub(super) fn size(&self) -> (usize, usize) {
+    pub fn size(&self) -> (usize, usize) {
         match self.plane() {
             None => (self.n_vertices, self.n_faces),
             Some(plane) => (2 * self.n_vertices - plane.len(), 2 * self.n_faces),

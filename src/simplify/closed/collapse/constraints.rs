@@ -22,6 +22,7 @@ use super::pair::{MergedVertex, Pair, Place};
 const SEAM_PRICE: f64 = 0.1;
 
 /// The constraints of a collapse, over its vertices.
+#[derive(Clone)]
 pub struct Constraints {
     /// What runs through each vertex on a feature curve.
     curves: FxHashMap<u32, Curve>,
@@ -30,7 +31,7 @@ pub struct Constraints {
 }
 
 /// A vertex of a curve.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Curve {
     /// Its neighbours along curves.
     along: Vec<u32>,
@@ -40,9 +41,6 @@ struct Curve {
     slack: f64,
     /// Whether one of the curves is held.
     is_held: bool,
-    /// Whether a curve ended here before the collapse. What ends only because a chart went moves on: nothing would tell its
-    /// neighbours that it stays.
-    is_end: bool,
 }
 
 impl Constraints {
@@ -66,8 +64,13 @@ impl Constraints {
                 });
             }
         }
+        // An end has a place along its curve, too.
         for v in original.features.ends() {
-            curve(region[v as usize], &|curve| curve.is_end = true);
+            let place = original.surface.positions[v as usize].as_dvec3();
+            curve(region[v as usize], &|curve| {
+                curve.planes = curve.planes.pulled_to(place, curve.planes.trace());
+                curve.slack *= 2.0;
+            });
         }
         Self { curves, pins: original.pins.of_regions(region, origin) }
     }
@@ -75,6 +78,17 @@ impl Constraints {
     /// Whether anything holds vertices beside the plane of a half.
     pub fn hold_more_than_plane(&self) -> bool {
         !self.curves.is_empty() || self.pins.hold_more_than_plane()
+    }
+
+    /// The same without curves, and nothing locked; `None` where that constrains nothing.
+    pub fn bare(self) -> Option<Self> {
+        let pins = self.pins.unlocked();
+        (pins.is_subset() || pins.plane().is_some()).then(|| Self { curves: FxHashMap::default(), pins })
+    }
+
+    /// Whether a held curve runs through a vertex, or it may not move.
+    pub fn is_held(&self, v: u32) -> bool {
+        self.pins.is_locked(v) || self.curves.get(&v).is_some_and(|curve| curve.is_held)
     }
 
     /// The planes on the curves of two vertices about `origin`; nothing where no held curve runs through them.
@@ -89,9 +103,7 @@ impl Constraints {
         if are_held(curves) {
             return self.held_placement(vertices, curves, pair);
         }
-        let is_end = |i: usize| curves[i].is_some_and(|curve| curve.is_end);
-        let stays = |i: usize| self.pins.is_locked(vertices[i]) || is_end(i);
-        let merged = self.placed(vertices, [0, 1].map(stays), pair)?;
+        let merged = self.placed(vertices, vertices.map(|v| self.pins.is_locked(v)), pair)?;
         Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
 
@@ -156,7 +168,6 @@ impl Constraints {
         curve.planes += of_v.planes;
         curve.slack += of_v.slack;
         curve.is_held |= of_v.is_held;
-        curve.is_end |= of_v.is_end;
         for w in of_v.along {
             if w != u && !curve.along.contains(&w) {
                 curve.along.push(w);

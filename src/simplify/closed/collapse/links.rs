@@ -62,7 +62,7 @@ impl Block {
 }
 
 /// The lists. Behind the last neighbour of one stands no vertex, at an infinite price.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Links {
     blocks: Vec<Block>,
     joined: Vec<u32>,

@@ -35,8 +35,22 @@ impl Collapse<'_> {
         let node = &mut self.nodes[u as usize];
         node.planes = pulled(planes.map(|entry| entry * node.importance));
         let importance = node.importance;
+        self.renew_poses(u);
         if self.history.is_some() {
             self.write_down(u, importance);
+        }
+    }
+
+    /// The same in all other poses.
+    pub(super) fn renew_poses(&mut self, u: u32) {
+        let (span, importance) = (self.nodes[u as usize].ring, self.nodes[u as usize].importance);
+        for k in 0..self.poses.n_poses() {
+            let neighbour = |i: usize| match self.links.at(span, i) {
+                w if self.is_ghost(w) => Neighbour::Ghost,
+                w => Neighbour::At(self.poses.of(w)[k].position),
+            };
+            let planes = planes_around(self.poses.of(u)[k].position, (0..span.len()).map(neighbour));
+            self.poses.of_mut(u)[k].planes = pulled(planes.map(|entry| entry * importance));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Merging the ends of an edge: its price, whether it may be done, and the complex after it.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::triangle::{area_normal, has_area};
 
@@ -24,11 +24,15 @@ impl Collapse<'_> {
     /// Whether nothing but the quadrics of the nodes sets the prices.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
-        self.constraints.is_none() && self.colours.is_empty()
+        self.constraints.is_none() && self.colours.is_empty() && self.poses.is_empty()
     }
 
     pub(super) fn pair(&self, u: u32, v: u32) -> Pair {
         let mut pair = Pair::new(&self.nodes[u as usize], &self.nodes[v as usize]);
+        if !self.poses.is_empty() {
+            let all = pair.sum + self.poses.price([u, v], pair.other());
+            pair.sum = all * (1.0 / (1 + self.poses.n_poses()) as f64);
+        }
         if !self.colours.is_empty() {
             pair.sum += self.colours.price([u, v], pair.other());
         }
@@ -65,7 +69,7 @@ impl Collapse<'_> {
             return false;
         }
         let x = (self.nodes[u as usize].position.as_dvec3() + offset).as_vec3();
-        if self.turns_over(u, v, x) || self.turns_over(v, u, x) {
+        if self.turns_over(u, v, x) || self.turns_over(v, u, x) || self.turns_over_in_poses([u, v], &pair, offset) {
             self.turn_forbidden = true;
             return false;
         }
@@ -74,6 +78,7 @@ impl Collapse<'_> {
         self.constraints.iter_mut().for_each(|constraints| constraints.merge(u, v, place));
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
         self.colours.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
+        self.poses.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
         let node = &mut self.nodes[u as usize];
         (node.position, node.importance) = (x, mean_importance([&kept, &gone]));
         self.positions[u as usize] = x;
@@ -101,12 +106,27 @@ impl Collapse<'_> {
     /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.
     #[inline(always)]
     pub(super) fn turns_over(&self, u: u32, v: u32, x: Vec3) -> bool {
+        self.turns_over_where(u, v, x, |w| self.positions.get(w as usize).copied())
+    }
+
+    /// Whether one would in another pose when `v` is merged into `u`, which moves by `offset` here.
+    fn turns_over_in_poses(&self, [u, v]: [u32; 2], pair: &Pair, offset: DVec3) -> bool {
+        (0..self.poses.n_poses()).any(|k| {
+            let x = self.poses.merged(k, [u, v], pair.other(), offset).position;
+            let place = |w: u32| (!self.is_ghost(w)).then(|| self.poses.of(w)[k].position);
+            self.turns_over_where(u, v, x, place) || self.turns_over_where(v, u, x, place)
+        })
+    }
+
+    /// The same where `place` says where the vertices are.
+    #[inline(always)]
+    fn turns_over_where(&self, u: u32, v: u32, x: Vec3, place: impl Fn(u32) -> Option<Vec3>) -> bool {
         let ring = self.nodes[u as usize].ring;
-        let p = self.positions[u as usize];
+        let Some(p) = place(u) else { return false };
         let at = self.links.position(ring, v).unwrap_or(0);
         let mut before: Option<Vec3> = None;
         for w in self.links.beyond(ring, at) {
-            let here = self.positions.get(w as usize).copied();
+            let here = place(w);
             if let (Some(q), Some(r)) = (before, here) {
                 let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
                 let along = old.dot(new);

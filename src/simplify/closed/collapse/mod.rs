@@ -20,6 +20,7 @@ mod links;
 mod memoryless;
 mod merge;
 mod pair;
+mod poses;
 mod rounds;
 
 pub use attribute_quadrics::of_colours;
@@ -27,6 +28,7 @@ pub use complex::{Collapse, End, merges_to};
 pub use constraints::Constraints;
 pub use history::{Event, Renewal, first_quadrics};
 pub use pair::Place;
+pub use poses::of_morph_targets;
 
 #[cfg(test)]
 mod tests {
@@ -43,6 +45,7 @@ mod tests {
     use crate::simplify::limits::Limit;
     use attribute_quadrics::AttributeQuadrics;
     use glam::Vec3;
+    use poses::Poses;
 
     /// Vertices over those asked for where the last stretch begins.
     const LAST_STRETCH: f64 = 1.1;
@@ -176,7 +179,7 @@ mod tests {
             let own: Vec<u32> = (0..original.surface.n_vertices() as u32).collect();
             let constraints = Constraints::new(&original, &own, own.clone());
             let collapse = Collapse::new(Pulse::NONE, &placed, &original.surface.rings);
-            let mut collapse = collapse.under(Some(constraints), AttributeQuadrics::default(), None);
+            let mut collapse = collapse.under(Some(constraints), AttributeQuadrics::default(), Poses::default(), None);
             assert_eq!(collapse.run(Limit { vertices, faces: usize::MAX }, LAST_STRETCH), End::Reached);
             for u in collapse.living() {
                 let ring = collapse.nodes[u as usize].ring;

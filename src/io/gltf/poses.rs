@@ -1,0 +1,292 @@
+//! The poses that the skins of an asset take its meshes to: those of its animations, or, where it has none, joints bent at random.
+
+use glam::{DMat4, DQuat, DVec3};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use serde::Deserialize;
+
+use super::asset::Asset;
+use super::placements::local_transform;
+use super::schema::Node;
+use crate::io::ReadError;
+use crate::mesh::{Channel, RawMesh, Role};
+
+/// Poses, at most.
+const POSES: usize = 12;
+/// How far a joint is bent at most where no animation says how far it goes, in radians: 60 degrees.
+const BENT: f64 = std::f64::consts::FRAC_PI_3;
+/// How the names of the channels of poses begin.
+const POSE: &str = "POSE_";
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Skin {
+    joints: Vec<usize>,
+    inverse_bind_matrices: Option<usize>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Animation {
+    channels: Vec<AnimatedValue>,
+    samplers: Vec<Sampler>,
+}
+
+#[derive(Deserialize)]
+struct AnimatedValue {
+    sampler: usize,
+    target: Target,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    node: Option<usize>,
+    path: String,
+}
+
+#[derive(Deserialize)]
+struct Sampler {
+    input: usize,
+    output: usize,
+    #[serde(default)]
+    interpolation: String,
+}
+
+/// A skin, ready to be bent.
+struct Bones {
+    joints: Vec<usize>,
+    inverse_bind: Vec<DMat4>,
+}
+
+impl Asset {
+    /// Where the skins of each part take its vertices, in the order of [`Asset::parts`]: for each part as many channels of the role
+    /// [`Role::MorphPosition`], `POSE_0` and on, at the wedges of its mesh; none where nothing in the asset has a skin.
+    ///
+    /// Poses are those of the animations, spread evenly over them, twelve at most; where there is none, each joint is bent by up to 60
+    /// degrees about an axis at random, the same ones every time. Each is in the unit of the part. What moves no skin stands still.
+    ///
+    /// # Errors
+    /// [`ReadError`] where skins or animations name what is not there.
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// assert_eq!(asset.poses().unwrap(), [vec![]]);
+    /// ```
+    pub fn poses(&self) -> Result<Vec<Vec<Channel>>, ReadError> {
+        let skins: Vec<Bones> =
+            self.listed("skins").into_iter().map(|skin| self.bones(skin)).collect::<Result<_, _>>()?;
+        let nodes = &self.container.root.nodes;
+        let skin_of = |mesh: usize| nodes.iter().find(|node| node.mesh == Some(mesh))?.skin;
+        let bones_of: Vec<Option<&Bones>> = self.meshes.iter().map(|&mesh| skins.get(skin_of(mesh)?)).collect();
+        if bones_of.iter().all(Option::is_none) {
+            return Ok(vec![Vec::new(); self.parts().len()]);
+        }
+        let rest: Vec<DMat4> = nodes.iter().map(local_transform).collect();
+        let poses = self.local_poses(&rest, &skins)?;
+        let worlds: Vec<Vec<DMat4>> = std::iter::once(&rest).chain(&poses).map(|local| self.worlds(local)).collect();
+        let of_part = |(part, bones): (&super::Part, &Option<&Bones>)| {
+            let moved = |world: &Vec<DMat4>| bones.map(|bones| skinned(&part.mesh, bones, world));
+            let rest = moved(&worlds[0]);
+            let channel = |(k, world): (usize, &Vec<DMat4>)| Channel {
+                name: format!("{POSE}{k}"),
+                role: Role::MorphPosition,
+                width: 3,
+                values: steps(&part.mesh, rest.as_deref(), moved(world).as_deref()),
+            };
+            worlds[1..].iter().enumerate().map(channel).collect()
+        };
+        Ok(self.parts().iter().zip(&bones_of).map(of_part).collect())
+    }
+
+    /// A skin with its matrices.
+    fn bones(&self, skin: Skin) -> Result<Bones, ReadError> {
+        let n = skin.joints.len();
+        let matrices = skin.inverse_bind_matrices.map(|index| self.container.data().floats(index, 16 * n.max(1)));
+        let inverse_bind = match matrices.transpose()? {
+            Some((16, values)) => {
+                values.as_chunks::<16>().0.iter().map(|m| DMat4::from_cols_array(&m.map(f64::from))).collect()
+            }
+            _ => vec![DMat4::IDENTITY; n],
+        };
+        Ok(Bones { joints: skin.joints, inverse_bind })
+    }
+
+    /// The transforms of all nodes, each against its parent, in each pose.
+    fn local_poses(&self, rest: &[DMat4], skins: &[Bones]) -> Result<Vec<Vec<DMat4>>, ReadError> {
+        let animations: Vec<Animation> = self.listed("animations");
+        let animations: Vec<Animation> = animations.into_iter().filter(Animation::moves_nodes).take(POSES).collect();
+        if animations.is_empty() {
+            return Ok((0..POSES as u64).map(|seed| bent(rest, skins, seed)).collect());
+        }
+        let mut poses = Vec::new();
+        for (i, animation) in animations.iter().enumerate() {
+            // The first ones have one more where they do not share evenly.
+            let n = POSES / animations.len() + usize::from(i < POSES % animations.len());
+            for k in 0..n {
+                poses.push(self.animated(rest, animation, (k as f64 + 0.5) / n as f64)?);
+            }
+        }
+        Ok(poses)
+    }
+
+    /// The transforms of all nodes at a share of an animation's time.
+    fn animated(&self, rest: &[DMat4], animation: &Animation, share: f64) -> Result<Vec<DMat4>, ReadError> {
+        let nodes = &self.container.root.nodes;
+        let mut tracks = Vec::new();
+        for value in &animation.channels {
+            let target = value.target.node.filter(|&node| node < nodes.len());
+            if let (Some(node), Some(sampler)) = (target, animation.samplers.get(value.sampler)) {
+                tracks.push((node, value.target.path.as_str(), self.track(sampler)?));
+            }
+        }
+        let end = tracks.iter().filter_map(|(_, _, track)| track.times.last().copied()).fold(0.0, f64::max);
+        let mut parts: Vec<Option<[DVec3; 2]>> = vec![None; nodes.len()];
+        let mut turns: Vec<DQuat> = vec![DQuat::IDENTITY; nodes.len()];
+        for (node, path, track) in &tracks {
+            if parts[*node].is_none() {
+                let (scale, turn, translation) = rest[*node].to_scale_rotation_translation();
+                (parts[*node], turns[*node]) = (Some([scale, translation]), turn);
+            }
+            let Some(value) = track.at(share * end) else { continue };
+            let [scale, translation] = parts[*node].get_or_insert([DVec3::ONE, DVec3::ZERO]);
+            match *path {
+                "translation" => *translation = value.truncate(),
+                "scale" => *scale = value.truncate(),
+                "rotation" => turns[*node] = DQuat::from_vec4(value.normalize_or(glam::DVec4::W)),
+                _ => {}
+            }
+        }
+        let moved = |(node, parts): (usize, &Option<[DVec3; 2]>)| match parts {
+            Some([scale, translation]) => DMat4::from_scale_rotation_translation(*scale, turns[node], *translation),
+            None => rest[node],
+        };
+        Ok(parts.iter().enumerate().map(moved).collect())
+    }
+
+    fn track(&self, sampler: &Sampler) -> Result<Track, ReadError> {
+        /// Numbers of a track, at most: hours of motion.
+        const MOST: usize = 1 << 24;
+        let data = self.container.data();
+        let (_, times) = data.floats(sampler.input, MOST)?;
+        let (width, values) = data.floats(sampler.output, MOST)?;
+        let n_of_key = if sampler.interpolation == "CUBICSPLINE" { 3 } else { 1 };
+        let row = |row: &[f32]| {
+            let number = |i: usize| f64::from(row.get(i).copied().unwrap_or_default());
+            glam::DVec4::new(number(0), number(1), number(2), number(3))
+        };
+        // Of a spline's three rows for a key the middle one is the value; between keys it is taken as straight.
+        let values = values.chunks_exact(width).skip(n_of_key / 2).step_by(n_of_key).map(row).collect();
+        let times = times.into_iter().map(f64::from).collect();
+        Ok(Track { times, values, is_stepped: sampler.interpolation == "STEP" })
+    }
+
+    /// The transforms of all nodes in the scene.
+    fn worlds(&self, local: &[DMat4]) -> Vec<DMat4> {
+        let nodes = &self.container.root.nodes;
+        let mut parent = vec![None; nodes.len()];
+        let of = |(i, node): (usize, &Node)| node.children.iter().map(move |&child| (child, i)).collect::<Vec<_>>();
+        for (child, i) in nodes.iter().enumerate().flat_map(of) {
+            parent.get_mut(child).into_iter().for_each(|parent| *parent = Some(i));
+        }
+        let world = |mut node: usize| {
+            let mut world = local[node];
+            // No node is its own ancestor but in a broken file.
+            for _ in 0..nodes.len() {
+                let Some(above) = parent[node] else { break };
+                world = local[above] * world;
+                node = above;
+            }
+            world
+        };
+        (0..nodes.len()).map(world).collect()
+    }
+}
+
+impl Animation {
+    /// Whether it moves any node: some change morph targets alone.
+    fn moves_nodes(&self) -> bool {
+        self.channels.iter().any(|value| value.target.node.is_some() && value.target.path != "weights")
+    }
+}
+
+/// Values at times.
+struct Track {
+    times: Vec<f64>,
+    values: Vec<glam::DVec4>,
+    is_stepped: bool,
+}
+
+impl Track {
+    /// The value at a time, straight between two keys; a rotation by the shorter way. `None` where there are no keys.
+    fn at(&self, time: f64) -> Option<glam::DVec4> {
+        let last = self.times.len().min(self.values.len()).checked_sub(1)?;
+        let after = self.times[..=last].partition_point(|&t| t <= time).min(last);
+        let before = after.saturating_sub(1);
+        let [a, b] = [before, after].map(|key| self.values[key]);
+        let (begin, span) = (self.times[before], self.times[after] - self.times[before]);
+        let share = if span > 0.0 && !self.is_stepped { ((time - begin) / span).clamp(0.0, 1.0) } else { 0.0 };
+        Some(a.lerp(if a.dot(b) < 0.0 { -b } else { b }, share))
+    }
+}
+
+/// The transforms of all nodes where each joint but the first of its skin is bent at random.
+fn bent(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut unit = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut local = rest.to_vec();
+    for &joint in skins.iter().flat_map(|skin| skin.joints.iter().skip(1)) {
+        let axis = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or(DVec3::X);
+        let turn = DMat4::from_axis_angle(axis, BENT * unit());
+        local.get_mut(joint).into_iter().for_each(|local| *local *= turn);
+    }
+    local
+}
+
+/// Where a skin takes the wedges of a mesh, n_wedges.
+fn skinned(mesh: &RawMesh, bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
+    let joints = bones.joints.iter().zip(&bones.inverse_bind);
+    let matrices: Vec<DMat4> =
+        joints.map(|(&joint, inverse)| world.get(joint).map_or(DMat4::IDENTITY, |world| *world * *inverse)).collect();
+    let places = places(mesh);
+    let Some(skin) = mesh.attributes.channels.iter().find(|channel| channel.role == Role::Skin) else { return places };
+    let moved = |(wedge, place): (u32, &DVec3)| {
+        let (joints, weights) = skin.of(wedge).split_at(skin.width / 2);
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for (&joint, &weight) in joints.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+            if let Some(matrix) = matrices.get(joint as usize) {
+                sum += f64::from(weight) * matrix.transform_point3(*place);
+                total += f64::from(weight);
+            }
+        }
+        if total > 0.0 { sum / total } else { *place }
+    };
+    (0..).zip(&places).map(moved).collect()
+}
+
+/// Where the wedges of a mesh are, n_wedges.
+fn places(mesh: &RawMesh) -> Vec<DVec3> {
+    let mut places = vec![DVec3::ZERO; mesh.attributes.n_wedges()];
+    for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {
+        for (&v, &wedge) in face.iter().zip(wedges) {
+            if let (Some(p), Some(place)) = (mesh.positions.get(v as usize), places.get_mut(wedge as usize)) {
+                *place = (*p).into();
+            }
+        }
+    }
+    places
+}
+
+/// From where the wedges are to where a pose takes them, in the unit of the mesh and about the same middle, n_wedges x 3.
+fn steps(mesh: &RawMesh, rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
+    let places = places(mesh);
+    let (Some(rest), Some(pose)) = (rest, pose) else { return vec![0.0; 3 * places.len()] };
+    let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len().max(1) as f64;
+    let spread = |of: &[DVec3], mean: DVec3| of.iter().map(|p| p.distance_squared(mean)).sum::<f64>().sqrt();
+    let means = [&places, rest, pose].map(mean);
+    let scale = spread(&places, means[0]) / spread(rest, means[1]);
+    let scale = if scale.is_normal() { scale } else { 1.0 };
+    let step = |(place, posed): (&DVec3, &DVec3)| (*posed - means[2]) * scale - (*place - means[0]);
+    let finite = |step: glam::Vec3| if step.is_finite() { step } else { glam::Vec3::ZERO };
+    places.iter().zip(pose).flat_map(|pair| finite(step(pair).as_vec3()).to_array()).collect()
+}

@@ -1,0 +1,234 @@
+//! Quadrics of other poses: what a merge costs the same mesh where it is bent otherwise.
+//!
+//! What is flat now costs nothing, however far it will bend: its quadrics are zero here, and no factor helps. So the quadrics of all poses
+//! are added, each over the faces as they stand there (DeCoro and Rusinkiewicz 2005, "Pose-independent simplification of articulated
+//! meshes"; Mohr and Gleicher 2003, "Deformation sensitive decimation"). A vertex has a place in each pose. Near an edge one pose
+//! follows from the other by a rotation about the middle, so that what a merge costs there is a quadric of the place here.
+
+use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
+
+use crate::geometry::Quadric;
+use crate::mesh::{Attributes, Channel, Role};
+use crate::simplify::closed::original::Original;
+
+/// Steps toward the rotation that fits best; each leaves the square of the error.
+const STEPS: usize = 12;
+
+/// A vertex in another pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Posed {
+    /// Where it is.
+    pub position: Vec3,
+    /// How the surface around it is turned against how it is here.
+    turn: Quat,
+    /// Quadric of the planes through it, as [`Node::planes`](super::pair::Node).
+    pub planes: [f32; 6],
+}
+
+/// The vertices of a collapse in other poses.
+#[derive(Clone, Default)]
+pub struct Poses {
+    n_poses: usize,
+    /// n_vertices x n_poses.
+    posed: Vec<Posed>,
+}
+
+/// The poses that the morph targets of a mesh are, each moved by one of them alone; over the vertices of the surface, their planes not
+/// summed yet. None where there are no targets.
+pub fn of_morph_targets(original: &Original, attributes: &Attributes) -> Poses {
+    let targets: Vec<&Channel> =
+        attributes.channels.iter().filter(|channel| channel.role == Role::MorphPosition).collect();
+    let surface = &original.surface;
+    let mut wedge_of = vec![0; original.mesh.positions().len()];
+    for (face, wedges) in original.mesh.faces().iter().zip(&attributes.wedges) {
+        (0..3).for_each(|k| wedge_of[face[k] as usize] = wedges[k]);
+    }
+    let scale = surface.length(1.0);
+    let place = |v: u32, target: &Channel| {
+        let step = match *target.of(wedge_of[surface.source(v) as usize]) {
+            [x, y, z] if Vec3::new(x, y, z).is_finite() => Vec3::new(x, y, z),
+            _ => Vec3::ZERO,
+        };
+        surface.positions[v as usize] + step * scale
+    };
+    let n_vertices = surface.n_vertices() as u32;
+    let places: Vec<Vec<Vec3>> =
+        targets.iter().map(|target| (0..n_vertices).map(|v| place(v, target)).collect()).collect();
+    let posed = (0..n_vertices).flat_map(|v| places.iter().map(move |places| (v, places)));
+    let posed = posed.map(|(v, places)| {
+        let turn = turn_at(v, surface.neighbors(v), &surface.positions, places);
+        Posed { position: places[v as usize], turn, planes: [0.0; 6] }
+    });
+    Poses { n_poses: targets.len(), posed: posed.collect() }
+}
+
+impl Poses {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.n_poses == 0
+    }
+
+    /// A vertex in all poses.
+    pub(super) fn of(&self, v: u32) -> &[Posed] {
+        &self.posed[v as usize * self.n_poses..][..self.n_poses]
+    }
+
+    /// The same, to be changed.
+    pub(super) fn of_mut(&mut self, v: u32) -> &mut [Posed] {
+        &mut self.posed[v as usize * self.n_poses..][..self.n_poses]
+    }
+
+    /// Number of poses.
+    pub(super) fn n_poses(&self) -> usize {
+        self.n_poses
+    }
+
+    /// What a merge of two vertices costs in all poses, about the first one here; `other` is where the second is from there.
+    pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
+        let pairs = self.of(u).iter().zip(self.of(v));
+        pairs.fold(Quadric::default(), |sum, (u, v)| sum + price_in([u, v], other))
+    }
+
+    /// Takes note that `v`, which was at `other` from `u`, was merged into `u`, which moved by `step`.
+    pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
+        (0..self.n_poses).for_each(|k| self.of_mut(u)[k] = self.merged(k, [u, v], other, step));
+    }
+
+    /// What `v`, at `other` from `u`, and `u` become in a pose where `u` moves by `step` here.
+    pub(super) fn merged(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
+        let [u, v] = vertices.map(|w| self.of(w)[k]);
+        let turn = mean_turn([&u, &v]);
+        let middle = 0.5 * (u.position + v.position).as_dvec3();
+        Posed { position: (middle + turn * (step - 0.5 * other)).as_vec3(), turn: turn.as_quat(), ..u }
+    }
+}
+
+/// What a merge costs in a pose, as a quadric of the place here, about the first vertex; `other` is where the second is from there.
+fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
+    let quadric = |posed: &Posed| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
+    let to_other = (v.position - u.position).as_dvec3();
+    let turn = DMat3::from_quat(mean_turn([u, v]));
+    let sum = quadric(u) + quadric(v).about(-to_other);
+    turned(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
+}
+
+/// The form `x -> form(turn x)`.
+fn turned(form: &Quadric, turn: &DMat3) -> Quadric {
+    let [xx, xy, xz, yy, yz, zz] = form.a;
+    let a = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+    let a = turn.transpose() * a * *turn;
+    let a = [a.x_axis.x, a.y_axis.x, a.z_axis.x, a.y_axis.y, a.z_axis.y, a.z_axis.z];
+    Quadric { a, b: turn.transpose() * form.b, c: form.c }
+}
+
+/// The mean of how the surface is turned around two vertices.
+fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
+    let (u, v) = (u.turn.as_dquat(), v.turn.as_dquat());
+    let sum = if u.dot(v) < 0.0 { u - v } else { u + v };
+    if sum.length_squared() > 0.0 { sum.normalize() } else { u }
+}
+
+/// How the surface around a vertex is turned: the rotation that takes its edges and normal nearest to where they are in the pose (Müller,
+/// Bender, Chentanez and Macklin 2016, "A robust method to extract the rotational part of deformations").
+fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
+    let edges =
+        |places: &[Vec3]| -> Vec<Vec3> { neighbors.iter().map(|&w| places[w as usize] - places[v as usize]).collect() };
+    let normal = |edges: &[Vec3]| edges.windows(2).map(|pair| pair[0].cross(pair[1])).sum::<Vec3>().normalize_or_zero();
+    let [here, there] = [here, there].map(edges);
+    let [of_here, of_there] = [&here, &there].map(|edges| normal(edges));
+    let outer = |there: Vec3, here: Vec3| Mat3::from_cols(there * here.x, there * here.y, there * here.z);
+    let edges = here.iter().zip(&there).map(|(&here, &there)| outer(there, here));
+    let sum = edges.fold(Mat3::ZERO, |sum, edge| sum + edge);
+    let size: f32 = here.iter().map(|edge| edge.length_squared()).sum();
+    let sum = sum + size * outer(of_there, of_here);
+    let mut turn = first_turn([of_here, of_there], here.first().zip(there.first()));
+    for _ in 0..STEPS {
+        let now = Mat3::from_quat(turn);
+        let axes = [(now.x_axis, sum.x_axis), (now.y_axis, sum.y_axis), (now.z_axis, sum.z_axis)];
+        let torque: Vec3 = axes.iter().map(|(now, sum)| now.cross(*sum)).sum();
+        let along: f32 = axes.iter().map(|(now, sum)| now.dot(*sum)).sum();
+        let step = torque / (along.abs() + f32::MIN_POSITIVE);
+        let angle = step.length();
+        if !(angle > 1e-6 && angle.is_finite()) {
+            break;
+        }
+        turn = (Quat::from_axis_angle(step / angle, angle) * turn).normalize();
+    }
+    turn
+}
+
+/// The rotation that takes a normal, and about it an edge, to where they are in the pose.
+fn first_turn([here, there]: [Vec3; 2], edges: Option<(&Vec3, &Vec3)>) -> Quat {
+    let frame = |normal: Vec3, edge: Vec3| {
+        let along = edge.reject_from_normalized(normal).normalize_or_zero();
+        (along != Vec3::ZERO).then(|| Mat3::from_cols(along, normal.cross(along), normal))
+    };
+    let frames = edges.and_then(|(&of_here, &of_there)| frame(here, of_here).zip(frame(there, of_there)));
+    frames.map_or(Quat::IDENTITY, |(here, there)| Quat::from_mat3(&(there * here.transpose())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    fn posed(position: [f32; 3], normals: &[[f32; 3]], turn: Quat) -> Posed {
+        let mut planes = [0.0; 6];
+        for &[x, y, z] in normals {
+            planes.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]).for_each(|(sum, entry)| *sum += entry);
+        }
+        Posed { position: position.into(), turn, planes }
+    }
+
+    #[test]
+    fn what_a_merge_costs_in_a_pose_is_the_squared_distance_from_its_planes_there() {
+        let turn = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.4);
+        let of_u = [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]];
+        let of_v = [[0.0, 0.6, 0.8]];
+        let (u, v) = (posed([1.0, 2.0, 3.0], &of_u, turn), posed([1.5, 2.5, 2.0], &of_v, turn));
+        let other = DVec3::new(0.3, -0.5, 1.0);
+        for x in [DVec3::ZERO, other, DVec3::new(0.4, 0.1, -0.7)] {
+            let middle = 0.5 * (u.position + v.position).as_dvec3();
+            let there = middle + turn.as_dquat() * (x - 0.5 * other);
+            let squares = |posed: &Posed, normals: &[[f32; 3]]| -> f64 {
+                let height = |n: &[f32; 3]| Vec3::from(*n).as_dvec3().dot(there - posed.position.as_dvec3());
+                normals.iter().map(|n| height(n).powi(2)).sum()
+            };
+            let (found, naive) = (price_in([&u, &v], other).value(x), squares(&u, &of_u) + squares(&v, &of_v));
+            assert!((found - naive).abs() < 1e-5 * naive.max(1.0), "{found} {naive}");
+        }
+    }
+
+    #[test]
+    fn the_turn_of_a_turned_surface_is_its_rotation() {
+        let mesh = shapes::wavy_sphere(3, 6.0);
+        let original = Original::bare(&mesh);
+        let surface = &original.surface;
+        for rotation in [Quat::from_rotation_z(3.0), Quat::from_rotation_x(1.2) * Quat::from_rotation_y(-2.0)] {
+            let there: Vec<Vec3> = surface.positions.iter().map(|&p| rotation * p + Vec3::ONE).collect();
+            for v in 0..surface.n_vertices() as u32 {
+                let turn = turn_at(v, surface.neighbors(v), &surface.positions, &there);
+                assert!(turn.dot(rotation).abs() > 1.0 - 1e-5, "{v}: {turn} {rotation}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pose_that_is_a_turn_costs_what_is_paid_here() {
+        let mesh = shapes::wavy_sphere(3, 6.0);
+        let rotation = Quat::from_rotation_x(1.2) * Quat::from_rotation_y(-2.0);
+        let step = |p: &[f32; 3]| (rotation * Vec3::from(*p) - Vec3::from(*p)).to_array();
+        let values = mesh.positions().iter().flat_map(step).collect();
+        let target = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
+        let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![target], groups: Vec::new() };
+        let original = Original::bare(&mesh);
+        let mut poses = of_morph_targets(&original, &attributes);
+        let turned: Vec<Posed> = (0..mesh.positions().len() as u32).map(|v| poses.of(v)[0]).collect();
+        let (u, v) = (7, original.surface.neighbors(7)[0]);
+        let other = (original.surface.positions[v as usize] - original.surface.positions[u as usize]).as_dvec3();
+        let step = DVec3::new(0.01, 0.02, -0.01);
+        poses.merge([u, v], other, step);
+        let meant = turned[u as usize].position + rotation * step.as_vec3();
+        assert!(poses.of(u)[0].position.distance(meant) < 1e-5);
+    }
+}

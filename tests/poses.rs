@@ -1,0 +1,72 @@
+//! Results for other poses: near where morph targets take the mesh, too.
+
+use std::ops::ControlFlow;
+
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
+use neural_mesh::metrics::quick_distance;
+use neural_mesh::simplify::{Axis, Input, Options, Simplified, SimplifyError, Symmetry, Target, simplify_input};
+
+/// A slab 8 long, and a morph target that bends it into three quarters of a ring.
+fn slab() -> (TriMesh, Attributes) {
+    let mesh = shapes::cuboid([8.0, 1.0, 0.5], 24);
+    let bent = |[x, y, z]: [f32; 3]| {
+        let (radius, angle) = (2.0 - z, 0.55 * x);
+        [radius * angle.sin(), y, 2.0 - radius * angle.cos()]
+    };
+    let step = |&p: &[f32; 3]| std::array::from_fn::<f32, 3, _>(|i| bent(p)[i] - p[i]);
+    let values = mesh.positions().iter().flat_map(step).collect();
+    let bend = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
+    let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![bend], groups: Vec::new() };
+    (mesh, attributes)
+}
+
+fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Result<Simplified, SimplifyError> {
+    let input = Input { attributes, ..Input::bare(mesh) };
+    simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// A mesh where its first morph target takes it.
+fn bent(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
+    let mut positions = mesh.positions().to_vec();
+    for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {
+        for (&v, &wedge) in face.iter().zip(wedges) {
+            let step = attributes.channels[0].of(wedge);
+            positions[v as usize] = std::array::from_fn(|i| mesh.positions()[v as usize][i] + step[i]);
+        }
+    }
+    TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
+}
+
+#[test]
+fn what_is_flat_here_keeps_the_vertices_that_it_needs_where_it_bends() {
+    let (mesh, attributes) = slab();
+    let plain = Options::new(Target::Vertices(60));
+    let distances = [plain.clone(), Options { for_poses: true, ..plain }].map(|options| {
+        let result = simplified(&mesh, &attributes, &options).unwrap();
+        assert_eq!(result.mesh.positions().len(), 60);
+        assert!(topology(&result.mesh).is_closed_manifold());
+        let far = |original: &TriMesh, found: &TriMesh| quick_distance(original, found, 20_000, 0).unwrap().mean;
+        let pose = bent(&result.mesh, &result.attributes);
+        [far(&mesh, &result.mesh), far(&bent(&mesh, &attributes), &pose)]
+    });
+    let [[_, in_pose], [here, in_pose_for_poses]] = distances;
+    assert!(in_pose_for_poses < 0.3 * in_pose && here < 0.01, "{distances:?}");
+}
+
+#[test]
+fn without_targets_nothing_changes() {
+    let mesh = shapes::wavy_sphere(4, 6.0);
+    let plain = Options::new(Target::Vertices(300));
+    let results = [plain.clone(), Options { for_poses: true, ..plain }]
+        .map(|options| simplified(&mesh, &Attributes::default(), &options).unwrap());
+    assert_eq!(results[0].mesh, results[1].mesh);
+}
+
+#[test]
+fn poses_and_symmetry_are_refused_together() {
+    let (mesh, attributes) = slab();
+    let symmetric = Some(Symmetry::Across(Axis::X));
+    let options = Options { for_poses: true, symmetric, ..Options::new(Target::Vertices(200)) };
+    let error = simplified(&mesh, &attributes, &options).unwrap_err();
+    assert_eq!(error, SimplifyError::NotWithSymmetry("poses"));
+}
