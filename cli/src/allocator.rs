@@ -14,9 +14,6 @@ use neural_mesh::mesh::room::is_asking;
 /// Smaller blocks are not counted: they are many, and take little beside the arrays of a mesh. In bytes.
 const COUNTED: usize = 1 << 16;
 
-#[global_allocator]
-static BOUNDED: Bounded = Bounded;
-
 /// Bytes in counted blocks, and how many there may be.
 static TAKEN: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
@@ -38,7 +35,8 @@ pub fn most() -> usize {
     MOST.load(Relaxed)
 }
 
-struct Bounded;
+/// The system's allocator, bounded.
+pub struct Bounded;
 
 fn counted(size: usize) -> usize {
     if size < COUNTED { 0 } else { size }

@@ -1,100 +1,12 @@
-//! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
+//! The program: its allocator, and what the library of the same package does with the words of the command line.
 
-mod allocator;
-mod args;
-#[cfg(feature = "bake")]
-mod bake;
-#[cfg(not(feature = "bake"))]
-#[path = "no_bake.rs"]
-mod bake;
-mod batch;
-mod closed;
-mod command;
-mod compare;
-mod done;
-mod dress;
-#[cfg(feature = "evaluate")]
-mod evaluate;
-#[cfg(not(feature = "evaluate"))]
-#[path = "no_evaluate.rs"]
-mod evaluate;
-mod failure;
-mod files;
-mod info;
-mod interrupt;
-mod memory;
-mod mesh_points;
-#[cfg(not(all(feature = "evaluate", feature = "train")))]
-mod missing;
-mod out_of_memory;
-mod plain;
-mod progress;
-mod read;
-mod report;
-mod request;
-mod simplify;
-#[cfg(any(feature = "evaluate", feature = "train"))]
-mod stopping;
-mod subject;
-#[cfg(feature = "train")]
-mod train;
-#[cfg(not(feature = "train"))]
-#[path = "no_train.rs"]
-mod train;
-mod words;
-
-use std::borrow::Cow;
 use std::process::ExitCode;
 
-use clap::Parser;
+use neural_mesh_cli::Bounded;
 
-use command::{Args, Command};
-use failure::Failure;
-use plain::plain;
-use words::Voice;
+#[global_allocator]
+static BOUNDED: Bounded = Bounded;
 
 fn main() -> ExitCode {
-    allocator::end_by(out_of_memory::end);
-    memory::bound(None);
-    memory::keep_freed();
-    let args = match Args::try_parse() {
-        Ok(args) => args,
-        Err(answer) => return answered(&answer),
-    };
-    let done = match args.command {
-        Command::Simplify(args) if batch::is_meant(&args) => batch::run(*args),
-        Command::Simplify(args) => request::resolve(*args).and_then(simplify::run),
-        Command::MeshPoints(args) => mesh_points::run(args),
-        Command::Info(args) => info::run(&args),
-        Command::Compare(args) => compare::run(&args),
-        Command::Train(args) => train::run(&args),
-        Command::Evaluate(args) => evaluate::run(&args),
-        Command::EvaluateOne => evaluate::work(),
-    };
-    // Words that nobody could hear are the worse failure than a result that is short of what was asked.
-    ended(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::heard().and(done) } else { done })
-}
-
-fn ended(done: Result<(), Failure>) -> ExitCode {
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            words::complain(&failure);
-            failure.exit_code()
-        }
-    }
-}
-
-/// Help, the version, or what is wrong with the arguments, which may be names of any bytes.
-fn answered(answer: &clap::Error) -> ExitCode {
-    if !answer.use_stderr() {
-        let said = words::out(b"").and_then(|()| answer.print()).and_then(|()| words::out(b""));
-        return ended(said.map_err(|error| words::closed(&error)));
-    }
-    match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
-        true => drop(answer.print()),
-        // Without the colours, which are made of escapes as well.
-        false => answer.to_string().lines().for_each(|line| Voice::Err.say(line)),
-    }
-    ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2))
+    neural_mesh_cli::run()
 }

@@ -1,11 +1,10 @@
 //! `neural-mesh mesh-points`: read a cloud, mesh it, write, say what surface came of it.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use neural_mesh::io::{self, Format};
-use neural_mesh::mesh::{PointCloud, point_cloud, topology};
+use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{MeshedPoints, SimplifyError, mesh_points};
 use serde::Serialize;
@@ -80,18 +79,11 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let Request { args, .. } = request;
     let began = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let given = args.weights.as_deref().map(read_weights).transpose()?;
-    let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
     progress.show("read");
-    let failed = |error: &dyn std::fmt::Display| Failure::of(&args.input, error);
-    let raw = io::read_points(&files::read(&args.input)?).map_err(|error| failed(&error))?;
-    // Vertices stay in place: of doubles the file gets back what single precision does not hold.
-    let exact = raw.double.then(|| raw.positions.clone());
-    let cloud = point_cloud(raw).map_err(|error| failed(&error))?;
-    let result = meshed(args, &cloud, weights, &mut progress)?;
-    let (bytes, mut pending) = written(request, &cloud, &result, exact.as_deref())?;
-    let seconds = began.elapsed().as_secs_f64();
-    let report = told(args, &cloud, &result, seconds);
+    let raw = io::read_points(&files::read(&args.input)?).map_err(|error| Failure::of(&args.input, error))?;
+    let meshed = Meshed::of(raw, args, &mut progress)?;
+    let (bytes, mut pending) = written(request, &meshed)?;
+    let report = told(args, &meshed, began.elapsed().as_secs_f64());
     pending.extend(reported(args, &report)?);
     drop(progress);
     if is_stream(&args.output) {
@@ -100,6 +92,66 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     files::place(pending)?;
     say(args, &report);
     Ok(())
+}
+
+/// Meshes a cloud in memory, as `embedded` says.
+pub fn embedded(args: MeshPointsArgs, raw: Option<RawMesh>, mut progress: Progress) -> Result<PointsMeshed, Failure> {
+    let request = resolve(args)?;
+    let began = Instant::now();
+    let read =
+        || io::read_points(&files::read(&request.args.input)?).map_err(|error| Failure::of(&request.args.input, error));
+    let meshed = Meshed::of(raw.map_or_else(read, Ok)?, &request.args, &mut progress)?;
+    let report = told(&request.args, &meshed, began.elapsed().as_secs_f64());
+    let mut pending: Vec<Pending> = reported(&request.args, &report)?.into_iter().collect();
+    if !is_stream(&request.args.output) {
+        pending.extend(written(&request, &meshed)?.1);
+    }
+    let report = serde_json::to_string(&report).map_err(|error| Failure::of(&request.args.input, error))?;
+    let exact = meshed.exact_positions();
+    let Meshed { cloud, result, .. } = meshed;
+    let of_file = |&point: &u32| cloud.source.get(point as usize).copied().unwrap_or(point);
+    let sources = result.source_points.iter().map(of_file).collect();
+    Ok(PointsMeshed { mesh: result.mesh, exact, sources, report, pending })
+}
+
+/// A meshed cloud as another face has it.
+pub struct PointsMeshed {
+    /// The mesh, in local coordinates.
+    pub mesh: TriMesh,
+    /// Where its vertices lie, n x 3, where the cloud is in double precision.
+    pub exact: Option<Vec<[f64; 3]>>,
+    /// The point, as given, that each vertex is, n.
+    pub sources: Vec<u32>,
+    /// What `--report` writes.
+    pub report: String,
+    /// Files on their way.
+    pub pending: Vec<Pending>,
+}
+
+/// A cloud and the mesh over it.
+struct Meshed {
+    cloud: PointCloud,
+    /// Points as read, where these are doubles: vertices stay in place, and get back what single precision does not hold.
+    exact: Option<Vec<[f64; 3]>>,
+    result: MeshedPoints,
+}
+
+impl Meshed {
+    fn of(raw: RawMesh, args: &MeshPointsArgs, progress: &mut Progress) -> Result<Self, Failure> {
+        let given = args.weights.as_deref().map(read_weights).transpose()?;
+        let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
+        let exact = raw.double.then(|| raw.positions.clone());
+        let cloud = point_cloud(raw).map_err(|error| Failure::of(&args.input, error))?;
+        let result = meshed(args, &cloud, weights, progress)?;
+        Ok(Self { cloud, exact, result })
+    }
+
+    /// The vertices as their points were read, where these are doubles.
+    fn exact_positions(&self) -> Option<Vec<[f64; 3]>> {
+        let exact = self.exact.as_deref()?;
+        let as_read = |at: &u32| exact.get(*self.cloud.source.get(*at as usize)? as usize).copied();
+        self.result.source_points.iter().map(as_read).collect()
+    }
 }
 
 fn meshed(
@@ -111,10 +163,7 @@ fn meshed(
     let n_points = cloud.points.len();
     let of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
     let n_vertices = args.vertices.or(of_ratio).unwrap_or(n_points);
-    let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| {
-        progress.event(event);
-        ControlFlow::Continue(())
-    });
+    let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,
         error => Failure::of(&args.input, error),
@@ -122,15 +171,10 @@ fn meshed(
 }
 
 /// The mesh as bytes, and as a file on its way unless standard output is its place.
-fn written(
-    request: &Request,
-    cloud: &PointCloud,
-    result: &MeshedPoints,
-    exact: Option<&[[f64; 3]]>,
-) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
+fn written(request: &Request, meshed: &Meshed) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
     let Request { args, format, .. } = request;
-    let as_read = |at: &u32| exact?.get(*cloud.source.get(*at as usize)? as usize).copied();
-    let bytes = match result.source_points.iter().map(as_read).collect() {
+    let Meshed { cloud, result, .. } = meshed;
+    let bytes = match meshed.exact_positions() {
         Some(positions) => io::write_exact(&result.mesh, positions, *format),
         None => io::write(&result.mesh, &cloud.frame, *format),
     };
@@ -140,7 +184,7 @@ fn written(
     Ok((bytes, pending.into_iter().collect()))
 }
 
-fn told(args: &MeshPointsArgs, cloud: &PointCloud, result: &MeshedPoints, seconds: f64) -> Report {
+fn told(args: &MeshPointsArgs, Meshed { cloud, result, .. }: &Meshed, seconds: f64) -> Report {
     let found = topology(&result.mesh);
     Report {
         points: cloud.points.len(),

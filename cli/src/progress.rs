@@ -1,10 +1,11 @@
 //! What is going on, for the eye and for the report: a bar on a terminal, and the seconds of each stage.
 
 use std::cell::Cell;
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use neural_mesh::simplify::Event;
+use neural_mesh::simplify::{Event, Listener};
 
 /// Work below this needs no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -22,6 +23,8 @@ pub struct Progress {
     shown: Cell<(&'static str, u64)>,
     stages: Vec<(&'static str, f64)>,
     current: Option<(&'static str, Instant)>,
+    /// Who else hears of events, and may end the run.
+    listener: Option<Box<Listener<'static>>>,
 }
 
 impl Progress {
@@ -34,16 +37,24 @@ impl Progress {
         if !quiet {
             show_later(bar.clone());
         }
-        Self { bar, shown: Cell::default(), stages: Vec::new(), current: None }
+        Self { bar, shown: Cell::default(), stages: Vec::new(), current: None, listener: None }
+    }
+
+    /// Draws nothing; what the simplification tells goes to a listener, too.
+    pub fn heard_by(listener: Box<Listener<'static>>) -> Self {
+        let mut progress = Self::new(true);
+        progress.listener = Some(listener);
+        progress
     }
 
     /// A stage of the simplification begins or moves on.
-    pub fn event(&mut self, event: Event) {
+    pub fn event(&mut self, event: Event) -> ControlFlow<()> {
         if self.current.is_none_or(|(stage, _)| stage != event.stage) {
             self.end_stage();
             self.current = Some((event.stage, Instant::now()));
         }
         self.show_at(event.stage, percent(SIMPLIFY, event.total));
+        self.listener.as_mut().map_or(ControlFlow::Continue(()), |listener| listener(event))
     }
 
     /// A part of the run beside the simplification begins.

@@ -22,6 +22,8 @@ pub struct Request {
     pub output: Option<PathBuf>,
     /// The format it is written in.
     pub output_format: Format,
+    /// Whether the mesh is written nowhere: another face takes it as it is.
+    pub stays_in_memory: bool,
     /// What is asked of the simplifier.
     pub options: Options,
     /// How its target is meant.
@@ -189,6 +191,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
             .welded(weld_near)
             .united(args.bake.is_some()),
         output_format,
+        stays_in_memory: false,
         weights: args.weights,
         n_threads: args.threads,
         check: !args.no_check,

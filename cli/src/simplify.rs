@@ -1,7 +1,6 @@
 //! `neural-mesh simplify`: read, simplify, measure, draw, write, say.
 
 use std::collections::BTreeSet;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -36,12 +35,16 @@ const SCREEN: f64 = 9.0 / 16.0;
 
 /// Does what is asked, on as many threads as asked.
 pub fn run(request: Request) -> Result<(), Failure> {
-    let results = [&request.report, &request.picture, &request.map];
-    let paths = outputs(&request).into_iter().chain(results.into_iter().flatten().cloned());
-    let paths: Vec<PathBuf> = paths.collect();
-    files::check_places(paths.iter().map(PathBuf::as_path), request.force)?;
+    check_places(&request)?;
     interrupt::watch(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(&request))
+}
+
+/// Refuses, before any work, places where no file of the request can be put.
+pub fn check_places(request: &Request) -> Result<(), Failure> {
+    let results = [&request.report, &request.picture, &request.map];
+    let paths: Vec<PathBuf> = outputs(request).into_iter().chain(results.into_iter().flatten().cloned()).collect();
+    files::check_places(paths.iter().map(PathBuf::as_path), request.force)
 }
 
 /// Does something on so many threads, or on one per core.
@@ -62,12 +65,14 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
 }
 
 /// Whether what was written is as asked, as far as that matters for the exit code.
-fn met(request: &Request, report: &Report) -> Result<(), Failure> {
+pub fn met(request: &Request, report: &Report) -> Result<(), Failure> {
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
     match outcomes.find(|outcome| *outcome != REACHED) {
         Some(outcome) if request.strict => {
             let written = request.output.as_deref().map_or("standard output".into(), name);
-            Err(Failure::Unmet(format!("{written}: is written, but {outcome}")))
+            let is_written =
+                if request.stays_in_memory { "the result" } else { &format!("{written}: is written, but") };
+            Err(Failure::Unmet(format!("{is_written} {outcome}")))
         }
         _ => Ok(()),
     }
@@ -75,32 +80,44 @@ fn met(request: &Request, report: &Report) -> Result<(), Failure> {
 
 /// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.
 pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mut Progress) -> Result<Done, Failure> {
-    let mut seconds = Seconds::default();
+    let mut read = 0.0;
     progress.show("read");
-    let subject = timed(&mut seconds.read, || Subject::open(request))?;
-    let lighter = timed(&mut seconds.simplify, || lighter(&subject, request, weights, progress))?;
+    let subject = timed(&mut read, || Subject::open(request))?;
+    simplify_subject(&subject, request, weights, read, progress).map(|(done, _)| done)
+}
+
+/// As [`simplify_file`], for a mesh that is read, in so many seconds; gives the results, too.
+pub fn simplify_subject(
+    subject: &Subject,
+    request: &Request,
+    weights: Option<&Weights>,
+    read: f64,
+    progress: &mut Progress,
+) -> Result<(Done, Vec<Simplified>), Failure> {
+    let mut seconds = Seconds { read, ..Seconds::default() };
+    let lighter = timed(&mut seconds.simplify, || lighter(subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
-    let dress = dressed(&subject, &lighter.results, request, progress)?;
+    let dress = dressed(subject, &lighter.results, request, progress)?;
     seconds.bake = dress.as_ref().map(|dress| dress.figures.seconds);
     progress.show("check");
-    let levels: Vec<Level> = timed(&mut seconds.check, || {
-        lighter.results.iter().map(|result| measured(&subject, result, request)).collect()
-    });
+    let levels: Vec<Level> =
+        timed(&mut seconds.check, || lighter.results.iter().map(|result| measured(subject, result, request)).collect());
     progress.show("write");
-    let written = timed(&mut seconds.write, || written(&subject, &lighter.results, &levels, dress.as_ref(), request))?;
+    let written = timed(&mut seconds.write, || written(subject, &lighter.results, &levels, dress.as_ref(), request))?;
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
     let mut notes = [subject.notes.clone(), of_dress, written.notes].concat();
     notes.extend(lighter.note.map(String::from));
-    let shown = shown(request, &subject, (first, dress.as_ref()), &mut notes)?;
+    let shown = shown(request, subject, (first, dress.as_ref()), &mut notes)?;
     let baked = dress.map(|dress| dress.figures);
-    let report = told(request, &subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
+    let report = told(request, subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
     progress.show("picture");
     let drawn = drawn(request, shown.as_ref(), &report)?;
     let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
-    let pending = pending.chain(mapped(request, &subject, first)?).collect();
+    let pending = pending.chain(mapped(request, subject, first)?).collect();
     let cleaned = subject.counts.to_string();
-    Ok(Done { report, cleaned, bytes: written.bytes, pending, beside: written.beside, force: request.force })
+    let done = Done { report, cleaned, bytes: written.bytes, pending, beside: written.beside, force: request.force };
+    Ok((done, lighter.results))
 }
 
 /// What a result wears that is baked for it, where that is asked for.
@@ -156,10 +173,7 @@ fn lighter(
     let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
     let frame = subject.written_frame(request);
     let options = Options { frame, prune_below, seam_error, symmetric, ..request.options.clone() };
-    let tell: &mut Listener = &mut |event| {
-        progress.event(event);
-        ControlFlow::Continue(())
-    };
+    let tell: &mut Listener = &mut |event| progress.event(event);
     let one = |result| Lighter { results: vec![result], certified: None, note: None };
     match &request.goal {
         Goal::Target => simplify_input(&input, weights, &options, tell).map(one).map_err(refused),
@@ -221,6 +235,10 @@ impl From<SimplifyError> for Failure {
 
 /// How much the vertices count, where the request names an attribute that says it, or a part of the mesh and its factor.
 fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure> {
+    if let Some(given) = subject.importance() {
+        let refused = || Failure::Usage("importance: needs numbers of at least 0, not all of them 0".into());
+        return given.ok_or_else(refused);
+    }
     let Some(name) = &request.importance else { return Ok(Vec::new()) };
     let attributes = subject.attributes();
     let Some(channel) = attributes.channels.iter().find(|channel| channel.name == *name) else {
@@ -270,7 +288,7 @@ fn refused(error: &SimplifyError, input: &Path) -> Failure {
 }
 
 /// Where the mesh goes, or each level of detail; those of a scene are one file.
-fn outputs(request: &Request) -> Vec<PathBuf> {
+pub fn outputs(request: &Request) -> Vec<PathBuf> {
     let Some(path) = &request.output else { return Vec::new() };
     match &request.goal {
         Goal::Levels(further) if !request.source.is_scene(request.output_format) => {
@@ -307,6 +325,9 @@ fn written(
     request: &Request,
 ) -> Result<OnTheirWay, Failure> {
     let mut done = OnTheirWay::default();
+    if request.stays_in_memory {
+        return Ok(done);
+    }
     let paths = outputs(request);
     let results: Vec<&Simplified> = results.iter().collect();
     let coverage = if results.len() > 1 && paths.len() == 1 { coverage(levels) } else { Vec::new() };

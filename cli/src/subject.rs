@@ -8,11 +8,11 @@ use neural_mesh::io::{
     self, Asset, Extra, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Attributes, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
+use neural_mesh::mesh::{Attributes, Channel, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::picture::image_size;
 use neural_mesh::repair::{RepairCounts, fill_holes, printable};
-use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry};
+use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry, importance_of_channel};
 
 use crate::args::IgnoreArg;
 use crate::dress::Dress;
@@ -33,6 +33,8 @@ pub struct Subject {
     kind: Kind,
     /// What of the attributes the result is to have, where that is not all.
     wanted: Option<Attributes>,
+    /// How much each vertex counts as it was read, where the caller says so.
+    factors: Option<Vec<f32>>,
 }
 
 enum Kind {
@@ -88,7 +90,12 @@ impl Subject {
             let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
             return Self::scene(asset, request)?.repaired(request)?.wanting(request);
         }
-        let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
+        Self::of(parsed(source, io::read_attributed, io::read_attributed_path)?, request)
+    }
+
+    /// Cleans a mesh that is read.
+    pub fn of(read: ReadMesh, request: &Request) -> Result<Self, Failure> {
+        let source = &request.source;
         let ReadMesh { mesh: mut raw, extra, notes } = read;
         if request.bake.is_some() && extra.is_bent {
             let what =
@@ -100,7 +107,9 @@ impl Subject {
         let cleaned = cleaned(raw, source)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
-        Self { frame, counts, notes, repaired: None, kind, wanted: None }.repaired(request)?.wanting(request)
+        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None }
+            .repaired(request)?
+            .wanting(request)
     }
 
     /// The same, held back by nothing that the result does not need or its format does not hold.
@@ -197,7 +206,7 @@ impl Subject {
             Failure::of(&source.path, "its meshes are too many or too far apart in size: split the scene")
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
-        Ok(Self { frame: Frame::default(), counts, notes, repaired: None, kind, wanted: None })
+        Ok(Self { frame: Frame::default(), counts, notes, repaired: None, kind, wanted: None, factors: None })
     }
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
@@ -321,6 +330,44 @@ impl Subject {
             Kind::Mesh { .. } => plane,
             Kind::Scene { united, .. } => MirrorPlane { at: plane.at / united.scale(0), ..plane },
         }
+    }
+
+    /// The same, with how much each vertex counts as it was read.
+    pub fn weighed(self, factors: Option<Vec<f32>>) -> Self {
+        Self { factors, ..self }
+    }
+
+    /// How much the vertices count, n_vertices, where the caller says so; nothing within where that is no importance.
+    pub fn importance(&self) -> Option<Option<Vec<f32>>> {
+        let (factors, sources) = (self.factors.as_ref()?, self.file_vertices()?);
+        let values: Option<Vec<f32>> = sources.iter().map(|&vertex| factors.get(vertex as usize).copied()).collect();
+        Some(values.and_then(|values| {
+            let channel = Channel { name: String::new(), role: Role::Other, width: 1, values };
+            let attributes = Attributes { wedges: self.mesh().faces().to_vec(), ..Attributes::default() };
+            importance_of_channel(self.mesh(), &attributes, &channel)
+        }))
+    }
+
+    /// Where the vertices of a result lie in the file, in double precision, where that has such.
+    pub fn exact_positions(&self, result: &Simplified, request: &Request) -> Option<Vec<[f64; 3]>> {
+        if !self.frame.double {
+            return None;
+        }
+        let framed = |local: &[f32; 3]| self.frame.to_file(*local);
+        let Kind::Mesh { cleaned, exact: Some(positions), .. } = &self.kind else {
+            return Some(result.mesh.positions().iter().map(framed).collect());
+        };
+        let kept = in_place(positions, cleaned, result, request).unwrap_or_default();
+        let kept = kept.into_iter().chain(std::iter::repeat(None));
+        Some(
+            result
+                .mesh
+                .positions()
+                .iter()
+                .zip(kept)
+                .map(|(local, kept)| kept.unwrap_or_else(|| framed(local)))
+                .collect(),
+        )
     }
 
     /// The vertex of the file that each vertex was read from; for a scene, whose vertices are those of its primitives, none.

@@ -33,6 +33,16 @@ impl Record {
         Self { n_input, n_output, way: Way::Closed(Box::new(derivative)) }
     }
 
+    /// Vertices of the input, of which [`Record::positions`] takes one position each.
+    pub fn n_input(&self) -> usize {
+        self.n_input
+    }
+
+    /// Vertices of the result.
+    pub fn n_output(&self) -> usize {
+        self.n_output
+    }
+
     /// For each input vertex the output vertex that it went to; `None` where it went nowhere.
     pub fn output_vertices(&self) -> Vec<Option<u32>> {
         let mut outputs = vec![None; self.n_input];
@@ -53,6 +63,34 @@ impl Record {
     ///
     /// See [`simplify_recorded`](super::simplify_recorded) for an example.
     pub fn positions(&self, input: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        singles(&self.positions_in_doubles(&doubles(input)))
+    }
+
+    /// As [`Record::positions`], in double precision: a function that is smooth enough for second differences.
+    ///
+    /// # Panics
+    /// As [`Record::positions`].
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// use neural_mesh::{mesh::shapes, simplify::{Options, Target, simplify_recorded}};
+    /// let mesh = shapes::icosphere(2);
+    /// let options = Options::new(Target::Vertices(40));
+    /// let (_, record) = simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    /// let input: Vec<[f64; 3]> = mesh.positions().iter().map(|p| p.map(f64::from)).collect();
+    /// // The slope of the first coordinate of the result when a coordinate of the input moves, by differences and by the gradient.
+    /// let mut gradient = vec![[0.0; 3]; 40];
+    /// gradient[0][0] = 1.0;
+    /// let to_input = record.backward_in_doubles(&input, &gradient);
+    /// let vertex = record.output_vertices().iter().position(|&x| x == Some(0)).unwrap();
+    /// let at = |step: f64| {
+    ///     let mut moved = input.clone();
+    ///     moved[vertex][0] += step;
+    ///     record.positions_in_doubles(&moved)[0][0]
+    /// };
+    /// assert!(((at(1e-6) - at(-1e-6)) / 2e-6 - to_input[vertex][0]).abs() < 1e-6);
+    /// ```
+    pub fn positions_in_doubles(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         assert_eq!(input.len(), self.n_input, "one position per input vertex");
         match &self.way {
             Way::Selected(sources) => sources.iter().map(|&v| input[v as usize]).collect(),
@@ -68,6 +106,16 @@ impl Record {
     ///
     /// See [`simplify_recorded`](super::simplify_recorded) for an example.
     pub fn backward(&self, input: &[[f32; 3]], gradient: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        singles(&self.backward_in_doubles(&doubles(input), &doubles(gradient)))
+    }
+
+    /// As [`Record::backward`], in double precision.
+    ///
+    /// # Panics
+    /// As [`Record::backward`].
+    ///
+    /// See [`Record::positions_in_doubles`] for an example.
+    pub fn backward_in_doubles(&self, input: &[[f64; 3]], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
         assert_eq!(
             [input.len(), gradient.len()],
             [self.n_input, self.n_output],
@@ -80,10 +128,18 @@ impl Record {
     }
 }
 
-fn scattered(n_input: usize, sources: &[u32], gradient: &[[f32; 3]]) -> Vec<[f32; 3]> {
+fn scattered(n_input: usize, sources: &[u32], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut to_input = vec![[0.0; 3]; n_input];
     for (&v, g) in sources.iter().zip(gradient) {
         to_input[v as usize].iter_mut().zip(g).for_each(|(sum, g)| *sum += g);
     }
     to_input
+}
+
+fn doubles(points: &[[f32; 3]]) -> Vec<[f64; 3]> {
+    points.iter().map(|p| p.map(f64::from)).collect()
+}
+
+fn singles(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    points.iter().map(|p| p.map(|x| x as f32)).collect()
 }

@@ -206,6 +206,7 @@ impl Batch {
                 .welded(weld_near(&self.args)?)
                 .united(self.args.bake.is_some()),
             output_format: format,
+            stays_in_memory: false,
             bake: request::bake(&self.args, format)?,
             output: Some(output),
             options: options(&self.args)?,

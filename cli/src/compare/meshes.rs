@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{self, Asset, Format};
+use neural_mesh::io::{self, Asset, Format, ReadMesh};
 use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Frame, Looks, RawMesh, TriMesh};
 
@@ -24,10 +24,11 @@ pub struct Named {
     pub notes: Vec<String>,
 }
 
-/// Reads the original and the simplified meshes; for a page with what covers them.
-pub fn read_all(args: &CompareArgs) -> Result<(Named, Vec<Named>), Failure> {
+/// Reads the original and the simplified meshes, those that are not `given` in their order; for a page with what covers them.
+pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<(Named, Vec<Named>), Failure> {
     let paths: Vec<&Path> = args.inputs().collect();
-    let read = |path: &&Path| read_one(path, !args.no_weld, args.html.is_some());
+    let mut given = given.into_iter();
+    let read = |path: &&Path| read_one(path, given.next().flatten(), args);
     let meshes = paths.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let origin = shared_origin(meshes.iter().map(|mesh| mesh.cleaned.frame));
     let texture = meshes.first().and_then(|original| only_texture(&original.looks));
@@ -50,10 +51,13 @@ struct Dressed {
     notes: Vec<String>,
 }
 
-fn read_one(path: &Path, weld: bool, with_looks: bool) -> Result<Dressed, Failure> {
-    let source = Source::new(PathBuf::from(path), None, weld);
-    let (raw, looks, notes) =
-        if with_looks { dressed(&source)? } else { (read(&source)?, Looks::default(), Vec::new()) };
+fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<Dressed, Failure> {
+    let source = Source::new(PathBuf::from(path), None, !args.no_weld);
+    let (raw, looks, notes) = match given {
+        Some(given) => with_looks(given),
+        None if args.html.is_some() => dressed(&source)?,
+        None => (read(&source)?, Looks::default(), Vec::new()),
+    };
     Ok(Dressed { cleaned: cleaned(raw, &source)?, looks, notes })
 }
 
@@ -67,9 +71,12 @@ fn dressed(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
         let (looks, missing) = asset.scene_looks();
         return Ok((scene, looks, missing));
     }
-    let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
+    Ok(with_looks(parsed(source, io::read_attributed, io::read_attributed_path)?))
+}
+
+fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
     let (looks, missing) = io::looks(&read.extra, false);
-    Ok((read.mesh, looks, missing))
+    (read.mesh, looks, missing)
 }
 
 /// The first origin that is not zero: meshes far out are then compared with the precision of the one that kept it.

@@ -13,6 +13,7 @@ mod worn;
 use std::path::Path;
 
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
+use neural_mesh::io::ReadMesh;
 use neural_mesh::metrics::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
 
 use crate::args::CompareArgs;
@@ -47,6 +48,14 @@ struct Comparison {
     n_eigenpairs: usize,
 }
 
+/// A comparison as another face has it.
+pub struct Compared {
+    /// What `--json` writes.
+    pub figures: String,
+    /// What `--html` writes, where the arguments name a page.
+    pub page: Option<String>,
+}
+
 /// A simplified mesh with its figures.
 struct Judged {
     mesh: Named,
@@ -63,11 +72,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let progress = Progress::new(args.quiet);
-    progress.show("read");
-    let (original, simplified) = read_all(args)?;
-    progress.show("check");
-    let judging = judging(args, std::iter::once(&original).chain(&simplified));
-    let comparison = judged(args, original, simplified, judging);
+    let comparison = compared(args, Vec::new(), &progress)?;
     progress.show("picture");
     let (pending, notes) = written(args, &comparison)?;
     drop(progress);
@@ -76,6 +81,22 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     table::lines(&comparison).iter().for_each(|line| voice.say(line));
     notes.iter().for_each(|note| voice.say(&format!("note      {note}")));
     Ok(())
+}
+
+/// Compares in memory, as `embedded` says.
+pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Compared, Failure> {
+    let comparison = compared(args, given, &Progress::new(true))?;
+    let figures = json::value(&comparison).to_string();
+    Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
+}
+
+/// Reads what is not `given` and judges.
+fn compared(args: &CompareArgs, given: Vec<Option<ReadMesh>>, progress: &Progress) -> Result<Comparison, Failure> {
+    progress.show("read");
+    let (original, simplified) = read_all(args, given)?;
+    progress.show("check");
+    let judging = judging(args, std::iter::once(&original).chain(&simplified));
+    Ok(judged(args, original, simplified, judging))
 }
 
 fn judging<'a>(args: &CompareArgs, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
@@ -130,7 +151,7 @@ fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
 }
 
 /// What is wrong with the arguments is found before any file is opened.
-fn check(args: &CompareArgs) -> Result<(), Failure> {
+pub fn check(args: &CompareArgs) -> Result<(), Failure> {
     check_threads(args.threads)?;
     if !(1..=MOST_SAMPLES).contains(&args.samples) {
         let asked = args.samples;

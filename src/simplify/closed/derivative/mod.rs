@@ -56,7 +56,8 @@ impl Derivative {
         let Trace { region, cases, history, faces, steps } = trace;
         let surface = &original.surface;
         let (scale, sources) = (surface.scale, surface.sources().collect::<Vec<u32>>());
-        let positions = gather(&scale, original.mesh.positions(), &sources);
+        let positions = original.mesh.positions();
+        let positions: Vec<DVec3> = sources.iter().map(|&v| scale.to_unit(positions[v as usize])).collect();
         let mut output_of = vec![0; cases.len()];
         region.iter().zip(vertex_of).for_each(|(&r, &x)| output_of[r as usize] = x);
         let mut derivative = Self {
@@ -87,18 +88,18 @@ impl Derivative {
     }
 
     /// The output vertices for these input vertices.
-    pub fn positions(&self, input: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    pub fn positions(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let state = self.evaluate(gather(&self.scale, input, &self.sources));
-        state.output().iter().zip(&self.offsets).map(|(&x, &offset)| self.scale.restore(x + offset)).collect()
+        state.output().iter().zip(&self.offsets).map(|(&x, &offset)| self.scale.restore_exactly(x + offset)).collect()
     }
 
     /// Gradients to the input vertices from those to the output vertices.
-    pub fn backward(&self, input: &[[f32; 3]], gradient: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let gradient: Vec<DVec3> = gradient.iter().map(|g| DVec3::from(g.map(f64::from))).collect();
+    pub fn backward(&self, input: &[[f64; 3]], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let gradient: Vec<DVec3> = gradient.iter().map(|&g| DVec3::from(g)).collect();
         let to_surface = self.back(&self.evaluate(gather(&self.scale, input, &self.sources)), gradient);
         let mut to_input = vec![DVec3::ZERO; input.len()];
         self.sources.iter().zip(to_surface).for_each(|(&v, g)| to_input[v as usize] += g);
-        to_input.into_iter().map(|g| g.as_vec3().to_array()).collect()
+        to_input.into_iter().map(|g| g.to_array()).collect()
     }
 
     fn evaluate(&self, input: Vec<DVec3>) -> State {
@@ -129,8 +130,8 @@ impl Derivative {
     }
 }
 
-fn gather(scale: &Normalisation, input: &[[f32; 3]], sources: &[u32]) -> Vec<DVec3> {
-    sources.iter().map(|&v| scale.to_unit(input[v as usize])).collect()
+fn gather(scale: &Normalisation, input: &[[f64; 3]], sources: &[u32]) -> Vec<DVec3> {
+    sources.iter().map(|&v| scale.exact_to_unit(input[v as usize])).collect()
 }
 
 #[cfg(test)]
@@ -193,6 +194,10 @@ mod tests {
         ]
     }
 
+    fn in_doubles(mesh: &TriMesh) -> Vec<[f64; 3]> {
+        mesh.positions().iter().map(|p| p.map(f64::from)).collect()
+    }
+
     /// The mesh with every vertex moved a little: where flat parts fit exactly, the fit has a kink.
     fn shaken(mesh: &TriMesh) -> TriMesh {
         let moves = directions(mesh.positions().len(), 3);
@@ -205,7 +210,7 @@ mod tests {
         for (mesh, n) in cases() {
             let mesh = shaken(&mesh);
             let (closed, derivative) = run(&mesh, n);
-            let input = gather(&derivative.scale, mesh.positions(), &derivative.sources);
+            let input = gather(&derivative.scale, &in_doubles(&mesh), &derivative.sources);
             let g = directions(closed.mesh.positions().len(), 7);
             let gradient = derivative.back(&derivative.evaluate(input.clone()), g.clone());
             for seed in 0..3 {
@@ -232,8 +237,10 @@ mod tests {
             // The collapse carries its quadrics in single precision: within flat parts, where nothing says where a vertex
             // belongs but a pull of a millionth, that moves it.
             assert!(most < 2e-3, "{most} of the size of a mesh with {n} vertices left");
-            let again = derivative.positions(mesh.positions());
-            let near = |p: &[f32; 3], q: &[f32; 3]| (0..3).all(|k| (p[k] - q[k]).abs() <= 1e-6 * q[k].abs().max(1.0));
+            let again = derivative.positions(&in_doubles(&mesh));
+            let near = |p: &[f64; 3], q: &[f32; 3]| {
+                (0..3).all(|k| (p[k] - f64::from(q[k])).abs() <= 1e-6 * f64::from(q[k].abs().max(1.0)))
+            };
             assert!(again.iter().zip(closed.mesh.positions()).all(|(p, q)| near(p, q)));
         }
     }

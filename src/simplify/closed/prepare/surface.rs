@@ -83,12 +83,22 @@ impl Normalisation {
 
     /// The normalised coordinates of a local point, not rounded.
     pub fn to_unit(self, local: [f32; 3]) -> DVec3 {
-        (DVec3::from(local.map(f64::from)) - self.centre) * self.factor
+        self.exact_to_unit(local.map(f64::from))
+    }
+
+    /// The normalised coordinates of a local point in double precision.
+    pub fn exact_to_unit(self, local: [f64; 3]) -> DVec3 {
+        (DVec3::from(local) - self.centre) * self.factor
     }
 
     /// The local coordinates of a normalised point.
     pub fn restore(&self, point: DVec3) -> [f32; 3] {
-        (point / self.factor + self.centre).as_vec3().to_array()
+        self.restore_exactly(point).map(|x| x as f32)
+    }
+
+    /// The local coordinates of a normalised point in double precision.
+    pub fn restore_exactly(&self, point: DVec3) -> [f64; 3] {
+        (point / self.factor + self.centre).to_array()
     }
 }
 

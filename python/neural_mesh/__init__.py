@@ -1,0 +1,32 @@
+"""Makes triangle meshes lighter and keeps them whole: a closed mesh stays closed, and the surface stays close to the original.
+
+>>> import neural_mesh as nm
+>>> light = nm.simplify((vertices, faces), ratio=0.1)   # doctest: +SKIP
+>>> v, f = light                                        # doctest: +SKIP
+
+Sizes say what stays. Meshes are files, pairs of arrays, or those of trimesh, Open3D and pyvista. The guide is `docs/python.md`.
+"""
+
+from ._compare import Comparison, compare, show
+from ._native import NeuralMeshError, OptionError, __version__
+from ._points import mesh_points
+from ._record import Record, record
+from ._result import Light, Map, NotReachedError
+from ._simplify import lods, simplify
+
+__all__ = [
+    "Comparison",
+    "Light",
+    "Map",
+    "NeuralMeshError",
+    "NotReachedError",
+    "OptionError",
+    "Record",
+    "__version__",
+    "compare",
+    "lods",
+    "mesh_points",
+    "record",
+    "show",
+    "simplify",
+]

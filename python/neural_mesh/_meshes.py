@@ -1,0 +1,350 @@
+"""Meshes as people have them, to arrays and back: pairs of arrays, trimesh, Open3D, pyvista, results of ours."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._native import NeuralMeshError
+from ._result import Light, split
+
+# What names of attributes mean, and what the compiled module calls them, so that files get the columns that others read.
+_ROLES = {
+    **dict.fromkeys(("uv", "uvs", "texcoord", "texture_coordinates"), ("uv", "uv")),
+    **dict.fromkeys(("normal", "normals"), ("normal", "normal")),
+    **dict.fromkeys(("tangent", "tangents"), ("tangent", "tangent")),
+    **dict.fromkeys(("color", "colors", "colour", "colours"), ("colour", "colour")),
+}
+
+
+@dataclass(frozen=True)
+class Name:
+    """An attribute as it was given."""
+
+    name: str
+    dtype: np.dtype[Any]
+    is_flat: bool
+    """Whether it is one number for each vertex, n."""
+
+
+@dataclass
+class Given:
+    """A mesh as the compiled module takes it, and the way back."""
+
+    path: str | None = None
+    arrays: Any = None
+    """Vertices, faces, wedges, channels, groups; `None` for a file."""
+    names: dict[str, Name] = field(default_factory=dict)
+    group_values: NDArray[Any] | None = None
+    """What the groups were called, by their numbers."""
+    like: Any = None
+    """An array of the kind that results are to be."""
+    back: Callable[[Light], Any] = lambda light: (light.vertices, light.faces)
+
+    def alike(self, array: NDArray[Any]) -> Any:
+        return alike(self.like, array)
+
+    def named(self, channels: Sequence[tuple[str, str, NDArray[np.float32]]]) -> dict[str, NDArray[Any]]:
+        """Channels by the names, and of the types, that were given."""
+        return dict(self._named(name, values) for name, _, values in channels)
+
+    def _named(self, name: str, values: NDArray[np.float32]) -> tuple[str, NDArray[Any]]:
+        known = self.names.get(name)
+        if known is None:
+            return name, values
+        result: NDArray[Any] = values
+        if known.dtype == np.uint8 and _role(known.name, known.dtype)[1] == "colour":
+            result = np.clip(np.rint(values * 255), 0, 255)
+        elif np.issubdtype(known.dtype, np.integer):
+            result = np.rint(values)
+        result = result.astype(known.dtype, copy=False)
+        return known.name, result.reshape(-1) if known.is_flat else result
+
+    def groups_of(self, groups: NDArray[np.int32] | None) -> NDArray[Any] | None:
+        if groups is None or self.group_values is None:
+            return groups
+        values: NDArray[Any] = self.group_values[groups]
+        return values
+
+    def welded(self, of_given: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Values of vertices, where those at the position of another one have its value."""
+        if self.arrays is None or not (of_given < 0).any():
+            return of_given
+        _, same = np.unique(self.arrays[0] + 0, axis=0, return_inverse=True)
+        most = np.full(int(same.max()) + 1, -1, np.int32)
+        np.maximum.at(most, same.reshape(-1), of_given)
+        return most[same.reshape(-1)]
+
+
+def given(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: ArrayLike | None) -> Given:
+    """A mesh of any kind that is known."""
+    if isinstance(mesh, (str, os.PathLike)):
+        if attributes is not None or groups is not None:
+            raise NeuralMeshError("attributes and groups: a file has its own: leave them out")
+        return Given(path=_file(mesh))
+    taken = _taken(mesh)
+    if attributes is not None:
+        taken["attributes"] = {**taken.get("attributes", {}), **attributes}
+    if groups is not None:
+        taken["groups"] = groups
+    return _packed(**taken)
+
+
+def _file(path: str | os.PathLike[str]) -> str:
+    name = os.fspath(path)
+    if name.startswith("-"):
+        # Not an option.
+        return os.path.join(".", name)
+    return name
+
+
+def points_of(cloud: Any) -> tuple[str | None, NDArray[Any] | None]:
+    """A cloud as the name of its file, or as its points."""
+    if isinstance(cloud, (str, os.PathLike)):
+        return _file(cloud), None
+    if not (hasattr(cloud, "__array__") or hasattr(cloud, "__dlpack__") or isinstance(cloud, (list, tuple))):
+        cloud = next((getattr(cloud, name) for name in ("points", "vertices") if hasattr(cloud, name)), cloud)
+    return None, _positions(cloud)
+
+
+def alike(like: Any, array: NDArray[Any]) -> Any:
+    """The array as one of the kind of another: torch's on its device, jax's, or numpy's."""
+    kind = type(like).__module__.partition(".")[0]
+    if kind == "torch":
+        import torch
+
+        return torch.from_numpy(np.ascontiguousarray(array)).to(like.device)
+    if kind in ("jax", "jaxlib"):
+        import jax.numpy as jnp
+
+        return jnp.asarray(array)
+    return array
+
+
+def _taken(mesh: Any) -> dict[str, Any]:
+    """Arrays of a mesh, and the way back to its type."""
+    kind = type(mesh).__module__.partition(".")[0]
+    if isinstance(mesh, Light):
+        attributes = {name: mesh.corners(name) for name in mesh.attributes}
+        return {"vertices": mesh.vertices, "faces": mesh.faces, "attributes": attributes, "groups": mesh.groups}
+    if kind == "trimesh":
+        return _of_trimesh(mesh)
+    if kind == "open3d":
+        return _of_open3d(mesh)
+    if kind == "pyvista":
+        return _of_pyvista(mesh)
+    if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
+        return {"vertices": mesh[0], "faces": mesh[1]}
+    if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
+        return {"vertices": mesh.vertices, "faces": mesh.faces}
+    raise NeuralMeshError(
+        f"{type(mesh).__name__}: no mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D or pyvista"
+    )
+
+
+def _packed(
+    vertices: Any,
+    faces: Any,
+    attributes: Mapping[str, ArrayLike] | None = None,
+    groups: ArrayLike | None = None,
+    back: Callable[[Light], Any] | None = None,
+) -> Given:
+    positions, corners = _positions(vertices), _faces(faces)
+    wedges, channels, names = _channels(len(positions), corners, attributes or {})
+    numbers, group_values = _groups(groups, len(corners))
+    packed = Given(arrays=(positions, corners, wedges, channels, numbers), names=names, group_values=group_values, like=vertices)
+    if back is not None:
+        packed.back = back
+    return packed
+
+
+def array_of(values: Any) -> NDArray[Any]:
+    """Anything that has an array: numpy's, what has `__array__`, what speaks DLPack; of a GPU a copy."""
+    if hasattr(values, "detach") and hasattr(values, "cpu"):
+        values = values.detach().cpu()
+    if not hasattr(values, "__array__") and hasattr(values, "__dlpack__"):
+        return np.from_dlpack(values)
+    return np.asarray(values)
+
+
+def _positions(values: Any) -> NDArray[Any]:
+    positions = array_of(values)
+    if positions.ndim != 2 or positions.shape[1] != 3:
+        raise NeuralMeshError(f"vertices: an array of shape {positions.shape}: give n x 3")
+    if not (np.issubdtype(positions.dtype, np.number) and not np.issubdtype(positions.dtype, np.complexfloating)):
+        raise NeuralMeshError(f"vertices: an array of {positions.dtype}: give numbers")
+    is_single = positions.dtype in (np.dtype(np.float32), np.dtype(np.float16))
+    return np.ascontiguousarray(positions, dtype=np.float32 if is_single else np.float64)
+
+
+def _faces(values: Any) -> NDArray[np.uint32]:
+    faces = array_of(values)
+    if faces.size == 0:
+        return np.zeros((0, 3), np.uint32)
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise NeuralMeshError(f"faces: an array of shape {faces.shape}: give triangles, n x 3")
+    if not np.issubdtype(faces.dtype, np.integer):
+        raise NeuralMeshError(f"faces: an array of {faces.dtype}: give whole numbers")
+    if faces.dtype == np.int32:
+        # Negative ones name no vertex, as they should.
+        return np.ascontiguousarray(faces).view(np.uint32)
+    if faces.dtype.itemsize > 4:
+        faces = np.where((faces < 0) | (faces > 0xFFFFFFFF), 0xFFFFFFFF, faces)
+    return np.ascontiguousarray(faces, dtype=np.uint32)
+
+
+def _channels(n_vertices: int, faces: NDArray[np.uint32], attributes: Mapping[str, ArrayLike]) -> tuple[Any, Any, dict[str, Name]]:
+    """Wedges, channels and their names: a wedge for each vertex, or for each corner where some values are those of corners."""
+    arrays = {name: array_of(values) for name, values in attributes.items()}
+    if not arrays:
+        return None, [], {}
+    n_faces = len(faces)
+    at_corners = {name for name, values in arrays.items() if values.ndim == 3 and values.shape[:2] == (n_faces, 3)}
+    channels, names = [], {}
+    for name, values in arrays.items():
+        if name not in at_corners and (values.ndim not in (1, 2) or len(values) != n_vertices):
+            shape = f"{n_vertices} (vertices) or {n_faces} x 3 (corners)"
+            raise NeuralMeshError(f"{name}: an array of shape {values.shape}: give rows for {shape}")
+        called, role = _role(name, values.dtype)
+        scale = 255 if role == "colour" and values.dtype == np.uint8 else 1
+        rows = (values.reshape(3 * n_faces, -1) if name in at_corners else values.reshape(n_vertices, -1)).astype(np.float32) / scale
+        if at_corners and name not in at_corners:
+            rows = rows[np.minimum(faces, max(n_vertices - 1, 0)).reshape(-1)]
+        if called in names:
+            raise NeuralMeshError(f"{name}: there is another attribute of that kind: give it another name")
+        channels.append((called, role, np.ascontiguousarray(rows, dtype=np.float32)))
+        names[called] = Name(name, values.dtype, values.ndim == 1)
+    wedges = np.arange(3 * n_faces, dtype=np.uint32).reshape(-1, 3) if at_corners else faces
+    return wedges, channels, names
+
+
+def _role(name: str, dtype: np.dtype[Any]) -> tuple[str, str]:
+    """What the compiled module calls an attribute, and its role."""
+    plain = "label" if np.issubdtype(dtype, np.integer) or dtype == np.bool_ else "other"
+    return _ROLES.get(name.lower(), (name, plain))
+
+
+def _groups(groups: ArrayLike | None, n_faces: int) -> tuple[NDArray[np.uint32] | None, NDArray[Any] | None]:
+    if groups is None:
+        return None, None
+    values = array_of(groups)
+    if values.shape != (n_faces,):
+        raise NeuralMeshError(f"groups: an array of shape {values.shape}: give one number for each of {n_faces} faces")
+    group_values, numbers = np.unique(values, return_inverse=True)
+    return np.ascontiguousarray(numbers.reshape(-1), dtype=np.uint32), group_values
+
+
+def _of_trimesh(mesh: Any) -> dict[str, Any]:
+    if not hasattr(mesh, "faces"):
+        raise NeuralMeshError(f"trimesh.{type(mesh).__name__}: no single mesh: give one, such as scene.to_mesh()")
+    attributes = {name: values for name, values in mesh.vertex_attributes.items() if np.asarray(values).ndim in (1, 2)}
+    groups = face_colours = None
+    visual = mesh.visual
+    if getattr(visual, "uv", None) is not None:
+        attributes["uv"] = visual.uv
+    elif visual.kind == "vertex":
+        attributes["colors"] = np.asarray(visual.vertex_colors)
+    elif visual.kind == "face":
+        face_colours, groups = np.unique(np.asarray(visual.face_colors), axis=0, return_inverse=True)
+
+    def back(light: Light) -> Any:
+        import trimesh
+
+        vertices, faces, values = light.split()
+        lighter = trimesh.Trimesh(vertices, faces, process=False, metadata=dict(mesh.metadata))
+        if "uv" in values:
+            lighter.visual = trimesh.visual.TextureVisuals(uv=values.pop("uv"), material=getattr(visual, "material", None))
+        elif "colors" in values:
+            lighter.visual.vertex_colors = values.pop("colors")
+        elif face_colours is not None and light.groups is not None:
+            lighter.visual.face_colors = face_colours[light.groups]
+        lighter.vertex_attributes.update(values)
+        return lighter
+
+    groups = None if groups is None else groups.reshape(-1)
+    return {"vertices": np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces), "attributes": attributes, "groups": groups, "back": back}
+
+
+def _of_open3d(mesh: Any) -> dict[str, Any]:
+    import open3d as o3d
+
+    if isinstance(mesh, o3d.t.geometry.TriangleMesh):
+        taken = _of_open3d(mesh.to_legacy())
+        return {**taken, "back": lambda light: o3d.t.geometry.TriangleMesh.from_legacy(taken["back"](light))}
+    if not isinstance(mesh, o3d.geometry.TriangleMesh):
+        raise NeuralMeshError(f"open3d {type(mesh).__name__}: no triangle mesh")
+    faces = np.asarray(mesh.triangles)
+    attributes: dict[str, Any] = {}
+    if mesh.has_vertex_colors():
+        attributes["colors"] = np.asarray(mesh.vertex_colors)
+    if mesh.has_vertex_normals():
+        attributes["normals"] = np.asarray(mesh.vertex_normals)
+    if mesh.has_triangle_uvs():
+        attributes["uv"] = np.asarray(mesh.triangle_uvs).reshape(-1, 3, 2)
+    groups = np.asarray(mesh.triangle_material_ids) if mesh.has_triangle_material_ids() else None
+
+    def back(light: Light) -> Any:
+        # Colours and normals are those of vertices, texture coordinates those of corners.
+        of_vertices = {name: values for name, values in light.attributes.items() if name != "uv"}
+        vertices, corners = np.asarray(light.vertices), np.asarray(light.faces)
+        if of_vertices:
+            vertices, corners, of_vertices = split(vertices, corners, light.wedges, of_vertices)
+        lighter = o3d.geometry.TriangleMesh(
+            o3d.utility.Vector3dVector(np.asarray(vertices, np.float64)), o3d.utility.Vector3iVector(corners)
+        )
+        if "colors" in of_vertices:
+            lighter.vertex_colors = o3d.utility.Vector3dVector(of_vertices["colors"].astype(np.float64))
+        if "normals" in of_vertices:
+            lighter.vertex_normals = o3d.utility.Vector3dVector(of_vertices["normals"].astype(np.float64))
+        if "uv" in light.attributes:
+            lighter.triangle_uvs = o3d.utility.Vector2dVector(light.corners("uv").reshape(-1, 2).astype(np.float64))
+            lighter.textures = mesh.textures
+        if light.groups is not None:
+            lighter.triangle_material_ids = o3d.utility.IntVector(light.groups)
+        return lighter
+
+    return {"vertices": np.asarray(mesh.vertices), "faces": faces, "attributes": attributes, "groups": groups, "back": back}
+
+
+def _of_pyvista(mesh: Any) -> dict[str, Any]:
+    import pyvista as pv
+
+    if not isinstance(mesh, pv.PolyData):
+        raise NeuralMeshError(f"pyvista.{type(mesh).__name__}: no surface: give PolyData, such as mesh.extract_surface()")
+    surface = mesh if mesh.is_all_triangles else mesh.triangulate()
+    data = surface.point_data
+    roles = {data.active_texture_coordinates_name: "uv", data.active_normals_name: "normals"}
+    attributes: dict[str, Any] = {}
+    called: dict[str, str] = {}
+    for name in data.keys():
+        values = np.asarray(data[name])
+        if values.ndim > 2 or not (np.issubdtype(values.dtype, np.number) or values.dtype == np.bool_):
+            continue
+        is_colour = values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
+        role = roles.get(name) or ("colors" if is_colour and "colors" not in called else name)
+        attributes[role], called[role] = values, name
+    # Numbers of cells that name parts keep the parts apart.
+    cells = {name: np.asarray(surface.cell_data[name]) for name in surface.cell_data.keys()}
+    part = next((name for name, values in cells.items() if values.ndim == 1 and np.issubdtype(values.dtype, np.integer)), None)
+
+    def back(light: Light) -> Any:
+        vertices, faces, values = light.split()
+        lighter = pv.PolyData.from_regular_faces(vertices, faces)
+        for role, array in values.items():
+            lighter.point_data[called[role]] = array
+        if "uv" in values:
+            lighter.point_data.active_texture_coordinates = values["uv"]
+        if "normals" in values:
+            lighter.point_data.active_normals_name = called["normals"]
+        if part is not None and light.groups is not None:
+            lighter.cell_data[part] = light.groups
+        return lighter
+
+    groups = None if part is None else cells[part]
+    faces = surface.regular_faces
+    return {"vertices": np.asarray(surface.points), "faces": faces, "attributes": attributes, "groups": groups, "back": back}

@@ -1,0 +1,144 @@
+"""`record`: a result as a function of the vertices given, for what learns through it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._meshes import Given, alike, array_of, given
+from ._simplify import Progress
+from ._words import words
+
+
+class Record:
+    """How a result depends on the vertices given, its connectivity as it is. `positions` takes arrays of numpy, torch and jax, and is
+    differentiable in the latter two; `pool` takes features of the vertices along.
+
+    A record can be pickled: what was given goes along, and is simplified again, which gives the same.
+    """
+
+    faces: Any
+    """The faces of the result, n x 3, of the kind of array that was given."""
+    output_vertices: NDArray[np.int32]
+    """For each vertex given the vertex of the result that it went to; -1 where it went nowhere."""
+
+    def __init__(self, vertices: Any, faces: Any, options: Mapping[str, Any], progress: Progress | None = None) -> None:
+        source = given((vertices, faces), None, None)
+        positions, corners = source.arrays[:2]
+        threads = options.get("threads")
+        said = ["mesh", "-o", "-", "--format", "ply", *words({name: x for name, x in options.items() if name != "threads"})]
+        # Copies: what was given may change, and torch moves the memory of tensors that go to other processes.
+        self._given, self._options = (positions.copy(), corners.copy()), dict(options)
+        self._native = _native.record(said, source.arrays, threads, progress)
+        self.faces = alike(vertices, self._native.faces)
+        self.output_vertices = _with_welded(source, self._native.output_vertices())
+
+    @property
+    def n_input(self) -> int:
+        """Vertices that `positions` takes."""
+        return self._native.sizes()[0]
+
+    @property
+    def n_output(self) -> int:
+        """Vertices of the result."""
+        return self._native.sizes()[1]
+
+    def positions(self, vertices: Any) -> Any:
+        """The vertices of the result (n_output x 3) for these (n_input x 3); differentiable for tensors of torch and jax."""
+        kind = type(vertices).__module__.partition(".")[0]
+        if kind == "torch":
+            from . import torch
+
+            return torch.positions(self, vertices)
+        if kind in ("jax", "jaxlib"):
+            from . import jax
+
+            return jax.positions(self, vertices)
+        return self.forward(array_of(vertices))
+
+    def forward(self, vertices: NDArray[Any]) -> NDArray[Any]:
+        """As `positions`, for arrays of numpy; computed in double precision."""
+        result = self._native.positions(np.ascontiguousarray(vertices, np.float64))
+        return result.astype(vertices.dtype if np.issubdtype(vertices.dtype, np.floating) else np.float64, copy=False)
+
+    def backward(self, vertices: NDArray[Any], gradient: NDArray[Any]) -> NDArray[Any]:
+        """The gradient of a loss to the vertices given (n_input x 3) from that to the vertices of the result (n_output x 3)."""
+        doubles = [np.ascontiguousarray(array, np.float64) for array in (vertices, gradient)]
+        return self._native.backward(*doubles).astype(gradient.dtype, copy=False)
+
+    def pool(self, features: Any) -> Any:
+        """Features of the vertices (n_input x k) as those of the result (n_output x k): the mean of those that went into each.
+        Differentiable for tensors of torch and jax. A vertex that none went into has zeros."""
+        kind = type(features).__module__.partition(".")[0]
+        if kind == "torch":
+            from . import torch
+
+            return torch.pool(self, features)
+        if kind in ("jax", "jaxlib"):
+            from . import jax
+
+            return jax.pool(self, features)
+        features = array_of(features)
+        kept = self.output_vertices >= 0
+        outputs = self.output_vertices[kept]
+        sums = np.zeros((self.n_output, *features.shape[1:]), np.result_type(features, np.float32))
+        np.add.at(sums, outputs, features[kept])
+        counts = np.maximum(np.bincount(outputs, minlength=self.n_output), 1)
+        return (sums / counts.reshape(-1, *[1] * (features.ndim - 1))).astype(sums.dtype, copy=False)
+
+    def __reduce__(self) -> Any:
+        return _again, (*self._given, self._options, np.asarray(self._native.faces))
+
+    def __repr__(self) -> str:
+        return f"Record({self.n_input} -> {self.n_output} vertices)"
+
+
+def record(
+    vertices: Any,
+    faces: Any = None,
+    *,
+    ratio: float | None = None,
+    n_vertices: int | None = None,
+    n_faces: int | None = None,
+    optimize: Literal["balanced", "mean", "max", "normals"] | None = None,
+    scores: Literal["network", "geometry"] | None = None,
+    assembly: Literal["closed", "paper"] | None = None,
+    weights: str | None = None,
+    keep_parts: bool = False,
+    lock_boundaries: bool = False,
+    subset: bool = False,
+    oversample: float | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Any:
+    """Simplifies a mesh (vertices n x 3, faces m x 3) and records how the result depends on its vertices. Lists of meshes give a
+    list of records. Exactly one of `ratio`, `n_vertices` and `n_faces` says what stays."""
+    sizes = {"ratio": ratio, "vertices": n_vertices, "faces": n_faces}
+    said = {name: size for name, size in sizes.items() if size is not None}
+    if len(said) != 1:
+        raise _native.OptionError("record: give exactly one of ratio, n_vertices, n_faces")
+    options = {
+        **said, "optimize": optimize, "scores": scores, "assembly": assembly, "weights": weights, "keep_parts": keep_parts,
+        "lock_boundaries": lock_boundaries, "subset": subset, "oversample": oversample, "seed": seed, "threads": threads,
+    }  # fmt: skip
+    if isinstance(vertices, (list, tuple)) and len(vertices) > 0 and hasattr(vertices[0], "shape"):
+        return [Record(v, f, options, progress) for v, f in zip(vertices, faces, strict=True)]
+    return Record(vertices, faces, options, progress)
+
+
+def _again(vertices: Any, faces: Any, options: Mapping[str, Any], expected: NDArray[np.int32]) -> Record:
+    """The record as it was pickled; what another set of instructions, or another version, makes different is refused."""
+    again = Record(vertices, faces, options)
+    if not np.array_equal(again.faces, expected):
+        raise _native.NeuralMeshError("the record was made by another version or on another processor: record the mesh again")
+    return again
+
+
+def _with_welded(source: Given, outputs: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Vertices that were welded to another go where that one goes."""
+    return source.welded(outputs)

@@ -1,0 +1,104 @@
+"""What a simplification gives: a lighter mesh and its story."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._native import NeuralMeshError
+
+
+@dataclass(frozen=True)
+class Map:
+    """Where a result comes from, for data that the caller carries over."""
+
+    output_vertices: NDArray[np.int32]
+    """For each vertex given the vertex of the result that it went into; -1 where it went nowhere."""
+    input_vertices: NDArray[np.int32]
+    """For each vertex of the result the nearest of the given ones that went into it; -1 where there is none."""
+    corner_faces: NDArray[np.int32]
+    """For each corner of the result's faces (n_faces x 3) the face, of those that were left after cleaning, that it stands on."""
+    corner_weights: NDArray[np.float32]
+    """The weights of that face's corners, n_faces x 3 x 3; each three are at least 0, their sum 1."""
+
+
+@dataclass(frozen=True)
+class Light:
+    """A lighter mesh. `v, f = light` unpacks it; `light.mesh` is of the type that was given."""
+
+    vertices: Any
+    """Positions, n x 3, of the kind of array that was given, else numpy's; `float64` where such were given, else `float32`."""
+    faces: Any
+    """Vertices of the triangles, n_faces x 3, `int32`."""
+    attributes: Mapping[str, NDArray[Any]]
+    """Values by name; the row `wedges[f, i]` belongs to corner `i` of face `f`. Without seams there is a row for each vertex."""
+    wedges: NDArray[np.int32] | None
+    """The row of `attributes` of each corner, n_faces x 3; `None` where nothing is carried."""
+    groups: NDArray[np.int32] | None
+    """The group of each face, n_faces, as given or as the file has them; `None` where there are none."""
+    group_names: Mapping[int, str]
+    """Names of materials, groups and objects of a file, by group."""
+    report: Mapping[str, Any]
+    """What was done, as `neural-mesh simplify --report` writes it."""
+    map: Map | None
+    """Where the result comes from, if `map=True` asked for that."""
+    sources: NDArray[np.int32] | None
+    """The given vertex that each vertex is, where each is one (`subset=True`, the paper's assembly, or nothing was to do)."""
+    paths: tuple[str, ...]
+    """Files that were written."""
+    mesh: Any = field(repr=False)
+    """The result in the type of mesh that was given: trimesh, Open3D, pyvista, or the pair of arrays."""
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.vertices, self.faces))
+
+    def __repr__(self) -> str:
+        return f"Light({len(self.vertices)} vertices, {len(self.faces)} faces, {self.outcome})"
+
+    @property
+    def outcome(self) -> str:
+        """`reached`, or `stopped: ` and why the result is larger than asked."""
+        return str(self.report["outcome"])
+
+    def corners(self, name: str) -> NDArray[Any]:
+        """The values of an attribute at the corners of the faces, n_faces x 3 x width."""
+        if self.wedges is None:
+            raise NeuralMeshError(f"{name}: the mesh carries nothing")
+        corners: NDArray[Any] = self.attributes[name][self.wedges]
+        return corners
+
+    def split(self) -> tuple[NDArray[Any], NDArray[np.int32], dict[str, NDArray[Any]]]:
+        """Vertices, faces and attributes by vertex, as engines want them: a vertex for each set of values, so that vertices at seams
+        come more than once."""
+        return split(np.asarray(self.vertices), np.asarray(self.faces), self.wedges, self.attributes)
+
+
+def split(
+    vertices: NDArray[Any], faces: NDArray[np.int32], wedges: NDArray[np.int32] | None, attributes: Mapping[str, NDArray[Any]]
+) -> tuple[NDArray[Any], NDArray[np.int32], dict[str, NDArray[Any]]]:
+    """A mesh with a vertex for each pair of vertex and wedge that a corner has."""
+    if wedges is None or len(faces) == 0:
+        return vertices, faces, {}
+    keys = faces.astype(np.int64) * (int(wedges.max()) + 1) + wedges
+    _, first, of_corner = np.unique(keys, return_index=True, return_inverse=True)
+    vertex, wedge = faces.reshape(-1)[first], wedges.reshape(-1)[first]
+    corners = of_corner.reshape(-1, 3).astype(np.int32)
+    return vertices[vertex], corners, {name: values[wedge] for name, values in attributes.items()}
+
+
+class NotReachedError(NeuralMeshError):
+    """The result is not as asked: the bound of `error` or `size` is not held, or with `strict=True` the size is not reached.
+    `results` has it all the same."""
+
+    def __init__(self, why: str, results: tuple[Light, ...]) -> None:
+        super().__init__(why)
+        self.results = results
+
+    @property
+    def result(self) -> Light:
+        """The result, or the first of the levels of detail."""
+        return self.results[0]

@@ -1,0 +1,1 @@
+"""Other packages' functions by their names and with their meaning, so that a pipeline changes one import."""

@@ -1,0 +1,37 @@
+"""What other packages call sizes, which say what goes, as sizes of ours, which say what stays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import simplify
+
+
+def faces_left(vertices: Any, faces: Any, n_faces: int, options: dict[str, Any]) -> tuple[NDArray[Any], NDArray[np.int32]]:
+    """The mesh with at most so many faces; as it is where it has no more. Of none asked for, none are left, as elsewhere."""
+    if len(faces) <= n_faces:
+        return np.array(vertices), np.array(faces, np.int32)
+    if n_faces <= 0 or len(faces) == 0:
+        return np.zeros((0, 3), np.asarray(vertices).dtype), np.zeros((0, 3), np.int32)
+    light = simplify((vertices, faces), faces=n_faces, **options)
+    return np.asarray(light.vertices), np.asarray(light.faces)
+
+
+def faces_of(n_faces: int, target_reduction: float | None, target_count: int | None) -> int:
+    """How many of the faces stay; what is refused, and how, is fast_simplification's."""
+    if target_reduction and target_count:
+        raise ValueError("You may specify ``target_reduction`` or ``target_count``, but not both")
+    if target_reduction is not None:
+        if not 0 <= target_reduction <= 1:
+            raise ValueError("``target_reduction`` must be between 0 and 1")
+        return int((1 - target_reduction) * n_faces)
+    if target_count is None:
+        raise ValueError("You must specify ``target_reduction`` or ``target_count``")
+    if target_count < 0:
+        raise ValueError("``target_count`` must be greater than 0")
+    if target_count > n_faces:
+        raise ValueError(f"``target_count`` must be less than the number of faces {n_faces}")
+    return int(target_count)

@@ -1,0 +1,71 @@
+"""`pyfqmr.Simplify`, with the same methods and meaning.
+
+How thresholds grow (`update_rate`, `aggressiveness`, `max_iterations`, `alpha`, `K`) is a matter of that method and nothing here.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import simplify as _simplify
+from ._sizes import faces_left
+
+__all__ = ["Simplify"]
+
+
+class Simplify:
+    """A mesh that is simplified in place: `setMesh`, `simplify_mesh`, `getMesh`."""
+
+    def __init__(self) -> None:
+        self._vertices: NDArray[Any] = np.zeros((0, 3))
+        self._faces: NDArray[Any] = np.zeros((0, 3), np.int32)
+
+    def setMesh(self, vertices: Any, faces: Any, face_colors: Any = None) -> None:
+        """The mesh: vertices n x 3, faces m x 3. `face_colors` have no effect, as there."""
+        if not np.issubdtype(np.asarray(faces).dtype, np.integer):
+            raise TypeError("faces array must be of integer type")
+        self._vertices = np.array(vertices, np.float64)
+        self._faces = np.array(faces, np.int32)
+
+    def simplify_mesh(
+        self,
+        target_count: int = 100,
+        update_rate: int = 5,
+        aggressiveness: float = 7.0,
+        max_iterations: int = 100,
+        verbose: bool = True,
+        lossless: bool = False,
+        threshold_lossless: float = 1e-3,
+        alpha: float = 1e-9,
+        K: int = 3,
+        preserve_border: bool = True,
+    ) -> None:
+        """Leaves `target_count` faces; with `preserve_border` the boundary stays. With `lossless` as many as lie within
+        `threshold_lossless` of the original, in the unit of the mesh."""
+        options: dict[str, Any] = {"lock_boundaries": bool(preserve_border)}
+        if lossless:
+            self._within(threshold_lossless, options)
+        else:
+            self._vertices, self._faces = faces_left(self._vertices, self._faces, target_count, options)
+
+    def simplify_mesh_lossless(
+        self, verbose: bool = True, epsilon: float = 1e-3, max_iterations: int = 9999, preserve_border: bool = False
+    ) -> None:
+        """Leaves as few faces as lie within `epsilon` of the original, in the unit of the mesh."""
+        self._within(epsilon, {"lock_boundaries": bool(preserve_border)})
+
+    def _within(self, error: float, options: dict[str, Any]) -> None:
+        if len(self._faces) == 0:
+            return
+        light = _simplify((self._vertices, self._faces), error=float(error), **options)
+        self._vertices, self._faces = np.asarray(light.vertices), np.asarray(light.faces)
+
+    def getMesh(self) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:
+        """Vertices, faces, and unit normals of the faces."""
+        corners = self._vertices[self._faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        return self._vertices, self._faces, normals / np.where(lengths > 0, lengths, 1)

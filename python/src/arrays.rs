@@ -1,0 +1,47 @@
+//! numpy arrays as rows of numbers, and back: one copy in, none out.
+
+use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::failure::refused;
+
+/// The rows of a contiguous array of `N` columns.
+pub fn rows<'a, T: Element, const N: usize>(array: &'a PyReadonlyArray2<T>, what: &str) -> PyResult<&'a [[T; N]]> {
+    let [n_rows, n_columns] = [0, 1].map(|axis| array.shape()[axis]);
+    if n_columns != N {
+        return Err(refused(format!("{what}: {n_rows} x {n_columns} numbers: give {N} a row")));
+    }
+    let numbers = array.as_slice().map_err(|_| refused(format!("{what}: the array is not contiguous")))?;
+    Ok(numbers.as_chunks().0)
+}
+
+/// The numbers of a contiguous array.
+pub fn numbers<'a, T: Element>(array: &'a PyReadonlyArray1<T>, what: &str) -> PyResult<&'a [T]> {
+    array.as_slice().map_err(|_| refused(format!("{what}: the array is not contiguous")))
+}
+
+/// Rows as an array, without a copy.
+pub fn array<T: Element, const N: usize>(py: Python, rows: Vec<[T; N]>) -> PyResult<Py<PyAny>> {
+    let n = rows.len();
+    Ok(PyArray1::from_vec(py, rows.into_flattened()).reshape([n, N])?.into_any().unbind())
+}
+
+/// Numbers as an array of so many columns, without a copy.
+pub fn table<T: Element>(py: Python, numbers: Vec<T>, n_columns: usize) -> PyResult<Py<PyAny>> {
+    let n = numbers.len() / n_columns.max(1);
+    Ok(PyArray1::from_vec(py, numbers).reshape([n, n_columns])?.into_any().unbind())
+}
+
+/// Indices, n x 3, as an array of `int32`, without a copy: there are fewer than 2^30 of what they count.
+pub fn triples(py: Python, rows: Vec<[u32; 3]>) -> PyResult<Py<PyAny>> {
+    signed(py, array(py, rows)?)
+}
+
+/// Indices as an array of `int32`, without a copy; `u32::MAX` becomes -1.
+pub fn indices(py: Python, numbers: Vec<u32>) -> PyResult<Py<PyAny>> {
+    signed(py, PyArray1::from_vec(py, numbers).into_any().unbind())
+}
+
+fn signed(py: Python, array: Py<PyAny>) -> PyResult<Py<PyAny>> {
+    array.call_method1(py, "view", ("int32",))
+}

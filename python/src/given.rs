@@ -1,0 +1,81 @@
+//! A mesh as Python gives it: arrays, and what its corners and faces carry.
+
+use neural_mesh::io::ReadMesh;
+use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::arrays::{numbers, rows};
+use crate::failure::refused;
+
+/// Coordinates, n x 3, in single or double precision.
+#[derive(FromPyObject)]
+pub enum Positions<'py> {
+    /// `float32`.
+    Single(PyReadonlyArray2<'py, f32>),
+    /// `float64`.
+    Double(PyReadonlyArray2<'py, f64>),
+}
+
+impl Positions<'_> {
+    /// Points without faces.
+    pub fn raw(&self) -> PyResult<RawMesh> {
+        let (positions, double) = match self {
+            Self::Single(array) => {
+                (rows(array, "vertices")?.iter().map(|p: &[f32; 3]| p.map(f64::from)).collect(), false)
+            }
+            Self::Double(array) => (rows(array, "vertices")?.to_vec(), true),
+        };
+        Ok(RawMesh { positions, double, ..RawMesh::default() })
+    }
+}
+
+/// Vertices, faces (n x 3), wedges (n_faces x 3, or nothing), channels by name, role and values at the wedges, groups of faces.
+#[derive(FromPyObject)]
+pub struct Given<'py>(
+    Positions<'py>,
+    PyReadonlyArray2<'py, u32>,
+    Option<PyReadonlyArray2<'py, u32>>,
+    Vec<(String, String, PyReadonlyArray2<'py, f32>)>,
+    Option<PyReadonlyArray1<'py, u32>>,
+);
+
+impl Given<'_> {
+    /// The same as the library has it, unchecked but for shapes.
+    pub fn read(&self) -> PyResult<ReadMesh> {
+        let Self(positions, faces, wedges, channels, groups) = self;
+        let attributes = Attributes {
+            wedges: wedges
+                .as_ref()
+                .map_or(Ok(Vec::new()), |wedges| Ok::<_, PyErr>(rows(wedges, "wedges")?.to_vec()))?,
+            channels: channels.iter().map(channel).collect::<PyResult<_>>()?,
+            groups: groups
+                .as_ref()
+                .map_or(Ok(Vec::new()), |groups| Ok::<_, PyErr>(numbers(groups, "groups")?.to_vec()))?,
+        };
+        let faces = rows(faces, "faces")?.to_vec();
+        Ok(ReadMesh { mesh: RawMesh { faces, attributes, ..positions.raw()? }, ..ReadMesh::default() })
+    }
+}
+
+fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> PyResult<Channel> {
+    let width = values.as_array().ncols();
+    let values = values.as_slice().map_err(|_| refused(format!("{name}: the array is not contiguous")))?.to_vec();
+    let role = ROLES.iter().find(|(known, _)| known == role).map(|(_, role)| *role);
+    Ok(Channel { name: name.clone(), role: role.unwrap_or(Role::Other), width, values })
+}
+
+/// Roles that Python knows by name.
+const ROLES: [(&str, Role); 6] = [
+    ("normal", Role::Normal),
+    ("tangent", Role::Tangent),
+    ("uv", Role::Uv),
+    ("colour", Role::Colour),
+    ("label", Role::Label),
+    ("other", Role::Other),
+];
+
+/// What Python calls a role.
+pub fn role_name(role: Role) -> &'static str {
+    ROLES.iter().find(|(_, known)| *known == role).map_or("other", |(name, _)| name)
+}

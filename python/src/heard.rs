@@ -1,0 +1,99 @@
+//! Work in the background while Python listens: the GIL is let go, Ctrl-C and the progress callback are heard within a tenth of a
+//! second, whatever the work is at.
+//!
+//! The thread that called waits, and looks up every few milliseconds: signals are Python's to handle, in that thread, and so is the
+//! callback. Work that is not wanted any more is told so and left to end by itself; it holds nothing of Python's, and writes nothing
+//! from then on. Each call has a pool of its own, which is what a forked process needs: threads of a parent are not there in a child.
+
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::Result as Caught;
+use std::time::Duration;
+
+use neural_mesh::simplify::{Event, Listener};
+use neural_mesh_cli::embedded::Failure;
+use pyo3::prelude::*;
+
+use crate::failure::{raised, refused};
+
+/// How often the caller looks up.
+const TICK: Duration = Duration::from_millis(20);
+/// More threads than any machine has.
+const MOST_THREADS: usize = 1024;
+
+/// What the work tells, and is told.
+#[derive(Clone, Default)]
+pub struct Ear {
+    is_unwanted: Arc<AtomicBool>,
+    last: Arc<Mutex<Option<Event>>>,
+}
+
+impl Ear {
+    /// Who listens to a run.
+    pub fn listener(&self) -> Box<Listener<'static>> {
+        let ear = self.clone();
+        Box::new(move |event| {
+            *held(&ear.last) = Some(event);
+            ear.go_on()
+        })
+    }
+
+    /// Whether the work is still wanted.
+    pub fn go_on(&self) -> ControlFlow<()> {
+        if self.is_unwanted.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Does some work on a pool of so many threads, or of one per core, while `progress(done, stage)` hears of it.
+pub fn heard<T: Send + 'static>(
+    py: Python,
+    n_threads: Option<usize>,
+    progress: Option<Bound<PyAny>>,
+    work: impl FnOnce(&Ear) -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T> {
+    if n_threads.is_some_and(|n| !(1..=MOST_THREADS).contains(&n)) {
+        return Err(raised(&Failure::Usage(format!("threads: give a number from 1 to {MOST_THREADS}"))));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads.unwrap_or(0)).build();
+    let pool = pool.map_err(|error| refused(format!("threads cannot be started: {error}: ask for fewer")))?;
+    let (ear, (sender, receiver)) = (Ear::default(), channel());
+    let of_work = ear.clone();
+    // Whoever waited may be gone.
+    pool.spawn(move || drop(sender.send(catch_unwind(AssertUnwindSafe(|| work(&of_work))))));
+    let done = waited(py, &Mutex::new(receiver), &ear, progress.as_ref());
+    done.inspect_err(|_| ear.is_unwanted.store(true, Relaxed))
+}
+
+fn waited<T: Send>(
+    py: Python,
+    receiver: &Mutex<Receiver<Caught<Result<T, Failure>>>>,
+    ear: &Ear,
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<T> {
+    loop {
+        match py.detach(|| held(receiver).recv_timeout(TICK)) {
+            Ok(Ok(done)) => {
+                let done = done.map_err(|failure| raised(&failure))?;
+                progress.map_or(Ok(()), |progress| progress.call1((1.0, "done")).map(drop))?;
+                return Ok(done);
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                py.check_signals()?;
+                let event = held(&ear.last).take();
+                if let (Some(progress), Some(Event { total, stage, .. })) = (progress, event) {
+                    progress.call1((f64::from(total), stage))?;
+                }
+            }
+            Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => {
+                return Err(refused("internal error: please report it"));
+            }
+        }
+    }
+}

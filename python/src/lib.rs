@@ -1,0 +1,31 @@
+//! neural-mesh for Python: arrays become meshes, results become arrays, no algorithm lives here.
+//!
+//! This is the private module `neural_mesh._native`; what people import is written in Python beside it (`neural_mesh/`). A request is
+//! the words of the program's command line, which `neural_mesh_cli::embedded` understands, so that options mean the same.
+
+mod arrays;
+mod compare;
+mod failure;
+mod given;
+mod heard;
+mod points;
+mod record;
+mod simplify;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("NeuralMeshError", py.get_type::<failure::NeuralMeshError>())?;
+    module.add("OptionError", py.get_type::<failure::OptionError>())?;
+    module.add_class::<simplify::Outcome>()?;
+    module.add_class::<simplify::Kept>()?;
+    module.add_class::<points::Meshed>()?;
+    module.add_class::<record::Record>()?;
+    module.add_function(wrap_pyfunction!(simplify::simplify, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(points::mesh_points, module)?)?;
+    module.add_function(wrap_pyfunction!(record::record, module)?)
+}

@@ -1,0 +1,103 @@
+//! `simplify` and levels of detail: words and arrays in, results as arrays out.
+
+use neural_mesh::mesh::Attributes;
+use neural_mesh::simplify::Map;
+use neural_mesh_cli::embedded;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+use crate::arrays::{array, indices, numbers, table, triples};
+use crate::given::{Given, role_name};
+use crate::heard::heard;
+
+/// What came of a request.
+#[pyclass(frozen, get_all, module = "neural_mesh._native")]
+pub struct Outcome {
+    results: Vec<Py<Kept>>,
+    report: String,
+    cleaned: String,
+    file_vertices: Option<Py<PyAny>>,
+    group_names: Vec<(String, u32)>,
+    paths: Vec<String>,
+    unmet: Option<String>,
+}
+
+/// A result as arrays.
+#[pyclass(frozen, get_all, module = "neural_mesh._native")]
+pub struct Kept {
+    vertices: Py<PyAny>,
+    faces: Py<PyAny>,
+    wedges: Option<Py<PyAny>>,
+    channels: Vec<(String, String, Py<PyAny>)>,
+    groups: Option<Py<PyAny>>,
+    sources: Option<Py<PyAny>>,
+    map: Option<MapArrays>,
+}
+
+/// Simplifies a mesh, or the file that the words name.
+#[pyfunction]
+#[pyo3(signature = (words, mesh, importance, threads, progress))]
+pub fn simplify(
+    py: Python,
+    words: Vec<String>,
+    mesh: Option<Given>,
+    importance: Option<PyReadonlyArray1<f32>>,
+    threads: Option<usize>,
+    progress: Option<Bound<PyAny>>,
+) -> PyResult<Outcome> {
+    let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
+    let given = mesh.map(|mesh| Ok::<_, PyErr>((mesh.read()?, factors))).transpose()?;
+    let outcome =
+        heard(py, threads, progress, move |ear| embedded::simplify(&words, given, ear.listener(), &|| ear.go_on()))?;
+    Outcome::of(py, outcome)
+}
+
+impl Outcome {
+    fn of(py: Python, outcome: embedded::Outcome) -> PyResult<Self> {
+        let is_scene = outcome.file_vertices.is_none();
+        let kept = |kept| Py::new(py, Kept::of(py, kept, is_scene)?);
+        Ok(Self {
+            results: outcome.results.into_iter().map(kept).collect::<PyResult<_>>()?,
+            report: outcome.report,
+            cleaned: outcome.cleaned,
+            file_vertices: outcome.file_vertices.map(|vertices| indices(py, vertices)).transpose()?,
+            group_names: outcome.group_names,
+            paths: outcome.paths.iter().map(|path| path.to_string_lossy().into_owned()).collect(),
+            unmet: outcome.unmet,
+        })
+    }
+}
+
+impl Kept {
+    /// Of a scene, whose meshes lie side by side at sizes of their own, no arrays.
+    fn of(py: Python, kept: embedded::Kept, is_scene: bool) -> PyResult<Self> {
+        let embedded::Kept { simplified, exact } = kept;
+        let (positions, faces) = if is_scene { Default::default() } else { simplified.mesh.into_parts() };
+        let attributes = if is_scene { Attributes::default() } else { simplified.attributes };
+        let vertices = match exact {
+            Some(exact) => array(py, exact)?,
+            None => array(py, positions)?,
+        };
+        let Attributes { wedges, channels, groups } = attributes;
+        let channels = channels.into_iter().map(|channel| {
+            let role = role_name(channel.role).to_string();
+            Ok((channel.name, role, table(py, channel.values, channel.width)?))
+        });
+        Ok(Self {
+            vertices,
+            faces: triples(py, faces)?,
+            wedges: (!wedges.is_empty()).then(|| triples(py, wedges)).transpose()?,
+            channels: channels.collect::<PyResult<_>>()?,
+            groups: (!groups.is_empty()).then(|| indices(py, groups)).transpose()?,
+            sources: simplified.source_vertices.map(|sources| indices(py, sources)).transpose()?,
+            map: simplified.map.map(|map| arrays_of(py, map)).transpose()?,
+        })
+    }
+}
+
+type MapArrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>, Py<PyAny>);
+
+fn arrays_of(py: Python, map: Map) -> PyResult<MapArrays> {
+    let weights = array(py, map.corner_weights.into_flattened())?.call_method1(py, "reshape", (-1, 3, 3))?;
+    Ok((indices(py, map.output_vertices)?, indices(py, map.input_vertices)?, triples(py, map.corner_faces)?, weights))
+}

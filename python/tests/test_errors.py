@@ -1,0 +1,67 @@
+"""Whatever is wrong is one clear line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import neural_mesh as nm
+from conftest import torus
+
+MESH = torus(20, 12)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "options", "says"),
+    [
+        (MESH, {}, "no size: give exactly one of ratio, vertices, faces, error, size"),
+        (MESH, {"ratio": 0.5, "faces": 10}, "ratio and faces: give exactly one"),
+        (MESH, {"ratio": 2.0}, "ratio 2: give a number above 0 and at most 1"),
+        (MESH, {"ratio": float("nan")}, "give a number above 0"),
+        (MESH, {"error": "much"}, "error much: give a distance"),
+        (MESH, {"ratio": 0.5, "oversample": 9.0}, "oversample 9: give a number from 1 to 4"),
+        (MESH, {"ratio": 0.5, "assembly": "paper", "keep_parts": True}, "keep_parts: not available with assembly paper"),
+        (MESH, {"ratio": 0.5, "threads": 0}, "threads: give a number from 1"),
+        (MESH, {"ratio": 0.5, "optimize": "speed"}, "possible values"),
+        (MESH, {"ratio": 0.5, "symmetric": "y"}, "not symmetric about"),
+        (MESH, {"ratio": 0.5, "importance": np.zeros(240)}, "needs numbers of at least 0, not all of them 0"),
+        (MESH, {"ratio": 0.5, "attributes": {"uv": np.zeros((7, 2))}}, "uv: an array of shape (7, 2)"),
+        (MESH, {"ratio": 0.5, "groups": np.zeros(3)}, "groups: an array of shape (3,)"),
+        (MESH, {"ratio": 0.5, "weights": "nowhere.safetensors"}, "nowhere.safetensors"),
+        ((MESH[0], MESH[1][:0]), {"ratio": 0.5}, "no faces"),
+        ((MESH[0][:, :2], MESH[1]), {"ratio": 0.5}, "vertices: an array of shape (240, 2): give n x 3"),
+        ((MESH[0], MESH[1][:, :2]), {"ratio": 0.5}, "give triangles"),
+        ((MESH[0], MESH[1].astype(float)), {"ratio": 0.5}, "give whole numbers"),
+        ((MESH[0] * np.nan, MESH[1]), {"ratio": 0.5}, "no usable face"),
+        ((MESH[0], MESH[1] + 1000), {"ratio": 0.5}, "corners out of range"),
+        ((MESH[0], MESH[1] - 1000), {"ratio": 0.5}, "corners out of range"),
+        (42, {"ratio": 0.5}, "int: no mesh: give a file"),
+        ("nowhere.ply", {"ratio": 0.5}, "nowhere.ply"),
+        ("-", {"ratio": 0.5}, "./-"),
+        (MESH, {"ratio": 0.5, "out": "x.nothing"}, "unknown format"),
+        (MESH, {"ratio": 0.5, "out": "nowhere/x.ply"}, "there is no folder"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(mesh: Any, options: dict[str, Any], says: str) -> None:
+    with pytest.raises(nm.NeuralMeshError) as caught:
+        nm.simplify(mesh, **options)
+    text = str(caught.value)
+    assert says in text and "\n" not in text and "--" not in text
+
+
+def test_errors_are_value_errors_and_tell_options_from_meshes() -> None:
+    assert issubclass(nm.NeuralMeshError, ValueError) and issubclass(nm.OptionError, nm.NeuralMeshError)
+    with pytest.raises(nm.OptionError):
+        nm.simplify(MESH, ratio=7.0)
+    with pytest.raises(nm.NeuralMeshError) as caught:
+        nm.simplify((MESH[0], MESH[1][:0]), ratio=0.5)
+    assert not isinstance(caught.value, nm.OptionError)
+
+
+def test_levels_take_no_other_size() -> None:
+    with pytest.raises(nm.OptionError, match="no such option: faces"):
+        nm.lods(MESH, [0.5, 0.1], faces=3)
+    with pytest.raises(nm.OptionError, match="lods: give shares above 0"):
+        nm.lods(MESH, [0.1, 0.5])

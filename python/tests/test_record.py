@@ -1,0 +1,85 @@
+"""Records: the result again, gradients against differences, in numpy, torch and jax."""
+
+from __future__ import annotations
+
+import multiprocessing
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import neural_mesh as nm
+from conftest import torus
+
+SIZES: list[dict[str, Any]] = [{"ratio": 0.3}, {"n_vertices": 60}, {"n_faces": 200}, {"ratio": 0.3, "subset": True}, {"ratio": 1.0}]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_record_is_the_result_and_its_gradient_a_slope(size: dict[str, Any]) -> None:
+    vertices, faces = torus(24, 16, np.float64)
+    record = nm.record(vertices, faces, **size)
+    again = {name.removeprefix("n_"): value for name, value in size.items()}
+    light = nm.simplify((vertices, faces), **again)
+    np.testing.assert_array_equal(record.faces, light.faces)
+    np.testing.assert_allclose(record.positions(vertices), light.vertices, atol=1e-6)
+    random = np.random.default_rng(1)
+    along, to_result = random.normal(size=vertices.shape), random.normal(size=(record.n_output, 3))
+    slope = (record.backward(vertices, to_result) * along).sum()
+    step = 1e-6
+    ahead, behind = (record.positions(vertices + s * along) for s in (step, -step))
+    assert ((ahead - behind) * to_result).sum() / (2 * step) == pytest.approx(slope, rel=1e-5, abs=1e-4)
+
+
+def test_far_from_the_origin_and_in_single_precision() -> None:
+    vertices, faces = torus(24, 16, np.float64)
+    record = nm.record(vertices + 1e6, faces, ratio=0.3)
+    near = nm.record(vertices.astype(np.float32), faces, ratio=0.3)
+    result = near.positions(vertices.astype(np.float32))
+    assert result.dtype == np.float32
+    assert np.abs(record.positions(vertices + 1e6).mean(0) - 1e6 - result.mean(0)).max() < 0.05
+
+
+def test_features_are_pooled() -> None:
+    vertices, faces = torus(24, 16)
+    record = nm.record(vertices, faces, ratio=0.2)
+    pooled = record.pool(vertices)
+    assert pooled.shape == (record.n_output, 3)
+    for output in (0, 5, record.n_output - 1):
+        np.testing.assert_allclose(pooled[output], vertices[record.output_vertices == output].mean(0), rtol=1e-5)
+    assert np.abs(pooled - record.positions(vertices)).mean() < 0.1
+
+
+def test_welded_vertices_go_along() -> None:
+    vertices, faces = torus(24, 16)
+    twice = np.concatenate([vertices, vertices])
+    mixed = faces.copy()
+    mixed[::2] += len(vertices)
+    outputs = nm.record(twice, mixed, ratio=0.2).output_vertices
+    np.testing.assert_array_equal(outputs[: len(vertices)], outputs[len(vertices) :])
+
+
+def in_child(record: nm.Record) -> Any:
+    vertices, _ = torus(24, 16, np.float64)
+    return record.positions(vertices)
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_records_go_to_other_processes(method: str) -> None:
+    vertices, faces = torus(24, 16, np.float64)
+    record = nm.record(vertices, faces, ratio=0.3)
+    with multiprocessing.get_context(method).Pool(1) as pool:
+        np.testing.assert_array_equal(pool.map(in_child, [record])[0], record.positions(vertices))
+    again = pickle.loads(pickle.dumps(record))
+    np.testing.assert_array_equal(again.output_vertices, record.output_vertices)
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    vertices, faces = torus(24, 16)
+    with pytest.raises(nm.OptionError, match="exactly one of ratio"):
+        nm.record(vertices, faces)
+    record = nm.record(vertices, faces, ratio=0.3)
+    with pytest.raises(nm.NeuralMeshError, match="3 rows for a record of 384"):
+        record.positions(vertices[:3])
+    with pytest.raises(nm.NeuralMeshError, match="1 rows for"):
+        record.backward(vertices, vertices[:1])
