@@ -14,7 +14,8 @@ def words(options: Mapping[str, Any]) -> list[str]:
     """Words for all options that are not `None`; the program's names with `_` for `-`."""
     said: list[str] = []
     for name, value in options.items():
-        option = "--" + name.replace("_", "-")
+        # A word of Python itself has a `_` behind it.
+        option = "--" + name.rstrip("_").replace("_", "-")
         if value is None or (name in _FLAGS and value is False):
             continue
         if name in _FLAGS:
