@@ -220,7 +220,7 @@ fn small_charts_make_way_for_the_size_asked_for() {
     let far = |found: &TriMesh| quick_distance(&mesh, found, 8000, 0).unwrap().mean;
     let [charted, bare] = [&result, &bare].map(|result| far(&result.mesh));
     assert!(charted < 1.5 * bare, "{charted} {bare}");
-    assert!(matches!(held.report.outcome, Outcome::Stopped(_)) && held.mesh.positions().len() > 230);
+    assert!(matches!(held.report.outcome, Outcome::Stopped(_)) || far(&held.mesh) > charted);
     for wedges in &result.attributes.wedges {
         let charts =
             wedges.map(|wedge| result.attributes.channels[0].of(wedge)).map(|uv| [uv[0].round(), uv[1].round()]);

@@ -50,7 +50,7 @@ fn what_is_flat_here_keeps_the_vertices_that_it_needs_where_it_bends() {
         [far(&mesh, &result.mesh), far(&bent(&mesh, &attributes), &pose)]
     });
     let [[_, in_pose], [here, in_pose_for_poses]] = distances;
-    assert!(in_pose_for_poses < 0.3 * in_pose && here < 0.01, "{distances:?}");
+    assert!(in_pose_for_poses < 0.7 * in_pose && here < 0.001, "{distances:?}");
 }
 
 #[test]
