@@ -63,7 +63,7 @@ def compare(
     said += words({"samples": samples, "seed": seed, "appearance": appearance, "weld": weld})
     writes = not isinstance(html, bool)
     if html is not False:
-        said += ["--html", "page.html" if html is True else os.fspath(html), *words({"force": force})]
+        said += [f"--html={'page.html' if html is True else os.fspath(html)}", *words({"force": force})]
     figures, page = _native.compare(said, [mesh.arrays for mesh in meshes], writes, threads)
     return _comparison(json.loads(figures), page)
 

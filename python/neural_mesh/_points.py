@@ -34,9 +34,9 @@ def mesh_points(
         raise _native.OptionError("ratio and vertices: give one of them")
     path, points = points_of(cloud)
     sizes = {"ratio": ratio, "vertices": vertices, "weights": weights, "seed": seed, "force": force}
-    said = [path or "cloud", *words(sizes), "-o", os.fspath(out) if out is not None else "-"]
+    said = [path or "cloud", *words(sizes), f"--output={'-' if out is None else os.fspath(out)}"]
     format = format or ("ply" if out is None else None)
-    said += ["--format", format] if format else []
+    said += [f"--format={format}"] if format else []
     meshed = _native.mesh_points(said, points, threads, progress)
     pair = (alike(cloud, meshed.vertices), alike(cloud, meshed.faces))
     report = {"outcome": "reached", **json.loads(meshed.report)}

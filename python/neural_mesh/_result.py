@@ -98,6 +98,9 @@ class NotReachedError(NeuralMeshError):
         super().__init__(why)
         self.results = results
 
+    def __reduce__(self) -> Any:
+        return NotReachedError, (str(self), self.results)
+
     @property
     def result(self) -> Light:
         """The result, or the first of the levels of detail."""

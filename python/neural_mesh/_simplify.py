@@ -105,9 +105,9 @@ def _results(mesh: Any, target: Mapping[str, Any], options: Mapping[str, Any], n
     factors = options["importance"]
     said = [source.path or "mesh", *words(target), *_output(options), *words(_of_program(options))]
     if options["map"]:
-        said += ["--map", "map.json"]
+        said.append("--map=map.json")
     if isinstance(factors, str):
-        said += ["--importance", factors]
+        said.append(f"--importance={factors}")
         factors = None
     if factors is not None:
         factors = _factors(factors, source)
@@ -130,7 +130,7 @@ def _output(options: Mapping[str, Any]) -> list[str]:
         return ["-o", "-", "--format", "ply"]
     if os.fspath(out) == "-":
         raise _native.OptionError("out='-': give the name of a file")
-    return ["-o", os.fspath(out), *(["--format", format] if format else [])]
+    return [f"--output={os.fspath(out)}", *([f"--format={format}"] if format else [])]
 
 
 def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:

@@ -28,14 +28,15 @@ def words(options: Mapping[str, Any]) -> list[str]:
         elif name == "check":
             said += [] if value else ["--no-check"]
         else:
-            said += [option, _word(value)]
+            # With `=`, so that no value is taken for an option.
+            said.append(f"{option}={_word(value)}")
     return said
 
 
 def _weld(value: bool | float | str) -> list[str]:
     if isinstance(value, bool):
         return [] if value else ["--no-weld"]
-    return ["--weld", _word(value)]
+    return [f"--weld={_word(value)}"]
 
 
 def _word(value: Any) -> str:

@@ -25,18 +25,19 @@ const TICK: Duration = Duration::from_millis(20);
 const MOST_THREADS: usize = 1024;
 
 /// What the work tells, and is told.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Ear {
     is_unwanted: Arc<AtomicBool>,
-    last: Arc<Mutex<Option<Event>>>,
+    /// How far it is, and at what.
+    last: Arc<Mutex<(f32, &'static str)>>,
 }
 
 impl Ear {
     /// Who listens to a run.
     pub fn listener(&self) -> Box<Listener<'static>> {
         let ear = self.clone();
-        Box::new(move |event| {
-            *held(&ear.last) = Some(event);
+        Box::new(move |Event { total, stage, .. }| {
+            *held(&ear.last) = (total, stage);
             ear.go_on()
         })
     }
@@ -51,7 +52,8 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does some work on a pool of so many threads, or of one per core, while `progress(done, stage)` hears of it.
+/// Does some work on a pool of so many threads, or of one per core, while `progress(done, stage)` is called at every look, also where
+/// nothing has moved on: what it raises ends the work.
 pub fn heard<T: Send + 'static>(
     py: Python,
     n_threads: Option<usize>,
@@ -63,7 +65,8 @@ pub fn heard<T: Send + 'static>(
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads.unwrap_or(0)).build();
     let pool = pool.map_err(|error| refused(format!("threads cannot be started: {error}: ask for fewer")))?;
-    let (ear, (sender, receiver)) = (Ear::default(), channel());
+    let (ear, (sender, receiver)) =
+        (Ear { is_unwanted: Arc::default(), last: Arc::new(Mutex::new((0.0, "read"))) }, channel());
     let of_work = ear.clone();
     // Whoever waited may be gone.
     pool.spawn(move || drop(sender.send(catch_unwind(AssertUnwindSafe(|| work(&of_work))))));
@@ -86,10 +89,8 @@ fn waited<T: Send>(
             }
             Err(RecvTimeoutError::Timeout) => {
                 py.check_signals()?;
-                let event = held(&ear.last).take();
-                if let (Some(progress), Some(Event { total, stage, .. })) = (progress, event) {
-                    progress.call1((f64::from(total), stage))?;
-                }
+                let (total, stage) = *held(&ear.last);
+                progress.map_or(Ok(()), |progress| progress.call1((f64::from(total), stage)).map(drop))?;
             }
             Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => {
                 return Err(refused("internal error: please report it"));

@@ -43,6 +43,15 @@ def test_bytes_are_the_programs(spot: Path, tmp_path: Path, name: str) -> None:
     assert ours.read_bytes() == theirs.read_bytes()
 
 
+def test_names_that_look_like_options(spot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    nm.simplify(spot, ratio=0.5, out="--force.ply")
+    light = nm.simplify("--force.ply", ratio=0.5, out="-o.ply", report="-r.json")
+    assert Path("-o.ply").exists() and Path("-r.json").exists() and light.paths == ("-o.ply",)
+    with pytest.raises(nm.NeuralMeshError, match="exists already"):
+        nm.simplify(spot, ratio=0.5, out="--force.ply")
+
+
 def test_levels_as_files(spot: Path, tmp_path: Path) -> None:
     levels = nm.lods(spot, [0.5, 0.1], out=tmp_path / "spot.ply")
     assert [Path(path).name for path in levels[0].paths] == ["spot-lod0.ply", "spot-lod1.ply"]

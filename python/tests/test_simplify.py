@@ -82,12 +82,14 @@ def test_a_distance_is_held_and_proved() -> None:
 
 
 def test_a_bound_that_is_not_held_is_an_error_with_the_result() -> None:
-    # Two vertices of a millionth apart in a cloud of doubles: nothing but the mesh itself holds so little.
+    # A torus needs more than four faces.
     vertices, faces = torus(20, 12, np.float64)
     with pytest.raises(nm.NotReachedError) as caught:
         nm.simplify((vertices, faces), faces=4, strict=True)
     assert "stopped" in str(caught.value)
     assert len(caught.value.result.faces) > 4
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value) and len(again.result.faces) == len(caught.value.result.faces)
 
 
 def test_levels_of_detail() -> None:
