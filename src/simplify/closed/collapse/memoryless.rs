@@ -35,13 +35,16 @@ impl Collapse<'_> {
         let node = &mut self.nodes[u as usize];
         node.planes = pulled(planes.map(|entry| entry * node.importance));
         let importance = node.importance;
-        self.renew_poses(u);
+        if !self.poses.is_empty() {
+            self.renew_poses(u);
+        }
         if self.history.is_some() {
             self.write_down(u, importance);
         }
     }
 
     /// The same in all other poses.
+    #[inline(never)]
     pub(super) fn renew_poses(&mut self, u: u32) {
         let (span, importance) = (self.nodes[u as usize].ring, self.nodes[u as usize].importance);
         for k in 0..self.poses.n_poses() {

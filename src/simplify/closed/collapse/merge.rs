@@ -30,8 +30,7 @@ impl Collapse<'_> {
     pub(super) fn pair(&self, u: u32, v: u32) -> Pair {
         let mut pair = Pair::new(&self.nodes[u as usize], &self.nodes[v as usize]);
         if !self.poses.is_empty() {
-            let all = pair.sum + self.poses.price([u, v], pair.other());
-            pair.sum = all * (1.0 / (1 + self.poses.n_poses()) as f64);
+            pair.sum = self.poses.mean_price([u, v], pair.other(), pair.sum);
         }
         if !self.colours.is_empty() {
             pair.sum += self.colours.price([u, v], pair.other());
@@ -69,7 +68,10 @@ impl Collapse<'_> {
             return false;
         }
         let x = (self.nodes[u as usize].position.as_dvec3() + offset).as_vec3();
-        if self.turns_over(u, v, x) || self.turns_over(v, u, x) || self.turns_over_in_poses([u, v], &pair, offset) {
+        if self.turns_over(u, v, x)
+            || self.turns_over(v, u, x)
+            || !self.poses.is_empty() && self.turns_over_in_poses([u, v], &pair, offset)
+        {
             self.turn_forbidden = true;
             return false;
         }
@@ -78,7 +80,9 @@ impl Collapse<'_> {
         self.constraints.iter_mut().for_each(|constraints| constraints.merge(u, v, place));
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
         self.colours.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
-        self.poses.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
+        if !self.poses.is_empty() {
+            self.poses.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
+        }
         let node = &mut self.nodes[u as usize];
         (node.position, node.importance) = (x, mean_importance([&kept, &gone]));
         self.positions[u as usize] = x;
@@ -110,6 +114,7 @@ impl Collapse<'_> {
     }
 
     /// Whether one would in another pose when `v` is merged into `u`, which moves by `offset` here.
+    #[inline(never)]
     fn turns_over_in_poses(&self, [u, v]: [u32; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {
             let x = self.poses.merged(k, [u, v], pair.other(), offset).position;

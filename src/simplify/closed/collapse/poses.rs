@@ -83,10 +83,13 @@ impl Poses {
         self.n_poses
     }
 
-    /// What a merge of two vertices costs in all poses, about the first one here; `other` is where the second is from there.
-    pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
+    /// What a merge of two vertices costs in the mean over all poses, where it costs `here` in this one; about the first vertex here.
+    /// `other` is where the second is from there.
+    #[inline(never)]
+    pub(super) fn mean_price(&self, [u, v]: [u32; 2], other: DVec3, here: Quadric) -> Quadric {
         let pairs = self.of(u).iter().zip(self.of(v));
-        pairs.fold(Quadric::default(), |sum, (u, v)| sum + price_in([u, v], other))
+        let sum = pairs.fold(here, |sum, (u, v)| sum + price_in([u, v], other));
+        sum * (1.0 / (1 + self.n_poses) as f64)
     }
 
     /// Takes note that `v`, which was at `other` from `u`, was merged into `u`, which moved by `step`.
