@@ -17,6 +17,7 @@ mod hidden;
 mod memory;
 mod mesh_points;
 mod numbers;
+mod poses;
 mod repair;
 mod simplify;
 mod terminal;
