@@ -28,7 +28,7 @@ mod tests {
 
     use super::*;
     use crate::linalg::golden::{Hash, Results, Tied, check};
-    use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes};
+    use crate::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes};
     use crate::simplify::{
         Assembly, Input, Options, ScoreSource, Simplified, Symmetry, Target, simplify_input, simplify_levels_of_detail,
         simplify_recorded,
@@ -196,12 +196,7 @@ mod tests {
     /// A bolt whose corners carry the normals of their faces.
     fn hard_edges() -> u64 {
         let mesh = shapes::bolt(24);
-        let corner = |v: u32| glam::Vec3::from(mesh.positions()[v as usize]);
-        let normal = |face: &[u32; 3]| crate::geometry::triangle::unit_normal(face.map(corner)).to_array();
-        let values = mesh.faces().iter().flat_map(normal).collect();
-        let channels = vec![Channel { name: "normal".into(), role: Role::Normal, width: 3, values }];
-        let wedges = (0..mesh.faces().len() as u32).map(|f| [f; 3]).collect();
-        let attributes = Attributes { groups: Vec::new(), wedges, channels };
+        let attributes = shaded_flat(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Ratio(0.2));
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()

@@ -86,13 +86,14 @@ impl Asset {
         let poses = self.local_poses(&rest, &skins)?;
         let worlds: Vec<Vec<DMat4>> = std::iter::once(&rest).chain(&poses).map(|local| self.worlds(local)).collect();
         let of_part = |(part, bones): (&super::Part, &Option<&Bones>)| {
-            let moved = |world: &Vec<DMat4>| bones.map(|bones| skinned(&part.mesh, bones, world));
+            let places = places(&part.mesh);
+            let moved = |world: &Vec<DMat4>| bones.map(|bones| skinned(&part.mesh, &places, bones, world));
             let rest = moved(&worlds[0]);
             let channel = |(k, world): (usize, &Vec<DMat4>)| Channel {
                 name: format!("{POSE}{k}"),
                 role: Role::MorphPosition,
                 width: 3,
-                values: steps(&part.mesh, rest.as_deref(), moved(world).as_deref()),
+                values: steps(&places, rest.as_deref(), moved(world).as_deref()),
             };
             worlds[1..].iter().enumerate().map(channel).collect()
         };
@@ -123,45 +124,23 @@ impl Asset {
         for (i, animation) in animations.iter().enumerate() {
             // The first ones have one more where they do not share evenly.
             let n = POSES / animations.len() + usize::from(i < POSES % animations.len());
-            for k in 0..n {
-                poses.push(self.animated(rest, animation, (k as f64 + 0.5) / n as f64)?);
-            }
+            let tracks = self.tracks(animation)?;
+            poses.extend((0..n).map(|k| animated(rest, &tracks, (k as f64 + 0.5) / n as f64)));
         }
         Ok(poses)
     }
 
-    /// The transforms of all nodes at a share of an animation's time.
-    fn animated(&self, rest: &[DMat4], animation: &Animation, share: f64) -> Result<Vec<DMat4>, ReadError> {
-        let nodes = &self.container.root.nodes;
+    /// What an animation does with nodes: the node, the name of its value, the values.
+    fn tracks<'b>(&self, animation: &'b Animation) -> Result<Vec<(usize, &'b str, Track)>, ReadError> {
+        let n_nodes = self.container.root.nodes.len();
         let mut tracks = Vec::new();
         for value in &animation.channels {
-            let target = value.target.node.filter(|&node| node < nodes.len());
+            let target = value.target.node.filter(|&node| node < n_nodes);
             if let (Some(node), Some(sampler)) = (target, animation.samplers.get(value.sampler)) {
                 tracks.push((node, value.target.path.as_str(), self.track(sampler)?));
             }
         }
-        let end = tracks.iter().filter_map(|(_, _, track)| track.times.last().copied()).fold(0.0, f64::max);
-        let mut parts: Vec<Option<[DVec3; 2]>> = vec![None; nodes.len()];
-        let mut turns: Vec<DQuat> = vec![DQuat::IDENTITY; nodes.len()];
-        for (node, path, track) in &tracks {
-            if parts[*node].is_none() {
-                let (scale, turn, translation) = rest[*node].to_scale_rotation_translation();
-                (parts[*node], turns[*node]) = (Some([scale, translation]), turn);
-            }
-            let Some(value) = track.at(share * end) else { continue };
-            let [scale, translation] = parts[*node].get_or_insert([DVec3::ONE, DVec3::ZERO]);
-            match *path {
-                "translation" => *translation = value.truncate(),
-                "scale" => *scale = value.truncate(),
-                "rotation" => turns[*node] = DQuat::from_vec4(value.normalize_or(glam::DVec4::W)),
-                _ => {}
-            }
-        }
-        let moved = |(node, parts): (usize, &Option<[DVec3; 2]>)| match parts {
-            Some([scale, translation]) => DMat4::from_scale_rotation_translation(*scale, turns[node], *translation),
-            None => rest[node],
-        };
-        Ok(parts.iter().enumerate().map(moved).collect())
+        Ok(tracks)
     }
 
     fn track(&self, sampler: &Sampler) -> Result<Track, ReadError> {
@@ -201,6 +180,32 @@ impl Asset {
         };
         (0..nodes.len()).map(world).collect()
     }
+}
+
+/// The transforms of all nodes at a share of an animation's time.
+fn animated(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<DMat4> {
+    let end = tracks.iter().filter_map(|(_, _, track)| track.times.last().copied()).fold(0.0, f64::max);
+    let mut parts: Vec<Option<[DVec3; 2]>> = vec![None; rest.len()];
+    let mut turns: Vec<DQuat> = vec![DQuat::IDENTITY; rest.len()];
+    for (node, path, track) in tracks {
+        if parts[*node].is_none() {
+            let (scale, turn, translation) = rest[*node].to_scale_rotation_translation();
+            (parts[*node], turns[*node]) = (Some([scale, translation]), turn);
+        }
+        let Some(value) = track.at(share * end) else { continue };
+        let [scale, translation] = parts[*node].get_or_insert([DVec3::ONE, DVec3::ZERO]);
+        match *path {
+            "translation" => *translation = value.truncate(),
+            "scale" => *scale = value.truncate(),
+            "rotation" => turns[*node] = DQuat::from_vec4(value.normalize_or(glam::DVec4::W)),
+            _ => {}
+        }
+    }
+    let moved = |(node, parts): (usize, &Option<[DVec3; 2]>)| match parts {
+        Some([scale, translation]) => DMat4::from_scale_rotation_translation(*scale, turns[node], *translation),
+        None => rest[node],
+    };
+    parts.iter().enumerate().map(moved).collect()
 }
 
 impl Animation {
@@ -243,13 +248,14 @@ fn bent(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
     local
 }
 
-/// Where a skin takes the wedges of a mesh, n_wedges.
-fn skinned(mesh: &RawMesh, bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
+/// Where a skin takes the wedges of a mesh, which are at `places`, n_wedges.
+fn skinned(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
     let joints = bones.joints.iter().zip(&bones.inverse_bind);
     let matrices: Vec<DMat4> =
         joints.map(|(&joint, inverse)| world.get(joint).map_or(DMat4::IDENTITY, |world| *world * *inverse)).collect();
-    let places = places(mesh);
-    let Some(skin) = mesh.attributes.channels.iter().find(|channel| channel.role == Role::Skin) else { return places };
+    let Some(skin) = mesh.attributes.channels.iter().find(|channel| channel.role == Role::Skin) else {
+        return places.to_vec();
+    };
     let moved = |(wedge, place): (u32, &DVec3)| {
         let (joints, weights) = skin.of(wedge).split_at(skin.width / 2);
         let (mut sum, mut total) = (DVec3::ZERO, 0.0);
@@ -261,7 +267,7 @@ fn skinned(mesh: &RawMesh, bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
         }
         if total > 0.0 { sum / total } else { *place }
     };
-    (0..).zip(&places).map(moved).collect()
+    (0..).zip(places).map(moved).collect()
 }
 
 /// Where the wedges of a mesh are, n_wedges.
@@ -278,13 +284,12 @@ fn places(mesh: &RawMesh) -> Vec<DVec3> {
 }
 
 /// From where the wedges are to where a pose takes them, in the unit of the mesh and about the same middle, n_wedges x 3.
-fn steps(mesh: &RawMesh, rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
-    let places = places(mesh);
+fn steps(places: &[DVec3], rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
     let (Some(rest), Some(pose)) = (rest, pose) else { return vec![0.0; 3 * places.len()] };
     let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len().max(1) as f64;
     let spread = |of: &[DVec3], mean: DVec3| of.iter().map(|p| p.distance_squared(mean)).sum::<f64>().sqrt();
-    let means = [&places, rest, pose].map(mean);
-    let scale = spread(&places, means[0]) / spread(rest, means[1]);
+    let means = [places, rest, pose].map(mean);
+    let scale = spread(places, means[0]) / spread(rest, means[1]);
     let scale = if scale.is_normal() { scale } else { 1.0 };
     let step = |(place, posed): (&DVec3, &DVec3)| (*posed - means[2]) * scale - (*place - means[0]);
     let finite = |step: glam::Vec3| if step.is_finite() { step } else { glam::Vec3::ZERO };

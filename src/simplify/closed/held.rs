@@ -7,7 +7,6 @@ use glam::Vec3;
 
 use crate::geometry::triangle::area_normal;
 use crate::simplify::limits::Limit;
-use crate::spatial::NearestOnTriangles;
 
 use super::collapse::{Collapse, End};
 use super::original::Original;
@@ -83,9 +82,7 @@ fn vertices(vertices: usize) -> Limit {
 
 /// The mean distance of the original from an output, on the surface of unit size, by some points.
 pub fn distance(original: &Original, output: &Output) -> f64 {
-    let triangles: Vec<[[f32; 3]; 3]> =
-        (0..output.faces().len() as u32).map(|f| output.triangle(f).map(|p| p.to_array())).collect();
-    let tree = NearestOnTriangles::new(&triangles);
+    let tree = output.tree();
     let surface = &original.surface;
     let (mut sum, mut areas) = (0.0, 0.0);
     for face in surface.faces.iter().step_by(surface.faces.len().div_ceil(POINTS).max(1)) {

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::geometry::triangle::unit_normal;
 use crate::mesh::Attributes;
 use crate::mesh::pulse::Pulse;
+use crate::spatial::NearestOnTriangles;
 
 use super::attributes::corners::{CornerMap, Corners};
 use super::diamond::Diamond;
@@ -64,6 +65,12 @@ impl Output {
     /// The corners of a face, as points.
     pub fn triangle(&self, f: u32) -> [Vec3; 3] {
         self.face(f).map(|v| self.positions[v as usize])
+    }
+
+    /// The faces, to be searched.
+    pub fn tree(&self) -> NearestOnTriangles {
+        let corners = |f: u32| self.triangle(f).map(|p| p.to_array());
+        NearestOnTriangles::new(&(0..self.faces.len() as u32).map(corners).collect::<Vec<_>>())
     }
 
     /// Which way a face is meant to look.

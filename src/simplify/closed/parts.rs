@@ -138,9 +138,7 @@ impl<'a> Parts<'a> {
         let mut rank = vec![0; n_parts];
         by_area.iter().enumerate().for_each(|(place, &part)| rank[part] = place);
         let (faces, ends) = by_part(part_of_face, n_parts);
-        let triangles: Vec<[[f32; 3]; 3]> =
-            (0..output.faces().len() as u32).map(|f| output.triangle(f).map(|p| p.to_array())).collect();
-        let tree = NearestOnTriangles::new(&triangles);
+        let tree = output.tree();
         let shows = |role: Role| matches!(role, Role::Uv | Role::Colour);
         let is_painted =
             shown.attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
