@@ -18,6 +18,11 @@ def is_mirrored(done):
     return any(word.startswith("--symmetric") for word in done.options)
 
 
+def is_repaired(done):
+    """Whether another mesh was simplified than that of the file."""
+    return any(word == "--printable" or word.startswith("--fill-holes") for word in done.options)
+
+
 def comparable(subject, result):
     """How positions of both files compare: as single precision where either is in that, which text may write in fewer digits."""
     singly = subject.is_single or result.path.suffix == ".stl"
@@ -138,6 +143,26 @@ def of_bytes(subject, done, result):
         yield "bytes", f"{size} bytes, {asked} asked for, exit code {done.code}: {result.outcome}"
 
 
+def of_printable(subject, done, result):
+    figures = result.figures
+    odd = f"{figures.boundary_edges} boundary edges, {figures.disagreeing} disagree, {figures.components} components"
+    if figures.boundary_edges or figures.disagreeing or not figures.manifold or not figures.components:
+        yield "solid", odd
+
+
+def of_filled(subject, done, result):
+    """Counted where the input is a manifold: elsewhere what is cut apart has boundaries of its own."""
+    before, loops, left = subject.figures, result.figures.loops, done.report["repaired"]["holes_left"]
+    if before.manifold and loops > min(before.loops, left):
+        yield "filled", f"{before.loops} boundary loops become {loops}, {left} holes are said to be left"
+
+
+# What is promised of a mesh that was repaired before; the other checks compare with the file.
+OF_REPAIRED = {
+    "--printable": of_printable,
+    "--fill-holes": of_filled,
+    "--size": of_bytes,
+}
 CHECKS = {
     "--subset": of_subset,
     "--lock-boundaries": of_locked,

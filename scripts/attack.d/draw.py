@@ -170,11 +170,13 @@ def drawn(seed):
 
 def runs(seed, drawn, ending):
     """Four runs on the mesh of a seed, the last at another kind of target: ending of the output, options."""
-    rng = Random(f"runs {seed}")
+    rng, inside = Random(f"runs {seed}"), Random(f"inside {seed}")
     for number in range(4):
         target = other_target(rng, len(drawn.faces)) if number == 3 else ["--ratio", rng.choice(RATIOS)]
         out = rng.choice([ending, *ENDINGS])
         some = options(rng, drawn)
+        if inside.random() < 0.15 and not any(word.startswith("--symmetric") for word in some):
+            some = what_is_inside(inside) + some
         if out in (".ply", ".stl") and rng.random() < 0.15:
             some = ["--format", out[1:] + "-ascii", *some]
         yield out, target + some
@@ -190,6 +192,13 @@ def other_target(rng, n_faces):
         lambda: ["--size", str(int(rng.uniform(0.02, 1.1) * 40 * n_faces) + 100)],
         lambda: ["--lods", rng.choice(["0.5,0.1", "0.7,0.3,0.05", "1,0.02"])],
     ])()
+
+
+def what_is_inside(rng):
+    """Options by which hidden parts, holes and fins go."""
+    return rng.choice([
+        ["--printable"], ["--printable"], ["--fill-holes"], ["--fill-holes=6"], ["--hidden", "drop"], ["--hidden", "cheap"],
+    ])
 
 
 def options(rng, drawn):

@@ -5,7 +5,7 @@ Each verdict is a pair: the kind of the promise that is broken, one of `promises
 
 import formats
 import surface
-from asked import CHECKS, is_mirrored, value_of
+from asked import CHECKS, OF_REPAIRED, is_mirrored, is_repaired, value_of
 from program import SECONDS
 from subject import Result
 
@@ -38,8 +38,13 @@ def of_run(subject, done):
         yield "whole", f"exit code {done.code}, meshes {[path.name for path in done.meshes]}, {done.stray}"
     elif done.code == 3 and (done.report["outcome"] == "reached" or not {"--error", "--size"} & set(done.options)):
         yield "exit", f"exit code 3, outcome {done.report['outcome']}"
-    elif done.code in (1, 2) and subject.faces and subject.plain and (subject.mirrored or not is_mirrored(done)):
+    elif done.code in (1, 2) and subject.faces and subject.plain and may_not_be_refused(subject, done):
         yield "refused", done.words.strip()
+
+
+def may_not_be_refused(subject, done):
+    """A mesh without the symmetry asked for may be refused, and one that bounds no solid."""
+    return (subject.mirrored or not is_mirrored(done)) and "--printable" not in done.options
 
 
 def is_scene(subject, done):
@@ -83,12 +88,12 @@ def of_result(subject, done, result):
     misread = list(of_reading(subject, done))
     yield from misread
     # What follows from these is not told again.
-    if not apart and not misread and subject.is_understood(done):
+    if not apart and not misread and not is_repaired(done) and subject.is_understood(done):
         yield from of_surface(subject, result)
         yield from of_size(subject, done, result)
     if apart:
         return
-    for option, check in CHECKS.items():
+    for option, check in (OF_REPAIRED if is_repaired(done) else CHECKS).items():
         if any(word.split("=")[0] == option for word in done.options):
             yield from check(subject, done, result)
     low, high = surface.bounds(subject.points)

@@ -6,23 +6,24 @@ use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified_within};
 use crate::model::Weights;
-use crate::simplify::{
-    Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, pruned, simplify_levels_of_detail,
-};
+use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, levels_from_all, pruned};
 
 use super::part::part_of;
 
-/// Sizes looked at in one go, from one collapse.
-const SIZES: usize = 8;
+/// Sizes looked at in one go, from one collapse: a refined size costs as much as the collapse.
+const SIZES: usize = 3;
 /// Factor between the largest and the smallest of them while nothing is known yet.
 const SPAN: f64 = 20.0;
+/// Factor between sizes around the one that the distances of others foretell.
+const NEAR: f64 = 1.1;
+/// By which power of the number of vertices distances fall, at least and at most, and where only one is known.
+const POWERS: [f64; 2] = [0.5, 3.0];
+const USUAL_POWER: f64 = 1.0;
 /// Collapses at most.
-const MOST_ROUNDS: usize = 5;
-/// The search ends when a mesh smaller by this factor was too far from the original.
-const CLOSE: f64 = 1.02;
-/// Share of the vertices that the first level of a collapse keeps: so many that it begins with all of them. What the one pass
-/// leaves out is missed by the largest distance before it is missed by the mean.
-const WHOLE: f64 = 0.7;
+const MOST_ROUNDS: usize = 7;
+/// The search ends when a mesh smaller by this factor was too far from the original: the largest distance of results so near in size
+/// rises and falls by more. Of NEAR, the next three sizes are within 1.024.
+const CLOSE: f64 = 1.05;
 /// Triangles and boxes that all proofs of a search may look at, per face of the original, and however few there are. Five meshes of the
 /// benchmark at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
 const MOST_LOOKS: [u64; 2] = [1000, 4_000_000];
@@ -167,17 +168,14 @@ fn at_sizes(
     sizes: &[usize],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    let whole = (WHOLE * input.mesh.positions().len() as f64) as usize;
-    let first = sizes.iter().copied().fold(whole, usize::max).max(1);
-    let options = Options { target: Target::Vertices(first), ..options.clone() };
     let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
-    let mut results = simplify_levels_of_detail(input, weights, &options, &sizes, progress)?;
-    Ok(results.split_off(1))
+    levels_from_all(input, weights, options, &sizes, progress)
 }
 
 /// The smallest result found that holds the error, if one does, and how many were made.
 fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<Simplified>, usize), SimplifyError> {
-    let mut range = Range { too_few: 0, enough: prover.original.positions().len() };
+    let mut range =
+        Range { too_few: 0, enough: prover.original.positions().len(), holding: Vec::new(), were_foretold: false };
     let (mut best, mut n_tries) = (None, 0);
     for _ in 0..MOST_ROUNDS {
         let sizes = range.sizes();
@@ -186,7 +184,11 @@ fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<S
         }
         let mut results = levels(&sizes)?;
         n_tries += results.len();
-        let n_hold = holding(&results, |result| prover.holds(&result.mesh));
+        let n_hold = holding(&results, |result| {
+            let distance = prover.distance(&result.mesh);
+            range.holding.extend(distance.map(|distance| (result.mesh.positions().len(), distance / prover.error)));
+            distance.is_some()
+        });
         range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);
         if n_hold > 0 {
             results.truncate(n_hold);
@@ -202,7 +204,7 @@ fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<S
 }
 
 /// How many of the results, the largest first, hold what they have to, if all do that are larger than one that does.
-fn holding(results: &[Simplified], holds: impl Fn(&Simplified) -> bool) -> usize {
+fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -> usize {
     let (mut low, mut high) = (0, results.len());
     while low < high {
         let middle = low.midpoint(high);
@@ -231,14 +233,15 @@ impl<'a> Prover<'a> {
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
-    /// Whether the largest distance is certainly at most the error. What may not be looked at proves nothing.
-    fn holds(&self, simplified: &TriMesh) -> bool {
+    /// A distance that some point has at least, if the largest is certainly at most the error. What may not be looked at proves
+    /// nothing.
+    fn distance(&self, simplified: &TriMesh) -> Option<f64> {
         let asked = Sharpness { enough: self.error, too_much: self.error, gap: 0.0 };
         let (distance, n_looks) = certified_within(self.original, simplified, &asked, self.left.get());
         self.left.set(self.left.get().saturating_sub(n_looks));
         let is_open = |distance: &CertifiedDistance| distance.lower <= self.error && distance.upper > self.error;
         self.is_any_open.set(self.is_any_open.get() || distance.as_ref().is_some_and(is_open));
-        distance.is_some_and(|distance| distance.upper <= self.error)
+        distance.filter(|distance| distance.upper <= self.error).map(|distance| distance.lower)
     }
 }
 
@@ -246,6 +249,10 @@ impl<'a> Prover<'a> {
 struct Range {
     too_few: usize,
     enough: usize,
+    /// Sizes that hold the error, and their distances as shares of it.
+    holding: Vec<(usize, f64)>,
+    /// Whether the sizes before were foretold: where they did not enclose the one looked for, the next are not.
+    were_foretold: bool,
 }
 
 impl Range {
@@ -253,16 +260,37 @@ impl Range {
         self.enough as f64 <= (self.too_few as f64 * CLOSE).max(self.too_few as f64 + 1.0)
     }
 
-    /// Sizes within, falling, evenly spaced by factors.
-    fn sizes(&self) -> Vec<usize> {
+    /// Sizes within, falling, evenly spaced by factors: around the one foretold, or through the range where that is as narrow.
+    fn sizes(&mut self) -> Vec<usize> {
         let high = self.enough as f64;
         let low = if self.too_few > 0 { self.too_few as f64 } else { (high / SPAN).max(1.0) };
-        let step = if self.too_few > 0 { SIZES + 1 } else { SIZES };
-        let size = |k: usize| (high * (low / high).powf(k as f64 / step as f64)).round() as usize;
-        let mut sizes: Vec<usize> = (1..=SIZES).map(size).collect();
+        let foretold = self.foretold().filter(|_| !self.were_foretold && high > low * NEAR * NEAR);
+        self.were_foretold = foretold.is_some();
+        let sizes = match foretold {
+            Some(foretold) => {
+                let middle = foretold.clamp(low * NEAR, high / NEAR);
+                vec![middle * NEAR, middle, middle / NEAR]
+            }
+            None => {
+                let n_steps = if self.too_few > 0 { SIZES + 1 } else { SIZES };
+                (1..=SIZES).map(|k| high * (low / high).powf(k as f64 / n_steps as f64)).collect()
+            }
+        };
+        let mut sizes: Vec<usize> = sizes.into_iter().map(|size| size.round() as usize).collect();
         sizes.retain(|&size| size > self.too_few && size < self.enough);
         sizes.dedup();
         sizes
+    }
+
+    /// The size at which the error is as asked, if distances go on falling with size as they do.
+    fn foretold(&self) -> Option<f64> {
+        let mut holding: Vec<(usize, f64)> = self.holding.iter().copied().filter(|&(_, share)| share > 0.0).collect();
+        holding.sort_by_key(|&(size, _)| size);
+        let &(size, share) = holding.first()?;
+        let power = holding.get(1).map_or(USUAL_POWER, |&(larger, less)| {
+            (share / less).ln() / (larger as f64 / size as f64).ln().max(f64::MIN_POSITIVE)
+        });
+        Some(size as f64 * share.powf(1.0 / power.clamp(POWERS[0], POWERS[1])))
     }
 }
 
@@ -299,8 +327,8 @@ mod tests {
         let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(2));
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&fine, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));
-        assert!(enough.holds(&coarse) && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
-        assert!(!few.holds(&coarse) && few.left.get() == 0 && !few.holds(&coarse));
+        assert!(enough.distance(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
+        assert!(few.distance(&coarse).is_none() && few.left.get() == 0 && few.distance(&coarse).is_none());
         assert!(!enough.is_any_open.get() && few.is_any_open.get());
     }
 

@@ -20,6 +20,8 @@ pub(super) struct Task<'a> {
     pub options: &'a Options,
     /// Whether the closed result is to be known as a function of the positions.
     pub differentiable: bool,
+    /// Whether the collapse begins with all vertices, however few are to stay.
+    pub from_all: bool,
     /// Where the mesh is one half of a mirrored one.
     pub half: Option<Half<'a>>,
 }
@@ -124,7 +126,7 @@ fn levels_as_shaded(
     n_settled: usize,
     progress: Progress,
 ) -> Result<Levels, SimplifyError> {
-    let Task { options, differentiable, half } = *task;
+    let Task { options, differentiable, half, .. } = *task;
     let Input { mesh, attributes, importance } = *input;
     let aim = Aim::of(options.optimize);
     let scores = if aim.strength > 0.0 { options.scores } else { ScoreSource::Geometry };

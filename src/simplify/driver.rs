@@ -5,7 +5,7 @@ use crate::model::Weights;
 use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged, unchanged_but_pruned};
 use super::closed::{Derivative, is_sound};
 use super::input::Input;
-use super::limits::{Limit, resolve_levels, resolve_limit, resolve_oversample};
+use super::limits::{Limit, ratio, resolve_levels, resolve_limit, resolve_oversample};
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
 use super::progress::{PAPER, Progress, closed_stages, listened};
 use super::symmetric;
@@ -60,7 +60,10 @@ fn closed(
     let importance = input.importance_of(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, ..*input };
     let mut limits = resolve_levels(&used.mesh, targets, options)?;
-    let oversample = resolve_oversample(&used.mesh, limits[0], options)?;
+    let oversample = match task.from_all {
+        true => 1.0 / ratio(&used.mesh, limits[0]),
+        false => resolve_oversample(&used.mesh, limits[0], options)?,
+    };
     // What is as large as the mesh is the mesh.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };

@@ -34,8 +34,29 @@ pub fn simplify_levels_of_detail(
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
-    let task = Task { options, differentiable: false, half: None };
-    let levels = run_levels(input, weights, &task, &targets, progress)?;
+    of_task(input, weights, &Task { options, differentiable: false, from_all: false, half: None }, &targets, progress)
+}
+
+/// Levels of these sizes from a collapse that begins with all vertices; the target of `options` does not count. What the one pass leaves
+/// out is missed by the largest distance before it is missed by the mean.
+pub(crate) fn levels_from_all(
+    input: &Input,
+    weights: Option<&Weights>,
+    options: &Options,
+    targets: &[Target],
+    progress: &mut Listener,
+) -> Result<Vec<Simplified>, SimplifyError> {
+    of_task(input, weights, &Task { options, differentiable: false, from_all: true, half: None }, targets, progress)
+}
+
+fn of_task(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    targets: &[Target],
+    progress: &mut Listener,
+) -> Result<Vec<Simplified>, SimplifyError> {
+    let levels = run_levels(input, weights, task, targets, progress)?;
     Ok(levels.into_iter().map(|(simplified, _)| simplified).collect())
 }
 

@@ -35,6 +35,7 @@ pub use closed::{Importance, importance_of_scores};
 pub(crate) use components::pruned;
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
+pub(crate) use levels::levels_from_all;
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
@@ -108,7 +109,7 @@ pub fn simplify_input(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task { options, differentiable: false, half: None };
+    let task = Task { options, differentiable: false, from_all: false, half: None };
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
@@ -140,7 +141,7 @@ pub fn simplify_recorded(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let task = Task { options, differentiable: true, half: None };
+    let task = Task { options, differentiable: true, from_all: false, half: None };
     let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {

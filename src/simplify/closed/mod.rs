@@ -38,7 +38,7 @@ use output::Output;
 use parts::Cost;
 use prepare::prepare;
 use refine::points::Points;
-use refine::{duplicate_positions, fit, flips, foldovers, without_area};
+use refine::{duplicate_positions, fit, flips, foldovers, nested, without_area};
 use trace::Trace;
 
 pub(super) use aim::Aim;
@@ -211,12 +211,12 @@ fn refine(
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
-    let flips = is_coarse && request.parts.flips;
-    let mut n_flipped = if flips { flips::flip(&mut points, &mut output) } else { 0 };
+    let mut n_flipped = if is_coarse && request.parts.flips { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     if request.parts.fit && !subset && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
+        nested::move_back(original, &mut output);
     }
     progress.enter("finish", output.faces().len())?;
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };

@@ -73,7 +73,7 @@ pub fn gone(original: &Original, output: &Output, cost: &Cost, within: f64, show
 }
 
 /// The part of each output vertex, where there are several, and how many there are.
-fn parts_of(output: &Output) -> (Vec<u32>, usize) {
+pub fn parts_of(output: &Output) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(output.positions.len());
     for &[a, b, c] in output.faces() {
         sets.union(a, b);

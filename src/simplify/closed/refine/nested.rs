@@ -1,0 +1,318 @@
+//! Parts that lie close within others: what would poke through stays inside.
+//!
+//! The fit knows of one surface at a time, and where two lie closer together than the error, the faces of one pass through the other.
+//! On which side of the other part a face belongs is known: that on which the original has it. Where it is on the wrong one, it goes
+//! back, half as far from there as it was. Of the two the one that shrinks its part moves: what shows stays where it is. No move turns
+//! a face, and each leaves fewer faces that cross others.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::crossing::triangles_cross;
+use crate::geometry::triangle::unit_normal;
+use crate::simplify::closed::original::Original;
+use crate::simplify::closed::output::Output;
+use crate::simplify::closed::parts::parts_of;
+use crate::spatial::NearestOnTriangles;
+
+/// Least cosine between the way to another part and the normal there at which it is clear on which side a point is.
+const CLEAR: f32 = 0.5;
+/// Least cosine between two surfaces, whichever way they look, of which one lies within the other; parts that pass through each other
+/// meet at larger angles.
+const ALONG: f32 = 0.8;
+/// Distance on the surface of unit size up to which parts touch: neither is within the other.
+const TOUCHING: f32 = 1e-5;
+/// How far a point goes back at most, over the longest edge of its face.
+const FARTHEST: f32 = 0.1;
+/// How often faces go back: what moves changes what its neighbours cross.
+const ROUNDS: usize = 20;
+/// Pairs of faces looked at for whether they cross, however few the faces are, and for each of these: a few dozen are usual, and all
+/// pairs where needles share a corner.
+const LOOKS: [usize; 2] = [100_000, 200];
+/// Faces that are looked at together.
+const TOGETHER: usize = 256;
+/// Where a face is asked on which side it is: weights of its corners.
+const POINTS: [[f32; 3]; 7] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.5, 0.5, 0.0],
+    [0.0, 0.5, 0.5],
+    [0.5, 0.0, 0.5],
+    [1.0 / 3.0; 3],
+];
+
+/// A face that crosses one of another part.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Crossing {
+    face: u32,
+    /// The other part, and a face of it.
+    part: u32,
+    other: u32,
+}
+
+/// Vertices of a face that move together, and by how much.
+type Moves = [(u32, Vec3); 3];
+
+/// Moves faces of parts that poke through others back.
+pub fn move_back(original: &Original, output: &mut Output) {
+    let (part_of, n_parts) = parts_of(output);
+    if n_parts < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
+        return;
+    }
+    let pulse = original.surface.pulse.counting_if(false);
+    let middles = middles(output, &part_of, n_parts);
+    let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
+    let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
+    let mut anchors = Vec::new();
+    for _ in 0..ROUNDS {
+        let tree = output.tree();
+        let crossings = crossings(output, &tree, &part_of, &faces, &mut n_looks);
+        if crossings.is_empty() {
+            break;
+        }
+        if anchors.is_empty() {
+            anchors = original.anchors(&output.positions, &output.vertex_of, &vec![true; output.positions.len()]);
+        }
+        let nested = Nested { original, output, tree: &tree, part_of: &part_of, middles: &middles, anchors: &anchors };
+        let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
+        let n_moved = moves.iter().flatten().filter(|moves| go(output, &tree, moves, &mut n_looks)).count();
+        if n_moved == 0 {
+            break;
+        }
+        let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
+        faces = around(output, corners);
+    }
+}
+
+/// The faces around vertices, in order.
+fn around(output: &Output, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut faces: Vec<u32> = vertices.flat_map(|v| output.around().faces(v)).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}
+
+/// The corners of a face, as the tests of crossing take them.
+fn corners(output: &Output, f: u32) -> [[f32; 3]; 3] {
+    output.triangle(f).map(|p| p.to_array())
+}
+
+/// Which of these faces cross other parts, one face of each; looks at little more than are left.
+fn crossings(
+    output: &Output,
+    tree: &NearestOnTriangles,
+    part_of: &[u32],
+    faces: &[u32],
+    n_looks: &mut usize,
+) -> Vec<Crossing> {
+    let part = |f: u32| part_of[output.face(f)[0] as usize];
+    let normal = |f: u32| unit_normal(output.triangle(f));
+    let crossed = |&face: &u32| {
+        let (mut crossed, mut n) = (Vec::new(), 0);
+        let (own, along, here) = (part(face), normal(face), corners(output, face));
+        tree.visit_met(&here, |other| {
+            n += 1;
+            let may = part(other) != own && along.dot(normal(other)).abs() > ALONG;
+            if may && triangles_cross(here, corners(output, other)) {
+                crossed.push(Crossing { face, part: part(other), other });
+            }
+        });
+        crossed.sort_unstable();
+        crossed.dedup_by_key(|crossing| crossing.part);
+        (crossed, n)
+    };
+    let mut all = Vec::new();
+    for faces in faces.chunks(TOGETHER) {
+        if *n_looks == 0 {
+            break;
+        }
+        for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
+            *n_looks = n_looks.saturating_sub(n);
+            all.extend(crossed);
+        }
+    }
+    all
+}
+
+/// Parts as they lie now.
+struct Nested<'a> {
+    original: &'a Original<'a>,
+    output: &'a Output,
+    /// The output's faces, to be searched.
+    tree: &'a NearestOnTriangles,
+    part_of: &'a [u32],
+    /// The middle of each part's box.
+    middles: &'a [Vec3],
+    /// A vertex of the original near each of the output.
+    anchors: &'a [u32],
+}
+
+impl Nested<'_> {
+    /// What takes a face that crosses back where it is deepest on the wrong side.
+    fn deepest(&self, crossing: &Crossing) -> Option<Moves> {
+        let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
+        moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
+    }
+
+    /// How deep a point of a face is on the wrong side of the other part, and what takes it back; `None` where it is on its side.
+    fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
+        let output = self.output;
+        let here = output.triangle(crossing.face);
+        let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
+        let accept = |f: u32| self.part(f) == crossing.part;
+        let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
+        let hit = self.tree.nearest_within(place.as_dvec3(), f64::from(reach), accept)?;
+        let foot = hit.point.as_vec3();
+        let normal = unit_normal(output.triangle(hit.triangle));
+        let height = (place - foot).dot(normal);
+        let (side, gap) = self.side(crossing, place)?;
+        if height * side > 0.0 {
+            return None;
+        }
+        let step = normal * (side * 0.5 * gap.min(reach) - height);
+        if step.length() > FARTHEST * reach {
+            return None;
+        }
+        let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.part(f) as usize] - place) > 0.0;
+        let moves = if shrinks(crossing.face, step) {
+            self.along(crossing.face, weights, step)
+        } else if shrinks(hit.triangle, -step) {
+            self.along(hit.triangle, hit.weights.map(|w| w as f32), -step)
+        } else {
+            None
+        };
+        moves.map(|moves| (height.abs(), moves))
+    }
+
+    fn part(&self, f: u32) -> u32 {
+        self.part_of[self.output.face(f)[0] as usize]
+    }
+
+    /// On which side of the other part the original has a point, 1 or -1, and how far from it; `None` where that is not clear.
+    fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
+        let anchor = |f: u32| self.anchors[self.output.face(f)[0] as usize];
+        let here = self.original.closest_near(place, anchor(crossing.face));
+        let there = self.original.closest_near(here.point, anchor(crossing.other));
+        let normal = there.normal.normalize_or_zero();
+        let height = (here.point - there.point).dot(normal);
+        let are_along = here.normal.normalize_or_zero().dot(normal).abs() > ALONG;
+        let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
+        is_clear.then(|| (height.signum(), height.abs()))
+    }
+
+    /// The least moves of a face's corners that take a point of it along; `None` where one of them may not move.
+    fn along(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
+        let corners = self.output.face(face);
+        let step = step / Vec3::from(weights).length_squared();
+        let is_free = |v: &u32| !self.output.pins.has(*v);
+        corners.iter().all(is_free).then(|| [0, 1, 2].map(|i| (corners[i], step * weights[i])))
+    }
+}
+
+/// Makes moves that turn no face and leave fewer faces that cross others; whether they were made.
+fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
+    let faces = around(output, moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v));
+    let before = n_crossed(output, tree, &faces, n_looks);
+    let places = moves.map(|(v, _)| output.positions[v as usize]);
+    moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
+    let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.meant(*f)) <= 0.0;
+    let pays = before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_looks) < before;
+    let is_made = pays && *n_looks > 0;
+    if !is_made {
+        moves.iter().zip(places).for_each(|((v, _), place)| output.positions[*v as usize] = place);
+    }
+    is_made
+}
+
+/// How often faces cross others; looks at little more than are left.
+fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks: &mut usize) -> usize {
+    let mut n = 0;
+    for &f in faces {
+        if *n_looks == 0 {
+            break;
+        }
+        let here = corners(output, f);
+        tree.visit_met(&here, |other| {
+            *n_looks = n_looks.saturating_sub(1);
+            n += usize::from(other != f && triangles_cross(here, corners(output, other)));
+        });
+    }
+    n
+}
+
+/// The middle of each part's box.
+fn middles(output: &Output, part_of: &[u32], n_parts: usize) -> Vec<Vec3> {
+    let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); n_parts];
+    for (&p, &part) in output.positions.iter().zip(part_of) {
+        let (low, high) = &mut boxes[part as usize];
+        (*low, *high) = (low.min(p), high.max(p));
+    }
+    boxes.into_iter().map(|(low, high)| 0.5 * (low + high)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+
+    /// Spheres about one point, the faces of each after those of the one before; the smaller ones looking inward, if so wanted.
+    fn spheres(radii: &[f32], level: u32, inward: bool) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let sphere = shapes::icosphere(level);
+        let n = sphere.positions().len() as u32;
+        let positions =
+            radii.iter().flat_map(|r| sphere.positions().iter().map(move |p| Vec3::from(*p) * *r)).collect();
+        let faces = (0..radii.len() as u32).flat_map(|i| {
+            let wound = move |&[a, b, c]: &[u32; 3]| if inward && i > 0 { [a, c, b] } else { [a, b, c] };
+            sphere.faces().iter().map(move |face| wound(face).map(|v| v + i * n))
+        });
+        (positions, faces.collect())
+    }
+
+    #[test]
+    fn what_pokes_through_goes_back_inside_whichever_way_it_looks() {
+        for inward in [false, true] {
+            let (positions, faces) = spheres(&[1.0, 0.99], 4, inward);
+            let mesh = TriMesh::new(positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();
+            let original = Original::bare(&mesh);
+            let scale = original.surface.length(1.0);
+            // Coarse spheres of the same vertices: those of the inner one stand out of the faces of the outer one between its vertices.
+            let (coarse, faces) = spheres(&[1.0, 0.99], 1, inward);
+            let turn = glam::Quat::from_rotation_x(0.31) * glam::Quat::from_rotation_y(0.2);
+            let n = coarse.len() / 2;
+            let place = |(v, p): (usize, &Vec3)| scale * if v < n { *p } else { turn * *p };
+            let places: Vec<Vec3> = coarse.iter().enumerate().map(place).collect();
+            let mut output = Output::over(&original.surface.positions, places.clone(), faces);
+            let outside = |output: &Output| {
+                let tree = output.tree();
+                let is_out = |v: &usize| {
+                    let p = output.positions[*v];
+                    let hit = tree.nearest_of(p.as_dvec3(), |f| (output.face(f)[0] as usize) < n).unwrap();
+                    (p - hit.point.as_vec3()).dot(unit_normal(output.triangle(hit.triangle))) > 0.0
+                };
+                (n..2 * n).filter(is_out).count()
+            };
+            let before = outside(&output);
+            move_back(&original, &mut output);
+            assert!(before > n / 2 && outside(&output) == 0, "{before} {}", outside(&output));
+            assert_eq!(output.positions[..n], places[..n]);
+        }
+    }
+
+    #[test]
+    fn parts_that_touch_or_cross_stay_where_they_are() {
+        let sphere = shapes::icosphere(3);
+        let n = sphere.positions().len() as u32;
+        let moved = |x: f32| sphere.positions().iter().map(move |p| [p[0] + x, p[1], p[2]]);
+        let faces: Vec<[u32; 3]> =
+            (0..2).flat_map(|i| sphere.faces().iter().map(move |f| f.map(|v| v + i * n))).collect();
+        for x in [0.7, 2.0, 3.0] {
+            let mesh = TriMesh::new(moved(0.0).chain(moved(x)).collect(), faces.clone()).unwrap();
+            let original = Original::bare(&mesh);
+            let places = original.surface.positions.clone();
+            let mut output = Output::over(&places, places.clone(), faces.clone());
+            move_back(&original, &mut output);
+            assert_eq!(output.positions, places);
+        }
+    }
+}
