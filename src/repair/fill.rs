@@ -20,7 +20,7 @@ const BEST: [usize; 4] = [256, 128, 64, 32];
 const STEPS: usize = 1 << 27;
 
 /// What became of the holes.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Holes {
     pub n_filled: usize,
     pub n_left: usize,

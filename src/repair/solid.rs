@@ -10,7 +10,7 @@ use super::bodies::bodies;
 use super::cells::leaking;
 use super::components::{components, drop_small};
 use super::faces::{Faces, Made};
-use super::fill::{Holes, fill};
+use super::fill::fill;
 use super::fins::drop_fins;
 use super::nesting::nest;
 use super::one_sided::cut_one_sided;
@@ -46,8 +46,8 @@ const LEAST_LEFT: f64 = 0.01;
 pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Result<Repaired, NothingSolid> {
     let mut faces = Faces::new(mesh, attributes);
     drop_small(&mut faces, least_size);
-    let mut holes = close(&mut faces);
-    let parted = part(&mut faces, &mut holes);
+    let mut n_filled = close(&mut faces);
+    let parted = part(&mut faces, &mut n_filled);
     let mut bodies = bodies(&faces, &parted);
     nest(&faces, &mut bodies);
     let mut is_hull = vec![false; faces.len()];
@@ -64,7 +64,7 @@ pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Re
     if faces.len() == 0 || left < LEAST_LEFT * all {
         return Err(NothingSolid);
     }
-    let counts = counts(mesh, &faces, holes);
+    let counts = counts(mesh, &faces, n_filled);
     Ok(take_apart(faces.into_repaired(attributes, counts)))
 }
 
@@ -72,9 +72,9 @@ fn area(faces: &Faces) -> f64 {
     faces.numbers().map(|face| faces.area(face)).sum()
 }
 
-/// Fills all holes; what stands in the way of that goes before.
-fn close(faces: &mut Faces) -> Holes {
-    let mut holes = Holes::default();
+/// Fills all holes; what stands in the way of that goes before. Says how many were filled.
+fn close(faces: &mut Faces) -> usize {
+    let mut n_filled = 0;
     for _ in 0..MOST_ROUNDS {
         let n_changed = drop_repeated(faces) + cut_one_sided(faces) + drop_fins(faces);
         let open = open_edges(faces);
@@ -85,18 +85,17 @@ fn close(faces: &mut Faces) -> Holes {
             let ends = rims.iter().zip(rims.iter().cycle().skip(1)).map(|(a, b)| [a.vertex, b.vertex]);
             ends.into_iter().any(|[a, b]| open.contains(&[a.min(b), a.max(b)]))
         });
-        holes.n_filled += filled.n_filled;
-        holes.n_left = filled.n_left;
+        n_filled += filled.n_filled;
     }
-    holes
+    n_filled
 }
 
 /// Which faces are to be told apart by sheets, as angles say too little of them; what their sheets leave open is filled.
-fn part(faces: &mut Faces, holes: &mut Holes) -> Vec<bool> {
+fn part(faces: &mut Faces, n_filled: &mut usize) -> Vec<bool> {
     let leaks = leaking(faces);
     if leaks.contains(&true) {
         let filled = fill(faces, usize::MAX, |rims| rims.iter().any(|rim| leaks[rim.face() as usize]));
-        holes.n_filled += filled.n_filled;
+        *n_filled += filled.n_filled;
     }
     let (component, n) = components(faces);
     let mut is_parted = vec![false; n];
@@ -115,8 +114,8 @@ fn open_edges(faces: &Faces) -> FxHashSet<[u32; 2]> {
     open
 }
 
-/// What became of the components and faces of a mesh.
-fn counts(mesh: &TriMesh, faces: &Faces, holes: Holes) -> RepairCounts {
+/// What became of the components and faces of a mesh; a solid has no holes left, what was open is gone.
+fn counts(mesh: &TriMesh, faces: &Faces, n_filled: usize) -> RepairCounts {
     let before = Faces::new(mesh, Attributes::NONE);
     let (component, n_before) = components(&before);
     // Faces of each component that are left, as they were and turned.
@@ -129,8 +128,7 @@ fn counts(mesh: &TriMesh, faces: &Faces, holes: Holes) -> RepairCounts {
     let n_dropped = left.iter().filter(|left| **left == [0; 2]).count();
     let n_kept: usize = left.as_flattened().iter().sum();
     RepairCounts {
-        holes_filled: holes.n_filled,
-        holes_left: holes.n_left,
+        holes_filled: n_filled,
         faces_removed: mesh.faces().len() - n_kept,
         components_dropped: n_dropped,
         components_added: (components(faces).1 + n_dropped).saturating_sub(n_before),
