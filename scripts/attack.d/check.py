@@ -80,6 +80,8 @@ def broken():
     yield "read", BALL, BALL, whole, {"said": {"input": {"components": 2, "closed": True}}}
     yield "mirrored", BALL, moved, [*whole, "--symmetric"], {"said": {"mirror": "x = 0"}}
     yield "certified", BALL, moved, ["--error", "1%"], {"said": {"certified": {"upper": 0.1}}}
+    yield "solid", BALL, OPEN, [*whole, "--printable"], {}
+    yield "filled", BALL, OPEN, [*whole, "--fill-holes"], {"said": {"repaired": {"holes_left": 0}}}
     yield "astray", BALL, moved, whole, {}
 
 

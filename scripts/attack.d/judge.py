@@ -85,7 +85,8 @@ def of_result(subject, done, result):
     """Everything about one mesh that was written."""
     apart = list(of_positions(result)) or list(of_faces(subject, result))
     yield from apart or of_report(result)
-    misread = list(of_reading(subject, done))
+    # `input` in the report of a repair is the repaired mesh.
+    misread = [] if is_repaired(done) else list(of_reading(subject, done))
     yield from misread
     # What follows from these is not told again.
     if not apart and not misread and not is_repaired(done) and subject.is_understood(done):
