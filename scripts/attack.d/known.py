@@ -14,6 +14,11 @@ def held(case):
     return "--lock-boundaries" in case.options or "--subset" in case.options and "flat" in case.recipe
 
 
+def denormal_solid(case):
+    """A solid of a mesh whose coordinates are denormal."""
+    return extreme(case) and "denormal" in case.recipe and "--printable" in case.options
+
+
 @dataclass
 class Known:
     kind: str
@@ -33,6 +38,7 @@ KNOWN = [
     Known("astray", extreme, "the mesh is as wide as the steps of the numbers of the file"),
     Known("certified", extreme, "what is certified is the distance from the mesh in single precision"),
     Known("error", extreme, "what is bounded is the distance from the mesh in single precision"),
+    Known("positions", denormal_solid, "bodies that touch come apart by less than the steps of the numbers"),
     Known("hang", extreme, "merges are tried again and again where parts are too small for the numbers"),
 ]
 
