@@ -14,13 +14,18 @@ def value_of(options, name):
     return options[options.index(name) + 1] if name in options else None
 
 
+def asks(done, option):
+    """Whether a run has an option, with a value after `=` or without."""
+    return any(word.split("=")[0] == option for word in done.options)
+
+
 def is_mirrored(done):
-    return any(word.startswith("--symmetric") for word in done.options)
+    return asks(done, "--symmetric")
 
 
 def is_repaired(done):
     """Whether another mesh was simplified than that of the file."""
-    return any(word == "--printable" or word.startswith("--fill-holes") for word in done.options)
+    return asks(done, "--printable") or asks(done, "--fill-holes")
 
 
 def comparable(subject, result):
@@ -115,7 +120,7 @@ def of_pruned(subject, done, result):
 
 
 def of_kept_parts(subject, done, result):
-    if result.said["components_pruned"] and not any(word.startswith("--prune") for word in done.options):
+    if result.said["components_pruned"] and not asks(done, "--prune"):
         yield "pruned", f"{result.said['components_pruned']} components are gone, all were to be kept"
 
 
@@ -125,7 +130,7 @@ def of_error(subject, done, result):
         return
     asked = float(asked.rstrip("%")) / 100 * subject.diagonal
     # With --prune the bound is that of what stays.
-    if any(word.startswith("--prune") for word in done.options) and result.said["components_pruned"]:
+    if asks(done, "--prune") and result.said["components_pruned"]:
         return
     found = largest((subject.points, subject.faces), (result.points, result.faces))
     slack = 1e-6 * subject.diagonal
@@ -145,9 +150,9 @@ def of_bytes(subject, done, result):
 
 def of_printable(subject, done, result):
     figures = result.figures
-    odd = f"{figures.boundary_edges} boundary edges, {figures.disagreeing} disagree, {figures.components} components"
     if figures.boundary_edges or figures.disagreeing or not figures.manifold or not figures.components:
-        yield "solid", odd
+        edges = f"{figures.boundary_edges} boundary edges, {figures.disagreeing} disagree"
+        yield "solid", f"{edges}, {figures.components} components"
 
 
 def of_filled(subject, done, result):

@@ -5,7 +5,7 @@ Each verdict is a pair: the kind of the promise that is broken, one of `promises
 
 import formats
 import surface
-from asked import CHECKS, OF_REPAIRED, is_mirrored, is_repaired, value_of
+from asked import CHECKS, OF_REPAIRED, asks, is_mirrored, is_repaired, value_of
 from program import SECONDS
 from subject import Result
 
@@ -44,7 +44,7 @@ def of_run(subject, done):
 
 def may_not_be_refused(subject, done):
     """A mesh without the symmetry asked for may be refused, and one that bounds no solid."""
-    return (subject.mirrored or not is_mirrored(done)) and "--printable" not in done.options
+    return (subject.mirrored or not is_mirrored(done)) and not asks(done, "--printable")
 
 
 def is_scene(subject, done):
@@ -95,7 +95,7 @@ def of_result(subject, done, result):
     if apart:
         return
     for option, check in (OF_REPAIRED if is_repaired(done) else CHECKS).items():
-        if any(word.split("=")[0] == option for word in done.options):
+        if asks(done, option):
             yield from check(subject, done, result)
     low, high = surface.bounds(subject.points)
     reach = max(max(l - x, x - h) for point in result.points for l, x, h in zip(low, point, high))

@@ -26,6 +26,13 @@ pub(super) struct Task<'a> {
     pub half: Option<Half<'a>>,
 }
 
+impl<'a> Task<'a> {
+    /// What the caller asked for and nothing else.
+    pub fn of(options: &'a Options) -> Self {
+        Self { options, differentiable: false, from_all: false, half: None }
+    }
+}
+
 /// Sizes to reach, each no larger than the one before, and samples per vertex asked for.
 pub(super) struct Sizes<'a> {
     /// The sizes.

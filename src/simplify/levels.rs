@@ -34,7 +34,7 @@ pub fn simplify_levels_of_detail(
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
-    of_task(input, weights, &Task { options, differentiable: false, from_all: false, half: None }, &targets, progress)
+    of_task(input, weights, &Task::of(options), &targets, progress)
 }
 
 /// Levels of these sizes from a collapse that begins with all vertices; the target of `options` does not count. What the one pass leaves
@@ -46,7 +46,7 @@ pub(crate) fn levels_from_all(
     targets: &[Target],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    of_task(input, weights, &Task { options, differentiable: false, from_all: true, half: None }, targets, progress)
+    of_task(input, weights, &Task { from_all: true, ..Task::of(options) }, targets, progress)
 }
 
 fn of_task(

@@ -109,7 +109,7 @@ pub fn simplify_input(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task { options, differentiable: false, from_all: false, half: None };
+    let task = Task::of(options);
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
@@ -141,7 +141,7 @@ pub fn simplify_recorded(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let task = Task { options, differentiable: true, from_all: false, half: None };
+    let task = Task { differentiable: true, ..Task::of(options) };
     let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {

@@ -76,6 +76,14 @@ impl FacesAround {
         self.corners(vertex).iter().map(|corner| corner.face)
     }
 
+    /// The faces that use any of these vertices, each once, in order.
+    pub fn faces_of_all(&self, vertices: impl IntoIterator<Item = u32>) -> Vec<u32> {
+        let mut faces: Vec<u32> = vertices.into_iter().flat_map(|v| self.faces(v)).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces
+    }
+
     /// The face that runs along its edge from `u` to `v`; beyond a face's edge it is the one that runs the other way.
     #[inline]
     pub fn along(&self, u: u32, v: u32) -> Option<u32> {

@@ -67,10 +67,15 @@ impl Output {
         self.face(f).map(|v| self.positions[v as usize])
     }
 
+    /// The same, as searches and tests of crossing take it.
+    pub fn coordinates(&self, f: u32) -> [[f32; 3]; 3] {
+        self.triangle(f).map(|p| p.to_array())
+    }
+
     /// The faces, to be searched.
     pub fn tree(&self) -> NearestOnTriangles {
-        let corners = |f: u32| self.triangle(f).map(|p| p.to_array());
-        NearestOnTriangles::new(&(0..self.faces.len() as u32).map(corners).collect::<Vec<_>>())
+        let coordinates = (0..self.faces.len() as u32).map(|f| self.coordinates(f));
+        NearestOnTriangles::new(&coordinates.collect::<Vec<_>>())
     }
 
     /// Which way a face is meant to look.

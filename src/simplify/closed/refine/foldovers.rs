@@ -352,9 +352,7 @@ impl View<'_> {
 
     /// The faces at these vertices, each once, without some.
     fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[Vec3; 3]> {
-        let mut faces: Vec<u32> = vertices.iter().flat_map(|&v| self.output.around().faces(v)).collect();
-        faces.sort_unstable();
-        faces.dedup();
+        let faces = self.output.around().faces_of_all(vertices.iter().copied());
         faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.output.triangle(f)).collect()
     }
 }

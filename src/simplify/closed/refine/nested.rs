@@ -81,21 +81,8 @@ pub fn move_back(original: &Original, output: &mut Output) {
             break;
         }
         let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
-        faces = around(output, corners);
+        faces = output.around().faces_of_all(corners);
     }
-}
-
-/// The faces around vertices, in order.
-fn around(output: &Output, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut faces: Vec<u32> = vertices.flat_map(|v| output.around().faces(v)).collect();
-    faces.sort_unstable();
-    faces.dedup();
-    faces
-}
-
-/// The corners of a face, as the tests of crossing take them.
-fn corners(output: &Output, f: u32) -> [[f32; 3]; 3] {
-    output.triangle(f).map(|p| p.to_array())
 }
 
 /// Which of these faces cross other parts, one face of each; looks at little more than are left.
@@ -110,11 +97,11 @@ fn crossings(
     let normal = |f: u32| unit_normal(output.triangle(f));
     let crossed = |&face: &u32| {
         let (mut crossed, mut n) = (Vec::new(), 0);
-        let (own, along, here) = (part(face), normal(face), corners(output, face));
+        let (own, along, here) = (part(face), normal(face), output.coordinates(face));
         tree.visit_met(&here, |other| {
             n += 1;
             let may = part(other) != own && along.dot(normal(other)).abs() > ALONG;
-            if may && triangles_cross(here, corners(output, other)) {
+            if may && triangles_cross(here, output.coordinates(other)) {
                 crossed.push(Crossing { face, part: part(other), other });
             }
         });
@@ -212,7 +199,8 @@ impl Nested<'_> {
 
 /// Makes moves that turn no face and leave fewer faces that cross others; whether they were made.
 fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
-    let faces = around(output, moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v));
+    let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
+    let faces = output.around().faces_of_all(moved);
     let before = n_crossed(output, tree, &faces, n_looks);
     let places = moves.map(|(v, _)| output.positions[v as usize]);
     moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
@@ -232,10 +220,10 @@ fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks:
         if *n_looks == 0 {
             break;
         }
-        let here = corners(output, f);
+        let here = output.coordinates(f);
         tree.visit_met(&here, |other| {
             *n_looks = n_looks.saturating_sub(1);
-            n += usize::from(other != f && triangles_cross(here, corners(output, other)));
+            n += usize::from(other != f && triangles_cross(here, output.coordinates(other)));
         });
     }
     n
