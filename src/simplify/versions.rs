@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 6;
+pub const CLOSED_VERSION: u32 = 7;
 
 /// Version of what holds the closed assembly and of what its results carry: another number where seams, hard edges, creases, borders of
 /// materials or locked vertices give other bits. Bare meshes and what they promise have [`CLOSED_VERSION`] alone.

@@ -158,7 +158,9 @@ impl Nested<'_> {
             return None;
         }
         let step = normal * (side * 0.5 * gap.min(reach) - height);
-        if step.length() > FARTHEST * reach {
+        // By more than both surfaces are off the original there, a step would spoil what is right.
+        let both_off = || self.off(place, crossing.face) + self.off(foot, hit.triangle);
+        if step.length() > FARTHEST * reach || step.length() > both_off() {
             return None;
         }
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.part(f) as usize] - place) > 0.0;
@@ -170,6 +172,11 @@ impl Nested<'_> {
             None
         };
         moves.map(|moves| (height.abs(), moves))
+    }
+
+    /// How far a point of a face is from the original.
+    fn off(&self, point: Vec3, face: u32) -> f32 {
+        self.original.closest_near(point, self.anchors[self.output.face(face)[0] as usize]).distance
     }
 
     fn part(&self, f: u32) -> u32 {
