@@ -176,8 +176,13 @@ fn at_sizes(
 
 /// The smallest result found that holds the error, if one does, and how many were made.
 fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<Simplified>, usize), SimplifyError> {
-    let mut range =
-        Range { too_few: 0, enough: prover.original.positions().len(), holding: Vec::new(), were_foretold: false, was_reopened: false };
+    let mut range = Range {
+        too_few: 0,
+        enough: prover.original.positions().len(),
+        holding: Vec::new(),
+        were_foretold: false,
+        was_reopened: false,
+    };
     let (mut best, mut n_tries) = (None, 0);
     for _ in 0..MOST_ROUNDS {
         if range.is_narrow() && !range.reopens() {
