@@ -47,7 +47,7 @@ fn put(folder: &Path, name: &str, mesh: &TriMesh) {
 /// Opens the training `name` in the folder.
 fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<Run, TrainError> {
     let (data, run) = (folder.join("data"), folder.join(name));
-    open(&Request { data: &data, folder: &run, settings, epochs: None, resume, init: None })
+    open(&Request { data: &data, folder: &run, settings, objective: None, epochs: None, resume, init: None })
 }
 
 /// Mean of the squared scores, and half the square of the mean minus a random number.
@@ -250,8 +250,15 @@ fn fine_tuning_starts_from_weights_and_takes_their_sizes() {
     let (weights, other) = (Weights::random_of(sizes, 9), Weights::random_of(sizes, 10).to_bytes());
     let init = weights.to_bytes();
     let (data, run) = (folder.path().join("data"), folder.path().join("run"));
-    let request =
-        Request { data: &data, folder: &run, settings: None, epochs: Some(1), resume: true, init: Some(&init) };
+    let request = Request {
+        data: &data,
+        folder: &run,
+        settings: None,
+        objective: None,
+        epochs: Some(1),
+        resume: true,
+        init: Some(&init),
+    };
     let mut run = open(&request).unwrap();
     assert_eq!(run.weights(), &weights);
     train(&mut run, &step, &mut go_on).unwrap();

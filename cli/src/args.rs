@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, ValueEnum};
+use neural_mesh::simplify::Assembly;
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
@@ -194,6 +195,15 @@ pub enum AssemblyArg {
     Closed,
     /// As in the paper: the network's most probable faces; leaves holes
     Paper,
+}
+
+impl From<AssemblyArg> for Assembly {
+    fn from(arg: AssemblyArg) -> Self {
+        match arg {
+            AssemblyArg::Closed => Self::Closed,
+            AssemblyArg::Paper => Self::Paper,
+        }
+    }
 }
 
 /// Where the scores come from.

@@ -67,7 +67,7 @@ pub fn simplify(
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
     let request = request(words, given.is_some())?;
-    let weights = request.weights.as_deref().map(read_weights).transpose()?;
+    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
     let began = Instant::now();
     let subject = match given {
         Some((mesh, factors)) => Subject::of(mesh, &request)?.weighed(factors),
@@ -118,7 +118,7 @@ pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static
     if !is_plain || request.options.symmetric.is_some() || request.prune_below.is_some() {
         return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
     }
-    let weights = request.weights.as_deref().map(read_weights).transpose()?;
+    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
     let cleaned = read::cleaned(raw, &request.source)?;
     let options = Options { frame: cleaned.frame, ..request.options };
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{MeshedPoints, SimplifyError, mesh_points};
+use neural_mesh::simplify::{Assembly, MeshedPoints, SimplifyError, mesh_points};
 use serde::Serialize;
 
 use crate::args::MeshPointsArgs;
@@ -138,7 +138,7 @@ struct Meshed {
 
 impl Meshed {
     fn of(raw: RawMesh, args: &MeshPointsArgs, progress: &mut Progress) -> Result<Self, Failure> {
-        let given = args.weights.as_deref().map(read_weights).transpose()?;
+        let given = read_weights(args.weights.as_deref(), Assembly::Paper)?;
         let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
         let exact = raw.double.then(|| raw.positions.clone());
         let cloud = point_cloud(raw).map_err(|error| Failure::of(&args.input, error))?;

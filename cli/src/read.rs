@@ -6,14 +6,24 @@ use neural_mesh::io::{self, Format, ReadError};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::model::Weights;
+use neural_mesh::simplify::Assembly;
 
 use crate::failure::Failure;
 use crate::files;
 use crate::request::{Source, is_stream};
 
-/// Reads the weights of a network.
-pub fn read_weights(path: &Path) -> Result<Weights, Failure> {
-    Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))
+/// Reads the weights that are given for an assembly, if any are: those that say they learned for the other one are refused.
+pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<Weights>, Failure> {
+    let Some(path) = path else { return Ok(None) };
+    let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))?;
+    let instead = match (weights.objective(), assembly) {
+        (Some("paper"), Assembly::Closed) => "--assembly paper alone: add it",
+        // What learned nothing worth keeping serves to try out either.
+        (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed) => return Ok(Some(weights)),
+        (_, Assembly::Paper) => "--assembly closed alone: leave --assembly paper out",
+    };
+    let learned = weights.objective().unwrap_or_default();
+    Err(Failure::of(path, format!("learned the objective \"{learned}\", for {instead}, or leave --weights out")))
 }
 
 /// Reads and parses a mesh.

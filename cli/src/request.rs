@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::Format;
-use neural_mesh::simplify::{Assembly, Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
+use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
 use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
 use crate::bake;
@@ -236,10 +236,7 @@ pub fn bound_memory(args: &SimplifyArgs) -> Result<(), Failure> {
 /// What is asked of the simplifier.
 pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     let mut options = Options::new(target(args)?);
-    options.assembly = match args.assembly {
-        AssemblyArg::Closed => Assembly::Closed,
-        AssemblyArg::Paper => Assembly::Paper,
-    };
+    options.assembly = args.assembly.into();
     options.scores = match args.scores {
         ScoresArg::Network => ScoreSource::Network,
         ScoresArg::Geometry => ScoreSource::Geometry,

@@ -56,7 +56,7 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 
 fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet);
-    let weights = request.weights.as_deref().map(read_weights).transpose()?;
+    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
     let done = simplify_file(request, weights.as_ref(), &mut progress)?;
     drop(progress);
     let (report, cleaned) = done.put()?;

@@ -42,6 +42,30 @@ fn left(folder: &Path, run: &str) -> Vec<Vec<u8>> {
 }
 
 #[test]
+fn it_says_what_it_learns_and_its_weights_are_for_one_assembly() {
+    let folder = prepared();
+    for (objective, assembly, other) in [("paper", "paper", "closed"), ("bending", "closed", "paper")] {
+        let arguments = training(objective, &["--objective", objective, "--epochs", "1"]);
+        let done = run(folder.path(), &arguments);
+        assert_eq!(done.code, Some(0), "{}", done.words);
+        assert!(done.words.contains(&format!("objective {objective}: ")), "{}", done.words);
+        assert!(done.words.contains("1 for validation, whose names begin with held_"), "{}", done.words);
+        let weights = format!("{objective}/last.safetensors");
+        let simplify = |assembly| {
+            let more = ["--ratio", "0.5", "--weights", &weights, "--assembly", assembly, "-f"];
+            run(folder.path(), &[&["simplify", "data/ball.ply", "-o", "a.ply"], &more[..]].concat())
+        };
+        assert_eq!(simplify(assembly).code, Some(0), "{assembly}");
+        let refused = simplify(other);
+        assert_eq!(refused.code, Some(1));
+        assert!(refused.words.contains(&format!("learned the objective \"{objective}\"")), "{}", refused.words);
+    }
+    let unknown = run(folder.path(), &training("new", &["--objective", "nonsense"]));
+    assert!(unknown.code == Some(1) && unknown.words.contains("must be one of"), "{}", unknown.words);
+    assert!(!folder.path().join("new").exists());
+}
+
+#[test]
 fn killed_at_any_moment_it_ends_in_the_same_bits() {
     let folder = prepared();
     let whole = run(folder.path(), &training("whole", &["--threads", "1"]));

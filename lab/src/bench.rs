@@ -72,6 +72,7 @@ impl Bench {
     ) -> Result<Table> {
         let folder = self.run_of(name);
         let request = Request {
+            objective: None,
             data: self.set(set),
             resume: folder.join("settings.json").exists(),
             folder,

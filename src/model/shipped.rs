@@ -50,8 +50,9 @@ fn shipped(file: &[u8]) -> Weights {
 fn own_file(bytes: &[u8]) -> Option<Weights> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (header, data) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
-    let (_, sizes) = str::from_utf8(header).ok()?.split_once(r#""architecture":""#)?;
-    let architecture = Architecture::from_text(sizes.split('"').next()?).ok()?;
+    let (_, text) = str::from_utf8(header).ok()?.split_once(r#""architecture":""#)?;
+    let text = text.split('"').next()?;
+    let architecture = Architecture::from_text(text).ok()?;
     let (words, []) = data.as_chunks() else { return None };
     if words.len() != architecture.n_parameters() {
         return None;
@@ -62,7 +63,7 @@ fn own_file(bytes: &[u8]) -> Option<Weights> {
         let words = &words[starts[name]..][..n_rows * n_cols];
         Arc::new(Matrix::new(n_rows, n_cols, words.iter().map(|word| f32::from_le_bytes(*word)).collect()))
     });
-    Weights::from_tensors(architecture, tensors).ok()
+    Some(Weights::from_tensors(architecture, tensors).ok()?.with_objective_of(text))
 }
 
 /// Where the entries of each tensor begin: the tensors lie one after another in the order of their names.

@@ -20,6 +20,8 @@ use std::sync::Arc;
 pub struct Weights {
     architecture: Architecture,
     tensors: Network<Arc<Matrix>>,
+    /// What they learned, where that is known.
+    objective: Option<String>,
 }
 
 /// Why bytes are not weights.
@@ -66,6 +68,9 @@ impl std::error::Error for WeightsError {}
 /// The entry of a file's metadata that states the sizes.
 pub(super) const ARCHITECTURE_KEY: &str = "architecture";
 
+/// How the word in that entry begins that says what was learned.
+pub(super) const OBJECTIVE: &str = "objective=";
+
 impl Weights {
     /// Draws weights of the paper's sizes, ready for training; see [`Weights::random_of`].
     pub fn random(seed: u64) -> Self {
@@ -93,7 +98,7 @@ impl Weights {
             let limit = share * (6.0 / n_in as f32).sqrt();
             Arc::new(Matrix::from_fn(n_in, n_out, |_, _| limit * uniform()))
         });
-        Self { architecture, tensors: looking_at_itself(tensors) }
+        Self { architecture, tensors: looking_at_itself(tensors), objective: None }
     }
 
     /// Weights made of tensors, checking shapes and numbers: what an optimiser hands back.
@@ -118,7 +123,7 @@ impl Weights {
             Some(matrix) if !matrix.data().iter().all(|x| x.is_finite()) => Err(WeightsError::NotFinite(name.into())),
             Some(matrix) => Ok(matrix),
         })?;
-        Ok(Self { architecture, tensors })
+        Ok(Self { architecture, tensors, objective: None })
     }
 
     /// The sizes of the network.
@@ -129,6 +134,30 @@ impl Weights {
     /// All tensors.
     pub fn tensors(&self) -> &Network<Arc<Matrix>> {
         &self.tensors
+    }
+
+    /// The objective that they were trained with, where the file says so.
+    pub fn objective(&self) -> Option<&str> {
+        self.objective.as_deref()
+    }
+
+    /// These weights as those that learned an objective, a word, which their file then says.
+    ///
+    /// ```
+    /// use neural_mesh::model::Weights;
+    /// let weights = Weights::random(7).learned("shape");
+    /// assert_eq!(Weights::from_bytes(&weights.to_bytes()).unwrap().objective(), Some("shape"));
+    /// ```
+    pub fn learned(self, objective: &str) -> Self {
+        Self { objective: Some(objective.split_whitespace().collect::<Vec<_>>().join("-")), ..self }
+    }
+
+    /// These weights with the objective that the text of an architecture states, if it does.
+    pub(super) fn with_objective_of(self, text: &str) -> Self {
+        match text.split_whitespace().find_map(|word| word.strip_prefix(OBJECTIVE)) {
+            Some(objective) => self.learned(objective),
+            None => self,
+        }
     }
 
     /// The network for inference: nothing is recorded. Matrices are shared, not copied.

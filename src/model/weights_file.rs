@@ -1,6 +1,6 @@
 //! Weights as the bytes of a safetensors file.
 
-use super::weights::ARCHITECTURE_KEY;
+use super::weights::{ARCHITECTURE_KEY, OBJECTIVE};
 use super::{Architecture, Network, Weights, WeightsError};
 use crate::linalg::Matrix;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
@@ -27,17 +27,17 @@ impl Weights {
         let architecture = Architecture::from_text(text).map_err(WeightsError::BadArchitecture)?;
         let file = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
         let tensors = architecture.shapes().try_map(|name, &shape| read_tensor(&file, name, shape))?;
-        Self::from_tensors(architecture, tensors)
+        Ok(Self::from_tensors(architecture, tensors)?.with_objective_of(text))
     }
 
     /// Writes a safetensors file: `f32` tensors, n_in x n_out, with the sizes in the metadata. Equal weights give
     /// equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        bytes(self.architecture(), self.tensors())
+        bytes(&text(self), self.tensors())
     }
 }
 
-fn bytes(architecture: &Architecture, tensors: &Network<Arc<Matrix>>) -> Vec<u8> {
+fn bytes(text: &str, tensors: &Network<Arc<Matrix>>) -> Vec<u8> {
     let mut parts: Vec<(String, [usize; 2], Vec<u8>)> = Vec::new();
     tensors.map(|name, matrix| {
         let bytes = matrix.data().iter().flat_map(|x| x.to_le_bytes()).collect();
@@ -47,13 +47,14 @@ fn bytes(architecture: &Architecture, tensors: &Network<Arc<Matrix>>) -> Vec<u8>
         let view = TensorView::new(Dtype::F32, shape.to_vec(), bytes).expect("as many bytes as the shape says");
         (name, view)
     });
-    let metadata = HashMap::from([(ARCHITECTURE_KEY.to_string(), text(architecture))]);
+    let metadata = HashMap::from([(ARCHITECTURE_KEY.to_string(), text.to_string())]);
     serialize(views, Some(metadata)).expect("tensors that fit their shapes")
 }
 
-/// The sizes as `name=size` words.
-fn text(architecture: &Architecture) -> String {
-    architecture.sizes().map(|(name, size)| format!("{name}={size}")).join(" ")
+/// The sizes as `name=size` words, and what was learned as one more: two entries would come in any order, and bytes would vary.
+fn text(weights: &Weights) -> String {
+    let sizes = weights.architecture().sizes().map(|(name, size)| format!("{name}={size}")).join(" ");
+    weights.objective().map_or(sizes.clone(), |objective| format!("{sizes} {OBJECTIVE}{objective}"))
 }
 
 fn read_tensor(file: &SafeTensors, name: &str, expected: [usize; 2]) -> Result<Arc<Matrix>, WeightsError> {
@@ -92,7 +93,7 @@ mod tests {
     /// The bytes of `weights` after a change of one tensor.
     fn bytes_with(weights: &Weights, change: impl Fn(&str, &Matrix) -> Matrix) -> Vec<u8> {
         let tensors = weights.tensors().map(|name, matrix| Arc::new(change(name, matrix)));
-        bytes(weights.architecture(), &tensors)
+        bytes(&text(weights), &tensors)
     }
 
     #[test]
@@ -122,7 +123,7 @@ mod tests {
         let view = || TensorView::new(Dtype::F32, vec![2], &bytes).unwrap();
         let without_metadata = serialize([("x", view())], None).unwrap();
         assert!(matches!(Weights::from_bytes(&without_metadata), Err(WeightsError::BadArchitecture(_))));
-        let metadata = HashMap::from([(ARCHITECTURE_KEY.into(), text(&Architecture::default()))]);
+        let metadata = HashMap::from([(ARCHITECTURE_KEY.into(), text(&Weights::random(1)))]);
         let without_tensors = serialize([("x", view())], Some(metadata)).unwrap();
         let missing = WeightsError::Missing("point_sampler.dev_conv_0.theta".into());
         assert_eq!(Weights::from_bytes(&without_tensors), Err(missing));

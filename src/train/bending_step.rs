@@ -1,6 +1,6 @@
 //! The step of the objective "bending": scores that say how much the surface bends, as a teacher from geometry has it.
 //!
-//! A start for the objective "closed", whose measured gradients are noisy: from here it has a short way to go.
+//! A start for the objective "shape", whose measured gradients are noisy: from here it has a short way to go.
 
 use super::scored::scored;
 use super::{Item, Settings, Step};

@@ -25,7 +25,7 @@ use crate::model::Weights;
 /// std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n").unwrap();
 /// let (data, run) = (folder.path(), folder.path().join("run"));
 /// let settings = Some("objective = \"uniform\"");
-/// let request = Request { data, folder: &run, settings, epochs: Some(2), resume: false, init: None };
+/// let request = Request { data, folder: &run, settings, objective: None, epochs: Some(2), resume: false, init: None };
 /// let mut run = open(&request).unwrap();
 /// let step = step_function(&run.settings).unwrap();
 /// assert_eq!(train(&mut run, &step, &mut |_| Wish::Continue), Ok(Ending::Finished));

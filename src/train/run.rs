@@ -4,7 +4,7 @@ use super::checkpoint::{Checkpoint, Origin, Position, read_checkpoint, write_che
 use super::data::{changed_file, data_table, sha256};
 use super::rows::Rows;
 use super::watch::Watch;
-use super::{DataSet, Moments, Settings, TrainError, read_data, step_function};
+use super::{DataSet, Moments, OWN_OBJECTIVE, Settings, TrainError, read_data, step_function};
 use crate::io::write_path;
 use crate::model::Weights;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -23,6 +23,8 @@ pub struct Request<'a> {
     pub folder: &'a Path,
     /// Settings as TOML; `None` for the defaults, or for those of the checkpoint.
     pub settings: Option<&'a str>,
+    /// Another objective than the settings say: [`OWN_OBJECTIVE`] for a step by a function of one's own.
+    pub objective: Option<&'a str>,
     /// Another number of epochs than the settings say.
     pub epochs: Option<usize>,
     /// Whether to go on from the checkpoint, where there is one.
@@ -59,7 +61,7 @@ pub struct Run {
 /// let folder = tempfile::tempdir().unwrap();
 /// let run = folder.path().join("run");
 /// let request =
-///     Request { data: folder.path(), folder: &run, settings: None, epochs: None, resume: false, init: None };
+///     Request { data: folder.path(), folder: &run, settings: None, objective: None, epochs: None, resume: false, init: None };
 /// assert!(open(&request).unwrap_err().to_string().contains("no mesh to train on"));
 /// ```
 pub fn open(request: &Request) -> Result<Run, TrainError> {
@@ -110,7 +112,7 @@ impl Run {
     /// Writes the weights as they are.
     pub(super) fn write_weights(&self, name: &str) -> Result<(), TrainError> {
         let path = self.folder.join(name);
-        let bytes = self.state.weights.to_bytes();
+        let bytes = self.state.weights.clone().learned(&self.settings.objective).to_bytes();
         write_path(&path, &bytes, true).map_err(|error| TrainError::file(&path, error))
     }
 }
@@ -119,7 +121,7 @@ impl Run {
 /// training in it has one.
 fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     check_is_empty(request.folder)?;
-    let settings = with_epochs(Settings::from_toml(request.settings.unwrap_or_default())?, request.epochs)?;
+    let settings = asked(request, Settings::from_toml(request.settings.unwrap_or_default())?)?;
     let (settings, weights) = match request.init {
         Some(bytes) => {
             let weights = Weights::from_bytes(bytes).map_err(|error| TrainError::Settings(error.to_string()))?;
@@ -128,7 +130,9 @@ fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, 
         None => (settings.clone(), Weights::random_of(settings.architecture(), settings.seed)),
     };
     // What is wrong with the settings is found before anything is written.
-    step_function(&settings).map(drop)?;
+    if request.objective != Some(OWN_OBJECTIVE) {
+        step_function(&settings).map(drop)?;
+    }
     let data = read_data(request.data, &settings)?;
     let origin = Origin {
         version: env!("CARGO_PKG_VERSION").into(),
@@ -174,7 +178,7 @@ fn taken_up(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Setting
             settings = settings.with_architecture(&before.architecture())?;
         }
     }
-    let settings = with_epochs(settings, request.epochs)?;
+    let settings = asked(request, settings)?;
     let init = request.init.map(sha256).filter(|sha256| origin.init.as_ref() != Some(sha256));
     let data = read_data(request.data, &settings)?;
     let version = env!("CARGO_PKG_VERSION");
@@ -195,8 +199,10 @@ fn taken_up(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Setting
     Ok((state, settings, data))
 }
 
-fn with_epochs(settings: Settings, epochs: Option<usize>) -> Result<Settings, TrainError> {
-    epochs.map_or(Ok(settings.clone()), |epochs| settings.with_epochs(epochs))
+/// The settings with what the request says beside them.
+fn asked(request: &Request, settings: Settings) -> Result<Settings, TrainError> {
+    let settings = request.objective.map_or(Ok(settings.clone()), |objective| settings.with_objective(objective))?;
+    request.epochs.map_or(Ok(settings.clone()), |epochs| settings.with_epochs(epochs))
 }
 
 /// Refuses a folder that holds anything but what a killed training was just writing.

@@ -127,6 +127,16 @@ impl Settings {
         self.with([("epochs", epochs)])
     }
 
+    /// These settings with another objective.
+    ///
+    /// # Errors
+    /// None: whether there is one of that name is seen where a step is made.
+    pub(super) fn with_objective(&self, objective: &str) -> Result<Self, TrainError> {
+        let mut table = self.table.clone();
+        table.insert("objective".into(), Value::String(objective.into()));
+        Self::from_table(table)
+    }
+
     /// These settings with the sizes of a network.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let mut manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let alone = fallen::meet(&folder, &mut manifest, args.resume)?;
-    let weights = args.weights.as_deref().map(read::read_weights).transpose()?;
+    let weights = read::read_weights(args.weights.as_deref(), args.assembly.into())?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
     let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, places, alone, weights };
     let began = Instant::now();

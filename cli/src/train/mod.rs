@@ -6,7 +6,7 @@ mod progress;
 
 use std::path::Path;
 
-use neural_mesh::train::{Ending, Request, Run, TrainError, open, step_function, train};
+use neural_mesh::train::{Ending, OBJECTIVES, Request, Run, TrainError, open, step_function, train};
 
 use crate::failure::{Failure, name};
 use crate::files;
@@ -44,6 +44,7 @@ fn learn(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
         data,
         folder: out,
         settings: settings.as_deref(),
+        objective: args.objective.as_deref(),
         epochs: args.epochs,
         resume: args.resume,
         init: init.as_deref(),
@@ -92,11 +93,23 @@ fn say_what_is_there(run: &Run, voice: Voice) {
     for (mesh, why) in &run.data.left_out {
         voice.say(&format!("left out  {mesh}: {why}"));
     }
+    let learned = OBJECTIVES.iter().find(|(name, _)| *name == run.settings.objective);
+    learned.iter().for_each(|(name, what)| voice.say(&format!("objective {name}: {what}")));
     let (training, validation) = (run.data.training.len(), run.data.validation.len());
-    voice.say(&format!("meshes    {training} for training, {validation} for validation"));
+    voice.say(&format!("meshes    {training} for training, {validation} for validation{}", why_for_validation(run)));
     if run.position() != (0, 0) {
         let (epochs, steps) = run.position();
         voice.say(&format!("resumed   after {epochs} epochs and {steps} steps"));
+    }
+}
+
+/// Which meshes are not trained on, and by which entries of the setting `validation`.
+fn why_for_validation(run: &Run) -> String {
+    let is_of = |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
+    let found: Vec<&str> = run.settings.validation.iter().filter(is_of).map(String::as_str).collect();
+    match found.is_empty() {
+        true => ": no name begins like one of the setting `validation`".into(),
+        false => format!(", whose names begin with {}: the setting `validation`", found.join(", ")),
     }
 }
 

@@ -1,0 +1,99 @@
+//! An objective of one's own: any function of a mesh and a result.
+
+use super::{Blame, Objective, Verdict};
+use crate::mesh::TriMesh;
+use crate::simplify::Weighed;
+
+/// A result's errors by a function of one's own: at least 0, less is better, their unit is free.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Errors {
+    /// At each vertex of the original, n_vertices: added up. Places learn from what happens near them, so that one result says
+    /// something about hundreds of them.
+    Vertices(Vec<f64>),
+    /// At each face of the original, n_faces: added up.
+    Faces(Vec<f64>),
+    /// Of the result as a whole: nothing says where, so that much more results are needed.
+    Whole(f64),
+}
+
+/// The logarithm of the errors that a function finds.
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, simplify::{Importance, Parts, simplify_weighed}};
+/// use neural_mesh::train::{Errors, Given, Objective};
+/// let sphere = shapes::icosphere(4);
+/// let of = |seed| simplify_weighed(&sphere, 100, Importance::Even, seed, &Parts::default()).unwrap();
+/// let lost = Given(|original: &neural_mesh::mesh::TriMesh, result: &neural_mesh::simplify::Weighed| {
+///     Ok(Errors::Whole(original.area() - result.mesh.area()))
+/// });
+/// let verdict = lost.judge(&sphere, [&of(0), &of(1)]).unwrap();
+/// assert!(verdict.terms[0].0 == "objective" && verdict.terms[0].1.is_finite());
+/// ```
+pub struct Given<F>(pub F);
+
+impl<F: Fn(&TriMesh, &Weighed) -> Result<Errors, String> + Sync> Objective for Given<F> {
+    fn judge(&self, original: &TriMesh, results: [&Weighed; 2]) -> Result<Verdict, String> {
+        let [first, second] = results.map(|result| (self.0)(original, result));
+        let [first, second] = [first?, second?];
+        let [a, b] = [checked(&first, original)?, checked(&second, original)?];
+        // Where there is no error at all, a tiny one stands in, so that logarithms stay finite.
+        let mean = (0.5 * (a + b)).max(f64::MIN_POSITIVE);
+        let shares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) / mean).collect();
+        let blame = match (&first, &second) {
+            (Errors::Vertices(a), Errors::Vertices(b)) => Blame::Vertices(shares(a, b)),
+            (Errors::Faces(a), Errors::Faces(b)) => Blame::Faces(shares(a, b)),
+            _ => Blame::Everywhere((a - b) / mean),
+        };
+        Ok(Verdict { terms: vec![("objective", mean.ln())], blame })
+    }
+}
+
+/// The sum of errors that fit the mesh.
+fn checked(errors: &Errors, original: &TriMesh) -> Result<f64, String> {
+    let (values, expected): (&[f64], _) = match errors {
+        Errors::Vertices(values) => (values, original.positions().len()),
+        Errors::Faces(values) => (values, original.faces().len()),
+        Errors::Whole(value) => (std::slice::from_ref(value), 1),
+    };
+    if values.len() != expected {
+        return Err(format!("the objective gave {} errors where {expected} were due", values.len()));
+    }
+    match values.iter().find(|value| !value.is_finite() || **value < 0.0) {
+        Some(value) => Err(format!("the objective gave the error {value}: give numbers of at least 0")),
+        None => Ok(values.iter().sum()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    fn judged(first: Errors, second: Errors) -> Result<Verdict, String> {
+        let original = shapes::tetrahedron();
+        let result = |n: u32| Weighed { mesh: original.clone(), vertex_of: vec![n; 4] };
+        let given = Given(|_: &TriMesh, result: &Weighed| {
+            Ok(if result.vertex_of[0] == 0 { first.clone() } else { second.clone() })
+        });
+        given.judge(&original, [&result(0), &result(1)])
+    }
+
+    #[test]
+    fn errors_have_their_golden_shares() {
+        let vertices = judged(Errors::Vertices(vec![3.0, 1.0, 0.0, 1.0]), Errors::Vertices(vec![1.0, 1.0, 1.0, 0.0]));
+        // Sums 5 and 3, mean 4.
+        let blame = Blame::Vertices(vec![0.5, 0.0, -0.25, 0.25]);
+        assert_eq!(vertices.unwrap(), Verdict { terms: vec![("objective", 4.0f64.ln())], blame });
+        let whole = judged(Errors::Whole(5.0), Errors::Whole(3.0)).unwrap();
+        assert_eq!(whole.blame, Blame::Everywhere(0.5));
+        assert!(judged(Errors::Whole(0.0), Errors::Whole(0.0)).unwrap().terms[0].1.is_finite());
+    }
+
+    #[test]
+    fn what_is_no_error_is_refused() {
+        for bad in [Errors::Whole(f64::NAN), Errors::Whole(-1.0), Errors::Vertices(vec![1.0; 3]), Errors::Faces(vec![])]
+        {
+            assert!(judged(bad, Errors::Whole(1.0)).unwrap_err().starts_with("the objective gave"));
+        }
+    }
+}
