@@ -68,6 +68,24 @@ fn step(weights: &Weights, item: &Item, _: &Settings, random: &mut Xoshiro256Plu
     Ok(Step { terms: vec![("square", square), ("mean", 0.5 * (mean - wanted).powi(2))], gradients })
 }
 
+#[test]
+fn what_is_abandoned_is_done_again() {
+    let folder = folder();
+    let run = |name: &str, settings, resume, progress: &mut dyn FnMut(Event) -> Wish| {
+        train(&mut opened(folder.path(), name, settings, resume).unwrap(), &step, progress).unwrap()
+    };
+    assert_eq!(run("whole", Some(SETTINGS), false, &mut go_on), Ending::Finished);
+    let mut n_heard = 0;
+    let abandoned = &mut |_: Event| {
+        n_heard += 1;
+        if n_heard == 3 { Wish::Abandon } else { Wish::Checkpoint }
+    };
+    assert_eq!(run("twice", Some(SETTINGS), false, abandoned), Ending::Stopped);
+    assert_eq!(opened(folder.path(), "twice", None, true).unwrap().position(), (0, 2));
+    assert_eq!(run("twice", None, true, &mut go_on), Ending::Finished);
+    assert!(left(folder.path(), "twice") == left(folder.path(), "whole"));
+}
+
 fn go_on(_: Event) -> Wish {
     Wish::Continue
 }

@@ -48,8 +48,9 @@ fn it_says_what_it_learns_and_its_weights_are_for_one_assembly() {
         let arguments = training(objective, &["--objective", objective, "--epochs", "1"]);
         let done = run(folder.path(), &arguments);
         assert_eq!(done.code, Some(0), "{}", done.words);
-        assert!(done.words.contains(&format!("objective {objective}: ")), "{}", done.words);
-        assert!(done.words.contains("1 for validation, whose names begin with held_"), "{}", done.words);
+        let said = String::from_utf8(done.out).unwrap();
+        assert!(said.contains(&format!("objective {objective}: ")), "{said}");
+        assert!(said.contains("1 for validation, whose names begin with held_"), "{said}");
         let weights = format!("{objective}/last.safetensors");
         let simplify = |assembly| {
             let more = ["--ratio", "0.5", "--weights", &weights, "--assembly", assembly, "-f"];

@@ -8,6 +8,7 @@ Sizes say what stays. Meshes are files, pairs of arrays, or those of trimesh, Op
 """
 
 from ._compare import Comparison, compare, show
+from ._learn import Sample, train
 from ._native import NeuralMeshError, OptionError, __version__
 from ._points import mesh_points
 from ._record import Record, record
@@ -22,6 +23,7 @@ __all__ = [
     "NotReachedError",
     "OptionError",
     "Record",
+    "Sample",
     "__version__",
     "compare",
     "lods",
@@ -29,4 +31,5 @@ __all__ = [
     "record",
     "show",
     "simplify",
+    "train",
 ]

@@ -19,6 +19,9 @@ __all__ = [
     "compare",
     "mesh_points",
     "record",
+    "train",
+    "estimate",
+    "shipped_default",
 ]
 
 __version__: str
@@ -108,3 +111,20 @@ def mesh_points(
     threads: int | None,
     progress: _Progress | None,
 ) -> Meshed: ...
+def train(
+    asked: tuple[str, str, str | None, str | None, int | None, bool],
+    judge: Callable[..., NDArray[np.float64]] | None,
+    init: bytes | None,
+    threads: int | None,
+    progress: Callable[[str, int, int, int, Any], object] | None,
+) -> bool: ...
+def estimate(
+    mesh: _Mesh,
+    scores: NDArray[np.float32],
+    ratio: float,
+    judge: Callable[..., NDArray[np.float64]],
+    settings: str,
+    seed: int,
+    threads: int | None,
+) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]: ...
+def shipped_default() -> bytes: ...

@@ -1,4 +1,4 @@
-"""Records in PyTorch: `positions` as a custom operator, `pool` for features of vertices.
+"""Records in PyTorch: `positions` as a custom operator, `pool` for features of vertices; `expected` for importance that learns.
 
 `positions` runs on the processor, in double precision; tensors of a GPU are copied there and back, which a warning says once. It
 works under `torch.compile`: the operator is opaque, and its shape is known.
@@ -17,8 +17,9 @@ import torch
 
 from ._native import NeuralMeshError
 from ._record import Record
+from ._torch_expected import expected
 
-__all__ = ["pool", "positions"]
+__all__ = ["expected", "pool", "positions"]
 
 # An operator takes tensors and numbers: records go by number. Whoever needs one holds it: the caller, and each graph for its backward.
 _NUMBERS = itertools.count(1)

@@ -8,6 +8,7 @@ mod compare;
 mod failure;
 mod given;
 mod heard;
+mod learn;
 mod points;
 mod record;
 mod simplify;
@@ -27,5 +28,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simplify::simplify, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(points::mesh_points, module)?)?;
-    module.add_function(wrap_pyfunction!(record::record, module)?)
+    module.add_function(wrap_pyfunction!(record::record, module)?)?;
+    module.add_function(wrap_pyfunction!(learn::train, module)?)?;
+    module.add_function(wrap_pyfunction!(learn::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(learn::shipped_default, module)?)
 }

@@ -54,7 +54,7 @@ pub fn train(
         };
         let event = end_epoch(run, validation.as_deref())?;
         run.save()?;
-        if progress(event) == Wish::Stop && run.state.position.epoch < run.settings.epochs {
+        if matches!(progress(event), Wish::Stop | Wish::Abandon) && run.state.position.epoch < run.settings.epochs {
             return Ok(Ending::Stopped);
         }
     }
@@ -93,10 +93,10 @@ fn one_mesh(run: &mut Run, step: &StepFunction, progress: &mut dyn FnMut(Event) 
         Ok(terms) => progress(Event::Step { epoch, n_done, n_steps, terms }),
         Err(why) => progress(Event::PassedOver { mesh: &mesh.name, why }),
     };
-    if wish != Wish::Continue {
+    if matches!(wish, Wish::Checkpoint | Wish::Stop) {
         run.save()?;
     }
-    Ok(if wish == Wish::Stop { Ending::Stopped } else { Ending::Finished })
+    Ok(if matches!(wish, Wish::Stop | Wish::Abandon) { Ending::Stopped } else { Ending::Finished })
 }
 
 /// What a step is told by: its terms, or why there was none.

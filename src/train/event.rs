@@ -52,6 +52,8 @@ pub enum Wish {
     Checkpoint,
     /// Write a checkpoint and stop.
     Stop,
+    /// Stop where the last checkpoint is: what came after it is done again.
+    Abandon,
 }
 
 /// How a training ended.
@@ -59,6 +61,6 @@ pub enum Wish {
 pub enum Ending {
     /// All epochs are done.
     Finished,
-    /// The caller wished so; the checkpoint has all that was done.
+    /// The caller wished so; the checkpoint has all that was done, unless it was to be abandoned.
     Stopped,
 }

@@ -32,7 +32,7 @@ pub(super) fn validated(
         match progress(Event::Validated { epoch: run.state.position.epoch, n_done: at + 1, n_meshes }) {
             Wish::Continue => {}
             Wish::Checkpoint => run.save()?,
-            Wish::Stop => return Ok(Validation::Stopped),
+            Wish::Stop | Wish::Abandon => return Ok(Validation::Stopped),
         }
     }
     Ok(match n_summed {

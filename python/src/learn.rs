@@ -1,0 +1,263 @@
+//! Learning by a function of Python's: what it finds wrong with results moves a network's weights, or the importance of vertices.
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::model::Weights;
+use neural_mesh::simplify::Weighed;
+use neural_mesh::train::{
+    Ending, Errors, Event, Given as GivenObjective, OWN_OBJECTIVE, Request, Settings, Wish, estimated, open, step_by,
+    step_function, train as run_training,
+};
+use neural_mesh_cli::embedded::Failure;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+use crate::arrays::{array, numbers, table, triples};
+use crate::failure::refused;
+use crate::given::Given;
+use crate::heard::{Ear, heard};
+
+/// A function of Python's that judges results: `(name, ratio, vertices, faces, vertices of the result, faces of the result,
+/// vertex_of)` to an array of one number, or of one for each vertex or face of the original.
+#[derive(Clone)]
+struct Judge {
+    function: Arc<Py<PyAny>>,
+    raised: Raised,
+    ear: Ear,
+    origin: [f64; 3],
+}
+
+/// What the function raised, the first of it.
+#[derive(Clone, Default)]
+struct Raised(Arc<Mutex<Option<PyErr>>>);
+
+impl Raised {
+    fn keep(&self, error: PyErr) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    fn is_there(&self) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    /// In place of what came of it, what was raised.
+    fn instead<T>(&self, done: PyResult<T>) -> PyResult<T> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(done, Err)
+    }
+}
+
+impl Judge {
+    fn errors(&self, name: &str, ratio: f64, original: &TriMesh, result: &Weighed) -> Result<Errors, String> {
+        if self.ear.go_on().is_break() || self.raised.is_there() {
+            return Err("is not wanted any more".into());
+        }
+        // None where Python is ending.
+        let called = Python::try_attach(|py| self.called(py, name, ratio, original, result));
+        let values = called.unwrap_or_else(|| Err(refused("Python is ending"))).map_err(|error| {
+            self.raised.keep(error);
+            "the objective raised an exception".to_string()
+        })?;
+        let (n_vertices, n_faces) = (original.positions().len(), original.faces().len());
+        match values.len() {
+            1 => Ok(Errors::Whole(values[0])),
+            n if n == n_vertices => Ok(Errors::Vertices(values)),
+            n if n == n_faces => Ok(Errors::Faces(values)),
+            n => {
+                let due = format!("one number, {n_vertices} (vertices) or {n_faces} (faces of the original)");
+                self.raised.keep(refused(format!("the objective gave {n} numbers: give {due}")));
+                Err("the objective gave what it may not".into())
+            }
+        }
+    }
+
+    fn called(
+        &self,
+        py: Python,
+        name: &str,
+        ratio: f64,
+        original: &TriMesh,
+        result: &Weighed,
+    ) -> PyResult<Vec<f64>> {
+        let places = |mesh: &TriMesh| {
+            let place = |p: &[f32; 3]| std::array::from_fn(|axis| f64::from(p[axis]) + self.origin[axis]);
+            array::<f64, 3>(py, mesh.positions().iter().map(place).collect())
+        };
+        let faces = |mesh: &TriMesh| triples(py, mesh.faces().to_vec());
+        let vertex_of = crate::arrays::indices(py, result.vertex_of.clone())?;
+        let mesh = &result.mesh;
+        let arguments = (name, ratio, places(original)?, faces(original)?, places(mesh)?, faces(mesh)?, vertex_of);
+        let values = self.function.call1(py, arguments)?;
+        let values: PyReadonlyArray1<f64> = values.extract(py).map_err(PyErr::from)?;
+        Ok(numbers(&values, "errors")?.to_vec())
+    }
+}
+
+/// What trains, as words: data, folder, settings as TOML, an objective of the library's.
+type Asked = (String, String, Option<String>, Option<String>, Option<usize>, bool);
+
+/// Trains weights from a folder of meshes into another; `judge` is an objective of one's own, `init` weights to start from:
+/// "default" for those that ship. Says whether all epochs are done.
+#[pyfunction]
+#[pyo3(signature = (asked, judge, init, threads, progress))]
+pub fn train(
+    py: Python,
+    asked: Asked,
+    judge: Option<Py<PyAny>>,
+    init: Option<Vec<u8>>,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<bool> {
+    let raised = Raised::default();
+    let (alive, ended) = channel::<()>();
+    let (of_work, function) = (raised.clone(), judge.map(Arc::new));
+    let done = heard(py, threads, None, move |ear| {
+        // Dropped where the work ends, however that is.
+        let _alive = alive;
+        let judge = function.map(|function| Judge {
+            function,
+            raised: of_work.clone(),
+            ear: ear.clone(),
+            origin: [0.0; 3],
+        });
+        let told = |event: Event| wish(&event, progress.as_ref(), &of_work, ear);
+        trained(&asked, judge, init, told)
+    });
+    if done.is_err() {
+        // The step at hand ends with a checkpoint, from which the next call goes on.
+        let ended = Mutex::new(ended);
+        let look = || ended.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(Duration::from_millis(20));
+        while py.detach(look) == Err(RecvTimeoutError::Timeout) {
+            py.check_signals()?;
+        }
+    }
+    raised.instead(done)
+}
+
+fn trained(
+    asked: &Asked,
+    judge: Option<Judge>,
+    init: Option<Vec<u8>>,
+    mut told: impl FnMut(Event) -> Wish,
+) -> Result<bool, Failure> {
+    let failed = |error: neural_mesh::train::TrainError| Failure::Failed(error.to_string());
+    let (data, folder, settings, objective, epochs, resume) = asked;
+    let request = Request {
+        data: data.as_ref(),
+        folder: folder.as_ref(),
+        settings: settings.as_deref(),
+        objective: if judge.is_some() { Some(OWN_OBJECTIVE) } else { objective.as_deref() },
+        epochs: *epochs,
+        resume: *resume,
+        init: init.as_deref(),
+    };
+    let mut run = open(&request).map_err(failed)?;
+    let ending = match judge {
+        None => {
+            let step = step_function(&run.settings).map_err(failed)?;
+            run_training(&mut run, &step, &mut told)
+        }
+        Some(judge) => run_training(
+            &mut run,
+            &|weights, item, settings, random| {
+                let own = GivenObjective(|original: &TriMesh, result: &Weighed| {
+                    judge.errors(&item.name, item.ratio, original, result)
+                });
+                step_by(&own)(weights, item, settings, random)
+            },
+            &mut told,
+        ),
+    };
+    Ok(ending.map_err(failed)? == Ending::Finished)
+}
+
+/// An event as Python has it: its kind, how many are done of how many, and numbers by name.
+type Told = (&'static str, usize, usize, usize, Vec<(String, f64)>);
+
+fn told_as(event: &Event) -> Option<Told> {
+    let named = |values: Vec<(&str, Option<f64>)>| {
+        values.into_iter().filter_map(|(name, value)| Some((name.to_string(), value?))).collect()
+    };
+    match event {
+        Event::Step { epoch, n_done, n_steps, terms } => {
+            let terms = terms.iter().map(|(name, value)| (*name, Some(*value))).collect();
+            Some(("step", *epoch, *n_done, *n_steps, named(terms)))
+        }
+        Event::Epoch { n_done, training, validation, is_best } => {
+            let best = f64::from(u8::from(*is_best));
+            let values = vec![("training", Some(*training)), ("validation", *validation), ("is_best", Some(best))];
+            Some(("epoch", *n_done, 0, 0, named(values)))
+        }
+        _ => None,
+    }
+}
+
+fn wish(event: &Event, progress: Option<&Py<PyAny>>, raised: &Raised, ear: &Ear) -> Wish {
+    let (told, is_step) = (told_as(event), matches!(event, Event::Step { .. }));
+    if let (Some(told), Some(progress)) = (told, progress) {
+        let called = Python::try_attach(|py| progress.call1(py, told));
+        if let Some(Err(error)) = called {
+            raised.keep(error);
+        }
+    }
+    match (ear.go_on().is_break() || raised.is_there(), is_step) {
+        // What was not judged is judged again.
+        (true, false) => Wish::Abandon,
+        (true, true) => Wish::Stop,
+        // After each step: that costs little beside simplifying a mesh several times.
+        (false, _) => Wish::Checkpoint,
+    }
+}
+
+/// The mean error of results, its gradient to the scores of the vertices given, and the variance of that gradient, n_given each.
+#[pyfunction]
+#[pyo3(signature = (mesh, scores, ratio, judge, settings, seed, threads))]
+#[allow(clippy::too_many_arguments)]
+pub fn estimate(
+    py: Python,
+    mesh: Given,
+    scores: PyReadonlyArray1<f32>,
+    ratio: f64,
+    judge: Py<PyAny>,
+    settings: &str,
+    seed: u64,
+    threads: Option<usize>,
+) -> PyResult<(f64, Py<PyAny>, Py<PyAny>)> {
+    let raw = mesh.read()?.mesh;
+    let n_given = raw.positions.len();
+    let scores = numbers(&scores, "scores")?.to_vec();
+    if scores.len() != n_given {
+        return Err(refused(format!("scores: {} numbers for {n_given} vertices: give one for each", scores.len())));
+    }
+    let settings = Settings::from_toml(settings).map_err(|error| refused(error.to_string()))?;
+    let (raised, function) = (Raised::default(), Arc::new(judge));
+    let of_work = raised.clone();
+    let done = heard(py, threads, None, move |ear| {
+        let failed = |what: String| Failure::Failed(what);
+        let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
+        let judge = Judge { function, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
+        let own = GivenObjective(|original: &TriMesh, result: &Weighed| judge.errors("mesh", ratio, original, result));
+        let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
+        let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
+        let found = estimated(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;
+        Ok((found, cleaned.source))
+    });
+    let (found, sources) = raised.instead(done)?;
+    // Of the mean, which the terms hold the logarithm of.
+    let mean = found.terms.iter().map(|(_, value)| value).sum::<f64>().exp();
+    let to_given = |values: &[f64], factor: f64| {
+        let mut of_given = vec![0.0f64; n_given];
+        sources.iter().zip(values).for_each(|(&v, value)| of_given[v as usize] = factor * value);
+        table(py, of_given, 1)?.call_method1(py, "reshape", (-1,))
+    };
+    Ok((mean, to_given(&found.gradient, mean)?, to_given(&found.variance, mean * mean)?))
+}
+
+/// The bytes of the weights that ship, for the closed assembly.
+#[pyfunction]
+pub fn shipped_default() -> Vec<u8> {
+    Weights::shipped_default().to_bytes()
+}

@@ -1,0 +1,23 @@
+"""The worked examples run, at small size."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("torch")
+matplotlib = pytest.importorskip("matplotlib")
+matplotlib.use("Agg")
+
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_it_runs(notebook, tmp_path, monkeypatch):
+    monkeypatch.setenv("NEURAL_MESH_SMALL", "1")
+    monkeypatch.setenv("NEURAL_MESH_OUT", str(tmp_path))
+    monkeypatch.chdir(notebook.parent)
+    space = {"__name__": notebook.stem}
+    for cell in json.loads(notebook.read_text())["cells"]:
+        if cell["cell_type"] == "code":
+            exec(compile("".join(cell["source"]), f"{notebook.name}:{cell['id']}", "exec"), space)
