@@ -25,6 +25,8 @@ mod layers;
 #[cfg(all(feature = "io", feature = "weights"))]
 mod optimize;
 mod parts;
+#[cfg(feature = "weights")]
+mod passes;
 #[cfg(feature = "picture")]
 mod picture;
 mod poses;

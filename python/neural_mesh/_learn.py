@@ -96,7 +96,8 @@ def _init(init: str | os.PathLike[str] | None) -> bytes | None:
     if init is None:
         return None
     if init == "default":
-        return bytes(_native.shipped_default())
+        sizes, tensors, learned = _native.shipped_weights("default")
+        return bytes(_native.weights_bytes((dict(sizes), tensors), learned))
     with open(init, "rb") as file:
         return file.read()
 

@@ -1,5 +1,5 @@
 # The compiled module: words of a request and arrays in, arrays out. Private; `neural_mesh` is what people import.
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, final
 
 from typing_extensions import TypeAlias
@@ -15,13 +15,24 @@ __all__ = [
     "Kept",
     "Meshed",
     "Record",
+    "Pass",
     "simplify",
     "compare",
     "mesh_points",
     "record",
     "train",
     "estimate",
-    "shipped_default",
+    "shipped_weights",
+    "random_weights",
+    "read_weights",
+    "weights_bytes",
+    "point_sampler",
+    "edge_predictor",
+    "face_classifier",
+    "extended_graph",
+    "triangle_graph",
+    "candidate_faces",
+    "vertex_normals",
 ]
 
 __version__: str
@@ -127,4 +138,56 @@ def estimate(
     seed: int,
     threads: int | None,
 ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]: ...
-def shipped_default() -> bytes: ...
+
+# Sizes by name, tensors by name, and the objective that was learned, if known.
+_Weights: TypeAlias = tuple[list[tuple[str, int]], list[tuple[str, NDArray[np.float32]]], str | None]
+# Sizes and tensors, of a stage or of the whole network.
+_Tensors: TypeAlias = tuple[Mapping[str, int], Sequence[tuple[str, NDArray[np.float32]]]]
+
+@final
+class Pass:
+    def outputs(self) -> list[NDArray[np.float32]]: ...
+    def backward(
+        self, gradients: Sequence[NDArray[np.float32]], threads: int | None
+    ) -> list[NDArray[np.float32]]: ...
+
+def shipped_weights(name: str) -> _Weights: ...
+def random_weights(sizes: Mapping[str, int], seed: int) -> _Weights: ...
+def read_weights(bytes: bytes) -> _Weights: ...
+def weights_bytes(given: _Tensors, objective: str | None) -> bytes: ...
+def point_sampler(
+    given: _Tensors,
+    points: NDArray[np.float32],
+    edges: NDArray[np.int64],
+    normals: NDArray[np.float32] | None,
+    threads: int | None,
+) -> Pass: ...
+def edge_predictor(
+    given: _Tensors,
+    points: NDArray[np.float32],
+    edges: NDArray[np.int64],
+    graph: NDArray[np.int64],
+    threads: int | None,
+) -> Pass: ...
+def face_classifier(
+    given: _Tensors,
+    points: NDArray[np.float32],
+    prior: NDArray[np.float32],
+    faces: NDArray[np.int64],
+    graph: NDArray[np.int64],
+    threads: int | None,
+) -> Pass: ...
+def extended_graph(
+    points: NDArray[np.float32], edges: NDArray[np.int64], knn: int, threads: int | None
+) -> NDArray[np.uint32]: ...
+def triangle_graph(
+    points: NDArray[np.float32], faces: NDArray[np.int64], knn: int, threads: int | None
+) -> NDArray[np.uint32]: ...
+def candidate_faces(
+    points: NDArray[np.float32],
+    graph: NDArray[np.int64],
+    adjacency: NDArray[np.float32],
+    surface: NDArray[np.int64],
+    threads: int | None,
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]: ...
+def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int64]) -> NDArray[np.float32]: ...

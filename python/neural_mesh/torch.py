@@ -1,4 +1,5 @@
-"""Records in PyTorch: `positions` as a custom operator, `pool` for features of vertices; `expected` for importance that learns.
+"""Records in PyTorch: `positions` as a custom operator, `pool` for features of vertices; `expected`, for importance that learns; and
+the network as modules (`Network`).
 
 `positions` runs on the processor, in double precision; tensors of a GPU are copied there and back, which a warning says once. It
 works under `torch.compile`: the operator is opaque, and its shape is known.
@@ -7,7 +8,6 @@ works under `torch.compile`: the operator is opaque, and its shape is known.
 from __future__ import annotations
 
 import itertools
-import warnings
 import weakref
 from collections.abc import Sequence
 from typing import Any
@@ -17,9 +17,36 @@ import torch
 
 from ._native import NeuralMeshError
 from ._record import Record
+from ._torch_arrays import as_numpy
 from ._torch_expected import expected
+from ._torch_graphs import (
+    CandidateFaces,
+    candidate_faces,
+    edges_of_faces,
+    extended_graph,
+    in_edge_lengths,
+    triangle_graph,
+    vertex_normals,
+)
+from ._torch_network import EdgePredictor, Edges, FaceClassifier, Network, PointSampler
 
-__all__ = ["expected", "pool", "positions"]
+__all__ = [
+    "CandidateFaces",
+    "EdgePredictor",
+    "Edges",
+    "FaceClassifier",
+    "Network",
+    "PointSampler",
+    "candidate_faces",
+    "edges_of_faces",
+    "expected",
+    "extended_graph",
+    "in_edge_lengths",
+    "pool",
+    "positions",
+    "triangle_graph",
+    "vertex_normals",
+]
 
 # An operator takes tensors and numbers: records go by number. Whoever needs one holds it: the caller, and each graph for its backward.
 _NUMBERS = itertools.count(1)
@@ -66,25 +93,9 @@ def _pooling(record: Record, device: Any) -> tuple[Any, Any, Any]:
     return tuple(torch.from_numpy(array).to(device) for array in (kept, outputs, shares))  # type: ignore[return-value]
 
 
-def _as_numpy(tensor: Any) -> Any:
-    if tensor.device.type != "cpu":
-        _say_copied(tensor.device)
-    return tensor.detach().to("cpu", torch.float64).contiguous().numpy()
-
-
-_IS_SAID = False
-
-
-def _say_copied(device: Any) -> None:
-    global _IS_SAID
-    if not _IS_SAID:
-        _IS_SAID = True
-        warnings.warn(f"records are computed on the processor: tensors are copied from {device} and back", stacklevel=2)
-
-
 @torch.library.custom_op("neural_mesh::positions", mutates_args=())
 def _positions(vertices: torch.Tensor, number: int, n_output: int) -> torch.Tensor:
-    result = torch.from_numpy(_RECORDS[number].forward(_as_numpy(vertices)))
+    result = torch.from_numpy(_RECORDS[number].forward(as_numpy(vertices, torch.float64)))
     return result.to(vertices.device, vertices.dtype)
 
 
@@ -95,7 +106,7 @@ def _(vertices: torch.Tensor, number: int, n_output: int) -> torch.Tensor:
 
 @torch.library.custom_op("neural_mesh::positions_backward", mutates_args=())
 def _positions_backward(vertices: torch.Tensor, gradient: torch.Tensor, number: int) -> torch.Tensor:
-    result = torch.from_numpy(_RECORDS[number].backward(_as_numpy(vertices), _as_numpy(gradient)))
+    result = torch.from_numpy(_RECORDS[number].backward(as_numpy(vertices, torch.float64), as_numpy(gradient, torch.float64)))
     return result.to(vertices.device, vertices.dtype)
 
 

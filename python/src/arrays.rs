@@ -45,3 +45,26 @@ pub fn indices(py: Python, numbers: Vec<u32>) -> PyResult<Py<PyAny>> {
 fn signed(py: Python, array: Py<PyAny>) -> PyResult<Py<PyAny>> {
     array.call_method1(py, "view", ("int32",))
 }
+
+/// Coordinates of points, all finite.
+pub fn points(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Vec<[f32; 3]>> {
+    let points: &[[f32; 3]] = rows(array, what)?;
+    match points.iter().position(|point| !point.iter().all(|x| x.is_finite())) {
+        Some(row) => Err(refused(format!("{what}: row {row} has a number that is not finite"))),
+        None => Ok(points.to_vec()),
+    }
+}
+
+/// Rows of indices into `n` things.
+pub fn indices_below<const N: usize>(array: &PyReadonlyArray2<i64>, n: usize, what: &str) -> PyResult<Vec<[u32; N]>> {
+    // The library counts with 32 bits, entries in both directions and loops included.
+    let (limit, given) = ((u32::MAX / 4) as usize, rows(array, what)?);
+    if given.len().max(n) > limit {
+        return Err(refused(format!("{what}: {} rows over {n}: give at most {limit}", given.len())));
+    }
+    let is_bad = |&index: &i64| !(0..n as i64).contains(&index);
+    match given.iter().enumerate().find_map(|(at, row)| row.iter().find(|index| is_bad(index)).map(|&bad| (at, bad))) {
+        Some((at, bad)) => Err(refused(format!("{what}: row {at} names {bad}, and there are {n}"))),
+        None => Ok(given.iter().map(|row: &[i64; N]| row.map(|index| index as u32)).collect()),
+    }
+}

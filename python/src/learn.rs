@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::model::Weights;
 use neural_mesh::simplify::Weighed;
 use neural_mesh::train::{
     Ending, Errors, Event, Given as GivenObjective, OWN_OBJECTIVE, Request, Settings, Wish, estimated, open, step_by,
@@ -254,10 +253,4 @@ pub fn estimate(
         table(py, of_given, 1)?.call_method1(py, "reshape", (-1,))
     };
     Ok((mean, to_given(&found.gradient, mean)?, to_given(&found.variance, mean * mean)?))
-}
-
-/// The bytes of the weights that ship, for the closed assembly.
-#[pyfunction]
-pub fn shipped_default() -> Vec<u8> {
-    Weights::shipped_default().to_bytes()
 }

@@ -7,8 +7,10 @@ mod arrays;
 mod compare;
 mod failure;
 mod given;
+mod graphs;
 mod heard;
 mod learn;
+mod network;
 mod points;
 mod record;
 mod simplify;
@@ -25,11 +27,13 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<simplify::Kept>()?;
     module.add_class::<points::Meshed>()?;
     module.add_class::<record::Record>()?;
+    module.add_class::<network::Pass>()?;
     module.add_function(wrap_pyfunction!(simplify::simplify, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(points::mesh_points, module)?)?;
     module.add_function(wrap_pyfunction!(record::record, module)?)?;
     module.add_function(wrap_pyfunction!(learn::train, module)?)?;
     module.add_function(wrap_pyfunction!(learn::estimate, module)?)?;
-    module.add_function(wrap_pyfunction!(learn::shipped_default, module)?)
+    network::add(module)?;
+    graphs::add(module)
 }

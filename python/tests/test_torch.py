@@ -13,6 +13,7 @@ torch = pytest.importorskip("torch")
 
 import neural_mesh as nm  # noqa: E402
 import neural_mesh.torch as nmt  # noqa: E402
+from neural_mesh import _torch_arrays  # noqa: E402
 from conftest import torus  # noqa: E402
 
 
@@ -164,7 +165,7 @@ def test_wrong_shapes_are_refused() -> None:
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
 def test_tensors_of_a_gpu_are_copied_and_that_is_said() -> None:
     vertices, faces = (tensor.cuda() for tensor in mesh())
-    nmt._IS_SAID = False
+    _torch_arrays._IS_SAID = False
     record = nm.record(vertices, faces, ratio=0.4)
     leaf = vertices.clone().requires_grad_()
     with pytest.warns(UserWarning, match="copied from cuda"):

@@ -118,8 +118,18 @@ impl Architecture {
         sum
     }
 
-    /// Reads `name=size` words; each size must be there once, in its range. `Err` names the trouble.
-    pub(super) fn from_text(text: &str) -> Result<Self, String> {
+    /// Reads `name=size` words, as the metadata of a file of weights hold them; each size must be there once, in its range.
+    ///
+    /// # Errors
+    /// What is wrong with which size.
+    ///
+    /// ```
+    /// use neural_mesh::model::Architecture;
+    /// let text = Architecture::default().sizes().map(|(name, size)| format!("{name}={size}")).join(" ");
+    /// assert_eq!(Architecture::from_text(&text), Ok(Architecture::default()));
+    /// assert!(Architecture::from_text("edge_knn=15").is_err());
+    /// ```
+    pub fn from_text(text: &str) -> Result<Self, String> {
         let mut sizes = Self::default();
         for (name, size) in sizes.fields() {
             let words = || text.split_whitespace().filter_map(|word| word.split_once('='));
@@ -145,7 +155,12 @@ impl Architecture {
     }
 
     /// All sizes with their names.
-    pub(super) fn sizes(mut self) -> [(&'static str, usize); 10] {
+    ///
+    /// ```
+    /// use neural_mesh::model::Architecture;
+    /// assert!(Architecture::default().sizes().contains(&("edge_knn", 15)));
+    /// ```
+    pub fn sizes(mut self) -> [(&'static str, usize); 10] {
         self.fields().map(|(name, size)| (name, *size))
     }
 

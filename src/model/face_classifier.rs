@@ -76,7 +76,20 @@ pub fn face_classifier(
 }
 
 impl<T> FaceClassifier<T> {
-    pub(super) fn try_map<U, E>(
+    /// Applies `f(name, tensor)` to every tensor, in a fixed order, as [`Network::try_map`](super::Network::try_map) does;
+    /// names begin with `name`.
+    ///
+    /// # Errors
+    /// The first error of `f`.
+    ///
+    /// ```
+    /// use neural_mesh::model::Architecture;
+    /// let mut names = Vec::new();
+    /// let stage = Architecture::default().shapes().face_classifier;
+    /// stage.try_map("classifier", &mut |name, _| Ok::<_, ()>(names.push(name.to_string()))).unwrap();
+    /// assert_eq!(names[0], "classifier.tri_conv_0.hidden.weights");
+    /// ```
+    pub fn try_map<U, E>(
         &self,
         name: &str,
         f: &mut impl FnMut(&str, &T) -> Result<U, E>,

@@ -86,7 +86,20 @@ pub fn inclusion_probabilities(tape: &mut Tape, scores: &Value) -> Value {
 }
 
 impl<T> PointSampler<T> {
-    pub(super) fn try_map<U, E>(
+    /// Applies `f(name, tensor)` to every tensor, in a fixed order, as [`Network::try_map`](super::Network::try_map) does;
+    /// names begin with `name`.
+    ///
+    /// # Errors
+    /// The first error of `f`.
+    ///
+    /// ```
+    /// use neural_mesh::model::Architecture;
+    /// let mut names = Vec::new();
+    /// let stage = Architecture::default().shapes().point_sampler;
+    /// stage.try_map("sampler", &mut |name, _| Ok::<_, ()>(names.push(name.to_string()))).unwrap();
+    /// assert_eq!(names[0], "sampler.dev_conv_0.theta");
+    /// ```
+    pub fn try_map<U, E>(
         &self,
         name: &str,
         f: &mut impl FnMut(&str, &T) -> Result<U, E>,
