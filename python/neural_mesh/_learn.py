@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._meshes import given
+from ._meshes import Given, given
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def train(
 ) -> str:
     """Trains weights for the closed assembly and returns their file, for `weights=` of `simplify`.
 
-    `meshes` is a folder, or meshes by name (or in a list), which are written into `out`. `objective(original, result)` says what is
+    `meshes` is a folder, or meshes and files by name (or in a list), which are put into `out`. `objective(original, result)` says what is
     wrong with a result; results are simplified as in use, with scores moved up and down, and nothing has to be differentiable. It
     is called from several threads. A name is one of the library's. Meshes whose names begin with an entry of `validation` are kept
     for that. `settings` are those of `docs/training.md`; `init` weights to start from: "default" for those that ship, `None` for none.
@@ -120,14 +121,16 @@ def _folder(meshes: Any, place: str, resume: bool) -> str:
     for name, mesh in named.items():
         if os.path.basename(name) != name or name in ("", ".", ".."):
             raise _native.OptionError(f"meshes: the name {name!r}: give names without folders")
-        _write(os.path.join(folder, f"{name}.ply"), given(mesh, None, None))
+        source = given(mesh, None, None)
+        if source.path is None:
+            _write(os.path.join(folder, f"{name}.ply"), source)
+        else:
+            shutil.copyfile(source.path, os.path.join(folder, name + os.path.splitext(source.path)[1]))
     return folder
 
 
-def _write(path: str, source: Any) -> None:
+def _write(path: str, source: Given) -> None:
     """A mesh in memory as a binary PLY, single precision."""
-    if source.arrays is None:
-        raise _native.OptionError(f"meshes: {source.path}: give a folder of files, or meshes in memory")
     vertices, faces = (np.asarray(array) for array in source.arrays[:2])
     head = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"

@@ -154,6 +154,13 @@ fn trained(
         init: init.as_deref(),
     };
     let mut run = open(&request).map_err(failed)?;
+    let mut passed_over = None;
+    let mut told = |event: Event| {
+        if let Event::PassedOver { mesh, why } = event {
+            passed_over.get_or_insert_with(|| format!(" ({mesh}: {why})"));
+        }
+        told(event)
+    };
     let ending = match judge {
         None => {
             let step = step_function(&run.settings).map_err(failed)?;
@@ -170,7 +177,8 @@ fn trained(
             &mut told,
         ),
     };
-    Ok(ending.map_err(failed)? == Ending::Finished)
+    let reason = passed_over.unwrap_or_default();
+    Ok(ending.map_err(|error| Failure::Failed(format!("{error}{reason}")))? == Ending::Finished)
 }
 
 /// An event as Python has it: its kind, how many are done of how many, and numbers by name.

@@ -76,6 +76,8 @@ def test_what_cannot_be_trained_is_one_line(tmp_path):
         nm.train(meshes, "nonsense", out=tmp_path / "b", settings=_QUICK)
     with pytest.raises(nm.NeuralMeshError, match="unknown setting `probs`"):
         nm.train(meshes, _inner, out=tmp_path / "c", settings={"probs": 3})
+    with pytest.raises(nm.NeuralMeshError, match="mesh-0.ply: has fewer than 50 vertices left"):
+        nm.train({"mesh-0": torus(8, 8)}, _inner, out=tmp_path / "f", settings=_QUICK)
     with pytest.raises(nm.NeuralMeshError, match="without folders"):
         nm.train({"../x": WAVY}, _inner, out=tmp_path / "d")
     with pytest.raises(nm.NeuralMeshError, match="holds a training already"):
