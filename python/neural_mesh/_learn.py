@@ -35,7 +35,7 @@ class Sample:
 
 Objective = Callable[[Sample, Sample], Any]
 """What is wrong with a result: `objective(original, result)`, a number of at least 0, or one for each vertex or face of the original,
-whose sum counts. With places a training learns from each result a hundred times as much."""
+whose sum counts. With places the gradients are less noisy."""
 
 TrainProgress = Callable[[str, int, int, int, Mapping[str, float]], object]
 

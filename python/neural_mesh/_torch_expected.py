@@ -31,7 +31,7 @@ def expected(
 
     The objective need not be differentiable: cells of the surface, of about `cell` vertices of the result, are moved by `step`, up or
     down at random, and are credited with what changes (simultaneous perturbation, Spall 1992), as in `train`. It gives a number of at
-    least 0, or one for each vertex or face of the original, whose sum counts: with places the gradient is much less noisy.
+    least 0, or one for each vertex or face of the original, whose sum counts: with places the gradient is less noisy.
     `probes` pairs of results are made; `seed` says which, so another one for each step. `with_variance` gives the variance of each
     entry of the gradient as well, n.
     """

@@ -7,12 +7,11 @@ use crate::simplify::Weighed;
 /// A result's errors by a function of one's own: at least 0, less is better, their unit is free.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Errors {
-    /// At each vertex of the original, n_vertices: added up. Places learn from what happens near them, so that one result says
-    /// something about hundreds of them.
+    /// At each vertex of the original, n_vertices: added up. Places learn from what happens near them.
     Vertices(Vec<f64>),
     /// At each face of the original, n_faces: added up.
     Faces(Vec<f64>),
-    /// Of the result as a whole: nothing says where, so that much more results are needed.
+    /// Of the result as a whole: nothing says where, so that more results are needed.
     Whole(f64),
 }
 
