@@ -29,6 +29,7 @@ mod memory;
 mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
 mod missing;
+mod numbers;
 mod out_of_memory;
 mod plain;
 mod progress;
@@ -44,6 +45,7 @@ mod train;
 #[cfg(not(feature = "train"))]
 #[path = "no_train.rs"]
 mod train;
+mod usage;
 mod words;
 
 use std::borrow::Cow;
@@ -95,6 +97,9 @@ fn answered(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
         let said = words::out(b"").and_then(|()| answer.print()).and_then(|()| words::out(b""));
         return ended(said.map_err(|error| words::closed(&error)));
+    }
+    if let Some(failure) = usage::refused_value(answer) {
+        return ended(Err(failure));
     }
     match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
         true => drop(answer.print()),

@@ -66,9 +66,6 @@ fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
     let given = args.format.as_deref().map(format_of).transpose()?;
     let format = output_format(&args.output, given)?;
     check_threads(args.threads)?;
-    if let Some(ratio) = args.ratio.filter(|&ratio| !(ratio > 0.0 && ratio <= 1.0)) {
-        return Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1")));
-    }
     if args.report.as_deref().is_some_and(is_stream) {
         return Err(Failure::Usage("the report is a file of its own: give --report another name".into()));
     }
@@ -162,7 +159,7 @@ fn meshed(
 ) -> Result<MeshedPoints, Failure> {
     let n_points = cloud.points.len();
     let of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
-    let n_vertices = args.vertices.or(of_ratio).unwrap_or(n_points);
+    let n_vertices = args.vertices.map(|count| count.of(n_points)).or(of_ratio).unwrap_or(n_points);
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,

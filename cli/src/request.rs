@@ -9,9 +9,7 @@ use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, Sc
 use crate::bake;
 use crate::failure::Failure;
 use crate::memory;
-
-/// More threads than any machine has, fewer than a system refuses to start.
-const MOST_THREADS: usize = 1024;
+use crate::numbers::{Count, MOST_THREADS};
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
@@ -64,6 +62,16 @@ pub struct Request {
     pub strict: bool,
 }
 
+impl Request {
+    /// The size that is asked for, of a mesh of so many faces.
+    pub fn target(&self, n_faces: usize) -> Target {
+        match self.goal {
+            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(share).of(n_faces)),
+            _ => self.options.target,
+        }
+    }
+}
+
 /// What is done to a mesh before it is simplified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Repair {
@@ -78,6 +86,8 @@ pub enum Repair {
 pub enum Goal {
     /// The target of the options.
     Target,
+    /// A share of the faces.
+    ShareOfFaces(f64),
     /// A largest distance from the original.
     Error(Bound),
     /// A number of bytes.
@@ -177,7 +187,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         options: options(&args)?,
         goal: goal(&args)?,
         strict: strict(&args)?,
-        seam_texels: seam_texels(&args)?,
+        seam_texels: args.seam_error,
         prune_below: prune_below(&args)?,
         repair: repair(&args)?,
         bake: bake(&args, output_format)?,
@@ -221,14 +231,6 @@ fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     if args.resume {
         return Err(Failure::Usage("--resume is for batches: give a folder, a pattern or --list".into()));
     }
-    bound_memory(args)
-}
-
-/// Bounds the memory of the program where that is asked for.
-pub fn bound_memory(args: &SimplifyArgs) -> Result<(), Failure> {
-    if args.memory.is_some_and(|gib| gib.is_nan() || gib <= 0.0) {
-        return Err(Failure::Usage("--memory: give a number of GiB above 0".into()));
-    }
     memory::bound(args.memory);
     Ok(())
 }
@@ -247,9 +249,6 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     } else if options.optimize == Optimize::Mean {
         check_no_network("--optimize mean", args)?;
     }
-    if let Some(x) = args.oversample.filter(|x| !(1.0..=4.0).contains(x)) {
-        return Err(Failure::Usage(format!("--oversample {x}: give a number from 1 to 4")));
-    }
     options.oversample = args.oversample;
     options.seed = args.seed;
     options.prune = !args.keep_parts;
@@ -258,10 +257,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
-    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle);
-    if let Some(degrees) = options.crease_angle.filter(|degrees| !(0.0..=180.0).contains(degrees)) {
-        return Err(Failure::Usage(format!("--crease-angle {degrees}: give degrees from 0 to 180")));
-    }
+    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle.map(|x| x as f32));
     options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
     check_closed(args)?;
     check_symmetric(args)?;
@@ -282,15 +278,6 @@ fn hidden(what: HiddenArg) -> Hidden {
         HiddenArg::Keep => Hidden::Keep,
         HiddenArg::Cheap => Hidden::Cheap,
         HiddenArg::Drop => Hidden::Drop,
-    }
-}
-
-/// How far seams may leave their places, in texels, where that was asked for.
-pub fn seam_texels(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
-    let is_wrong = |texels: &f64| !(texels.is_finite() && *texels >= 0.0);
-    match args.seam_error.filter(is_wrong) {
-        Some(texels) => Err(Failure::Usage(format!("--seam-error {texels}: give texels, 0 or more"))),
-        None => Ok(args.seam_error),
     }
 }
 
@@ -350,6 +337,9 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
 
 /// What is asked for beside a number of vertices or faces.
 pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
+    if let Some(Count::Share(share)) = args.faces {
+        return Ok(Goal::ShareOfFaces(share));
+    }
     match (&args.error, &args.size, &args.lods[..]) {
         (Some(text), _, _) => bound("--error", text).map(Goal::Error),
         (_, Some(text), _) => n_bytes(text).map(Goal::Size),
@@ -412,9 +402,10 @@ fn bound(option: &str, text: &str) -> Result<Bound, Failure> {
 
 /// A size as typed: `200000`, `500kB`, `2MB`.
 fn n_bytes(text: &str) -> Result<usize, Failure> {
-    let units = [("kib", 1024.0), ("mib", 1048576.0), ("kb", 1e3), ("mb", 1e6), ("k", 1e3), ("m", 1e6), ("b", 1.0)];
+    let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
+    let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
     let lower = text.to_ascii_lowercase();
-    let found = units.iter().find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
+    let found = binary.iter().chain(&decimal).find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
     let (number, factor) = found.unwrap_or((&lower, 1.0));
     let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
     value.map(|x| x as usize).ok_or_else(|| Failure::Usage(format!("--size {text}: give bytes, like 500kB or 2MB")))
@@ -430,23 +421,17 @@ fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{option}: {why}")))
 }
 
+/// The size, as far as it is known before the mesh is.
 fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
-    let is_share = |ratio: &f64| *ratio > 0.0 && *ratio <= 1.0;
-    if !args.lods.iter().all(is_share) || args.lods.windows(2).any(|pair| pair[1] > pair[0]) {
-        return Err(Failure::Usage(
-            "--lods: give shares above 0 and at most 1, each no larger than the one before".into(),
-        ));
+    if args.lods.windows(2).any(|pair| pair[1] > pair[0]) {
+        return Err(Failure::Usage("--lods: give falling shares, like 50%,25%,10% or 0.5,0.25,0.1".into()));
     }
-    if args.error.is_some() || args.size.is_some() {
-        return Ok(Target::Ratio(1.0));
-    }
-    match (args.ratio.or(args.lods.first().copied()), args.vertices, args.faces) {
-        (Some(ratio), _, _) if ratio > 0.0 && ratio <= 1.0 => Ok(Target::Ratio(ratio)),
-        (Some(ratio), _, _) => Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1"))),
-        (_, Some(n), _) if n > 0 => Ok(Target::Vertices(n)),
-        (_, _, Some(n)) if n > 0 => Ok(Target::Faces(n)),
-        _ => Err(Failure::Usage("invalid size 0: give --ratio R, --vertices N or --faces N above 0".into())),
-    }
+    Ok(match (args.ratio.or(args.lods.first().copied()), args.vertices, args.faces) {
+        (Some(ratio), _, _) | (_, Some(Count::Share(ratio)), _) => Target::Ratio(ratio),
+        (_, Some(Count::Number(n)), _) => Target::Vertices(n),
+        (_, _, Some(Count::Number(n))) => Target::Faces(n),
+        _ => Target::Ratio(1.0),
+    })
 }
 
 /// The format to write: what the name says, else what `--format` says; the two may not disagree where only one is meant.
@@ -476,7 +461,7 @@ fn family(format: Format) -> Format {
 /// Refuses numbers of threads that no system starts.
 pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
     match n_threads {
-        Some(n) if !(1..=MOST_THREADS).contains(&n) => {
+        Some(n) if !(1..=MOST_THREADS).contains(&(n as u64)) => {
             Err(Failure::Usage(format!("--threads {n}: give a number from 1 to {MOST_THREADS}")))
         }
         _ => Ok(()),

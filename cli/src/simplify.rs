@@ -172,11 +172,12 @@ fn lighter(
     let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
     let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
     let frame = subject.written_frame(request);
-    let options = Options { frame, prune_below, seam_error, symmetric, ..request.options.clone() };
+    let target = request.target(subject.mesh().faces().len());
+    let options = Options { target, frame, prune_below, seam_error, symmetric, ..request.options.clone() };
     let tell: &mut Listener = &mut |event| progress.event(event);
     let one = |result| Lighter { results: vec![result], certified: None, note: None };
     match &request.goal {
-        Goal::Target => simplify_input(&input, weights, &options, tell).map(one).map_err(refused),
+        Goal::Target | Goal::ShareOfFaces(_) => simplify_input(&input, weights, &options, tell).map(one).map_err(refused),
         Goal::Levels(further) => {
             let results = simplify_levels_of_detail(&input, weights, &options, further, tell).map_err(refused)?;
             Ok(Lighter { results, certified: None, note: None })

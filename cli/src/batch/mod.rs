@@ -23,8 +23,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{
-    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, repair,
-    seam_texels, strict, weld_near,
+    Request, Source, check_threads, format_of, goal, is_stream, options, prune_below, repair, strict, weld_near,
 };
 use crate::words::Voice;
 use crate::{bake, files, interrupt, read, request, simplify};
@@ -73,10 +72,9 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
             "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
         );
     }
-    bound_memory(args)?;
+    crate::memory::bound(args.memory);
     check_threads(args.threads)?;
     options(args)?;
-    seam_texels(args)?;
     prune_below(args)?;
     repair(args)?;
     args.bake.map_or(Ok(()), bake::check)?;
@@ -211,7 +209,7 @@ impl Batch {
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,
-            seam_texels: seam_texels(&self.args)?,
+            seam_texels: self.args.seam_error,
             prune_below: prune_below(&self.args)?,
             repair: repair(&self.args)?,
             ignore: self.args.ignore.clone(),

@@ -26,9 +26,6 @@ use crate::simplify::in_pool;
 use crate::words::Voice;
 use meshes::{Named, read_all};
 
-/// More samples than any comparison needs, fewer than fill the memory.
-const MOST_SAMPLES: usize = 10_000_000;
-
 /// The eigenpairs of a mesh of so many vertices take about 3 GB and some minutes: of larger ones they are left out.
 const MOST_FOR_SPECTRUM: usize = 400_000;
 
@@ -153,10 +150,6 @@ fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
 /// What is wrong with the arguments is found before any file is opened.
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
     check_threads(args.threads)?;
-    if !(1..=MOST_SAMPLES).contains(&args.samples) {
-        let asked = args.samples;
-        return Err(Failure::Usage(format!("--samples {asked}: give a number from 1 to {MOST_SAMPLES}")));
-    }
     if args.inputs().filter(|path| is_stream(path)).count() > 1 {
         return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
     }
