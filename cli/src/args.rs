@@ -32,8 +32,8 @@ pub struct SimplifyArgs {
     /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
     pub inputs: Vec<PathBuf>,
-    /// The mesh to write; - for standard output (messages then go to standard error). Of a link, what it leads to is replaced.
-    /// For a batch, the folder
+    /// The mesh to write, or a folder to write it into under the name of IN; - for standard output (messages then go to standard
+    /// error), in the format of IN. Of a link, what it leads to is replaced. For a batch, the folder
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// File that names the meshes of a batch, one per line; - for standard input
@@ -160,13 +160,16 @@ pub struct SimplifyArgs {
     /// Do not measure the distance from the original
     #[arg(long)]
     pub no_check: bool,
-    /// Format to write if the name of OUT does not say, else the one to read:
+    /// Format to write if the name of OUT does not say (- takes that of IN), else the one to read:
     /// obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write a report as JSON
+    /// Write a report as JSON; - for standard output (messages then go to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
+    /// The same as --report -
+    #[arg(long, conflicts_with = "report")]
+    pub json: bool,
     /// Draw the mesh before and after, side by side
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
@@ -285,7 +288,7 @@ pub struct MeshPointsArgs {
     /// Format to write if the name of OUT does not say: obj, ply, ply-ascii, stl, stl-ascii, off
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write a report as JSON
+    /// Write a report as JSON; - for standard output (messages then go to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Print errors only
@@ -296,19 +299,24 @@ pub struct MeshPointsArgs {
     pub force: bool,
 }
 
+const INFO_NOTES: &str = "\
+A file that cannot be read is a line on standard error; the others are described all the same, and the exit code is 1. Exit \
+codes: 0 done, 1 a file, the disk or standard output, 2 usage.";
+
 /// Arguments of `info`.
 #[derive(Debug, Parser)]
+#[command(after_help = INFO_NOTES)]
 pub struct InfoArgs {
-    /// The mesh to look at; - for standard input
-    #[arg(value_name = "IN")]
-    pub input: PathBuf,
-    /// Format of standard input, or of a file whose name does not say
+    /// The meshes to look at; - for standard input
+    #[arg(value_name = "IN", required = true)]
+    pub inputs: Vec<PathBuf>,
+    /// Format of standard input, or of files whose names do not say
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
-    /// Answer in JSON
+    /// Answer in JSON, a line for each mesh
     #[arg(long)]
     pub json: bool,
 }
@@ -316,7 +324,8 @@ pub struct InfoArgs {
 const COMPARE_NOTES: &str = "\
 Reads OBJ, PLY, STL, OFF, glTF and GLB. The page of --html is one file that needs no network: the meshes side by side in \
 3-D under one camera, with the distance from the other surface painted on and the figures beside. The JSON and the page \
-explain the figures. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
+explain the figures. Of several results, one that cannot be read is a line on standard error, and the others are compared all \
+the same. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
 
 /// Arguments of `compare`.
 #[derive(Debug, Parser)]
@@ -331,7 +340,7 @@ pub struct CompareArgs {
     /// Write a page that shows the meshes in any browser
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
-    /// Write all figures with their names and units
+    /// Write all figures with their names and units; - for standard output (the table then goes to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
     /// Samples on each surface, for distances and normals

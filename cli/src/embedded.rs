@@ -114,7 +114,9 @@ pub struct Recorded {
 /// As [`simplify`].
 pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static>>) -> Result<Recorded, Failure> {
     let request = request(words, true)?;
-    let is_plain = matches!(request.goal, Goal::Target | Goal::ShareOfFaces(_)) && request.repair.is_none() && request.importance.is_none();
+    let is_plain = matches!(request.goal, Goal::Target | Goal::ShareOfFaces(_))
+        && request.repair.is_none()
+        && request.importance.is_none();
     if !is_plain || request.options.symmetric.is_some() || request.prune_below.is_some() {
         return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
     }
@@ -133,7 +135,14 @@ fn request(words: &[String], is_given: bool) -> Result<Request, Failure> {
     if !is_given && batch::is_meant(&args) {
         return Err(Failure::Usage("a folder, a pattern or several meshes: give one mesh at a time".into()));
     }
+    if is_given && args.output.is_dir() {
+        let what = "is a folder, and the mesh has no name: give the name of a file";
+        return Err(Failure::Usage(format!("{}: {what}", args.output.display())));
+    }
     let mut request = resolve(args)?;
+    if request.reports_to_stdout() {
+        return Err(Failure::Usage("--report -: standard output is not written to: give the name of a file".into()));
+    }
     request.stays_in_memory = request.output.is_none();
     // It comes with the result.
     request.map = None;
@@ -277,7 +286,7 @@ mod tests {
             ["mesh -o - --format ply", "mesh -o - --format ply --ratio 2", "mesh -o - --format ply --rato 1"]
                 .map(|text| run(text, given(false)).err().unwrap().to_string());
         assert!(failures.iter().all(|text| !text.contains('\n') && text.len() < 200), "{failures:?}");
-        assert!(failures[1].starts_with("--ratio 2: give a number above 0"));
+        assert!(failures[1].starts_with("--ratio 2: give a share above 0"));
     }
 
     #[test]

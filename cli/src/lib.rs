@@ -29,6 +29,7 @@ mod memory;
 mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
 mod missing;
+mod names;
 mod numbers;
 mod out_of_memory;
 mod plain;
@@ -85,6 +86,7 @@ pub fn run() -> ExitCode {
 fn ended(done: Result<(), Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Told) => Failure::Told.exit_code(),
         Err(failure) => {
             words::complain(&failure);
             failure.exit_code()

@@ -134,7 +134,8 @@ mod tests {
 
     #[test]
     fn shares_are_fractions_or_percent() {
-        for (text, expected) in [("0.1", 0.1), ("10%", 0.1), ("1", 1.0), ("100%", 1.0), ("0.7%", 0.007), ("1e1 %", 0.1)] {
+        for (text, expected) in [("0.1", 0.1), ("10%", 0.1), ("1", 1.0), ("100%", 1.0), ("0.7%", 0.007), ("1e1 %", 0.1)]
+        {
             assert_eq!(share(text), Ok(expected), "{text}");
         }
         for text in ["", "%", "0", "0%", "-0.1", "101%", "nan", "inf", "half", "10%%", "1e400"] {

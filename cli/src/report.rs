@@ -174,6 +174,10 @@ pub struct Output {
     /// The figures of the mesh.
     #[serde(flatten)]
     pub size: Size,
+    /// Vertices of the file: those at seams as often as their values differ. Missing where nothing is written and for STL, whose
+    /// faces share none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices_written: Option<usize>,
     /// Vertices left by the one pass, before the collapse.
     pub vertices_after_pass: usize,
     /// Components in their smallest closed form.
@@ -323,6 +327,7 @@ impl Output {
     pub fn of(size: Size, done: &neural_mesh::simplify::Report) -> Self {
         Self {
             size,
+            vertices_written: None,
             vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
             components_pruned: done.components_pruned,

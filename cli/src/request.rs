@@ -1,6 +1,6 @@
 //! From typed arguments to what will be done, before any file is opened: whatever is wrong here is a usage error.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use neural_mesh::io::Format;
 use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
@@ -9,6 +9,7 @@ use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, Sc
 use crate::bake;
 use crate::failure::Failure;
 use crate::memory;
+use crate::names::{Destination, READABLE, destination, format_of, is_stream, named};
 use crate::numbers::{Count, MOST_THREADS};
 
 /// One run of `simplify`, complete and consistent.
@@ -20,6 +21,8 @@ pub struct Request {
     pub output: Option<PathBuf>,
     /// The format it is written in.
     pub output_format: Format,
+    /// Whether that is the format of the input, which shows when it is read.
+    pub follows_input: bool,
     /// Whether the mesh is written nowhere: another face takes it as it is.
     pub stays_in_memory: bool,
     /// What is asked of the simplifier.
@@ -62,7 +65,17 @@ pub struct Request {
     pub strict: bool,
 }
 
+/// What to do about an input of unknown format where `--format` may say it, and where that says the format of the output.
+const NAMED_OUTPUT: &str =
+    "give OBJ, PLY, STL, OFF, glTF or GLB; as the name of OUT says its format, --format may say that of IN";
+const UNNAMED_OUTPUT: &str = "give OBJ, PLY, STL, OFF, glTF or GLB; --format is for the output";
+
 impl Request {
+    /// Whether standard output takes the report.
+    pub fn reports_to_stdout(&self) -> bool {
+        self.report.as_deref().is_some_and(is_stream)
+    }
+
     /// The size that is asked for, of a mesh of so many faces.
     pub fn target(&self, n_faces: usize) -> Target {
         match self.goal {
@@ -143,13 +156,15 @@ pub struct Source {
     pub weld_near: Option<Bound>,
     /// Whether a scene becomes one mesh in any format.
     pub as_one: bool,
+    /// What to do where the format is not known.
+    pub remedy: &'static str,
 }
 
 impl Source {
     /// A mesh that is read as `given`, where that is said and its name says nothing.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
-        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false }
+        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false, remedy: READABLE }
     }
 
     /// Whether it is a glTF scene that stays one.
@@ -161,7 +176,12 @@ impl Source {
 
     /// A mesh that is read as `given` only where neither its name nor its content says anything.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
-        Self { path, format: None, last_resort: given, weld, weld_near: None, as_one: false }
+        Self { last_resort: given, ..Self::new(path, None, weld) }
+    }
+
+    /// The same, with what is to be done where the format is not known.
+    pub fn unknown(self, remedy: &'static str) -> Self {
+        Self { remedy, ..self }
     }
 
     /// The same, with vertices nearer than that welded.
@@ -178,11 +198,8 @@ impl Source {
 /// Checks the arguments of `simplify` and fills in what they leave open.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
-    let format = args.format.as_deref().map(format_of).transpose()?;
-    let output_format = output_format(&args.output, format)?;
-    // `--format` is the output's where its name does not say, else the input's.
-    let source = if named(&args.output).is_some() { Source::new } else { Source::by_content };
-    let weld_near = weld_near(&args)?;
+    let Destination { path: output, format: output_format, follows_input } = destination(&args)?;
+    let source = source(&args)?;
     let request = Request {
         options: options(&args)?,
         goal: goal(&args)?,
@@ -196,16 +213,15 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         allow_outside: args.allow_outside,
         map: args.map,
         explain: args.explain,
-        output: (!is_stream(&args.output)).then_some(args.output),
-        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld)
-            .welded(weld_near)
-            .united(args.bake.is_some()),
+        output: (!is_stream(&output)).then_some(output),
+        source,
         output_format,
+        follows_input,
         stays_in_memory: false,
         weights: args.weights,
         n_threads: args.threads,
         check: !args.no_check,
-        report: args.report,
+        report: args.report.or_else(|| args.json.then(|| "-".into())),
         picture: args.picture,
         quiet: args.quiet,
         force: args.force,
@@ -215,15 +231,15 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     Ok(request)
 }
 
-/// The format with that name.
-pub fn format_of(name: &str) -> Result<Format, Failure> {
-    let unknown = || format!("--format {name}: unknown format: choose from {}", Format::NAMES.join(", "));
-    Format::from_name(name).ok_or_else(|| Failure::Usage(unknown()))
-}
-
-/// Whether a path stands for standard input or output.
-pub fn is_stream(path: &Path) -> bool {
-    path.as_os_str() == "-"
+/// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
+fn source(args: &SimplifyArgs) -> Result<Source, Failure> {
+    let format = args.format.as_deref().map(format_of).transpose()?;
+    let path = args.inputs.first().cloned().unwrap_or_default();
+    let source = match named(&args.output).filter(|_| !args.output.is_dir()) {
+        Some(_) => Source::new(path, format, !args.no_weld).unknown(NAMED_OUTPUT),
+        None => Source::by_content(path, format, !args.no_weld).unknown(UNNAMED_OUTPUT),
+    };
+    Ok(source.welded(weld_near(args)?).united(args.bake.is_some()))
 }
 
 /// What only a batch has a use for.
@@ -434,30 +450,6 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
     })
 }
 
-/// The format to write: what the name says, else what `--format` says; the two may not disagree where only one is meant.
-pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
-    let format = named(output).or(given).ok_or_else(|| {
-        let where_to = if is_stream(output) { "standard output".into() } else { output.display().to_string() };
-        Failure::Usage(format!("{where_to}: unknown format: give --format obj, ply, stl, off or glb"))
-    })?;
-    // `--format ply-ascii -o x.ply` asks for the text variant of what the name says.
-    Ok(given.filter(|given| family(*given) == family(format)).unwrap_or(format))
-}
-
-/// The format that a name says.
-fn named(path: &Path) -> Option<Format> {
-    if is_stream(path) { None } else { Format::from_path(path) }
-}
-
-/// The variants of a format are one family.
-fn family(format: Format) -> Format {
-    match format {
-        Format::PlyAscii => Format::Ply,
-        Format::StlAscii => Format::Stl,
-        other => other,
-    }
-}
-
 /// Refuses numbers of threads that no system starts.
 pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
     match n_threads {
@@ -468,13 +460,14 @@ pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
     }
 }
 
-/// Only the mesh can go to standard output.
+/// Standard output takes the mesh or the report.
 fn check_streams(request: &Request) -> Result<(), Failure> {
-    let others = [&request.report, &request.picture, &request.map];
-    match others.into_iter().flatten().any(|path| is_stream(path)) {
-        true => Err(Failure::Usage(
-            "only the mesh goes to standard output: give report, picture and map a file name".into(),
-        )),
-        false => Ok(()),
-    }
+    let what = match [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
+        true => "picture and map are files: give each a name",
+        false if request.reports_to_stdout() && request.output.is_none() => {
+            "standard output takes the mesh or the report: give one of them a file name"
+        }
+        false => return Ok(()),
+    };
+    Err(Failure::Usage(what.into()))
 }
