@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Parser, ValueEnum};
 use neural_mesh::simplify::Assembly;
 
-use crate::numbers::{Count, MOST_SAMPLES, above_zero, count, n_threads, number, seed, share, whole};
+use crate::numbers::{Count, MOST_SAMPLES, count, n_threads, number, seed, share, texels, whole};
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
@@ -148,7 +148,7 @@ pub struct SimplifyArgs {
     pub printable: Option<Option<String>>,
     /// Simplify the shape alone, unwrap the result and bake what the original looks like into textures of SIZE x SIZE texels, with
     /// a normal map of its surface; writes glb, gltf or obj
-    #[arg(long, value_name = "SIZE", value_parser = above_zero, allow_negative_numbers = true,
+    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true,
         conflicts_with_all = ["size", "lods", "ignore"])]
     pub bake: Option<usize>,
     /// Keep vertices at equal positions apart

@@ -8,6 +8,8 @@ use std::fmt;
 pub const MOST_THREADS: u64 = 1024;
 /// More samples than any comparison needs, fewer than fill the memory.
 pub const MOST_SAMPLES: u64 = 10_000_000;
+/// Texels a side of a texture, as `bake` has them.
+pub const TEXELS: (u64, u64) = (16, 8192);
 /// Counts that a double holds, and larger than any mesh.
 const MOST: f64 = 1e15;
 
@@ -82,14 +84,14 @@ pub fn n_threads(text: &str) -> Result<usize, String> {
     whole(1, MOST_THREADS)(text)
 }
 
+/// Texels a side of a texture.
+pub fn texels(text: &str) -> Result<usize, String> {
+    whole(TEXELS.0, TEXELS.1)(text)
+}
+
 /// A seed.
 pub fn seed(text: &str) -> Result<u64, String> {
     whole(0, u64::MAX)(text)
-}
-
-/// A whole number of at least 1.
-pub fn above_zero(text: &str) -> Result<usize, String> {
-    whole(1, u64::MAX)(text)
 }
 
 /// A number in range; `taken` says in words which.

@@ -140,7 +140,7 @@ fn what_cannot_be_done_is_a_usage_error() {
         &["-", "-"],
         &["a.obj", "missing.obj", "--samples", "0"],
         &["a.obj", "missing.obj", "--threads", "0"],
-        &["a.obj", "missing.obj", "--json", "-"],
+        &["a.obj", "missing.obj", "--html", "-"],
         &["a.obj", "missing.obj", "--html", "x", "--json", "x"],
         &["a.obj", "missing.obj", "--nonsense"],
     ] {
@@ -157,7 +157,7 @@ fn bad_input_and_taken_places_leave_nothing() {
     let before = files(folder.path());
     for bad in [
         &["missing.obj", "a.obj", "--html", "a.html"][..],
-        &["a.obj", "a.obj", "bad.obj", "--html", "a.html", "--json", "a.json"],
+        &["a.obj", "bad.obj", "--html", "a.html", "--json", "a.json"],
         &["a.obj", "a.obj", "--html", "taken.html", "--json", "a.json"],
         &["a.obj", "a.obj", "--html", "none/a.html"],
     ] {

@@ -145,14 +145,7 @@ fn refuse_each(cases: &[Case]) {
 #[cfg(feature = "bake")]
 #[test]
 fn sizes_of_textures_are_whole_numbers() {
-    refuse_each(&[(
-        &["simplify", "missing.ply", "-o", "a.glb", "--ratio", "0.5"],
-        "--bake",
-        "0",
-        "give a whole number",
-    )]);
-    let line = refusal(&["simplify", "missing.ply", "-o", "a.glb", "--ratio", "0.5", "--bake", "9"]);
-    assert!(line.contains("from 16 to 8192"), "{line}");
+    refuse_each(&[(&["simplify", "missing.ply", "-o", "a.glb", "--ratio", "0.5"], "--bake", "9", "from 16 to 8192")]);
 }
 
 #[cfg(feature = "train")]

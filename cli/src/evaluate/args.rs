@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
-use crate::numbers::{above_zero, n_threads, number, seed, share};
+use crate::numbers::{n_threads, number, seed, share, whole};
 
 const EVALUATE_NOTES: &str = "\
 Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
@@ -51,7 +51,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seeds: Vec<u64>,
     /// Timed runs of each method; the median counts
-    #[arg(long, value_name = "N", default_value = "3", value_parser = above_zero, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "3", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub repeat: usize,
     /// Seconds that a run may take
     #[arg(long, value_name = "SECONDS", default_value = "600", value_parser = number("seconds above 0", |x| x > 0.0 && x <= 1e9),
@@ -73,7 +73,7 @@ pub struct EvaluateArgs {
     #[arg(long)]
     pub appearance: bool,
     /// Samples on each surface
-    #[arg(long, value_name = "N", default_value = "50000", value_parser = above_zero, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub samples: usize,
     /// Threads that a method may use [default: one per core]; times depend on it, figures do not
     #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]

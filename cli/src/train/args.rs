@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
-use crate::numbers::{above_zero, n_threads};
+use crate::numbers::{n_threads, whole};
 
 const TRAIN_NOTES: &str = "\
 RUN is created and holds config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
@@ -34,7 +34,7 @@ pub struct TrainArgs {
     #[arg(long, value_name = "NAME")]
     pub objective: Option<String>,
     /// Epochs, instead of the settings' number
-    #[arg(long, value_name = "N", value_parser = above_zero, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub epochs: Option<usize>,
     /// Continue from the checkpoint in RUN; begin if there is none
     #[arg(long)]
