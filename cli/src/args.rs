@@ -43,7 +43,7 @@ pub struct SimplifyArgs {
     #[arg(long)]
     pub resume: bool,
     /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]
-    #[arg(long, value_name = "GIB", value_parser = number("GiB above 0, like 4", |gib| gib > 0.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "GIB", value_parser = number("a number of GiB above 0, like 4", |gib| gib > 0.0), allow_negative_numbers = true)]
     pub memory: Option<f64>,
     /// Share of the vertices to keep: 0.1 or 10%
     #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]

@@ -103,7 +103,7 @@ fn every_number_that_is_none_is_told_what_is_taken() {
         (simplify, "--error", "-1", "like 0.5%"),
         (simplify, "--size", "0", "like 500kB or 2MB"),
         (simplify, "--lods", "2,1", "like 10%"),
-        (sized, "--memory", "-1", "GiB above 0"),
+        (sized, "--memory", "-1", "a number of GiB above 0"),
         (sized, "--crease-angle", "200", "degrees from 0 to 180"),
         (sized, "--seam-error", "-1", "texels, 0 or more"),
         (sized, "--oversample", "5", "a number from 1 to 4"),
