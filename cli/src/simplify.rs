@@ -177,12 +177,7 @@ fn lighter(
     let importance = importance(subject, request)?;
     check_poses(subject, request)?;
     let input = subject.input(&importance);
-    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
-    let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
-    let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
-    let frame = subject.written_frame(request);
-    let target = request.target(subject.mesh().faces().len());
-    let options = Options { target, frame, prune_below, seam_error, symmetric, ..request.options.clone() };
+    let options = options_for(subject, request)?;
     let tell: &mut Listener = &mut |event| progress.event(event);
     let one = |result| Lighter { results: vec![result], certified: None, note: None };
     match &request.goal {
@@ -209,6 +204,16 @@ fn lighter(
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
+}
+
+/// What is asked of the simplifier, now that the mesh is known.
+fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure> {
+    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
+    let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
+    let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
+    let frame = subject.written_frame(request);
+    let target = request.target(subject.mesh().faces().len());
+    Ok(Options { target, frame, prune_below, seam_error, symmetric, ..request.options.clone() })
 }
 
 /// Refuses to simplify for poses what has one alone.

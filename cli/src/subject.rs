@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Asset, Extra, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
+    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Channel, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
@@ -420,17 +420,10 @@ impl Subject {
                 Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
             }
             Kind::Scene { asset, united, pieces } => {
-                let levels: Vec<Vec<LighterPart>> = results
-                    .iter()
-                    .map(|result| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes))
-                    .collect();
-                let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
-                let mut files = asset.write_levels(&levels, coverage, request.output_format, file_name)?;
-                let beside = files.split_off(1.min(files.len()));
-                let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
-                let n_written = |parts: &&[LighterPart]| parts.iter().map(LighterPart::n_written_vertices).sum();
-                let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
-                Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
+                let lighter =
+                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
+                scene_files(asset, &levels, coverage, request.output_format, file_name)
             }
         }
     }
@@ -446,6 +439,23 @@ impl Subject {
         let pairs: Vec<_> = pairs.map(|(piece, (before, after))| (&before.0, &after.0, united.scale(piece))).collect();
         quick_distance_of_pairs(&pairs, n_samples, 0)
     }
+}
+
+/// An asset with lighter parts, level by level, as files.
+fn scene_files(
+    asset: &Asset,
+    levels: &[Vec<LighterPart>],
+    coverage: &[f64],
+    format: Format,
+    file_name: &str,
+) -> Result<Files, WriteError> {
+    let parts: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+    let mut files = asset.write_levels(&parts, coverage, format, file_name)?;
+    let beside = files.split_off(1.min(files.len()));
+    let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
+    let n_written = |parts: &Vec<LighterPart>| parts.iter().map(LighterPart::n_written_vertices).sum();
+    let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
+    Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
 }
 
 /// What became of each part of an asset when all of them became one mesh with these attributes.
