@@ -44,7 +44,7 @@ impl ReadError {
     /// ```
     /// use neural_mesh::io::{Format, read};
     /// assert!(read(b"hello", None).unwrap_err().is_of_unknown_format());
-    /// assert!(!read(b"hello", Some(Format::Obj)).unwrap_err().is_of_unknown_format());
+    /// assert!(!read(b"hello", Some(Format::Ply)).unwrap_err().is_of_unknown_format());
     /// ```
     pub fn is_of_unknown_format(&self) -> bool {
         self.format.is_none() && self.what == UNKNOWN
