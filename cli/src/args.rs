@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Parser, ValueEnum};
 use neural_mesh::simplify::Assembly;
 
+use crate::numbers::{Count, MOST_SAMPLES, count, n_threads, number, seed, share, texels, whole};
+
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
 sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
@@ -30,8 +32,8 @@ pub struct SimplifyArgs {
     /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
     pub inputs: Vec<PathBuf>,
-    /// The mesh to write; - for standard output (messages then go to standard error). Of a link, what it leads to is replaced.
-    /// For a batch, the folder
+    /// The mesh to write, or a folder to write it into under the name of IN; - for standard output (messages then go to standard
+    /// error), in the format of IN. Of a link, what it leads to is replaced. For a batch, the folder
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// File that names the meshes of a batch, one per line; - for standard input
@@ -41,17 +43,17 @@ pub struct SimplifyArgs {
     #[arg(long)]
     pub resume: bool,
     /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]
-    #[arg(long, value_name = "GIB")]
+    #[arg(long, value_name = "GIB", value_parser = number("a number of GiB above 0, like 4", |gib| gib > 0.0), allow_negative_numbers = true)]
     pub memory: Option<f64>,
-    /// Share of the vertices to keep, above 0 and at most 1
-    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    /// Share of the vertices to keep: 0.1 or 10%
+    #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]
     pub ratio: Option<f64>,
-    /// Number of vertices
-    #[arg(long, value_name = "N")]
-    pub vertices: Option<usize>,
-    /// Number of faces
-    #[arg(long, value_name = "N")]
-    pub faces: Option<usize>,
+    /// Number of vertices: 5000, 10k, 1.5M, or 10% of the input's
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
+    pub vertices: Option<Count>,
+    /// Number of faces: 5000, 10k, 1.5M, or 10% of the input's
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
+    pub faces: Option<Count>,
     /// Largest distance from the original, proved in both directions: finds the smallest mesh within it. In the unit of
     /// the mesh, or with % in percent of its diagonal
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
@@ -59,9 +61,9 @@ pub struct SimplifyArgs {
     /// Bytes of the mesh file, also as 500kB or 2MB: finds the largest mesh that fits
     #[arg(long, value_name = "BYTES")]
     pub size: Option<String>,
-    /// Levels of detail: falling shares of the vertices, such as 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on
+    /// Levels of detail: falling shares of the vertices, such as 50%,25%,10% or 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on
     /// in the name, of a glTF scene as one file (MSFT_lod)
-    #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(long, value_name = "R,R", value_delimiter = ',', value_parser = share, allow_hyphen_values = true)]
     pub lods: Vec<f64>,
     /// Exit with 3 where the size asked for was not reached
     #[arg(long)]
@@ -76,11 +78,12 @@ pub struct SimplifyArgs {
     #[arg(long)]
     pub keep_features: bool,
     /// Keep edges where faces meet at more than DEGREES
-    #[arg(long, value_name = "DEGREES", conflicts_with = "keep_features")]
-    pub crease_angle: Option<f32>,
+    #[arg(long, value_name = "DEGREES", value_parser = number("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
+        allow_negative_numbers = true, conflicts_with = "keep_features")]
+    pub crease_angle: Option<f64>,
     /// How far a seam of the texture may leave its place at a low price, in texels of the largest texture of colours (without one,
     /// of 1024 a side); 0 holds seams like creases [default: a 64th of the side]
-    #[arg(long, value_name = "TEXELS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TEXELS", value_parser = number("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true)]
     pub seam_error: Option<f64>,
     /// What the result does not need, so that it holds nothing back: uv, normals, colors, materials
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
@@ -115,13 +118,13 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Samples drawn per vertex asked for, 1 to 4 [default: the method's choice]
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", value_parser = number("a number from 1 to 4", |x| (1.0..=4.0).contains(&x)), allow_negative_numbers = true)]
     pub oversample: Option<f64>,
     /// Seed of the sampling; the same seed gives the same mesh
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads to use [default: one per core]; the result is the same with any number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Keep all components, also those that cost more vertices than they show
     #[arg(long)]
@@ -137,7 +140,7 @@ pub struct SimplifyArgs {
     #[arg(long = "for", value_enum, value_name = "WHAT", default_value = "shape")]
     pub purpose: PurposeArg,
     /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
-    #[arg(long, value_name = "EDGES", num_args = 0..=1, require_equals = true, conflicts_with = "symmetric")]
+    #[arg(long, value_name = "EDGES", value_parser = whole::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true, conflicts_with = "symmetric")]
     pub fill_holes: Option<Option<usize>>,
     /// Make a solid of it before it is simplified: holes closed, faces wound outward, fins, walls and shells within removed, and
     /// pieces smaller than SIZE, in the unit of the mesh, or with % in percent of its diagonal [default: 1%]
@@ -145,7 +148,8 @@ pub struct SimplifyArgs {
     pub printable: Option<Option<String>>,
     /// Simplify the shape alone, unwrap the result and bake what the original looks like into textures of SIZE x SIZE texels, with
     /// a normal map of its surface; writes glb, gltf or obj
-    #[arg(long, value_name = "SIZE", conflicts_with_all = ["size", "lods", "ignore"])]
+    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true,
+        conflicts_with_all = ["size", "lods", "ignore"])]
     pub bake: Option<usize>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
@@ -156,13 +160,16 @@ pub struct SimplifyArgs {
     /// Do not measure the distance from the original
     #[arg(long)]
     pub no_check: bool,
-    /// Format to write if the name of OUT does not say, else the one to read:
+    /// Format to write if the name of OUT does not say (- takes that of IN), else the one to read:
     /// obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write a report as JSON
+    /// Write a report as JSON; - for standard output (messages then go to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
+    /// The same as --report -
+    #[arg(long, conflicts_with = "report")]
+    pub json: bool,
     /// Draw the mesh before and after, side by side
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
@@ -263,25 +270,25 @@ pub struct MeshPointsArgs {
     /// The mesh to write; - for standard output (messages then go to standard error)
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Share of the points that become vertices, above 0 and at most 1 [default: all]
-    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    /// Share of the points that become vertices: 0.1 or 10% [default: all]
+    #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]
     pub ratio: Option<f64>,
-    /// Number of points that become vertices [default: all]
-    #[arg(long, value_name = "N")]
-    pub vertices: Option<usize>,
+    /// Number of points that become vertices: 5000, 10k, 1.5M, or 10% of them [default: all]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
+    pub vertices: Option<Count>,
     /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Seed of the sampling; the same seed gives the same mesh
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads to use [default: one per core]; the result is the same with any number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Format to write if the name of OUT does not say: obj, ply, ply-ascii, stl, stl-ascii, off
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write a report as JSON
+    /// Write a report as JSON; - for standard output (messages then go to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Print errors only
@@ -292,19 +299,24 @@ pub struct MeshPointsArgs {
     pub force: bool,
 }
 
+const INFO_NOTES: &str = "\
+A file that cannot be read is a line on standard error; the others are described all the same, and the exit code is 1. Exit \
+codes: 0 done, 1 a file, the disk or standard output, 2 usage.";
+
 /// Arguments of `info`.
 #[derive(Debug, Parser)]
+#[command(after_help = INFO_NOTES)]
 pub struct InfoArgs {
-    /// The mesh to look at; - for standard input
-    #[arg(value_name = "IN")]
-    pub input: PathBuf,
-    /// Format of standard input, or of a file whose name does not say
+    /// The meshes to look at; - for standard input
+    #[arg(value_name = "IN", required = true)]
+    pub inputs: Vec<PathBuf>,
+    /// Format of standard input, or of files whose names do not say
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
-    /// Answer in JSON
+    /// Answer in JSON, a line for each mesh
     #[arg(long)]
     pub json: bool,
 }
@@ -312,7 +324,8 @@ pub struct InfoArgs {
 const COMPARE_NOTES: &str = "\
 Reads OBJ, PLY, STL, OFF, glTF and GLB. The page of --html is one file that needs no network: the meshes side by side in \
 3-D under one camera, with the distance from the other surface painted on and the figures beside. The JSON and the page \
-explain the figures. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
+explain the figures. Of several results, one that cannot be read is a line on standard error, and the others are compared all \
+the same. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
 
 /// Arguments of `compare`.
 #[derive(Debug, Parser)]
@@ -327,14 +340,14 @@ pub struct CompareArgs {
     /// Write a page that shows the meshes in any browser
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
-    /// Write all figures with their names and units
+    /// Write all figures with their names and units; - for standard output (the table then goes to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
     /// Samples on each surface, for distances and normals
-    #[arg(long, value_name = "N", default_value_t = 50_000)]
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole::<usize>(1, MOST_SAMPLES), allow_negative_numbers = true)]
     pub samples: usize,
     /// Seed of the samples; the same seed gives the same figures
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Leave out the slowest figures: the spectrum, and distances along the surface
     #[arg(long)]
@@ -343,7 +356,7 @@ pub struct CompareArgs {
     #[arg(long)]
     pub appearance: bool,
     /// Threads to use [default: one per core]; the figures are the same with any number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Keep vertices at equal positions apart
     #[arg(long)]

@@ -38,3 +38,14 @@ pub fn dress(
         notes: baked.notes,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::SIZES;
+    use crate::numbers::TEXELS;
+
+    #[test]
+    fn what_is_typed_is_what_is_baked() {
+        assert_eq!((*SIZES.start() as u64, *SIZES.end() as u64), TEXELS);
+    }
+}

@@ -14,7 +14,7 @@ pub struct Done {
     pub report: Report,
     /// What was cleaned, in words.
     pub cleaned: String,
-    /// The mesh for standard output, where that is its place.
+    /// The mesh or the report for standard output, where that is its place.
     pub bytes: Option<Vec<u8>>,
     /// The files.
     pub pending: Vec<Pending>,

@@ -20,7 +20,7 @@ use crate::read::{self, read_weights};
 use crate::request::{Goal, Request, resolve};
 use crate::simplify::{check_places, met, outputs, simplify_subject};
 use crate::subject::Subject;
-use crate::{batch, compare, mesh_points};
+use crate::{batch, compare, mesh_points, usage};
 
 pub use crate::compare::Compared;
 pub use crate::failure::Failure;
@@ -114,13 +114,16 @@ pub struct Recorded {
 /// As [`simplify`].
 pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static>>) -> Result<Recorded, Failure> {
     let request = request(words, true)?;
-    let is_plain = request.goal == Goal::Target && request.repair.is_none() && request.importance.is_none();
+    let is_plain = matches!(request.goal, Goal::Target | Goal::ShareOfFaces(_))
+        && request.repair.is_none()
+        && request.importance.is_none();
     if !is_plain || request.options.symmetric.is_some() || request.prune_below.is_some() {
         return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
     }
     let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
     let cleaned = read::cleaned(raw, &request.source)?;
-    let options = Options { frame: cleaned.frame, ..request.options };
+    let target = request.target(cleaned.mesh.faces().len());
+    let options = Options { target, frame: cleaned.frame, ..request.options };
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();
     Ok(Recorded { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
@@ -132,7 +135,14 @@ fn request(words: &[String], is_given: bool) -> Result<Request, Failure> {
     if !is_given && batch::is_meant(&args) {
         return Err(Failure::Usage("a folder, a pattern or several meshes: give one mesh at a time".into()));
     }
+    if is_given && args.output.is_dir() {
+        let what = "is a folder, and the mesh has no name: give the name of a file";
+        return Err(Failure::Usage(format!("{}: {what}", args.output.display())));
+    }
     let mut request = resolve(args)?;
+    if request.reports_to_stdout() {
+        return Err(Failure::Usage("--report -: standard output is not written to: give the name of a file".into()));
+    }
     request.stays_in_memory = request.output.is_none();
     // It comes with the result.
     request.map = None;
@@ -189,7 +199,7 @@ fn parsed<A: Parser>(words: &[String]) -> Result<A, Failure> {
     let words = std::iter::once("neural-mesh").chain(words.iter().map(String::as_str));
     A::try_parse_from(words).map_err(|error| match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => Failure::Usage("no option of that name".into()),
-        _ => Failure::Usage(first_paragraph(&error.to_string())),
+        _ => usage::refused_value(&error).unwrap_or_else(|| Failure::Usage(first_paragraph(&error.to_string()))),
     })
 }
 
@@ -276,7 +286,7 @@ mod tests {
             ["mesh -o - --format ply", "mesh -o - --format ply --ratio 2", "mesh -o - --format ply --rato 1"]
                 .map(|text| run(text, given(false)).err().unwrap().to_string());
         assert!(failures.iter().all(|text| !text.contains('\n') && text.len() < 200), "{failures:?}");
-        assert!(failures[1].starts_with("--ratio 2: give a number above 0"));
+        assert!(failures[1].starts_with("--ratio 2: give a share above 0"));
     }
 
     #[test]

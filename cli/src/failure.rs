@@ -15,6 +15,8 @@ pub enum Failure {
     Usage(String),
     /// What was written does not hold what was asked of it: exit code 3.
     Unmet(String),
+    /// Some of several files, each of which had its line: exit code 1.
+    Told,
     /// Ctrl-C: exit code 130.
     Interrupted,
     /// Ctrl-C where something was kept; the text says what: exit code 130.
@@ -30,7 +32,7 @@ impl Failure {
     /// The exit code of the program.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Self::Failed(_) => 1,
+            Self::Failed(_) | Self::Told => 1,
             Self::Usage(_) => 2,
             Self::Unmet(_) => 3,
             Self::Interrupted | Self::Stopped(_) => 130,
@@ -45,6 +47,7 @@ impl fmt::Display for Failure {
             Self::Failed(text) | Self::Usage(text) | Self::Unmet(text) | Self::Stopped(text) => {
                 f.write_str(&plain(&text.replace(['\n', '\r'], " ")))
             }
+            Self::Told => write!(f, "some files were left out: the lines before say why"),
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
         }
     }

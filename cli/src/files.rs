@@ -4,11 +4,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io;
+use serde::Serialize;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::request::is_stream;
+use crate::names::is_stream;
+use crate::plain::plain_json;
 use crate::words::{closed, out};
 
 /// Links that are followed, as many as Linux follows.
@@ -103,6 +105,22 @@ pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failur
     let bytes = io::packed_by_name(name, bytes).map_err(|error| Failure::of(name, error))?;
     temporary.write_all(&bytes).map_err(problem)?;
     Ok(Pending { temporary, name: name.into(), place, force })
+}
+
+/// Adds a JSON file to what is on its way to files, where one is asked for; gives its bytes where standard output is its place.
+pub fn prepare_json(
+    path: Option<&Path>,
+    value: &impl Serialize,
+    force: bool,
+    pending: &mut Vec<Pending>,
+) -> Result<Option<Vec<u8>>, Failure> {
+    let Some(path) = path else { return Ok(None) };
+    let json = serde_json::to_string_pretty(value).map_err(|error| Failure::of(path, error))? + "\n";
+    if is_stream(path) {
+        return Ok(Some(plain_json(&json).into_bytes()));
+    }
+    pending.push(prepare(path, json.as_bytes(), force)?);
+    Ok(None)
 }
 
 /// Puts all results in their places, one after another, uninterrupted.

@@ -1,4 +1,6 @@
-//! `neural-mesh info`: what a mesh is.
+//! `neural-mesh info`: what meshes are, one after the other; one that cannot be read does not keep the others from it.
+
+use std::path::Path;
 
 use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Topology, topology};
@@ -6,14 +8,17 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::failure::{Failure, name};
+use crate::names::{format_of, is_stream};
+use crate::plain::plain_json;
 use crate::read::{cleaned, read};
 use crate::report;
-use crate::request::{Source, format_of};
-use crate::words::{Voice, grouped};
+use crate::request::Source;
+use crate::words::{Voice, complain, grouped};
 
 /// All that is said of a mesh, in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct Info {
+    file: String,
     vertices: usize,
     edges: usize,
     faces: usize,
@@ -33,24 +38,48 @@ struct Info {
     cleaned: report::Cleaned,
 }
 
-/// Says what the mesh is, on standard output.
+/// What to do about a file of unknown format.
+const UNKNOWN: &str = "give OBJ, PLY, STL, OFF, glTF or GLB, or say by --format which it is";
+
+/// Says what each mesh is, on standard output.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let format = args.format.as_deref().map(format_of).transpose()?;
-    let source = Source::new(args.input.clone(), format, !args.no_weld);
-    let cleaned = cleaned(read(&source)?, &source)?;
-    let info = of(&cleaned);
-    if args.json {
-        let json = serde_json::to_string_pretty(&info).map_err(|error| Failure::of(&source.path, error))?;
-        json.lines().for_each(|line| Voice::Out.say(line));
-    } else {
-        lines(&info, &name(&source.path), &cleaned.counts.to_string()).iter().for_each(|line| Voice::Out.say(line));
+    if args.inputs.iter().filter(|path| is_stream(path)).count() > 1 {
+        return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
     }
-    Ok(())
+    let (mut n_said, mut all_said) = (0, Ok(()));
+    for path in &args.inputs {
+        let source = Source::new(path.clone(), format, !args.no_weld).unknown(UNKNOWN);
+        match described(&source, args.json) {
+            Ok(lines) => {
+                let gap = (n_said > 0 && !args.json).then(String::new);
+                gap.iter().chain(&lines).for_each(|line| Voice::Out.say(line));
+                n_said += 1;
+            }
+            Err(failure) => {
+                complain(&failure);
+                all_said = Err(Failure::Told);
+            }
+        }
+    }
+    all_said
 }
 
-fn of(cleaned: &Cleaned) -> Info {
+/// What is said of a mesh: a line of JSON, or a block of lines.
+fn described(source: &Source, as_json: bool) -> Result<Vec<String>, Failure> {
+    let cleaned = cleaned(read(source)?, source)?;
+    let info = of(&source.path, &cleaned);
+    if as_json {
+        let json = serde_json::to_string(&info).map_err(|error| Failure::of(&source.path, error))?;
+        return Ok(vec![plain_json(&json)]);
+    }
+    Ok(lines(&info, &cleaned.counts.to_string()))
+}
+
+fn of(path: &Path, cleaned: &Cleaned) -> Info {
     let figures = topology(&cleaned.mesh);
     Info {
+        file: name(path),
         vertices: figures.vertices,
         edges: figures.edges,
         faces: figures.faces,
@@ -85,12 +114,12 @@ fn bounds(cleaned: &Cleaned) -> [[f64; 3]; 2] {
     [corner(f32::min), corner(f32::max)]
 }
 
-fn lines(info: &Info, name: &str, cleaned: &str) -> Vec<String> {
+fn lines(info: &Info, cleaned: &str) -> Vec<String> {
     let [vertices, edges, faces] = [info.vertices, info.edges, info.faces].map(grouped);
     let [low, high] = bounds_in_words(info.bounds);
     let genus = info.genus.map_or("not defined".into(), |genus| genus.to_string());
     vec![
-        format!("{name}: {vertices} vertices, {edges} edges, {faces} faces"),
+        format!("{}: {vertices} vertices, {edges} edges, {faces} faces", info.file),
         format!("bounds      {low} to {high}"),
         format!("closed      {}", closed(info)),
         format!("manifold    {}", manifold(info)),

@@ -29,6 +29,8 @@ mod memory;
 mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
 mod missing;
+mod names;
+mod numbers;
 mod out_of_memory;
 mod plain;
 mod progress;
@@ -44,6 +46,7 @@ mod train;
 #[cfg(not(feature = "train"))]
 #[path = "no_train.rs"]
 mod train;
+mod usage;
 mod words;
 
 use std::borrow::Cow;
@@ -83,6 +86,7 @@ pub fn run() -> ExitCode {
 fn ended(done: Result<(), Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Told) => Failure::Told.exit_code(),
         Err(failure) => {
             words::complain(&failure);
             failure.exit_code()
@@ -95,6 +99,9 @@ fn answered(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
         let said = words::out(b"").and_then(|()| answer.print()).and_then(|()| words::out(b""));
         return ended(said.map_err(|error| words::closed(&error)));
+    }
+    if let Some(failure) = usage::refused_value(answer) {
+        return ended(Err(failure));
     }
     match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
         true => drop(answer.print()),

@@ -13,9 +13,10 @@ use crate::args::MeshPointsArgs;
 use crate::failure::Failure;
 use crate::files::{self, Pending};
 use crate::interrupt;
+use crate::names::{format_of, is_stream, output_format};
 use crate::progress::Progress;
 use crate::read::read_weights;
-use crate::request::{check_threads, format_of, is_stream, output_format};
+use crate::request::check_threads;
 use crate::simplify::in_pool;
 use crate::words::{Voice, grouped};
 
@@ -66,13 +67,15 @@ fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
     let given = args.format.as_deref().map(format_of).transpose()?;
     let format = output_format(&args.output, given)?;
     check_threads(args.threads)?;
-    if let Some(ratio) = args.ratio.filter(|&ratio| !(ratio > 0.0 && ratio <= 1.0)) {
-        return Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1")));
-    }
-    if args.report.as_deref().is_some_and(is_stream) {
-        return Err(Failure::Usage("the report is a file of its own: give --report another name".into()));
+    if is_stream(&args.output) && reports_to_stdout(&args) {
+        let what = "standard output takes the mesh or the report: give one of them a file name";
+        return Err(Failure::Usage(what.into()));
     }
     Ok(Request { args, format })
+}
+
+fn reports_to_stdout(args: &MeshPointsArgs) -> bool {
+    args.report.as_deref().is_some_and(is_stream)
 }
 
 fn run_in_pool(request: &Request) -> Result<(), Failure> {
@@ -84,11 +87,10 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let meshed = Meshed::of(raw, args, &mut progress)?;
     let (bytes, mut pending) = written(request, &meshed)?;
     let report = told(args, &meshed, began.elapsed().as_secs_f64());
-    pending.extend(reported(args, &report)?);
+    let json = files::prepare_json(args.report.as_deref(), &report, args.force, &mut pending)?;
     drop(progress);
-    if is_stream(&args.output) {
-        files::write_to_stdout(&bytes)?;
-    }
+    let for_stdout = is_stream(&args.output).then_some(bytes).or(json);
+    for_stdout.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
     files::place(pending)?;
     say(args, &report);
     Ok(())
@@ -102,7 +104,8 @@ pub fn embedded(args: MeshPointsArgs, raw: Option<RawMesh>, mut progress: Progre
         || io::read_points(&files::read(&request.args.input)?).map_err(|error| Failure::of(&request.args.input, error));
     let meshed = Meshed::of(raw.map_or_else(read, Ok)?, &request.args, &mut progress)?;
     let report = told(&request.args, &meshed, began.elapsed().as_secs_f64());
-    let mut pending: Vec<Pending> = reported(&request.args, &report)?.into_iter().collect();
+    let mut pending = Vec::new();
+    files::prepare_json(request.args.report.as_deref(), &report, request.args.force, &mut pending)?;
     if !is_stream(&request.args.output) {
         pending.extend(written(&request, &meshed)?.1);
     }
@@ -162,7 +165,7 @@ fn meshed(
 ) -> Result<MeshedPoints, Failure> {
     let n_points = cloud.points.len();
     let of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
-    let n_vertices = args.vertices.or(of_ratio).unwrap_or(n_points);
+    let n_vertices = args.vertices.map(|count| count.of(n_points)).or(of_ratio).unwrap_or(n_points);
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,
@@ -206,16 +209,8 @@ fn told(args: &MeshPointsArgs, Meshed { cloud, result, .. }: &Meshed, seconds: f
     }
 }
 
-/// The report on its way to its file, where one is asked for.
-fn reported(args: &MeshPointsArgs, report: &Report) -> Result<Option<Pending>, Failure> {
-    let Some(path) = &args.report else { return Ok(None) };
-    let mut json = serde_json::to_vec_pretty(report).map_err(|error| Failure::of(path, error))?;
-    json.push(b'\n');
-    files::prepare(path, &json, args.force).map(Some)
-}
-
 fn say(args: &MeshPointsArgs, report: &Report) {
-    let voice = match (args.quiet, is_stream(&args.output)) {
+    let voice = match (args.quiet, is_stream(&args.output) || reports_to_stdout(args)) {
         (true, _) => Voice::Quiet,
         (false, false) => Voice::Out,
         (false, true) => Voice::Err,

@@ -13,6 +13,16 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(escaped).collect())
 }
 
+/// JSON with every such character, but for the ends of its lines, as JSON's own escape: `\u202e`. It stays the same to a reader.
+pub fn plain_json(json: &str) -> String {
+    let escaped = |letter: char| match letter {
+        '\n' => "\n".to_string(),
+        letter if steers(letter) => format!("\\u{:04x}", u32::from(letter)),
+        letter => letter.to_string(),
+    };
+    json.chars().map(escaped).collect()
+}
+
 /// Controls of both sets, separators of lines, and what turns the direction of text.
 fn steers(letter: char) -> bool {
     let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&letter)
@@ -33,6 +43,15 @@ mod tests {
         for harmless in ["spot.ply", "a\\b", "Käse, 木, 🐄, \u{a0}", ""] {
             assert!(matches!(plain(harmless), Cow::Borrowed(same) if same == harmless));
         }
+    }
+
+    #[test]
+    fn plain_json_is_the_same_json() {
+        let name = "e\u{1b}[2J\u{9b}1m\u{7f}\u{2028}\u{202e}\n\\ä";
+        let json = serde_json::to_string_pretty(&serde_json::json!({ "file": name })).unwrap();
+        let plain = plain_json(&json);
+        assert!(!plain.contains(|letter: char| letter != '\n' && steers(letter)), "{plain:?}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&plain).unwrap()["file"], name);
     }
 
     #[test]

@@ -62,6 +62,11 @@ impl Progress {
         self.show_at(part, percent(part, 0.0));
     }
 
+    /// Says something where the bar stands.
+    pub fn aside(&self, say: impl FnOnce()) {
+        self.bar.suspend(say);
+    }
+
     /// Moves the bar, if there is something to see: events come every few milliseconds.
     fn show_at(&self, message: &'static str, percent: u64) {
         if self.shown.replace((message, percent)) != (message, percent) {

@@ -10,7 +10,8 @@ use neural_mesh::simplify::Assembly;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::request::{Source, is_stream};
+use crate::names::is_stream;
+use crate::request::Source;
 
 /// Reads the weights that are given for an assembly, if any are: those that say they learned for the other one are refused.
 pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<Weights>, Failure> {
@@ -46,7 +47,10 @@ pub fn parsed<T>(
         (Err(ReadError { format: None, .. }), Some(format)) => parse(Some(format)),
         (mesh, _) => mesh,
     };
-    mesh.map_err(|error| Failure::of(&source.path, error))
+    mesh.map_err(|error| match error.is_of_unknown_format() {
+        true => Failure::of(&source.path, format!("{}: {}", error.what, source.remedy)),
+        false => Failure::of(&source.path, error),
+    })
 }
 
 /// Welds and cleans a mesh as read.

@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::dress::Baked;
+use crate::numbers::percent;
 use crate::request::{Bound, Goal};
 
 /// All that is reported of a run of `simplify`.
@@ -173,6 +174,10 @@ pub struct Output {
     /// The figures of the mesh.
     #[serde(flatten)]
     pub size: Size,
+    /// Vertices of the file: those at seams as often as their values differ. Missing where nothing is written and for STL, whose
+    /// faces share none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices_written: Option<usize>,
     /// Vertices left by the one pass, before the collapse.
     pub vertices_after_pass: usize,
     /// Components in their smallest closed form.
@@ -195,7 +200,7 @@ pub struct Output {
     pub separated_vertices: usize,
 }
 
-/// What was asked for: `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"error": 0.01}`, `{"error_percent": 0.5}`,
+/// What was asked for: `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"faces_percent": 10.0}`, `{"error": 0.01}`, `{"error_percent": 0.5}`,
 /// `{"bytes": 500000}` or `{"lods": [0.5, 0.1]}`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -206,6 +211,8 @@ pub enum TargetWords {
     Vertices(usize),
     /// Number of faces.
     Faces(usize),
+    /// Share of the faces in percent.
+    FacesPercent(f64),
     /// Largest distance in the unit of the mesh.
     Error(f64),
     /// Largest distance in percent of the diagonal.
@@ -220,6 +227,7 @@ pub enum TargetWords {
 pub fn target(goal: &Goal, first: Target) -> TargetWords {
     match goal {
         Goal::Target => first.into(),
+        Goal::ShareOfFaces(share) => TargetWords::FacesPercent(percent(*share)),
         Goal::Error(Bound::Absolute(error)) => TargetWords::Error(*error),
         Goal::Error(Bound::Percent(percent)) => TargetWords::ErrorPercent(*percent),
         Goal::Size(n_bytes) => TargetWords::Bytes(*n_bytes),
@@ -319,6 +327,7 @@ impl Output {
     pub fn of(size: Size, done: &neural_mesh::simplify::Report) -> Self {
         Self {
             size,
+            vertices_written: None,
             vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
             components_pruned: done.components_pruned,

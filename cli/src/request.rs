@@ -1,6 +1,6 @@
 //! From typed arguments to what will be done, before any file is opened: whatever is wrong here is a usage error.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use neural_mesh::io::Format;
 use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
@@ -9,9 +9,8 @@ use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, Sc
 use crate::bake;
 use crate::failure::Failure;
 use crate::memory;
-
-/// More threads than any machine has, fewer than a system refuses to start.
-const MOST_THREADS: usize = 1024;
+use crate::names::{Destination, READABLE, destination, format_of, is_stream, named};
+use crate::numbers::{Count, MOST_THREADS};
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
@@ -22,6 +21,8 @@ pub struct Request {
     pub output: Option<PathBuf>,
     /// The format it is written in.
     pub output_format: Format,
+    /// Whether that is the format of the input, which shows when it is read.
+    pub follows_input: bool,
     /// Whether the mesh is written nowhere: another face takes it as it is.
     pub stays_in_memory: bool,
     /// What is asked of the simplifier.
@@ -64,6 +65,26 @@ pub struct Request {
     pub strict: bool,
 }
 
+/// What to do about an input of unknown format where `--format` may say it, and where that says the format of the output.
+const NAMED_OUTPUT: &str =
+    "give OBJ, PLY, STL, OFF, glTF or GLB; as the name of OUT says its format, --format may say that of IN";
+const UNNAMED_OUTPUT: &str = "give OBJ, PLY, STL, OFF, glTF or GLB; --format is for the output";
+
+impl Request {
+    /// Whether standard output takes the report.
+    pub fn reports_to_stdout(&self) -> bool {
+        self.report.as_deref().is_some_and(is_stream)
+    }
+
+    /// The size that is asked for, of a mesh of so many faces.
+    pub fn target(&self, n_faces: usize) -> Target {
+        match self.goal {
+            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(share).of(n_faces)),
+            _ => self.options.target,
+        }
+    }
+}
+
 /// What is done to a mesh before it is simplified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Repair {
@@ -78,6 +99,8 @@ pub enum Repair {
 pub enum Goal {
     /// The target of the options.
     Target,
+    /// A share of the faces.
+    ShareOfFaces(f64),
     /// A largest distance from the original.
     Error(Bound),
     /// A number of bytes.
@@ -133,13 +156,15 @@ pub struct Source {
     pub weld_near: Option<Bound>,
     /// Whether a scene becomes one mesh in any format.
     pub as_one: bool,
+    /// What to do where the format is not known.
+    pub remedy: &'static str,
 }
 
 impl Source {
     /// A mesh that is read as `given`, where that is said and its name says nothing.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
-        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false }
+        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false, remedy: READABLE }
     }
 
     /// Whether it is a glTF scene that stays one.
@@ -151,7 +176,12 @@ impl Source {
 
     /// A mesh that is read as `given` only where neither its name nor its content says anything.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
-        Self { path, format: None, last_resort: given, weld, weld_near: None, as_one: false }
+        Self { last_resort: given, ..Self::new(path, None, weld) }
+    }
+
+    /// The same, with what is to be done where the format is not known.
+    pub fn unknown(self, remedy: &'static str) -> Self {
+        Self { remedy, ..self }
     }
 
     /// The same, with vertices nearer than that welded.
@@ -168,16 +198,13 @@ impl Source {
 /// Checks the arguments of `simplify` and fills in what they leave open.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
-    let format = args.format.as_deref().map(format_of).transpose()?;
-    let output_format = output_format(&args.output, format)?;
-    // `--format` is the output's where its name does not say, else the input's.
-    let source = if named(&args.output).is_some() { Source::new } else { Source::by_content };
-    let weld_near = weld_near(&args)?;
+    let Destination { path: output, format: output_format, follows_input } = destination(&args)?;
+    let source = source(&args)?;
     let request = Request {
         options: options(&args)?,
         goal: goal(&args)?,
         strict: strict(&args)?,
-        seam_texels: seam_texels(&args)?,
+        seam_texels: args.seam_error,
         prune_below: prune_below(&args)?,
         repair: repair(&args)?,
         bake: bake(&args, output_format)?,
@@ -186,16 +213,15 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         allow_outside: args.allow_outside,
         map: args.map,
         explain: args.explain,
-        output: (!is_stream(&args.output)).then_some(args.output),
-        source: source(args.inputs.into_iter().next().unwrap_or_default(), format, !args.no_weld)
-            .welded(weld_near)
-            .united(args.bake.is_some()),
+        output: (!is_stream(&output)).then_some(output),
+        source,
         output_format,
+        follows_input,
         stays_in_memory: false,
         weights: args.weights,
         n_threads: args.threads,
         check: !args.no_check,
-        report: args.report,
+        report: args.report.or_else(|| args.json.then(|| "-".into())),
         picture: args.picture,
         quiet: args.quiet,
         force: args.force,
@@ -205,29 +231,21 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     Ok(request)
 }
 
-/// The format with that name.
-pub fn format_of(name: &str) -> Result<Format, Failure> {
-    let unknown = || format!("--format {name}: unknown format: choose from {}", Format::NAMES.join(", "));
-    Format::from_name(name).ok_or_else(|| Failure::Usage(unknown()))
-}
-
-/// Whether a path stands for standard input or output.
-pub fn is_stream(path: &Path) -> bool {
-    path.as_os_str() == "-"
+/// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
+fn source(args: &SimplifyArgs) -> Result<Source, Failure> {
+    let format = args.format.as_deref().map(format_of).transpose()?;
+    let path = args.inputs.first().cloned().unwrap_or_default();
+    let source = match named(&args.output).filter(|_| !args.output.is_dir()) {
+        Some(_) => Source::new(path, format, !args.no_weld).unknown(NAMED_OUTPUT),
+        None => Source::by_content(path, format, !args.no_weld).unknown(UNNAMED_OUTPUT),
+    };
+    Ok(source.welded(weld_near(args)?).united(args.bake.is_some()))
 }
 
 /// What only a batch has a use for.
 fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     if args.resume {
         return Err(Failure::Usage("--resume is for batches: give a folder, a pattern or --list".into()));
-    }
-    bound_memory(args)
-}
-
-/// Bounds the memory of the program where that is asked for.
-pub fn bound_memory(args: &SimplifyArgs) -> Result<(), Failure> {
-    if args.memory.is_some_and(|gib| gib.is_nan() || gib <= 0.0) {
-        return Err(Failure::Usage("--memory: give a number of GiB above 0".into()));
     }
     memory::bound(args.memory);
     Ok(())
@@ -247,9 +265,6 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     } else if options.optimize == Optimize::Mean {
         check_no_network("--optimize mean", args)?;
     }
-    if let Some(x) = args.oversample.filter(|x| !(1.0..=4.0).contains(x)) {
-        return Err(Failure::Usage(format!("--oversample {x}: give a number from 1 to 4")));
-    }
     options.oversample = args.oversample;
     options.seed = args.seed;
     options.prune = !args.keep_parts;
@@ -258,10 +273,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
-    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle);
-    if let Some(degrees) = options.crease_angle.filter(|degrees| !(0.0..=180.0).contains(degrees)) {
-        return Err(Failure::Usage(format!("--crease-angle {degrees}: give degrees from 0 to 180")));
-    }
+    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle.map(|x| x as f32));
     options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
     check_closed(args)?;
     check_symmetric(args)?;
@@ -282,15 +294,6 @@ fn hidden(what: HiddenArg) -> Hidden {
         HiddenArg::Keep => Hidden::Keep,
         HiddenArg::Cheap => Hidden::Cheap,
         HiddenArg::Drop => Hidden::Drop,
-    }
-}
-
-/// How far seams may leave their places, in texels, where that was asked for.
-pub fn seam_texels(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
-    let is_wrong = |texels: &f64| !(texels.is_finite() && *texels >= 0.0);
-    match args.seam_error.filter(is_wrong) {
-        Some(texels) => Err(Failure::Usage(format!("--seam-error {texels}: give texels, 0 or more"))),
-        None => Ok(args.seam_error),
     }
 }
 
@@ -350,6 +353,9 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
 
 /// What is asked for beside a number of vertices or faces.
 pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
+    if let Some(Count::Share(share)) = args.faces {
+        return Ok(Goal::ShareOfFaces(share));
+    }
     match (&args.error, &args.size, &args.lods[..]) {
         (Some(text), _, _) => bound("--error", text).map(Goal::Error),
         (_, Some(text), _) => n_bytes(text).map(Goal::Size),
@@ -412,9 +418,10 @@ fn bound(option: &str, text: &str) -> Result<Bound, Failure> {
 
 /// A size as typed: `200000`, `500kB`, `2MB`.
 fn n_bytes(text: &str) -> Result<usize, Failure> {
-    let units = [("kib", 1024.0), ("mib", 1048576.0), ("kb", 1e3), ("mb", 1e6), ("k", 1e3), ("m", 1e6), ("b", 1.0)];
+    let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
+    let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
     let lower = text.to_ascii_lowercase();
-    let found = units.iter().find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
+    let found = binary.iter().chain(&decimal).find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
     let (number, factor) = found.unwrap_or((&lower, 1.0));
     let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
     value.map(|x| x as usize).ok_or_else(|| Failure::Usage(format!("--size {text}: give bytes, like 500kB or 2MB")))
@@ -430,66 +437,37 @@ fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{option}: {why}")))
 }
 
+/// The size, as far as it is known before the mesh is.
 fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
-    let is_share = |ratio: &f64| *ratio > 0.0 && *ratio <= 1.0;
-    if !args.lods.iter().all(is_share) || args.lods.windows(2).any(|pair| pair[1] > pair[0]) {
-        return Err(Failure::Usage(
-            "--lods: give shares above 0 and at most 1, each no larger than the one before".into(),
-        ));
+    if args.lods.windows(2).any(|pair| pair[1] > pair[0]) {
+        return Err(Failure::Usage("--lods: give falling shares, like 50%,25%,10% or 0.5,0.25,0.1".into()));
     }
-    if args.error.is_some() || args.size.is_some() {
-        return Ok(Target::Ratio(1.0));
-    }
-    match (args.ratio.or(args.lods.first().copied()), args.vertices, args.faces) {
-        (Some(ratio), _, _) if ratio > 0.0 && ratio <= 1.0 => Ok(Target::Ratio(ratio)),
-        (Some(ratio), _, _) => Err(Failure::Usage(format!("--ratio {ratio}: give a number above 0 and at most 1"))),
-        (_, Some(n), _) if n > 0 => Ok(Target::Vertices(n)),
-        (_, _, Some(n)) if n > 0 => Ok(Target::Faces(n)),
-        _ => Err(Failure::Usage("invalid size 0: give --ratio R, --vertices N or --faces N above 0".into())),
-    }
-}
-
-/// The format to write: what the name says, else what `--format` says; the two may not disagree where only one is meant.
-pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
-    let format = named(output).or(given).ok_or_else(|| {
-        let where_to = if is_stream(output) { "standard output".into() } else { output.display().to_string() };
-        Failure::Usage(format!("{where_to}: unknown format: give --format obj, ply, stl, off or glb"))
-    })?;
-    // `--format ply-ascii -o x.ply` asks for the text variant of what the name says.
-    Ok(given.filter(|given| family(*given) == family(format)).unwrap_or(format))
-}
-
-/// The format that a name says.
-fn named(path: &Path) -> Option<Format> {
-    if is_stream(path) { None } else { Format::from_path(path) }
-}
-
-/// The variants of a format are one family.
-fn family(format: Format) -> Format {
-    match format {
-        Format::PlyAscii => Format::Ply,
-        Format::StlAscii => Format::Stl,
-        other => other,
-    }
+    Ok(match (args.ratio.or(args.lods.first().copied()), args.vertices, args.faces) {
+        (Some(ratio), _, _) | (_, Some(Count::Share(ratio)), _) => Target::Ratio(ratio),
+        (_, Some(Count::Number(n)), _) => Target::Vertices(n),
+        (_, _, Some(Count::Number(n))) => Target::Faces(n),
+        _ => Target::Ratio(1.0),
+    })
 }
 
 /// Refuses numbers of threads that no system starts.
 pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
     match n_threads {
-        Some(n) if !(1..=MOST_THREADS).contains(&n) => {
+        Some(n) if !(1..=MOST_THREADS).contains(&(n as u64)) => {
             Err(Failure::Usage(format!("--threads {n}: give a number from 1 to {MOST_THREADS}")))
         }
         _ => Ok(()),
     }
 }
 
-/// Only the mesh can go to standard output.
+/// Standard output takes the mesh or the report.
 fn check_streams(request: &Request) -> Result<(), Failure> {
-    let others = [&request.report, &request.picture, &request.map];
-    match others.into_iter().flatten().any(|path| is_stream(path)) {
-        true => Err(Failure::Usage(
-            "only the mesh goes to standard output: give report, picture and map a file name".into(),
-        )),
-        false => Ok(()),
-    }
+    let what = match [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
+        true => "picture and map are files: give each a name",
+        false if request.reports_to_stdout() && request.output.is_none() => {
+            "standard output takes the mesh or the report: give one of them a file name"
+        }
+        false => return Ok(()),
+    };
+    Err(Failure::Usage(what.into()))
 }

@@ -21,6 +21,7 @@ use crate::dress::{Baked, Dress};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
+use crate::names::is_stream;
 use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
@@ -37,13 +38,14 @@ const SCREEN: f64 = 9.0 / 16.0;
 pub fn run(request: Request) -> Result<(), Failure> {
     check_places(&request)?;
     interrupt::watch(Failure::Interrupted);
-    in_pool(request.n_threads, || run_in_pool(&request))
+    in_pool(request.n_threads, || run_in_pool(request))
 }
 
 /// Refuses, before any work, places where no file of the request can be put.
 pub fn check_places(request: &Request) -> Result<(), Failure> {
     let results = [&request.report, &request.picture, &request.map];
-    let paths: Vec<PathBuf> = outputs(request).into_iter().chain(results.into_iter().flatten().cloned()).collect();
+    let results = results.into_iter().flatten().filter(|path| !is_stream(path)).cloned();
+    let paths: Vec<PathBuf> = outputs(request).into_iter().chain(results).collect();
     files::check_places(paths.iter().map(PathBuf::as_path), request.force)
 }
 
@@ -54,14 +56,14 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
     pool.install(work)
 }
 
-fn run_in_pool(request: &Request) -> Result<(), Failure> {
+fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet);
     let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
-    let done = simplify_file(request, weights.as_ref(), &mut progress)?;
+    let done = simplify_file(&mut request, weights.as_ref(), &mut progress)?;
     drop(progress);
     let (report, cleaned) = done.put()?;
-    say(request, &report, &cleaned);
-    met(request, &report)
+    say(&request, &report, &cleaned);
+    met(&request, &report)
 }
 
 /// Whether what was written is as asked, as far as that matters for the exit code.
@@ -79,10 +81,14 @@ pub fn met(request: &Request, report: &Report) -> Result<(), Failure> {
 }
 
 /// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.
-pub fn simplify_file(request: &Request, weights: Option<&Weights>, progress: &mut Progress) -> Result<Done, Failure> {
+pub fn simplify_file(
+    request: &mut Request,
+    weights: Option<&Weights>,
+    progress: &mut Progress,
+) -> Result<Done, Failure> {
     let mut read = 0.0;
     progress.show("read");
-    let subject = timed(&mut read, || Subject::open(request))?;
+    let subject = timed(&mut read, || Subject::follow(request))?;
     simplify_subject(&subject, request, weights, read, progress).map(|(done, _)| done)
 }
 
@@ -100,10 +106,11 @@ pub fn simplify_subject(
     let dress = dressed(subject, &lighter.results, request, progress)?;
     seconds.bake = dress.as_ref().map(|dress| dress.figures.seconds);
     progress.show("check");
-    let levels: Vec<Level> =
+    let mut levels: Vec<Level> =
         timed(&mut seconds.check, || lighter.results.iter().map(|result| measured(subject, result, request)).collect());
     progress.show("write");
     let written = timed(&mut seconds.write, || written(subject, &lighter.results, &levels, dress.as_ref(), request))?;
+    levels.iter_mut().zip(&written.n_vertices).for_each(|(level, n)| level.output.vertices_written = *n);
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
     let mut notes = [subject.notes.clone(), of_dress, written.notes].concat();
@@ -113,10 +120,12 @@ pub fn simplify_subject(
     let report = told(request, subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
     progress.show("picture");
     let drawn = drawn(request, shown.as_ref(), &report)?;
-    let pending = written.pending.into_iter().chain(drawn).chain(reported(request, &report)?);
-    let pending = pending.chain(mapped(request, subject, first)?).collect();
+    let mut pending: Vec<Pending> = written.pending.into_iter().chain(drawn).collect();
+    pending.extend(mapped(request, subject, first)?);
+    let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
+    let bytes = written.bytes.or(json);
     let cleaned = subject.counts.to_string();
-    let done = Done { report, cleaned, bytes: written.bytes, pending, beside: written.beside, force: request.force };
+    let done = Done { report, cleaned, bytes, pending, beside: written.beside, force: request.force };
     Ok((done, lighter.results))
 }
 
@@ -168,15 +177,13 @@ fn lighter(
     let importance = importance(subject, request)?;
     check_poses(subject, request)?;
     let input = subject.input(&importance);
-    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
-    let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
-    let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
-    let frame = subject.written_frame(request);
-    let options = Options { frame, prune_below, seam_error, symmetric, ..request.options.clone() };
+    let options = options_for(subject, request)?;
     let tell: &mut Listener = &mut |event| progress.event(event);
     let one = |result| Lighter { results: vec![result], certified: None, note: None };
     match &request.goal {
-        Goal::Target => simplify_input(&input, weights, &options, tell).map(one).map_err(refused),
+        Goal::Target | Goal::ShareOfFaces(_) => {
+            simplify_input(&input, weights, &options, tell).map(one).map_err(refused)
+        }
         Goal::Levels(further) => {
             let results = simplify_levels_of_detail(&input, weights, &options, further, tell).map_err(refused)?;
             Ok(Lighter { results, certified: None, note: None })
@@ -197,6 +204,16 @@ fn lighter(
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
+}
+
+/// What is asked of the simplifier, now that the mesh is known.
+fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure> {
+    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
+    let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
+    let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
+    let frame = subject.written_frame(request);
+    let target = request.target(subject.mesh().faces().len());
+    Ok(Options { target, frame, prune_below, seam_error, symmetric, ..request.options.clone() })
 }
 
 /// Refuses to simplify for poses what has one alone.
@@ -314,6 +331,8 @@ struct OnTheirWay {
     pending: Vec<Pending>,
     beside: Option<(PathBuf, Vec<OutputFile>)>,
     notes: Vec<String>,
+    /// Vertices of each result as its file has them.
+    n_vertices: Vec<Option<usize>>,
 }
 
 /// The meshes as bytes where standard output is their place, else as files on their way.
@@ -336,6 +355,7 @@ fn written(
         let meshes = Meshes { results: results.to_vec(), coverage: coverage.clone(), dress };
         let files = files_of(subject, &meshes, request, number)?;
         done.notes.extend(files.notes.into_iter().filter(|_| number == 0));
+        done.n_vertices.extend(files.n_vertices);
         let Some(path) = paths.get(number) else {
             let n = files.beside.len();
             done.notes.extend((n > 0).then(|| format!("{n} files beside the mesh are not written to standard output")));
@@ -459,14 +479,6 @@ fn drawn(request: &Request, shown: Option<&Shown>, report: &Report) -> Result<Op
     files::prepare(path, &encode_png(&image), request.force).map(Some)
 }
 
-/// The report on its way to its file, where one is asked for.
-fn reported(request: &Request, report: &Report) -> Result<Option<Pending>, Failure> {
-    let Some(path) = &request.report else { return Ok(None) };
-    let mut json = serde_json::to_vec_pretty(report).map_err(|error| Failure::of(path, error))?;
-    json.push(b'\n');
-    files::prepare(path, &json, request.force).map(Some)
-}
-
 /// The map on its way to its file, where one is asked for.
 fn mapped(request: &Request, subject: &Subject, result: &Simplified) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(map)) = (&request.map, &result.map) else { return Ok(None) };
@@ -476,10 +488,10 @@ fn mapped(request: &Request, subject: &Subject, result: &Simplified) -> Result<O
 }
 
 fn say(request: &Request, report: &Report, cleaned: &str) {
-    let voice = match (request.quiet, &request.output) {
-        (true, _) => Voice::Quiet,
-        (false, Some(_)) => Voice::Out,
-        (false, None) => Voice::Err,
+    let voice = match request.output {
+        _ if request.quiet => Voice::Quiet,
+        Some(_) if !request.reports_to_stdout() => Voice::Out,
+        _ => Voice::Err,
     };
     words::notes(report, cleaned).iter().for_each(|line| voice.say(line));
     if request.explain {
@@ -488,6 +500,7 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
     match &report.levels[..] {
         [] => {
             voice.say(&words::size(&report.input, &report.output.size));
+            words::written(&report.output).iter().for_each(|line| voice.say(line));
             report.certified.iter().for_each(|distance| voice.say(&words::certified(distance)));
             report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
         }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Asset, Extra, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
+    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Channel, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
@@ -17,6 +17,7 @@ use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry, importance
 use crate::args::IgnoreArg;
 use crate::dress::Dress;
 use crate::failure::Failure;
+use crate::names::alone;
 use crate::read::{cleaned, parsed};
 use crate::request::{Bound, Repair, Request, Source};
 
@@ -80,6 +81,8 @@ pub struct Files {
     pub beside: Vec<OutputFile>,
     /// What the format does not hold, in one line each.
     pub notes: Vec<String>,
+    /// Vertices of each result as the file has them, where it has such.
+    pub n_vertices: Vec<Option<usize>>,
 }
 
 impl Subject {
@@ -93,10 +96,20 @@ impl Subject {
         Self::of(parsed(source, io::read_attributed, io::read_attributed_path)?, request)
     }
 
+    /// As [`open`](Self::open); where the request leaves the format open, it is that of the input from now on.
+    pub fn follow(request: &mut Request) -> Result<Self, Failure> {
+        if !request.follows_input {
+            return Self::open(request);
+        }
+        let read = parsed(&request.source, io::read_attributed, io::read_attributed_path)?;
+        request.output_format = alone(read.format);
+        Self::of(read, request)
+    }
+
     /// Cleans a mesh that is read.
     pub fn of(read: ReadMesh, request: &Request) -> Result<Self, Failure> {
         let source = &request.source;
-        let ReadMesh { mesh: mut raw, extra, notes } = read;
+        let ReadMesh { mesh: mut raw, extra, notes, .. } = read;
         if request.bake.is_some() && extra.is_bent {
             let what =
                 "--bake: a mesh with a skin or morph targets has more than one shape: simplify it without --bake";
@@ -404,18 +417,13 @@ impl Subject {
                 let name = Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
                 let written = io::write_attributed(&model, &WriteOptions { format, name, allow_outside })?;
                 let notes = dropped.into_iter().chain(written.notes).collect();
-                Ok(Files { bytes: written.bytes, beside: written.beside, notes })
+                Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
             }
             Kind::Scene { asset, united, pieces } => {
-                let levels: Vec<Vec<LighterPart>> = results
-                    .iter()
-                    .map(|result| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes))
-                    .collect();
-                let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
-                let mut files = asset.write_levels(&levels, coverage, request.output_format, file_name)?;
-                let beside = files.split_off(1.min(files.len()));
-                let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
-                Ok(Files { bytes, beside, notes: Vec::new() })
+                let lighter =
+                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
+                scene_files(asset, &levels, coverage, request.output_format, file_name)
             }
         }
     }
@@ -431,6 +439,23 @@ impl Subject {
         let pairs: Vec<_> = pairs.map(|(piece, (before, after))| (&before.0, &after.0, united.scale(piece))).collect();
         quick_distance_of_pairs(&pairs, n_samples, 0)
     }
+}
+
+/// An asset with lighter parts, level by level, as files.
+fn scene_files(
+    asset: &Asset,
+    levels: &[Vec<LighterPart>],
+    coverage: &[f64],
+    format: Format,
+    file_name: &str,
+) -> Result<Files, WriteError> {
+    let parts: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+    let mut files = asset.write_levels(&parts, coverage, format, file_name)?;
+    let beside = files.split_off(1.min(files.len()));
+    let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
+    let n_written = |parts: &Vec<LighterPart>| parts.iter().map(LighterPart::n_written_vertices).sum();
+    let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
+    Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
 }
 
 /// What became of each part of an asset when all of them became one mesh with these attributes.

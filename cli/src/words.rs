@@ -165,11 +165,20 @@ pub fn explained(report: &Report) -> Vec<String> {
     lines
 }
 
+/// `written   349 vertices: those at seams once for each side`, where a file has more than the mesh.
+pub fn written(output: &Output) -> Option<String> {
+    let n = output.vertices_written.filter(|n| *n != output.size.vertices)?;
+    Some(format!("written   {} vertices: those at seams once for each side", grouped(n)))
+}
+
 /// `level 1   640 vertices, 1,276 faces (25.0 % of the vertices), distance 0.1 % mean, 0.4 % max, up to 0.23 of the screen`
 pub fn level(number: usize, input: &Size, level: &Level) -> String {
     let size = &level.output.size;
     let share = 100.0 * size.vertices as f64 / input.vertices.max(1) as f64;
     let mut line = format!("level {number}   {} ({share:.1} % of the vertices)", counts(size));
+    if let Some(n) = level.output.vertices_written.filter(|n| *n != size.vertices) {
+        line += &format!(", {} vertices written", grouped(n));
+    }
     if let (Some(distance), Some(coverage)) = (&level.distance, level.screen_coverage) {
         let (mean, max) = (distance.mean_percent, distance.max_percent);
         line += &format!(", distance {mean:.3} % mean, {max:.3} % max, up to {coverage:.2} of the screen");

@@ -254,8 +254,8 @@ fn what_cannot_be_baked_is_refused_in_one_line() {
     std::fs::write(folder.path().join("bent.gltf"), scene(true)).unwrap();
     let before = files(folder.path());
     for (input, output, size, code, words) in [
-        ("a.obj", "b.glb", "0", 2, "--bake: 0 texels a side: give a whole number from 16 to 8192"),
-        ("a.obj", "b.glb", "8193", 2, "--bake: 8193 texels a side"),
+        ("a.obj", "b.glb", "0", 2, "--bake 0: give a whole number from 16 to 8192"),
+        ("a.obj", "b.glb", "8193", 2, "--bake 8193: give a whole number from 16 to 8192"),
         ("gone.obj", "b.ply", "64", 2, "--bake 64: ply holds no textures: write glb, gltf or obj"),
         ("gone.obj", "b.stl", "64", 2, "--bake 64: stl holds no textures: write glb, gltf or obj"),
         ("bent.gltf", "b.glb", "64", 2, "--bake: a mesh with a skin or morph targets has more than one shape"),

@@ -61,6 +61,34 @@ fn a_folder_becomes_a_folder_with_a_manifest() {
 }
 
 #[test]
+fn a_size_in_other_words_is_the_same_batch() {
+    let folder = prepared();
+    let batch = |out: &str, size: [&str; 2], more: &[&str]| {
+        run(folder.path(), &[&["simplify", "in", "-o", out], &size[..], more].concat())
+    };
+    for (out, size, same, other) in [
+        ("a", ["--ratio", "20%"], ["--ratio", "0.2"], ["--ratio", "21%"]),
+        ("b", ["--faces", "0.1k"], ["--faces", "100"], ["--faces", "20%"]),
+        ("c", ["--faces", "20%"], ["--faces", "20.0 %"], ["--vertices", "20%"]),
+    ] {
+        assert_eq!(batch(out, size, &[]).code, Some(0));
+        assert_eq!(batch(out, same, &["--resume"]).code, Some(0));
+        let refused = batch(out, other, &["--resume"]);
+        assert!(
+            refused.code == Some(1) && the_line(&refused).contains("belongs to another batch"),
+            "{}",
+            refused.words
+        );
+    }
+    let rows = manifest(&folder.path().join("c"));
+    assert!(rows["a.obj"]["request"].starts_with("--faces 20% "), "{}", rows["a.obj"]["request"]);
+    for row in rows.values() {
+        let [all, kept] = ["faces", "output_faces"].map(|name| row[name].parse::<f64>().unwrap());
+        assert!(kept <= 0.2 * all, "{row:?}");
+    }
+}
+
+#[test]
 fn each_result_is_that_of_the_mesh_alone() {
     let folder = prepared();
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3"]).code, Some(0));

@@ -59,6 +59,23 @@ fn the_json_holds_every_figure_with_its_unit_for_every_result() {
     assert_eq!(json["settings"]["samples"], 500);
 }
 
+#[test]
+fn a_result_that_cannot_be_read_is_left_out() {
+    let folder = folder_of_octahedra();
+    fs::write(folder.path().join("bad.ply"), "ply").unwrap();
+    let run = compare(folder.path(), &["a.obj", "bad.ply", "open.obj", "missing.ply", "--json", "a.json"]);
+    assert_eq!((run.code, run.words.lines().count()), (Some(1), 2), "{}", run.words);
+    assert!(run.words.contains("neural-mesh: bad.ply: ") && run.words.contains("neural-mesh: missing.ply: "));
+    assert!(String::from_utf8(run.out).unwrap().contains("open.obj"));
+    let results = json(&folder.path().join("a.json"))["results"].clone();
+    assert_eq!((results.as_array().unwrap().len(), &results[0]["name"]), (1, &"open.obj".into()));
+    for meshes in [["a.obj", "bad.ply"], ["bad.ply", "a.obj"]] {
+        let run = compare(folder.path(), &meshes);
+        assert_eq!((run.code, run.out.len()), (Some(1), 0));
+        assert!(the_line(&run).contains("bad.ply"), "{}", run.words);
+    }
+}
+
 #[cfg(feature = "spectrum")]
 #[test]
 fn with_the_spectrum_nothing_is_left_out() {
@@ -123,7 +140,7 @@ fn what_cannot_be_done_is_a_usage_error() {
         &["-", "-"],
         &["a.obj", "missing.obj", "--samples", "0"],
         &["a.obj", "missing.obj", "--threads", "0"],
-        &["a.obj", "missing.obj", "--json", "-"],
+        &["a.obj", "missing.obj", "--html", "-"],
         &["a.obj", "missing.obj", "--html", "x", "--json", "x"],
         &["a.obj", "missing.obj", "--nonsense"],
     ] {
@@ -140,7 +157,7 @@ fn bad_input_and_taken_places_leave_nothing() {
     let before = files(folder.path());
     for bad in [
         &["missing.obj", "a.obj", "--html", "a.html"][..],
-        &["a.obj", "a.obj", "bad.obj", "--html", "a.html", "--json", "a.json"],
+        &["a.obj", "bad.obj", "--html", "a.html", "--json", "a.json"],
         &["a.obj", "a.obj", "--html", "taken.html", "--json", "a.json"],
         &["a.obj", "a.obj", "--html", "none/a.html"],
     ] {

@@ -57,13 +57,48 @@ fn nothing_appears_when_the_input_is_bad() {
 #[test]
 fn places_where_nothing_can_be_written_are_refused_first() {
     let folder = folder();
-    fs::create_dir(folder.path().join("b.ply")).unwrap();
+    fs::create_dir_all(folder.path().join("b.ply/missing.ply")).unwrap();
     for output in ["none/a.ply", "b.ply"] {
         let run = run(folder.path(), &["simplify", "missing.ply", "-o", output, "--ratio", "0.5", "--force"]);
         assert_eq!(run.code, Some(1));
         assert!(the_line(&run).contains(output));
     }
     assert_eq!(files(folder.path()), ["b.ply"]);
+}
+
+#[test]
+fn a_folder_takes_the_mesh_under_its_name() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("a.obj"), OCTAHEDRON).unwrap();
+    fs::create_dir(at("out")).unwrap();
+    let into = |output: &str, more: &[&str]| {
+        run(folder.path(), &[&["simplify", "a.obj", "-o", output, "--ratio", "1"], more].concat())
+    };
+    let first = into("out", &["--report", "r.json"]);
+    assert_eq!(first.code, Some(0), "{}", first.words);
+    let refused = into("out/", &[]);
+    assert!(refused.code == Some(1) && the_line(&refused).contains("out/a.obj: exists already"), "{}", refused.words);
+    assert_eq!(into("out", &["--force"]).code, Some(0));
+    assert_eq!(into("out", &["--format", "stl-ascii"]).code, Some(0));
+    assert_eq!(into("out", &["--lods", "1,0.9"][..]).code, Some(2));
+    let levels = run(folder.path(), &["simplify", "a.obj", "-o", "out", "--lods", "1,1"]);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(files(&at("out")), ["a-lod0.obj", "a-lod1.obj", "a.obj", "a.stl"]);
+    // No batch: no manifest, and a report.
+    assert_eq!(files(folder.path()), ["a.obj", "out", "r.json"]);
+}
+
+#[test]
+fn a_folder_is_no_way_to_lose_the_input() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let refused = run(folder.path(), &["simplify", "a.obj", "-o", ".", "--ratio", "1"]);
+    assert!(refused.code == Some(1) && the_line(&refused).contains("a.obj: exists already"), "{}", refused.words);
+    assert_eq!(fs::read_to_string(folder.path().join("a.obj")).unwrap(), OCTAHEDRON);
+    let nameless = run_with_input(folder.path(), &["simplify", "-", "-o", ".", "--ratio", "1"], OCTAHEDRON.as_bytes());
+    assert!(nameless.code == Some(2) && the_line(&nameless).contains("has no name"), "{}", nameless.words);
+    assert_eq!(files(folder.path()), ["a.obj"]);
 }
 
 #[test]

@@ -14,12 +14,15 @@ mod evaluate;
 mod files;
 mod formats;
 mod hidden;
+mod info;
 mod memory;
 mod mesh_points;
 mod numbers;
 mod poses;
 mod repair;
 mod simplify;
+mod sizes;
+mod streams;
 mod terminal;
 #[cfg(feature = "train")]
 mod train;

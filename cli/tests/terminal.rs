@@ -121,8 +121,12 @@ fn names_of_files_are_spelled_out() {
     }
     // As a pattern of the shell gives them.
     let refused = run(folder.path(), &["info", &good, &bad]);
-    assert_eq!(refused.code, Some(2));
-    plain_words(&refused);
+    assert_eq!(refused.code, Some(1));
+    spelled_out(&refused);
+    // JSON has an escape of its own, which leads back.
+    let told = run(folder.path(), &["info", &good, "--json"]);
+    plain_words(&told);
+    assert_eq!(serde_json::from_slice::<serde_json::Value>(&told.out).unwrap()["file"], good);
 }
 
 #[cfg(target_os = "linux")]

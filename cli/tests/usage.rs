@@ -58,8 +58,9 @@ fn other_settings_are_checked_too() {
         &["--threads", "100000"],
         &["--format", "doc"],
         &["--report", "a.ply"],
-        &["--report", "-"],
         &["--picture", "-"],
+        &["--map", "-"],
+        &["--json", "--report", "a.json"],
         &["--scores", "none"],
         &["--seed", "-1"],
         &["--error", "0.5%"],
@@ -80,7 +81,7 @@ fn other_settings_are_checked_too() {
 #[test]
 fn the_output_format_has_to_be_known() {
     assert_eq!(refused(&["-o", "a.xyz", "--ratio", "0.5"]).code, Some(2));
-    assert_eq!(refused(&["-o", "-", "--ratio", "0.5"]).code, Some(2));
+    assert_eq!(refused(&["-o", "-", "--ratio", "0.5"]).code, Some(1));
     assert_eq!(refused(&["-o", "a.xyz", "--format", "obj", "--ratio", "0.5"]).code, Some(1));
 }
 

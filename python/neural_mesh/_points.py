@@ -18,8 +18,8 @@ from ._words import words
 def mesh_points(
     cloud: Any,
     *,
-    ratio: float | None = None,
-    vertices: int | None = None,
+    ratio: float | str | None = None,
+    vertices: int | str | None = None,
     out: str | os.PathLike[str] | None = None,
     weights: str | os.PathLike[str] | None = None,
     seed: int = 0,

@@ -21,9 +21,9 @@ Progress = Callable[[float, str], object]
 def simplify(
     mesh: Any,
     *,
-    ratio: float | None = None,
-    vertices: int | None = None,
-    faces: int | None = None,
+    ratio: float | str | None = None,
+    vertices: int | str | None = None,
+    faces: int | str | None = None,
     error: float | str | None = None,
     size: int | str | None = None,
     out: str | os.PathLike[str] | None = None,
@@ -61,7 +61,8 @@ def simplify(
     report: str | os.PathLike[str] | None = None,
     allow_outside: bool = False,
 ) -> Light:
-    """Makes a mesh lighter. Exactly one of `ratio`, `vertices`, `faces`, `error` and `size` says what stays.
+    """Makes a mesh lighter. Exactly one of `ratio`, `vertices`, `faces`, `error` and `size` says what stays: numbers, or
+    what the program takes, as `"10%"`, `"10k"`, `"2MB"`.
 
     `mesh` is a file, a pair of arrays (vertices n x 3, faces m x 3), or a mesh of trimesh, Open3D or pyvista. With `out` the
     result is written as the program writes it. Options are the program's (`neural-mesh simplify --help`, `docs/python.md`).
@@ -73,7 +74,7 @@ def simplify(
     return _results(mesh, target, options)[0]
 
 
-def lods(mesh: Any, ratios: Sequence[float], **options: Any) -> list[Light]:
+def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light]:
     """Levels of detail: falling shares of the vertices, for little more than what the first of them costs. Options are those of
     `simplify`; with `out` each is written with `-lod0`, `-lod1` and so on in its name, and a glTF scene as one file."""
     unknown = [name for name in options if name in _SIZES or name not in _OPTIONS]

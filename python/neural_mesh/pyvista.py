@@ -26,7 +26,7 @@ class Neural:
         """As `neural_mesh.simplify`; gives a `PolyData`."""
         return simplify(self._mesh, **options).mesh
 
-    def lods(self, ratios: Sequence[float], **options: Any) -> list[Any]:
+    def lods(self, ratios: Sequence[float | str], **options: Any) -> list[Any]:
         """As `neural_mesh.lods`; gives `PolyData`."""
         return [light.mesh for light in lods(self._mesh, ratios, **options)]
 

@@ -18,15 +18,16 @@ MESH = torus(20, 12)
     [
         (MESH, {}, "no size: give exactly one of ratio, vertices, faces, error, size"),
         (MESH, {"ratio": 0.5, "faces": 10}, "ratio and faces: give exactly one"),
-        (MESH, {"ratio": 2.0}, "ratio 2: give a number above 0 and at most 1"),
-        (MESH, {"ratio": float("nan")}, "give a number above 0"),
-        (MESH, {"ratio": -0.5}, "ratio -0.5: give a number above 0"),
-        (MESH, {"vertices": -5}, "invalid value '-5' for 'vertices <N>'"),
+        (MESH, {"ratio": 2.0}, "ratio 2.0: give a share above 0 and at most 1"),
+        (MESH, {"ratio": float("nan")}, "give a share above 0"),
+        (MESH, {"ratio": -0.5}, "ratio -0.5: give a share above 0"),
+        (MESH, {"ratio": 50}, "did you mean 50%?"),
+        (MESH, {"vertices": -5}, "vertices -5: give a whole number above 0, like 5000, 10k or 1.5M"),
         (MESH, {"error": "-1%"}, "error -1%: give a distance"),
         (MESH, {"ratio": 0.5, "importance": "force"}, "importance force: the mesh has no such attribute"),
         (MESH, {"ratio": 0.5, "weights": "-f"}, "-f: "),
         (MESH, {"error": "much"}, "error much: give a distance"),
-        (MESH, {"ratio": 0.5, "oversample": 9.0}, "oversample 9: give a number from 1 to 4"),
+        (MESH, {"ratio": 0.5, "oversample": 9.0}, "oversample 9.0: give a number from 1 to 4"),
         (MESH, {"ratio": 0.5, "assembly": "paper", "keep_parts": True}, "keep_parts: not available with assembly paper"),
         (MESH, {"ratio": 0.5, "threads": 0}, "threads: give a number from 1"),
         (MESH, {"ratio": 0.5, "optimize": "speed"}, "possible values"),
@@ -46,7 +47,7 @@ MESH = torus(20, 12)
         (42, {"ratio": 0.5}, "int: no mesh: give a file"),
         ("nowhere.ply", {"ratio": 0.5}, "nowhere.ply"),
         ("-", {"ratio": 0.5}, "./-"),
-        (MESH, {"ratio": 0.5, "out": "x.nothing"}, "unknown format"),
+        (MESH, {"ratio": 0.5, "out": "x.nothing"}, "the format is not known"),
         (MESH, {"ratio": 0.5, "out": "nowhere/x.ply"}, "there is no folder"),
     ],
 )
@@ -69,5 +70,5 @@ def test_errors_are_value_errors_and_tell_options_from_meshes() -> None:
 def test_levels_take_no_other_size() -> None:
     with pytest.raises(nm.OptionError, match="no such option: faces"):
         nm.lods(MESH, [0.5, 0.1], faces=3)
-    with pytest.raises(nm.OptionError, match="lods: give shares above 0"):
+    with pytest.raises(nm.OptionError, match="lods: give falling shares"):
         nm.lods(MESH, [0.1, 0.5])

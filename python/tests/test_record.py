@@ -12,7 +12,7 @@ import pytest
 import neural_mesh as nm
 from conftest import torus
 
-SIZES: list[dict[str, Any]] = [{"ratio": 0.3}, {"n_vertices": 60}, {"n_faces": 200}, {"ratio": 0.3, "subset": True}, {"ratio": 1.0}]
+SIZES: list[dict[str, Any]] = [{"ratio": 0.3}, {"n_vertices": 60}, {"n_faces": 200}, {"n_faces": "20%"}, {"ratio": 0.3, "subset": True}, {"ratio": 1.0}]
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -16,8 +16,9 @@ from conftest import Pair, edge_counts, grid, torus
 
 @pytest.mark.parametrize(
     ("size", "n_vertices", "n_faces"),
-    [({"ratio": 0.1}, 240, 480), ({"vertices": 300}, 300, 600), ({"faces": 500}, 250, 500)],
-)
+    [({"ratio": 0.1}, 240, 480), ({"vertices": 300}, 300, 600), ({"faces": 500}, 250, 500),
+     ({"ratio": "10%"}, 240, 480), ({"vertices": "12.5%"}, 300, 600), ({"faces": "0.5k"}, 250, 500), ({"faces": "10%"}, 240, 480)],
+)  # fmt: skip
 def test_sizes_say_what_stays(size: dict[str, Any], n_vertices: int, n_faces: int) -> None:
     light = nm.simplify(torus(60, 40), **size)
     v, f = light

@@ -4,6 +4,9 @@ use std::fmt;
 
 use super::Format;
 
+/// What is wrong with bytes of no known format.
+pub(super) const UNKNOWN: &str = "the content is of no known format";
+
 /// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -36,6 +39,17 @@ pub struct WriteError {
 }
 
 impl ReadError {
+    /// Whether nothing says which format it is: then the caller may name it.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Format, read};
+    /// assert!(read(b"hello", None).unwrap_err().is_of_unknown_format());
+    /// assert!(!read(b"hello", Some(Format::Ply)).unwrap_err().is_of_unknown_format());
+    /// ```
+    pub fn is_of_unknown_format(&self) -> bool {
+        self.format.is_none() && self.what == UNKNOWN
+    }
+
     /// An error about the file as a whole.
     pub(super) fn file(what: impl Into<String>, remedy: &str) -> Self {
         Self { format: None, place: Place::File, what: what.into(), remedy: remedy.into() }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use rustc_hash::FxHashSet;
 
-use super::Scalar;
+use super::{Format, Scalar};
 use crate::mesh::{Look, RawMesh};
 
 /// A mesh as read, with all that its file holds.
@@ -17,6 +17,8 @@ pub struct ReadMesh {
     pub extra: Extra,
     /// What could not be kept, in one line each.
     pub notes: Vec<String>,
+    /// The format that it was read as.
+    pub format: Option<Format>,
 }
 
 /// What a file says beside a mesh and its attributes.

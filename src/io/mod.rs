@@ -38,6 +38,7 @@ mod uri;
 mod write;
 mod write_path;
 
+use error::UNKNOWN;
 pub use error::{Place, ReadError, WriteError};
 pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
@@ -108,7 +109,8 @@ fn read_attributed_with(
         Format::Off => off::read_with_notes(bytes).map(bare),
         Format::Gltf | Format::Glb => gltf::read_attributed(bytes, fetch),
     };
-    read.map_err(|error| ReadError { format: Some(format), ..error })
+    let read = read.map_err(|error| ReadError { format: Some(format), ..error })?;
+    Ok(ReadMesh { format: Some(format), ..read })
 }
 
 /// Refuses the file `uri` of an asset whose place is not known.
@@ -146,8 +148,13 @@ fn read_with(
 
 /// Why bytes of no known format are refused.
 fn unknown(bytes: &[u8]) -> ReadError {
-    let what = if bytes.is_empty() { "the file is empty" } else { "the content is of no known format" };
-    ReadError::file(what, &format!("give a mesh file or name its format, one of {}", Format::NAMES.join(", ")))
+    if bytes.is_empty() {
+        return ReadError::file("the file is empty", "give a mesh file");
+    }
+    ReadError::file(
+        UNKNOWN,
+        &format!("give OBJ, PLY, STL, OFF, glTF or GLB, or name the format, one of {}", Format::NAMES.join(", ")),
+    )
 }
 
 /// Writes a mesh as the bytes of a file, in the coordinates of `frame`.

@@ -51,6 +51,8 @@ pub struct Written {
     pub beside: Vec<OutputFile>,
     /// What the format does not hold, and files that were not found, in one line each.
     pub notes: Vec<String>,
+    /// Vertices of the mesh file: those at seams as often as the format repeats them. None of STL, whose faces share none.
+    pub n_vertices: Option<usize>,
 }
 
 /// Writes a mesh with its attributes, groups and materials as far as the format holds them; what it does not hold is said
@@ -83,34 +85,44 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     let content = fitted(kept.unwrap_or_else(|| Ok(Content::of(mesh, &model.frame)))?, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);
     let mut notes = Vec::new();
-    let bytes = match options.format {
+    let (bytes, n_vertices) = match options.format {
         Format::Obj => {
             let extra = for_obj(model.extra, attributes, &options.name, &mut finder);
-            obj::write_attributed(&content, attributes, &extra, &mut notes)
+            (obj::write_attributed(&content, attributes, &extra, &mut notes), content.n_vertices())
         }
         Format::Ply | Format::PlyAscii => {
             let extra = for_ply(model.extra, attributes, &options.name, &mut finder, &mut notes);
             let as_text = options.format == Format::PlyAscii;
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
-        Format::Gltf | Format::Glb => {
-            let names = material_names(attributes, model.extra);
-            notes.extend((!model.extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
-            let (looks, missing) = looks(model.extra, options.allow_outside);
-            let objects: Vec<Option<String>> = model.extra.groups.iter().map(|group| group.object.clone()).collect();
-            let (bytes, dropped) =
-                gltf::write_attributed(&content, attributes, &names, &objects, &looks.of_groups, options.format)?;
-            notes.extend(missing.into_iter().chain(dropped));
-            bytes
-        }
+        Format::Gltf | Format::Glb => as_gltf(model, &content, options, &mut notes)?,
         Format::Stl | Format::StlAscii | Format::Off => {
             notes.extend(geometry_only(options.format, attributes, model.extra));
             notes.extend(held::note(&content, options.format));
-            write_fitted(&content, options.format)?
+            (write_fitted(&content, options.format)?, content.n_vertices())
         }
     };
     notes.append(&mut finder.notes);
-    Ok(Written { bytes, beside: finder.files, notes })
+    let shares_vertices = !matches!(options.format, Format::Stl | Format::StlAscii);
+    Ok(Written { bytes, beside: finder.files, notes, n_vertices: shares_vertices.then_some(n_vertices) })
+}
+
+/// A model as a glTF, and the number of its vertices there.
+fn as_gltf(
+    model: &Model,
+    content: &Content,
+    options: &WriteOptions,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<u8>, usize), WriteError> {
+    let Model { attributes, extra, .. } = *model;
+    let names = material_names(attributes, extra);
+    notes.extend((!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
+    let (looks, missing) = looks(extra, options.allow_outside);
+    let objects: Vec<Option<String>> = extra.groups.iter().map(|group| group.object.clone()).collect();
+    let (bytes, n_vertices, dropped) =
+        gltf::write_attributed(content, attributes, &names, &objects, &looks.of_groups, options.format)?;
+    notes.extend(missing.into_iter().chain(dropped));
+    Ok((bytes, n_vertices))
 }
 
 /// What the materials of a glTF are called, by the groups; one group for all is a material only where the file says so.

@@ -30,6 +30,6 @@ pub(super) fn write_attributed(
     _: &[Option<String>],
     _: &[Look],
     format: Format,
-) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    write(content, format).map(|bytes| (bytes, Vec::new()))
+) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
+    write(content, format).map(|bytes| (bytes, content.n_vertices(), Vec::new()))
 }

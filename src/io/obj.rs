@@ -198,7 +198,7 @@ impl<'a> Reader<'a> {
         let (wedges, channels) = self.settle();
         let mut mesh = self.mesh;
         mesh.attributes = Attributes { wedges, channels, groups };
-        ReadMesh { mesh, extra, notes }
+        ReadMesh { mesh, extra, notes, format: None }
     }
 
     /// Settles the polygons, lets the faces name vertices, and gives the wedges of the faces and the channels.

@@ -36,7 +36,8 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     if is_repeated("vertex") || is_repeated("face") {
         let mesh = read_geometry(bytes, &header)?;
         let notes = vec!["vertices or faces come in two tables: all but their geometry is dropped".into()];
-        return Ok(ReadMesh { mesh, extra: Extra { comments: header.comments, ..Extra::default() }, notes });
+        let extra = Extra { comments: header.comments, ..Extra::default() };
+        return Ok(ReadMesh { mesh, extra, notes, format: None });
     }
     attributed::read(bytes, header)
 }

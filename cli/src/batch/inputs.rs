@@ -7,7 +7,7 @@ use neural_mesh::io::Format;
 use crate::args::SimplifyArgs;
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::request::is_stream;
+use crate::names::is_stream;
 
 /// A mesh to simplify.
 #[derive(Debug, PartialEq)]

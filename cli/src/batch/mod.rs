@@ -20,12 +20,10 @@ use neural_mesh::model::Weights;
 
 use crate::args::{PurposeArg, SimplifyArgs};
 use crate::failure::Failure;
+use crate::names::{format_of, is_stream};
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::request::{
-    Request, Source, bound_memory, check_threads, format_of, goal, is_stream, options, prune_below, repair,
-    seam_texels, strict, weld_near,
-};
+use crate::request::{Request, Source, check_threads, goal, options, prune_below, repair, strict, weld_near};
 use crate::words::Voice;
 use crate::{bake, files, interrupt, read, request, simplify};
 use inputs::Input;
@@ -62,8 +60,10 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
 /// Refuses what a batch has no use for; gives the format of all results, if one is asked for.
 fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
-    if args.report.is_some() || args.picture.is_some() || args.map.is_some() || args.explain {
-        return usage("--report, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv");
+    if args.report.is_some() || args.json || args.picture.is_some() || args.map.is_some() || args.explain {
+        return usage(
+            "--report, --json, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv",
+        );
     }
     if !args.lods.is_empty() {
         return usage("--lods: a batch makes one result per mesh: give another size");
@@ -73,10 +73,9 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
             "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
         );
     }
-    bound_memory(args)?;
+    crate::memory::bound(args.memory);
     check_threads(args.threads)?;
     options(args)?;
-    seam_texels(args)?;
     prune_below(args)?;
     repair(args)?;
     args.bake.map_or(Ok(()), bake::check)?;
@@ -193,8 +192,8 @@ impl Batch {
         let output = outputs::ready(&self.folder, &below)?;
         // What stands there may be its result.
         files::check_place(&output, true)?;
-        let request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
-        let done = simplify::simplify_file(&request, self.weights.as_ref(), &mut Progress::new(true))?;
+        let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
+        let done = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::new(true))?;
         let done = done.put_by(&|_, beside| self.places.write_beside(&below, beside), files::place_or_find)?;
         Ok(done.0)
     }
@@ -206,12 +205,13 @@ impl Batch {
                 .welded(weld_near(&self.args)?)
                 .united(self.args.bake.is_some()),
             output_format: format,
+            follows_input: false,
             stays_in_memory: false,
             bake: request::bake(&self.args, format)?,
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,
-            seam_texels: seam_texels(&self.args)?,
+            seam_texels: self.args.seam_error,
             prune_below: prune_below(&self.args)?,
             repair: repair(&self.args)?,
             ignore: self.args.ignore.clone(),

@@ -9,6 +9,7 @@ use neural_mesh::io::Format;
 use super::inputs::Input;
 use super::spelled::spelled;
 use crate::failure::Failure;
+use crate::names::{ending, with_ending};
 
 /// Makes OUTDIR where there is none yet; gives its path without links.
 pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
@@ -35,7 +36,7 @@ pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
 
 /// The mesh's own name with the ending of its format; results are not compressed.
 fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
-    Format::without_gz(&input.below).with_extension(ending(input, format))
+    with_ending(&input.below, format.unwrap_or_else(|| format_for(input)))
 }
 
 /// The first name with both endings that is not taken; takes it.
@@ -47,7 +48,7 @@ fn free(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> P
             name.push(format!("-{number}"));
         }
         name.push(".");
-        name.push(ending(input, format));
+        name.push(ending(format.unwrap_or_else(|| format_for(input))));
         let path = input.below.with_file_name(name);
         if taken.insert(folded(&path)) {
             return path;
@@ -64,14 +65,6 @@ pub fn folded(path: &Path) -> String {
 /// The format of a result where none is asked for: that of its mesh.
 pub fn format_for(input: &Input) -> Format {
     Format::from_path(&input.below).unwrap_or(Format::Ply)
-}
-
-fn ending(input: &Input, format: Option<Format>) -> &'static str {
-    match format.unwrap_or_else(|| format_for(input)) {
-        Format::PlyAscii => Format::Ply.name(),
-        Format::StlAscii => Format::Stl.name(),
-        format => format.name(),
-    }
 }
 
 /// The path of a result, with the folders that it needs. No link may stand on the way: it could lead out of OUTDIR.

@@ -5,12 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::{Comparison, Judged, LEFT_OUT, Named};
 
-/// The file that `--json` writes.
-pub fn bytes(comparison: &Comparison) -> Vec<u8> {
-    format!("{:#}\n", value(comparison)).into_bytes()
-}
-
-/// All figures with names and units.
+/// What `--json` writes: all figures with names and units.
 pub fn value(comparison: &Comparison) -> Value {
     let Comparison { original, results, judging, .. } = comparison;
     let figures = results.first().map_or(&[][..], |result| &result.figures);

@@ -24,12 +24,33 @@ pub struct Named {
     pub notes: Vec<String>,
 }
 
+/// The meshes of a comparison.
+pub struct Meshes {
+    /// What the others were made from.
+    pub original: Named,
+    /// What was made of it.
+    pub simplified: Vec<Named>,
+    /// Why others of these could not be read.
+    pub unread: Vec<Failure>,
+}
+
 /// Reads the original and the simplified meshes, those that are not `given` in their order; for a page with what covers them.
-pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<(Named, Vec<Named>), Failure> {
-    let paths: Vec<&Path> = args.inputs().collect();
+///
+/// # Errors
+/// Where the original cannot be read.
+pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Meshes, Failure> {
+    let (mut paths, mut meshes, mut unread) = (Vec::new(), Vec::new(), Vec::new());
     let mut given = given.into_iter();
-    let read = |path: &&Path| read_one(path, given.next().flatten(), args);
-    let meshes = paths.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    for path in args.inputs() {
+        match read_one(path, given.next().flatten(), args) {
+            Ok(mesh) => {
+                paths.push(path);
+                meshes.push(mesh);
+            }
+            Err(failure) if meshes.is_empty() => return Err(failure),
+            Err(failure) => unread.push(failure),
+        }
+    }
     let origin = shared_origin(meshes.iter().map(|mesh| mesh.cleaned.frame));
     let texture = meshes.first().and_then(|original| only_texture(&original.looks));
     let mut named = Vec::new();
@@ -41,7 +62,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<(Nam
     }
     let simplified = named.split_off(1);
     let original = named.pop().ok_or_else(|| Failure::Usage("there is no original: name its file".into()))?;
-    Ok((original, simplified))
+    Ok(Meshes { original, simplified, unread })
 }
 
 /// A mesh with what its groups look like.

@@ -20,14 +20,12 @@ use crate::args::CompareArgs;
 use crate::failure::Failure;
 use crate::files::{self, Pending};
 use crate::interrupt;
+use crate::names::is_stream;
 use crate::progress::Progress;
-use crate::request::{check_threads, is_stream};
+use crate::request::check_threads;
 use crate::simplify::in_pool;
-use crate::words::Voice;
-use meshes::{Named, read_all};
-
-/// More samples than any comparison needs, fewer than fill the memory.
-const MOST_SAMPLES: usize = 10_000_000;
+use crate::words::{Voice, complain};
+use meshes::{Meshes, Named, read_all};
 
 /// The eigenpairs of a mesh of so many vertices take about 3 GB and some minutes: of larger ones they are left out.
 const MOST_FOR_SPECTRUM: usize = 400_000;
@@ -72,31 +70,38 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let progress = Progress::new(args.quiet);
-    let comparison = compared(args, Vec::new(), &progress)?;
+    progress.show("read");
+    let Meshes { original, simplified, unread } = read_all(args, Vec::new())?;
+    let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Told) };
+    progress.aside(|| unread.iter().for_each(complain));
+    if simplified.is_empty() {
+        return left_out;
+    }
+    let comparison = judged(args, original, simplified, &progress);
     progress.show("picture");
-    let (pending, notes) = written(args, &comparison)?;
+    let Written { pending, json, notes } = written(args, &comparison)?;
     drop(progress);
+    let voice = match json {
+        _ if args.quiet => Voice::Quiet,
+        Some(_) => Voice::Err,
+        None => Voice::Out,
+    };
+    json.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
     files::place(pending)?;
-    let voice = if args.quiet { Voice::Quiet } else { Voice::Out };
     table::lines(&comparison).iter().for_each(|line| voice.say(line));
     notes.iter().for_each(|note| voice.say(&format!("note      {note}")));
-    Ok(())
+    left_out
 }
 
 /// Compares in memory, as `embedded` says.
 pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Compared, Failure> {
-    let comparison = compared(args, given, &Progress::new(true))?;
+    let Meshes { original, simplified, unread } = read_all(args, given)?;
+    if let Some(failure) = unread.into_iter().next() {
+        return Err(failure);
+    }
+    let comparison = judged(args, original, simplified, &Progress::new(true));
     let figures = json::value(&comparison).to_string();
     Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
-}
-
-/// Reads what is not `given` and judges.
-fn compared(args: &CompareArgs, given: Vec<Option<ReadMesh>>, progress: &Progress) -> Result<Comparison, Failure> {
-    progress.show("read");
-    let (original, simplified) = read_all(args, given)?;
-    progress.show("check");
-    let judging = judging(args, std::iter::once(&original).chain(&simplified));
-    Ok(judged(args, original, simplified, judging))
 }
 
 fn judging<'a>(args: &CompareArgs, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
@@ -110,7 +115,9 @@ fn judging<'a>(args: &CompareArgs, mut meshes: impl Iterator<Item = &'a Named>) 
     }
 }
 
-fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, judging: Judging) -> Comparison {
+fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &Progress) -> Comparison {
+    progress.show("check");
+    let judging = judging(args, std::iter::once(&original).chain(&simplified));
     let prepared = Original::new(&original.mesh, &judging);
     let n_asked = size_for_all(&simplified);
     let judge = |mesh: Named| {
@@ -131,37 +138,39 @@ fn size_for_all(simplified: &[Named]) -> usize {
     sizes.min().unwrap_or_default()
 }
 
-/// What goes to files, on its way there; beside it what the page cannot show, in one line each.
-fn written(args: &CompareArgs, comparison: &Comparison) -> Result<(Vec<Pending>, Vec<String>), Failure> {
+/// A comparison on its way to its places.
+struct Written {
+    pending: Vec<Pending>,
+    /// The JSON, where standard output is its place.
+    json: Option<Vec<u8>>,
+    /// What the page cannot show, in one line each.
+    notes: Vec<String>,
+}
+
+fn written(args: &CompareArgs, comparison: &Comparison) -> Result<Written, Failure> {
     let (mut pending, mut notes) = (Vec::new(), Vec::new());
-    if let Some(path) = &args.json {
-        pending.push(files::prepare(path, &json::bytes(comparison), args.force)?);
-    }
+    let json = files::prepare_json(args.json.as_deref(), &json::value(comparison), args.force, &mut pending)?;
     if let Some(path) = &args.html {
         let page = page::page(comparison);
         pending.push(files::prepare(path, page.html.as_bytes(), args.force)?);
         notes = page.notes;
     }
-    Ok((pending, notes))
+    Ok(Written { pending, json, notes })
 }
 
 /// Files that are written.
 fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
-    [&args.json, &args.html].into_iter().flatten().map(|path| path.as_path())
+    [&args.json, &args.html].into_iter().flatten().map(|path| path.as_path()).filter(|path| !is_stream(path))
 }
 
 /// What is wrong with the arguments is found before any file is opened.
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
     check_threads(args.threads)?;
-    if !(1..=MOST_SAMPLES).contains(&args.samples) {
-        let asked = args.samples;
-        return Err(Failure::Usage(format!("--samples {asked}: give a number from 1 to {MOST_SAMPLES}")));
-    }
     if args.inputs().filter(|path| is_stream(path)).count() > 1 {
         return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
     }
-    if results(args).any(is_stream) {
-        return Err(Failure::Usage("only the table goes to standard output: give JSON and page a file name".into()));
+    if args.html.as_deref().is_some_and(is_stream) {
+        return Err(Failure::Usage("the page is a file: give --html a name".into()));
     }
     Ok(())
 }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
+use crate::numbers::{n_threads, number, seed, share, whole};
+
 const EVALUATE_NOTES: &str = "\
 Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
 assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; tools; all.
@@ -35,23 +37,25 @@ pub struct EvaluateArgs {
     /// A program as a method; can be given several times
     #[arg(long = "tool", value_name = "NAME='cmd {in} {out} {ratio}'")]
     pub tools: Vec<String>,
-    /// Shares of the vertices to keep, each above 0 and at most 1
+    /// Shares of the vertices to keep, such as 0.1 or 10%
     #[arg(
         long,
         value_name = "R,R",
         value_delimiter = ',',
         default_value = "0.05,0.1,0.2,0.5",
+        value_parser = share,
         allow_hyphen_values = true
     )]
     pub ratios: Vec<f64>,
     /// Seeds of the sampling
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0")]
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seeds: Vec<u64>,
     /// Timed runs of each method; the median counts
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value = "3", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub repeat: usize,
     /// Seconds that a run may take
-    #[arg(long, value_name = "SECONDS", default_value_t = 600.0)]
+    #[arg(long, value_name = "SECONDS", default_value = "600", value_parser = number("seconds above 0", |x| x > 0.0 && x <= 1e9),
+        allow_negative_numbers = true)]
     pub time_limit: f64,
     /// Only meshes whose file names begin with one of these
     #[arg(long, value_name = "PREFIX,PREFIX", value_delimiter = ',')]
@@ -69,10 +73,10 @@ pub struct EvaluateArgs {
     #[arg(long)]
     pub appearance: bool,
     /// Samples on each surface
-    #[arg(long, value_name = "N", default_value_t = 50_000)]
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub samples: usize,
     /// Threads that a method may use [default: one per core]; times depend on it, figures do not
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Continue with the rows in RUN
     #[arg(long)]

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
+use crate::numbers::{n_threads, whole};
+
 const TRAIN_NOTES: &str = "\
 RUN is created and holds config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
 epochs.csv (the losses), best.safetensors and last.safetensors (weights for --weights), checkpoint.safetensors (for \
@@ -32,7 +34,7 @@ pub struct TrainArgs {
     #[arg(long, value_name = "NAME")]
     pub objective: Option<String>,
     /// Epochs, instead of the settings' number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub epochs: Option<usize>,
     /// Continue from the checkpoint in RUN; begin if there is none
     #[arg(long)]
@@ -41,7 +43,7 @@ pub struct TrainArgs {
     #[arg(long, value_name = "WEIGHTS")]
     pub init: Option<PathBuf>,
     /// Threads to use [default: one per core]; the result is the same with any number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Print errors only
     #[arg(short, long)]

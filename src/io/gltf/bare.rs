@@ -37,7 +37,8 @@ pub fn write_gltf(
     group_names: &[String],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    write_with_looks(part, origin, &Named { groups: group_names, ..Named::default() }, format)
+    let (bytes, _, notes) = write_with_looks(part, origin, &Named { groups: group_names, ..Named::default() }, format)?;
+    Ok((bytes, notes))
 }
 
 /// What is known of groups by their numbers.
@@ -51,13 +52,14 @@ struct Named<'a> {
     looks: &'a [Look],
 }
 
-/// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object.
+/// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object; gives the
+/// number of vertices, too.
 fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
     named: &Named,
     format: Format,
-) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
@@ -68,9 +70,10 @@ fn write_with_looks(
     let slots = slots(&part);
     let mut draft = Draft { document: skeleton(), views: Vec::new() };
     let mut materials = Materials::default();
-    let mut objects: Vec<(Option<&str>, Vec<Value>)> = Vec::new();
+    let (mut objects, mut n_vertices) = (Vec::<(Option<&str>, Vec<Value>)>::new(), 0);
     for (group, faces) in faces_by_group(&part) {
         let vertices = Vertices::of(&part, &faces);
+        n_vertices += vertices.len();
         let mut writer = PrimitiveWriter { draft: &mut draft, part: &part, vertices: &vertices };
         let mut primitive = json!({"attributes": writer.attributes(&slots), "indices": writer.indices()});
         let look = named.looks.get(group as usize);
@@ -88,7 +91,7 @@ fn write_with_looks(
     objects.into_iter().for_each(|(name, primitives)| push_object(&mut draft, origin, name, primitives));
     notes.append(&mut materials.notes);
     let buffer = pack(&mut draft, usize::MAX)?;
-    Ok((one_file(draft.document, &buffer, format)?, notes))
+    Ok((one_file(draft.document, &buffer, format)?, n_vertices, notes))
 }
 
 /// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with the names of its
@@ -100,7 +103,7 @@ pub(in crate::io) fn write_attributed(
     objects: &[Option<String>],
     looks: &[Look],
     format: Format,
-) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     let (origin, positions) = content.around_origin();
     let mut attributes = attributes.clone();
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {

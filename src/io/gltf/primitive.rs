@@ -39,6 +39,11 @@ impl Vertices {
         Self { pairs, positions, faces }
     }
 
+    /// How many they are.
+    pub fn len(&self) -> usize {
+        self.pairs.len()
+    }
+
     /// The values of a channel at the vertices, n_vertices x width.
     fn values(&self, channel: &Channel) -> Vec<f32> {
         let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.of(pair[1])).copied().collect();

@@ -173,6 +173,19 @@ impl Asset {
     }
 }
 
+impl LighterPart {
+    /// Vertices that a glTF has for its faces: one for each primitive and each set of values.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, LighterPart};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// assert!(LighterPart::of(&asset.parts()[0]).n_written_vertices() >= 4);
+    /// ```
+    pub fn n_written_vertices(&self) -> usize {
+        faces_by_group(self).values().map(|faces| Vertices::of(self, faces).len()).sum()
+    }
+}
+
 fn check_levels(levels: &[&[LighterPart]], coverage: &[f64]) -> Result<(), WriteError> {
     let is_share = |share: &f64| (0.0..=1.0).contains(share);
     let fits = coverage.is_empty() || coverage.len() == levels.len() && coverage.iter().all(is_share);

@@ -35,7 +35,7 @@ pub(in crate::io) fn read_attributed(
     let mut mesh = scene(&asset, &first_groups, asset.container.budget(bytes.len()))?;
     mesh.attributes.channels.iter_mut().for_each(as_without_scene);
     mesh.double = is_far_out(&mesh.positions);
-    Ok(ReadMesh { mesh, extra, notes })
+    Ok(ReadMesh { mesh, extra, notes, format: None })
 }
 
 /// What the groups of the scene stand for, the first group of each part, and what could not be had.

@@ -172,7 +172,7 @@ impl Reader {
         let wedges = std::mem::take(&mut attributes.wedges);
         *attributes = Attributes { wedges, channels, groups: of_faces };
         let extra = Extra { groups, face_columns, layouts: self.layouts, comments, ..Extra::default() };
-        ReadMesh { mesh: self.mesh, extra, notes: self.notes }
+        ReadMesh { mesh: self.mesh, extra, notes: self.notes, format: None }
     }
 }
 

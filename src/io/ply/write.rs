@@ -48,7 +48,8 @@ pub(in crate::io) fn write_text(content: &Content) -> Vec<u8> {
     out
 }
 
-/// Writes a PLY with attributes, as text or in little-endian bytes; adds to `notes` what it cannot hold.
+/// Writes a PLY with attributes, as text or in little-endian bytes; adds to `notes` what it cannot hold. Gives the number of its
+/// rows of vertices, too.
 ///
 /// A vertex has one row, and one more for each other set of values that its corners have: at a seam.
 pub(in crate::io) fn write_attributed(
@@ -57,7 +58,7 @@ pub(in crate::io) fn write_attributed(
     extra: &Extra,
     as_text: bool,
     notes: &mut Vec<String>,
-) -> Vec<u8> {
+) -> (Vec<u8>, usize) {
     let columns = Columns::of(attributes, extra);
     let rows = Rows::of(content, attributes, &columns.of_vertices);
     let n_repeated = rows.sources.len() - content.n_vertices();
@@ -68,7 +69,7 @@ pub(in crate::io) fn write_attributed(
     let mut put = Put { out: &mut out, as_text };
     put_vertices(&mut put, content, &rows, &columns);
     put_faces(&mut put, &rows, &columns, attributes, extra);
-    out
+    (out, rows.sources.len())
 }
 
 /// The rows of the vertices: where each stands and what it carries.

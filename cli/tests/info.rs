@@ -1,0 +1,61 @@
+//! `info` of one mesh and of many: one that cannot be read keeps the others from nothing.
+
+use std::fs;
+
+use crate::common::*;
+use serde_json::Value;
+
+/// A folder with an octahedron, an open one, and a file that is no mesh.
+fn prepared() -> tempfile::TempDir {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    fs::write(folder.path().join("b.obj"), OCTAHEDRON.strip_suffix("f 1 4 6\n").unwrap()).unwrap();
+    fs::write(folder.path().join("bad.ply"), "ply").unwrap();
+    folder
+}
+
+#[test]
+fn each_mesh_has_a_block_of_its_own() {
+    let folder = prepared();
+    let run = run(folder.path(), &["info", "a.obj", "b.obj"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let words = String::from_utf8(run.out).unwrap();
+    let firsts: Vec<&str> = words.split("\n\n").map(|block| block.lines().next().unwrap()).collect();
+    assert_eq!(firsts, ["a.obj: 6 vertices, 12 edges, 8 faces", "b.obj: 6 vertices, 12 edges, 7 faces"]);
+}
+
+#[test]
+fn json_is_a_line_for_each_mesh() {
+    let folder = prepared();
+    let run = run(folder.path(), &["info", "--json", "a.obj", "b.obj"]);
+    let lines: Vec<Value> =
+        String::from_utf8(run.out).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let told: Vec<_> =
+        lines.iter().map(|info| (info["file"].as_str().unwrap(), info["faces"].as_u64().unwrap())).collect();
+    assert_eq!(told, [("a.obj", 8), ("b.obj", 7)]);
+}
+
+#[test]
+fn what_cannot_be_read_is_a_line_and_the_rest_goes_on() {
+    let folder = prepared();
+    for json in [&[][..], &["--json"]] {
+        let run = run(folder.path(), &[&["info", "a.obj", "bad.ply", "missing.ply", "b.obj"], json].concat());
+        assert_eq!(run.code, Some(1));
+        let complaints: Vec<&str> = run.words.lines().collect();
+        assert_eq!(complaints.len(), 2, "{}", run.words);
+        assert!(complaints[0].starts_with("neural-mesh: bad.ply: ply: "), "{}", run.words);
+        assert!(complaints[1].starts_with("neural-mesh: missing.ply: "), "{}", run.words);
+        let words = String::from_utf8(run.out).unwrap();
+        assert!(words.contains("a.obj") && words.contains("b.obj"), "{words}");
+    }
+    the_line(&run(folder.path(), &["info", "bad.ply"]));
+}
+
+#[test]
+fn standard_input_holds_one_mesh() {
+    let folder = prepared();
+    let twice = run_with_input(folder.path(), &["info", "-", "-"], OCTAHEDRON.as_bytes());
+    assert!(twice.code == Some(2) && the_line(&twice).contains("standard input holds one mesh"));
+    let once = run_with_input(folder.path(), &["info", "b.obj", "-"], OCTAHEDRON.as_bytes());
+    assert!(String::from_utf8(once.out).unwrap().contains("\n\nstandard input: 6 vertices"));
+}
