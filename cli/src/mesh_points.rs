@@ -16,7 +16,6 @@ use crate::interrupt;
 use crate::names::{format_of, is_stream, output_format};
 use crate::progress::Progress;
 use crate::read::read_weights;
-use crate::request::check_threads;
 use crate::simplify::in_pool;
 use crate::words::{Voice, grouped};
 
@@ -66,7 +65,6 @@ pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
 fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
     let given = args.format.as_deref().map(format_of).transpose()?;
     let format = output_format(&args.output, given)?;
-    check_threads(args.threads)?;
     if is_stream(&args.output) && reports_to_stdout(&args) {
         let what = "standard output takes the mesh or the report: give one of them a file name";
         return Err(Failure::Usage(what.into()));

@@ -10,7 +10,7 @@ use crate::bake;
 use crate::failure::Failure;
 use crate::memory;
 use crate::names::{Destination, READABLE, destination, format_of, is_stream, named};
-use crate::numbers::{Count, MOST_THREADS};
+use crate::numbers::Count;
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
@@ -226,7 +226,6 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         quiet: args.quiet,
         force: args.force,
     };
-    check_threads(request.n_threads)?;
     check_streams(&request)?;
     Ok(request)
 }
@@ -448,16 +447,6 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
         (_, _, Some(Count::Number(n))) => Target::Faces(n),
         _ => Target::Ratio(1.0),
     })
-}
-
-/// Refuses numbers of threads that no system starts.
-pub fn check_threads(n_threads: Option<usize>) -> Result<(), Failure> {
-    match n_threads {
-        Some(n) if !(1..=MOST_THREADS).contains(&(n as u64)) => {
-            Err(Failure::Usage(format!("--threads {n}: give a number from 1 to {MOST_THREADS}")))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Standard output takes the mesh or the report.

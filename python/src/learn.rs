@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::model::Weights;
 use neural_mesh::simplify::Weighed;
 use neural_mesh::train::{
-    Ending, Errors, Event, Given as GivenObjective, OWN_OBJECTIVE, Request, Settings, Wish, estimated, open, step_by,
-    step_function, train as run_training,
+    Ending, Errors, Event, Given as GivenObjective, Item, OWN_OBJECTIVE, Request, Run, Settings, TrainError, Wish,
+    estimated, open, step_by, step_function, train as run_training,
 };
 use neural_mesh_cli::embedded::Failure;
 use numpy::PyReadonlyArray1;
@@ -73,14 +74,7 @@ impl Judge {
         }
     }
 
-    fn called(
-        &self,
-        py: Python,
-        name: &str,
-        ratio: f64,
-        original: &TriMesh,
-        result: &Weighed,
-    ) -> PyResult<Vec<f64>> {
+    fn called(&self, py: Python, name: &str, ratio: f64, original: &TriMesh, result: &Weighed) -> PyResult<Vec<f64>> {
         let places = |mesh: &TriMesh| {
             let place = |p: &[f32; 3]| std::array::from_fn(|axis| f64::from(p[axis]) + self.origin[axis]);
             array::<f64, 3>(py, mesh.positions().iter().map(place).collect())
@@ -116,12 +110,8 @@ pub fn train(
     let done = heard(py, threads, None, move |ear| {
         // Dropped where the work ends, however that is.
         let _alive = alive;
-        let judge = function.map(|function| Judge {
-            function,
-            raised: of_work.clone(),
-            ear: ear.clone(),
-            origin: [0.0; 3],
-        });
+        let judge =
+            function.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
         let told = |event: Event| wish(&event, progress.as_ref(), &of_work, ear);
         trained(&asked, judge, init, told)
     });
@@ -142,7 +132,7 @@ fn trained(
     init: Option<Vec<u8>>,
     mut told: impl FnMut(Event) -> Wish,
 ) -> Result<bool, Failure> {
-    let failed = |error: neural_mesh::train::TrainError| Failure::Failed(error.to_string());
+    let failed = |error: TrainError| Failure::Failed(error.to_string());
     let (data, folder, settings, objective, epochs, resume) = asked;
     let request = Request {
         data: data.as_ref(),
@@ -161,24 +151,24 @@ fn trained(
         }
         told(event)
     };
-    let ending = match judge {
-        None => {
-            let step = step_function(&run.settings).map_err(failed)?;
-            run_training(&mut run, &step, &mut told)
-        }
-        Some(judge) => run_training(
-            &mut run,
-            &|weights, item, settings, random| {
-                let own = GivenObjective(|original: &TriMesh, result: &Weighed| {
-                    judge.errors(&item.name, item.ratio, original, result)
-                });
-                step_by(&own)(weights, item, settings, random)
-            },
-            &mut told,
-        ),
-    };
+    let ending = ended(&mut run, judge, &mut told);
     let reason = passed_over.unwrap_or_default();
     Ok(ending.map_err(|error| Failure::Failed(format!("{error}{reason}")))? == Ending::Finished)
+}
+
+/// Trains by what judges, or by the objective that the settings name.
+fn ended(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wish) -> Result<Ending, TrainError> {
+    let Some(judge) = judge else {
+        let step = step_function(&run.settings)?;
+        return run_training(run, &step, told);
+    };
+    let step = |weights: &Weights, item: &Item, settings: &Settings, random: &mut _| {
+        let own = GivenObjective(|original: &TriMesh, result: &Weighed| {
+            judge.errors(&item.name, item.ratio, original, result)
+        });
+        step_by(&own)(weights, item, settings, random)
+    };
+    run_training(run, &step, told)
 }
 
 /// An event as Python has it: its kind, how many are done of how many, and numbers by name.

@@ -23,7 +23,7 @@ use crate::failure::Failure;
 use crate::names::{format_of, is_stream};
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::request::{Request, Source, check_threads, goal, options, prune_below, repair, strict, weld_near};
+use crate::request::{Request, Source, goal, options, prune_below, repair, strict, weld_near};
 use crate::words::Voice;
 use crate::{bake, files, interrupt, read, request, simplify};
 use inputs::Input;
@@ -74,7 +74,6 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
         );
     }
     crate::memory::bound(args.memory);
-    check_threads(args.threads)?;
     options(args)?;
     prune_below(args)?;
     repair(args)?;

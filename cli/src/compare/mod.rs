@@ -22,7 +22,6 @@ use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::names::is_stream;
 use crate::progress::Progress;
-use crate::request::check_threads;
 use crate::simplify::in_pool;
 use crate::words::{Voice, complain};
 use meshes::{Meshes, Named, read_all};
@@ -165,7 +164,6 @@ fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
 
 /// What is wrong with the arguments is found before any file is opened.
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
-    check_threads(args.threads)?;
     if args.inputs().filter(|path| is_stream(path)).count() > 1 {
         return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
     }

@@ -12,7 +12,6 @@ use neural_mesh::evaluate::{Ending, EvaluateError, Request, Settings, Tool, Work
 
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::request::check_threads;
 use crate::stopping;
 use crate::words::{Voice, complain};
 pub use args::EvaluateArgs;
@@ -32,7 +31,6 @@ pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
 }
 
 fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> {
-    check_threads(args.threads)?;
     let request = request(args, data, out)?;
     let methods = request.settings.checked().map_err(refused)?;
     if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {

@@ -10,7 +10,6 @@ use neural_mesh::train::{Ending, OBJECTIVES, Request, Run, TrainError, open, ste
 
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::request::check_threads;
 use crate::simplify::in_pool;
 use crate::stopping;
 use crate::words::{Voice, complain};
@@ -21,18 +20,14 @@ use progress::TrainProgress;
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     match (&args.plot, &args.data, &args.out) {
         (Some(folder), _, _) => plot(folder, voice(args)),
-        (None, Some(data), Some(out)) => checked(args, data, out),
+        (None, Some(data), Some(out)) => watched(args, data, out),
         _ => {
             Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into()))
         }
     }
 }
 
-fn checked(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
-    check_threads(args.threads)?;
-    if args.epochs == Some(0) {
-        return Err(Failure::Usage("--epochs 0: give a number of at least 1".into()));
-    }
+fn watched(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     stopping::watch_for_a_good_end();
     in_pool(args.threads, || learn(args, data, out))
 }
