@@ -84,7 +84,7 @@ impl Judge {
         let mesh = &result.mesh;
         let arguments = (name, ratio, places(original)?, faces(original)?, places(mesh)?, faces(mesh)?, vertex_of);
         let values = self.function.call1(py, arguments)?;
-        let values: PyReadonlyArray1<f64> = values.extract(py).map_err(PyErr::from)?;
+        let values: PyReadonlyArray1<f64> = values.extract(py)?;
         Ok(numbers(&values, "errors")?.to_vec())
     }
 }
