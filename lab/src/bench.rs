@@ -72,7 +72,6 @@ impl Bench {
     ) -> Result<Table> {
         let folder = self.run_of(name);
         let request = Request {
-            objective: None,
             data: self.set(set),
             resume: folder.join("settings.json").exists(),
             folder,

@@ -18,13 +18,13 @@ pub enum Errors {
 /// The logarithm of the errors that a function finds.
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes, simplify::{Importance, Parts, simplify_weighed}};
+/// use neural_mesh::mesh::{TriMesh, shapes};
+/// use neural_mesh::simplify::{Importance, Parts, Weighed, simplify_weighed, vertex_areas};
 /// use neural_mesh::train::{Errors, Given, Objective};
 /// let sphere = shapes::icosphere(4);
 /// let of = |seed| simplify_weighed(&sphere, 100, Importance::Even, seed, &Parts::default()).unwrap();
-/// let lost = Given(|original: &neural_mesh::mesh::TriMesh, result: &neural_mesh::simplify::Weighed| {
-///     Ok(Errors::Whole(original.area() - result.mesh.area()))
-/// });
+/// let area = |mesh: &TriMesh| vertex_areas(mesh).iter().sum::<f64>();
+/// let lost = Given(|original: &TriMesh, result: &Weighed| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
 /// let verdict = lost.judge(&sphere, [&of(0), &of(1)]).unwrap();
 /// assert!(verdict.terms[0].0 == "objective" && verdict.terms[0].1.is_finite());
 /// ```
