@@ -45,7 +45,8 @@ fn main() -> Result<(), Failure> {
     let original = upright(&clean(read_path(Path::new(mesh), None)?, &CleanOptions::default())?.mesh)?;
     let results = results(&original, &Weights::from_bytes(&std::fs::read(weights)?)?)?;
     let source = end_of(&original);
-    let judging = Judging { eigenpairs: EIGENPAIRS, source: Some(source), ..Judging::default() };
+    let mut judging = Judging::default();
+    (judging.eigenpairs, judging.source) = (EIGENPAIRS, Some(source));
     let judge = Original::new(&original, &judging);
     let errors: Vec<[f64; 2]> = results.iter().map(|(_, mesh)| errors(&judge, mesh)).collect::<Result<_, _>>()?;
     let place = original.positions()[source as usize];
@@ -73,7 +74,8 @@ fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMe
 }
 
 fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
-    let options = Options { assembly, ..Options::new(Target::Ratio(RATIO)) };
+    let mut options = Options::new(Target::Ratio(RATIO));
+    options.assembly = assembly;
     Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
@@ -136,7 +138,8 @@ fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
         format!("{name}\n{} vertices\n{}", mesh.positions().len(), error(at))
     };
     let captions = meshes.iter().enumerate().map(caption).collect();
-    let options = PictureOptions { height: HEIGHT, captions, edges: false };
+    let mut options = PictureOptions::default();
+    (options.height, options.captions, options.edges) = (HEIGHT, captions, false);
     let painted: Vec<(&TriMesh, &[f64])> =
         meshes.iter().map(|measured| (&measured.mesh, measured.distances[kind].as_slice())).collect();
     render_painted(&painted, &Scale { end, lines: LINES }, &options)

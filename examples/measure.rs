@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     fields.extend(along_surface(&original)?);
     fields.push(("crossing".into(), format!("{:?}", self_intersecting_faces(&original))));
     fields.push(("crossing_simplified".into(), format!("{:?}", self_intersecting_faces(&simplified))));
-    let judging = Judging { samples: SAMPLES, ..Judging::default() };
+    let mut judging = Judging::default();
+    judging.samples = SAMPLES;
     let figures = compare(&Original::new(&original, &judging), &simplified, simplified.positions().len());
     fields.extend(figures.iter().map(|figure| (figure.name.into(), json(figure.value))));
     let lines: Vec<String> = fields.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();

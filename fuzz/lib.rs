@@ -11,8 +11,8 @@ fn check_attributed(bytes: &[u8], format: Format) {
     let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
     assert!(attributes.fit(mesh.faces().len()));
     for format in [Format::Obj, Format::Ply, Format::PlyAscii] {
-        let model = io::Model { mesh, frame: cleaned.frame, exact: None, attributes, extra: &read.extra };
-        let options = io::WriteOptions { format, name: "out".into(), allow_outside: false };
+        let model = io::Model::new(mesh, cleaned.frame, attributes, &read.extra);
+        let options = io::WriteOptions::new(format, "out");
         let written = io::write_attributed(&model, &options).unwrap();
         let back = io::read_attributed(&written.bytes, Some(format)).unwrap();
         assert_eq!(back.mesh.faces.len(), mesh.faces().len());
@@ -36,7 +36,7 @@ pub fn check(bytes: &[u8], format: Format) {
     };
     let (mesh, frame) = (&cleaned.mesh, &cleaned.frame);
     assert!(!mesh.faces().is_empty() && cleaned.source.len() == mesh.positions().len());
-    for format in [Format::Ply, Format::PlyAscii, Format::Obj, Format::Off] {
+    for format in [Format::Ply, Format::PlyAscii, Format::Obj, Format::Off, Format::ThreeMf] {
         let back = io::read(&io::write(mesh, frame, format).unwrap(), None).unwrap();
         assert_eq!(back.faces, mesh.faces());
         for (found, &local) in back.positions.iter().zip(mesh.positions()) {

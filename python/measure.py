@@ -1,4 +1,4 @@
-"""Beside other packages, on one core: time, distance, holes. `python python/measure.py MESHES [--most-faces N] [--ratio R]`.
+"""Beside other packages, on one core: time, distance, holes. `python -P python/measure.py MESHES [--most-faces N] [--ratio R]`.
 
 For each mesh of a folder every package makes the same number of faces, three times in turn; the median counts. Times and distances
 are told as quotients to fast_simplification, medians over the meshes; holes are edges that have not two faces although all of the input

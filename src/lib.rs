@@ -1,8 +1,75 @@
 //! neural-mesh simplifies triangle meshes: sample vertices, connect them, keep what lies on the surface.
 //!
 //! The method is that of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022), with a
-//! closed assembly of our own beside the paper's. Modules stand in strict layers; `ARCHITECTURE.md` has the
-//! table, and a test holds it.
+//! closed assembly of our own beside the paper's: where the input is closed and manifold, so is the result.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! use neural_mesh::mesh::{RawMesh, cleanup::{CleanOptions, clean}, shapes};
+//! use neural_mesh::simplify::{Options, Target, simplify};
+//!
+//! // Positions and triangles, from wherever they come; `io::read` has them of a file.
+//! let (positions, faces) = shapes::torus(64, 32, 1.0, 0.4).into_parts();
+//! let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();
+//! let input = clean(RawMesh::new(positions, faces), &CleanOptions::default())?;
+//!
+//! let mut options = Options::new(Target::Ratio(0.1));
+//! options.frame = input.frame; // how coordinates are rounded when written
+//! let result = simplify(&input.mesh, None, &options, &mut |_| ControlFlow::Continue(()))?;
+//! assert_eq!(result.mesh.positions().len(), 204); // of 2048
+//! assert!(neural_mesh::mesh::topology(&result.mesh).is_closed_manifold());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Start here
+//!
+//! | what for | call |
+//! |---|---|
+//! | files in and out | [`io::read`], [`io::read_attributed`], [`io::write`], [`io::write_attributed`]; glTF scenes: [`io::Asset`] |
+//! | a valid mesh of what was read | [`mesh::cleanup::clean`], which makes a [`mesh::TriMesh`] and its [`mesh::Frame`] |
+//! | a mesh that is broken | [`repair::fill_holes`], [`repair::printable`] |
+//! | a number of vertices or faces | [`simplify::simplify`]; with textures, normals, materials [`simplify::simplify_input`] |
+//! | a distance, a file size, levels | [`search::simplify_to_error`], [`search::simplify_to_size`], [`simplify::simplify_levels_of_detail`] |
+//! | points without faces | [`simplify::mesh_points`] |
+//! | gradients to the input | [`simplify::simplify_recorded`] |
+//! | how good it is | [`metrics::compare`], [`metrics::certified_distance`]; as pictures [`picture::render`], [`appearance::appearance`] |
+//! | textures of the original | `bake::bake` |
+//! | weights of one's own | `train::open`, `train::train`; [`model::Weights`] |
+//! | methods compared on meshes of one's own | `evaluate::evaluate` |
+//!
+//! # How it behaves
+//!
+//! - **Threads**: work runs on the threads of the rayon pool that it is called in: the global one, of a thread per core, or one's own by
+//!   `rayon::ThreadPool::install`, of one thread too.
+//! - **Stopping**: a [`simplify::Listener`] hears how far a run is; where it answers `ControlFlow::Break(())`, the run ends with
+//!   [`simplify::SimplifyError::Interrupted`], within about a tenth of a second in the closed assembly.
+//! - **The same bits**: input, options and seed decide the result, on any number of threads (of one instruction set). Seeds are arguments,
+//!   and nothing is read from the environment or the clock. Results change only with a version such as [`simplify::CLOSED_VERSION`].
+//! - **Errors** say in one line what is wrong, where and what to do. Any bytes may be read, and any mesh simplified, without a panic.
+//!   A size that cannot be reached is no error: [`simplify::Outcome`] says what stopped it.
+//! - **Growth**: options, inputs, reports and errors are `#[non_exhaustive]`: make them by `new` or `default`, then set fields.
+//!
+//! # Features
+//!
+//! | feature | on by default | what for |
+//! |---|---|---|
+//! | `io` | yes | mesh files: OBJ, PLY, STL, OFF |
+//! | `gltf` | yes | glTF and GLB, single meshes and scenes |
+//! | `gzip` | yes | files that are compressed (`.gz`) |
+//! | `picture` | yes | [`picture`] and [`appearance`] |
+//! | `weights` | yes | weights read from files and written; those that ship need no feature |
+//! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
+//! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
+//! | `spectrum` | no | the Laplacian's eigenpairs and distances along the surface in [`metrics::compare`] |
+//! | `loss`, `train` | no | the terms that training minimises; training |
+//! | `baselines`, `evaluate` | no | methods of others; rows and tables of methods x sizes x meshes; need a C++ compiler |
+//!
+//! # Machinery
+//!
+//! What the modules above stand on is public for research, and for other faces of this library: [`model`] (the paper's network, stage by
+//! stage), [`autodiff`] and [`linalg`] (matrices and their derivatives), `loss` (the terms of training), [`geometry`] and [`spatial`]
+//! (triangles, quadrics, nearest points). Who simplifies meshes needs none of it. Modules stand in strict layers; `ARCHITECTURE.md` has
+//! the table, and a test holds it.
 
 #[cfg(feature = "picture")]
 pub mod appearance;
@@ -31,7 +98,10 @@ pub mod spatial;
 #[cfg(feature = "train")]
 pub mod train;
 
-// The examples of the README are tested like all others.
+// The examples of the README and of the guide are tested like all others.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide/rust.md")]
+struct Guide;

@@ -1,5 +1,6 @@
 //! Attributes, groups, materials and properties through the readers and writers: what a format holds comes back.
 
+use crate::common::changed;
 use std::path::Path;
 
 use neural_mesh::io::{
@@ -19,7 +20,7 @@ struct Opened {
 }
 
 fn opened(read: ReadMesh, weld: bool) -> Opened {
-    let cleaned = clean(read.mesh, &CleanOptions { weld }).unwrap();
+    let cleaned = clean(read.mesh, &changed(CleanOptions::default(), |options| options.weld = weld)).unwrap();
     Opened { cleaned, extra: read.extra, notes: read.notes }
 }
 
@@ -33,9 +34,9 @@ fn written(opened: &Opened, format: Format) -> Written {
 
 fn written_as(opened: &Opened, format: Format, allow_outside: bool) -> Written {
     let Opened { cleaned, extra, .. } = opened;
-    let model =
-        Model { mesh: &cleaned.mesh, frame: cleaned.frame, exact: None, attributes: &cleaned.attributes, extra };
-    write_attributed(&model, &WriteOptions { format, name: "out".into(), allow_outside }).unwrap()
+    let model = Model::new(&cleaned.mesh, cleaned.frame, &cleaned.attributes, extra);
+    let options = changed(WriteOptions::new(format, "out"), |options| options.allow_outside = allow_outside);
+    write_attributed(&model, &options).unwrap()
 }
 
 fn text(written: &Written) -> String {
@@ -97,21 +98,25 @@ fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
             groups: faces.iter().map(|face| face.2).collect(),
         };
         let faces = faces.iter().map(|face| face.0).collect();
-        let raw = RawMesh { positions, faces, attributes, ..RawMesh::default() };
+        let raw = changed(RawMesh::new(positions, faces), |raw| raw.attributes = attributes);
         let mut cleaned = clean(raw, &CleanOptions::default()).unwrap();
         // Numbered in the order of first use, as a reader numbers them.
         let mut used = cleaned.attributes.groups.clone();
         used.dedup();
         let number = |group: &u32| used.iter().position(|other| other == group).unwrap() as u32;
         cleaned.attributes.groups = cleaned.attributes.groups.iter().map(number).collect();
-        let group = |i: u32| Group {
-            name: Some(format!("group {i}")),
-            material: Some(format!("paint{}", i / 2)),
-            values: vec![f64::from(i) - 1.0],
-            ..Group::default()
+        let group = |i: u32| {
+            changed(Group::default(), |group| {
+                group.name = Some(format!("group {i}"));
+                group.material = Some(format!("paint{}", i / 2));
+                group.values = vec![f64::from(i) - 1.0];
+            })
         };
         let groups = (0..used.len() as u32).map(group).collect();
-        let extra = Extra { groups, layouts, ..Extra::default() };
+        let extra = changed(Extra::default(), |extra| {
+            extra.groups = groups;
+            extra.layouts = layouts;
+        });
         Opened { cleaned, extra, notes: Vec::new() }
     })
 }
@@ -166,7 +171,7 @@ proptest! {
     ) {
         let mut model = model;
         model.extra.face_columns = vec![Column { name: "region".into(), scalar: Scalar::I8 }];
-        model.extra.groups.iter_mut().for_each(|group| *group = Group { values: group.values.clone(), ..Group::default() });
+        model.extra.groups.iter_mut().for_each(|group| *group = changed(Group::default(), |bare| bare.values = group.values.clone()));
         let back = opened(read_attributed(&written(&model, format).bytes, None).unwrap(), true);
         let roles = [Role::Label, Role::Uv];
         prop_assert_eq!(corners(&back.cleaned, &roles), corners(&model.cleaned, &roles));
@@ -349,7 +354,7 @@ fn odd_texts() {
     for case in &cases {
         let found = from_text(case);
         assert_eq!(corners(&found.cleaned, &[Role::Uv]), corners(&expected.cleaned, &[Role::Uv]), "{case}");
-        assert_eq!(found.extra.groups, [Group { material: Some("x".into()), ..Group::default() }]);
+        assert_eq!(found.extra.groups, [changed(Group::default(), |group| group.material = Some("x".into()))]);
     }
     let lacking = from_text(&format!("{QUAD}f 1 2/99 3/-99 4/2\nvt 7 7\n"));
     let uv = &lacking.cleaned.attributes.channels[0];
@@ -486,9 +491,8 @@ fn attributes_of_another_mesh_are_refused() {
     let mut model = from_text(&format!("{QUAD}f 1/1 2/2 3/3\n"));
     model.cleaned.attributes.wedges[0][1] = 9;
     let Opened { cleaned, extra, .. } = &model;
-    let model =
-        Model { mesh: &cleaned.mesh, frame: cleaned.frame, exact: None, attributes: &cleaned.attributes, extra };
-    let options = WriteOptions { format: Format::Ply, name: String::new(), allow_outside: false };
+    let model = Model::new(&cleaned.mesh, cleaned.frame, &cleaned.attributes, extra);
+    let options = WriteOptions::new(Format::Ply, "out");
     assert!(write_attributed(&model, &options).unwrap_err().to_string().contains("not those of the faces"));
 }
 

@@ -1,5 +1,6 @@
 //! Whole meshes with what they carry: seams stay seams, values stay where they were, what is locked does not move.
 
+use crate::common::changed;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -11,7 +12,7 @@ use neural_mesh::simplify::{
 };
 
 fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
-    let input = Input { attributes, ..Input::bare(mesh) };
+    let input = changed(Input::bare(mesh), |input| input.attributes = attributes);
     simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
@@ -57,7 +58,10 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
         (false, 150, Some(3.0), SEAM_ERROR),
     ] {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let options = Options { oversample, seam_error, ..Options::new(Target::Vertices(n)) };
+        let options = changed(Options::new(Target::Vertices(n)), |options| {
+            options.oversample = oversample;
+            options.seam_error = seam_error;
+        });
         let result = simplified(&mesh, &attributes, &options);
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -145,7 +149,7 @@ fn what_is_held_never_ruins_the_rest() {
     assert!(sizes[0].0 && !sizes[2].0, "{sizes:?}");
     // Levels of detail stop where one of their size alone does.
     let levels = simplify_levels_of_detail(
-        &Input { attributes: &attributes, ..Input::bare(&mesh) },
+        &changed(Input::bare(&mesh), |input| input.attributes = &attributes),
         None,
         &Options::new(Target::Vertices(4000)),
         &[Target::Vertices(300)],
@@ -212,7 +216,7 @@ fn small_charts_make_way_for_the_size_asked_for() {
     let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
     let size = Target::Vertices(230);
-    let held = simplified(&mesh, &attributes, &Options { seam_error: 0.0, ..Options::new(size) });
+    let held = simplified(&mesh, &attributes, &changed(Options::new(size), |options| options.seam_error = 0.0));
     let result = simplified(&mesh, &attributes, &Options::new(size));
     let bare = simplified(&mesh, &Attributes::default(), &Options::new(size));
     assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, 230));
@@ -238,13 +242,13 @@ fn locked_boundaries_keep_every_bit() {
         ends.into_iter().collect()
     };
     for n in [1500, 250, 150] {
-        let options = Options { lock_boundaries: true, ..Options::new(Target::Vertices(n)) };
+        let options = changed(Options::new(Target::Vertices(n)), |options| options.lock_boundaries = true);
         let result = simplified(&mesh, &Attributes::default(), &options);
         assert_eq!(result.mesh.positions().len(), n);
         assert_eq!(boundary(&result.mesh), boundary(&mesh));
         assert_eq!(result.report.locked_vertices, 120);
     }
-    let options = Options { lock_boundaries: true, ..Options::new(Target::Vertices(50)) };
+    let options = changed(Options::new(Target::Vertices(50)), |options| options.lock_boundaries = true);
     let result = simplified(&mesh, &Attributes::default(), &options);
     assert!(result.mesh.positions().len() >= 120 && result.report.outcome != Outcome::Reached);
     assert_eq!(boundary(&result.mesh), boundary(&mesh));
@@ -254,7 +258,7 @@ fn locked_boundaries_keep_every_bit() {
 fn a_subset_moves_no_vertex() {
     let mesh = shapes::wavy_sphere(5, 7.0);
     for n in [2000, 300] {
-        let options = Options { subset: true, ..Options::new(Target::Vertices(n)) };
+        let options = changed(Options::new(Target::Vertices(n)), |options| options.subset = true);
         let result = simplified(&mesh, &Attributes::default(), &options);
         let sources = result.source_vertices.unwrap();
         assert_eq!(result.mesh.positions().len(), n);
@@ -268,7 +272,7 @@ fn a_subset_moves_no_vertex() {
 #[test]
 fn the_map_leads_from_every_corner_to_a_point_near_it() {
     let (mesh, attributes) = charted_sphere();
-    let options = Options { map: true, ..Options::new(Target::Vertices(700)) };
+    let options = changed(Options::new(Target::Vertices(700)), |options| options.map = true);
     for attributes in [&attributes, &Attributes::default()] {
         let result = simplified(&mesh, attributes, &options);
         let map = result.map.unwrap();
@@ -286,14 +290,15 @@ fn the_map_leads_from_every_corner_to_a_point_near_it() {
             assert_eq!(map.output_vertices[v as usize], x);
         }
     }
-    let whole = simplified(&mesh, &attributes, &Options { map: true, ..Options::new(Target::Ratio(1.0)) });
+    let whole =
+        simplified(&mesh, &attributes, &changed(Options::new(Target::Ratio(1.0)), |options| options.map = true));
     assert_eq!(whole.map.unwrap().output_vertices, (0..mesh.positions().len() as u32).collect::<Vec<_>>());
 }
 
 #[test]
 fn creases_stay_edges() {
     let mesh = shapes::cuboid([1.0, 0.6, 0.3], 24);
-    let options = Options { crease_angle: Some(40.0), ..Options::new(Target::Vertices(60)) };
+    let options = changed(Options::new(Target::Vertices(60)), |options| options.crease_angle = Some(40.0));
     let result = simplified(&mesh, &Attributes::default(), &options);
     let near = |x: f32, side: f32| x.abs().min((x - side).abs()) < 1e-4;
     let corner = |p: &[f32; 3]| p.iter().zip([1.0, 0.6, 0.3]).all(|(x, side)| near(*x, side));
@@ -311,7 +316,7 @@ fn creases_stay_edges() {
 fn attributes_of_another_mesh_are_refused() {
     let mesh = shapes::icosphere(1);
     let attributes = Attributes { groups: vec![1], ..Attributes::default() };
-    let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+    let input = changed(Input::bare(&mesh), |input| input.attributes = &attributes);
     let result = simplify_input(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
@@ -382,7 +387,7 @@ fn values_are_fitted_over_the_faces() {
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     for (role, width) in [(Role::Colour, 3), (Role::Uv, 2)] {
         let attributes = at_vertices(&mesh, role, width, |p| vec![meant(p); width]);
-        let options = Options { map: true, ..Options::new(Target::Vertices(150)) };
+        let options = changed(Options::new(Target::Vertices(150)), |options| options.map = true);
         let result = simplified(&mesh, &attributes, &options);
         let map = result.map.unwrap();
         let nearest = |f: usize| {
@@ -403,8 +408,8 @@ fn values_of_vertices_that_stay_are_those_of_the_input() {
     let mesh = terrain(40, rough);
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
-    let subset = Options { subset: true, ..Options::new(Target::Ratio(0.2)) };
-    let locked = Options { lock_boundaries: true, ..Options::new(Target::Ratio(0.2)) };
+    let subset = changed(Options::new(Target::Ratio(0.2)), |options| options.subset = true);
+    let locked = changed(Options::new(Target::Ratio(0.2)), |options| options.lock_boundaries = true);
     for options in [subset, locked] {
         let result = simplified(&mesh, &attributes, &options);
         let is_inner = |p: Vec3| options.lock_boundaries && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));

@@ -59,8 +59,8 @@ fn check_attributed(path: &Path, bare: Option<&Cleaned>) {
     assert_eq!(cleaned.as_ref().map(|(cleaned, _)| &cleaned.mesh), bare.map(|bare| &bare.mesh), "{path:?}");
     let Some((Cleaned { mesh, frame, attributes, .. }, extra)) = &cleaned else { return };
     for format in [Format::Obj, Format::Ply] {
-        let model = io::Model { mesh, frame: *frame, exact: None, attributes, extra };
-        let options = io::WriteOptions { format, name: "out".into(), allow_outside: false };
+        let model = io::Model::new(mesh, *frame, attributes, extra);
+        let options = io::WriteOptions::new(format, "out");
         let written = io::write_attributed(&model, &options).unwrap();
         let back = io::read_attributed(&written.bytes, Some(format)).unwrap();
         let back = cleanup::clean(back.mesh, &CleanOptions::default()).unwrap();

@@ -38,8 +38,8 @@ fn cleaned(read: ReadMesh) -> (Cleaned, Extra) {
 
 fn written((cleaned, extra): &(Cleaned, Extra), format: Format) -> Written {
     let Cleaned { mesh, frame, attributes, .. } = cleaned;
-    let model = Model { mesh, frame: *frame, exact: None, attributes, extra };
-    write_attributed(&model, &WriteOptions { format, name: "out".into(), allow_outside: false }).unwrap()
+    let model = Model::new(mesh, *frame, attributes, extra);
+    write_attributed(&model, &WriteOptions::new(format, "out")).unwrap()
 }
 
 /// Of each corner its position and what it carries in a role, sorted.
@@ -139,7 +139,7 @@ fn normals_turn_with_their_node_and_a_mirrored_one_turns_its_faces() {
     let values = normal.to_array().repeat(3);
     let channels = vec![Channel { name: "n".into(), role: Role::Normal, width: 3, values }];
     let attributes = Attributes { wedges: vec![[0, 1, 2]], channels, groups: Vec::new() };
-    let part = LighterPart { positions: corners.map(|p| p.to_array()).to_vec(), faces: vec![[0, 1, 2]], attributes };
+    let part = LighterPart::new(corners.map(|p| p.to_array()).to_vec(), vec![[0, 1, 2]], attributes);
     let (bytes, _) = write_gltf(part, [0.0; 3], &[], Format::Gltf).unwrap();
     for scale in [[1.0, 3.0, 0.5], [-1.0, 2.0, 1.0]] {
         let mut document: Value = serde_json::from_slice(&bytes).unwrap();
@@ -159,7 +159,7 @@ fn what_belongs_to_a_scene_is_said_to_stay_behind() {
     let channels = vec![channel("t", Role::Tangent, 4), channel("uv", Role::Uv, 2)];
     let attributes = Attributes { wedges: vec![[0, 1, 2]], channels, groups: Vec::new() };
     let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let part = LighterPart { positions, faces: vec![[0, 1, 2]], attributes };
+    let part = LighterPart::new(positions, vec![[0, 1, 2]], attributes);
     let (bytes, _) = write_gltf(part, [0.0; 3], &[], Format::Glb).unwrap();
     let read = read_attributed(&bytes, None).unwrap();
     assert_eq!(read.mesh.attributes.channels.len(), 1);

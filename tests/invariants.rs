@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
+use crate::common::{assert_closed_manifold, assert_same_topology, changed, uneven_closed_mesh};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
@@ -15,7 +15,7 @@ fn to(mesh: &TriMesh, target: Target) -> Simplified {
 
 /// By the one pass where the oversample is given, which small meshes go without otherwise.
 fn with_oversample(mesh: &TriMesh, target: Target, oversample: Option<f64>) -> Simplified {
-    with(mesh, &Options { oversample, ..Options::new(target) })
+    with(mesh, &changed(Options::new(target), |options| options.oversample = oversample))
 }
 
 fn with(mesh: &TriMesh, options: &Options) -> Simplified {
@@ -53,11 +53,11 @@ fn corners_and_creases_of_large_parts_stay() {
 /// Closed, of the asked size, and the same after its positions are welded; all parts are there but those reported dropped.
 fn check(original: &TriMesh, ratio: f64) {
     for oversample in [None, Some(1.5)] {
-        let options = Options { oversample, ..Options::new(Target::Ratio(ratio)) };
+        let options = changed(Options::new(Target::Ratio(ratio)), |options| options.oversample = oversample);
         let result = check_with(original, ratio, &options);
         let components = topology(original).components - result.report.components_pruned;
         assert_eq!(topology(&result.mesh).components, components);
-        let result = check_with(original, ratio, &Options { prune: false, ..options });
+        let result = check_with(original, ratio, &changed(options, |options| options.prune = false));
         assert_same_topology(original, &result.mesh);
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::common::{assert_closed_manifold, assert_same_topology};
+use crate::common::{assert_closed_manifold, assert_same_topology, changed};
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -18,7 +18,7 @@ fn mesh(name: &str) -> TriMesh {
 }
 
 fn to(mesh: &TriMesh, ratio: f64, optimize: Optimize) -> Simplified {
-    let options = Options { optimize, ..Options::new(Target::Ratio(ratio)) };
+    let options = changed(Options::new(Target::Ratio(ratio)), |options| options.optimize = optimize);
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 

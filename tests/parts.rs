@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions};
+use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, changed, repeated_positions};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, ScoreSource, Simplified, Target, simplify};
 
@@ -14,7 +14,12 @@ fn to(mesh: &TriMesh, ratio: f64) -> Simplified {
 fn with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
     // By the one pass, which small meshes go without otherwise.
     let oversample = Some((1.45 / ratio.cbrt()).clamp(1.0, 4.0));
-    let options = Options { seed: 2, scores, oversample, prune: false, ..Options::new(Target::Ratio(ratio)) };
+    let options = changed(Options::new(Target::Ratio(ratio)), |options| {
+        options.seed = 2;
+        options.scores = scores;
+        options.oversample = oversample;
+        options.prune = false;
+    });
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 

@@ -1,5 +1,6 @@
 //! Pictures show what is there: nearer faces hide others, backs are red, lines lie on edges, nothing panics.
 
+use crate::common::changed;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::picture::{Image, PictureOptions, encode_png, render};
 
@@ -11,7 +12,10 @@ fn square(z: f32, turned: bool) -> TriMesh {
 }
 
 fn small(edges: bool) -> PictureOptions {
-    PictureOptions { height: 128, edges, ..Default::default() }
+    changed(PictureOptions::default(), |options| {
+        options.height = 128;
+        options.edges = edges;
+    })
 }
 
 /// The pixel in the middle, off the diagonal.
@@ -105,7 +109,7 @@ fn flat_meshes_are_not_seen_on_edge() {
 fn captions_are_written_below() {
     let captions = vec!["before\n5,856 faces".to_string(), String::new()];
     let mesh = square(0.0, false);
-    let image = render(&[&mesh, &mesh], &PictureOptions { captions, ..small(true) });
+    let image = render(&[&mesh, &mesh], &changed(small(true), |options| options.captions = captions));
     assert!(image.height > 128);
     let below = &image.rgba[128 * image.width * 4..];
     assert!(below.chunks(4).any(|pixel| pixel[0] < 90));

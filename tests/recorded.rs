@@ -1,5 +1,6 @@
 //! The record of a run: the result as a function of the input's vertices, with gradients.
 
+use crate::common::changed;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{TriMesh, shapes};
@@ -46,6 +47,7 @@ fn results_are_functions_of_the_input() {
         check(&shapes::torus(32, 14, 1.0, 0.3), &Options::new(target));
     }
     check(&shapes::icosphere(2), &Options::new(Target::Ratio(1.0)));
+    check(&shapes::wavy_sphere(3, 5.0), &changed(Options::new(Target::Ratio(0.2)), |options| options.for_poses = true));
 }
 
 #[test]
@@ -70,7 +72,7 @@ fn vertices_that_took_no_part_have_no_gradient() {
     let unused = vec![[9.0; 3]];
     let faces = boxes.faces().iter().map(|face| face.map(|v| v + 1)).collect();
     let mesh = TriMesh::new([&unused, boxes.positions()].concat(), faces).unwrap();
-    let options = Options { prune: true, ..Options::new(Target::Vertices(40)) };
+    let options = changed(Options::new(Target::Vertices(40)), |options| options.prune = true);
     let (result, record) = recorded(&mesh, &options);
     assert!(result.report.components_pruned > 0);
     let outputs = record.output_vertices();

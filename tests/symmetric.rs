@@ -12,14 +12,14 @@ use neural_mesh::simplify::{
     simplify_levels_of_detail,
 };
 
-use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology};
+use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, changed};
 
 fn go_on(_: neural_mesh::simplify::Event) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
 fn options(target: Target, symmetry: Symmetry) -> Options {
-    Options { symmetric: Some(symmetry), ..Options::new(target) }
+    changed(Options::new(target), |options| options.symmetric = Some(symmetry))
 }
 
 fn simplified(mesh: &TriMesh, options: &Options) -> Simplified {
@@ -122,7 +122,10 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
     let result = simplified(&odd, &options(Target::Ratio(0.1), Symmetry::Found));
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
     let frame = Frame { origin: [5e6, 0.0, 0.0], double: true };
-    let far = Options { frame, ..options(Target::Ratio(0.1), Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })) };
+    let far =
+        changed(options(Target::Ratio(0.1), Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })), |options| {
+            options.frame = frame
+        });
     let result = simplified(&bumpy(4), &far);
     assert_eq!(result.report.mirror.unwrap().at, 5e6);
     assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
@@ -379,7 +382,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         }
         let groups = mesh.faces().iter().map(|face| u32::from(side(face) > 0.0)).collect();
         let attributes = Attributes { wedges, channels, groups };
-        let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+        let input = changed(Input::bare(&mesh), |input| input.attributes = &attributes);
         let asked = options(Target::Vertices(250), Symmetry::Across(Axis::X));
         let result = simplify_input(&input, None, &asked, &mut go_on).unwrap();
         assert_closed_manifold(&result.mesh);
@@ -415,7 +418,7 @@ fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
     let error = simplify_input(&Input::bare(&lopsided), None, &asked, &mut go_on).unwrap_err();
     assert!(matches!(error, SimplifyError::NotSymmetric { vertices: 1.., .. }), "{error:?}");
     assert!(error.to_string().contains("not symmetric about x = 0"), "{error}");
-    let both = Options { map: true, ..asked };
+    let both = changed(asked, |options| options.map = true);
     let error = simplify_input(&Input::bare(&bumpy(3)), None, &both, &mut go_on).unwrap_err();
     assert_eq!(error, SimplifyError::NotWithSymmetry("a map"));
     let flat = shapes::grid(4, 4);

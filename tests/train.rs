@@ -1,5 +1,6 @@
 //! The training loop with a small step of its own: stopped and taken up, refused, led astray.
 
+use crate::common::changed;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -47,7 +48,7 @@ fn put(folder: &Path, name: &str, mesh: &TriMesh) {
 /// Opens the training `name` in the folder.
 fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<Run, TrainError> {
     let (data, run) = (folder.join("data"), folder.join(name));
-    open(&Request { data: &data, folder: &run, settings, objective: None, epochs: None, resume, init: None })
+    open(&changed(Request::new(&data, &run), |request| (request.settings, request.resume) = (settings, resume)))
 }
 
 /// Mean of the squared scores, and half the square of the mean minus a random number.
@@ -268,21 +269,16 @@ fn fine_tuning_starts_from_weights_and_takes_their_sizes() {
     let (weights, other) = (Weights::random_of(sizes, 9), Weights::random_of(sizes, 10).to_bytes());
     let init = weights.to_bytes();
     let (data, run) = (folder.path().join("data"), folder.path().join("run"));
-    let request = Request {
-        data: &data,
-        folder: &run,
-        settings: None,
-        objective: None,
-        epochs: Some(1),
-        resume: true,
-        init: Some(&init),
-    };
+    let mut request = Request::new(&data, &run);
+    (request.epochs, request.resume, request.init) = (Some(1), true, Some(init.as_slice()));
     let mut run = open(&request).unwrap();
     assert_eq!(run.weights(), &weights);
     train(&mut run, &step, &mut go_on).unwrap();
     assert_ne!(run.weights(), &weights);
     drop(run);
-    assert!(open(&Request { init: None, settings: Some(""), epochs: Some(2), ..request }).is_ok());
-    let error = open(&Request { init: Some(&other), ..request }).unwrap_err();
+    request.init = Some(&other);
+    let error = open(&request).unwrap_err();
     assert!(error.to_string().contains("other weights"), "{error}");
+    (request.init, request.settings, request.epochs) = (None, Some(""), Some(2));
+    assert!(open(&request).is_ok());
 }

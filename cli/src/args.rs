@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Parser, ValueEnum};
 use neural_mesh::simplify::Assembly;
 
-use crate::numbers::{Count, MOST_SAMPLES, count, n_threads, number, seed, share, texels, whole};
+use crate::numbers::{Count, MOST_SAMPLES, count, n_threads, number, seed, share, texels, view, whole};
 
 const SIMPLIFY_NOTES: &str = "\
-Reads and writes OBJ, PLY, STL, OFF, glTF and GLB, each also compressed (.gz). Vertices at equal positions are one vertex; \
+Reads and writes OBJ, PLY, STL, OFF, glTF, GLB and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX and geometry compressed by Draco need the features 3mf, fbx and draco. Vertices at equal positions are one vertex; \
 sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
 carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
 
@@ -61,7 +61,7 @@ pub struct SimplifyArgs {
     /// Bytes of the mesh file, also as 500kB or 2MB: finds the largest mesh that fits
     #[arg(long, value_name = "BYTES")]
     pub size: Option<String>,
-    /// Levels of detail: falling shares of the vertices, such as 50%,25%,10% or 0.5,0.25,0.1; written as OUT with -lod0, -lod1 and so on
+    /// Levels of detail: falling shares of the vertices, such as 50%,25%,10% or 0.5,0.25,0.1; written as OUT with {level} as 0, 1 and so on, or with -lod0, -lod1
     /// in the name, of a glTF scene as one file (MSFT_lod)
     #[arg(long, value_name = "R,R", value_delimiter = ',', value_parser = share, allow_hyphen_values = true)]
     pub lods: Vec<f64>,
@@ -136,7 +136,8 @@ pub struct SimplifyArgs {
     /// What becomes of what no ray from outside reaches, as inner shells
     #[arg(long, value_enum, default_value = "keep")]
     pub hidden: HiddenArg,
-    /// What the result is for: to be near as it stands, or in the poses as well that its morph targets and its skin take it to
+    /// What the result is for: to be near as it stands, or in the poses as well that its morph targets and its skin take it to, without
+    /// them in any
     #[arg(long = "for", value_enum, value_name = "WHAT", default_value = "shape")]
     pub purpose: PurposeArg,
     /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
@@ -151,6 +152,11 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true,
         conflicts_with_all = ["size", "lods", "ignore"])]
     pub bake: Option<usize>,
+    /// Write a glTF as engines load it, as gltfpack does: in small numbers (KHR_mesh_quantization) and compressed
+    /// (EXT_meshopt_compression); with =quantize in small numbers alone
+    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
+        conflicts_with_all = ["symmetric", "lock_boundaries", "subset"])]
+    pub compress: Option<CompressArg>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,
@@ -164,15 +170,22 @@ pub struct SimplifyArgs {
     /// obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Write a report as JSON; - for standard output (messages then go to standard error)
+    /// Write a report as JSON; - for standard output (messages then go to standard error); of many meshes into a folder
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// The same as --report -
     #[arg(long, conflicts_with = "report")]
     pub json: bool,
-    /// Draw the mesh before and after, side by side
+    /// Draw the mesh before and after, side by side, with a ring where the result is farthest off; of many meshes into a folder
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
+    /// Where the picture is taken from: front, back, left, right, top, bottom, or degrees around and above, like 30,20
+    /// [default: where much is seen]
+    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true, requires = "picture")]
+    pub view: Option<[f32; 2]>,
+    /// Draw edges over textures and colours, too
+    #[arg(long, requires = "picture")]
+    pub wires: bool,
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
@@ -193,6 +206,15 @@ pub enum IgnoreArg {
     Colors,
     /// Materials and groups of faces
     Materials,
+}
+
+/// How small a glTF is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CompressArg {
+    /// In small numbers, compressed
+    Meshopt,
+    /// In small numbers
+    Quantize,
 }
 
 /// How sampled vertices become a surface.
@@ -322,7 +344,7 @@ pub struct InfoArgs {
 }
 
 const COMPARE_NOTES: &str = "\
-Reads OBJ, PLY, STL, OFF, glTF and GLB. The page of --html is one file that needs no network: the meshes side by side in \
+Reads OBJ, PLY, STL, OFF, glTF, GLB, 3MF and FBX. The page of --html is one file that needs no network: the meshes side by side in \
 3-D under one camera, with the distance from the other surface painted on and the figures beside. The JSON and the page \
 explain the figures. Of several results, one that cannot be read is a line on standard error, and the others are compared all \
 the same. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
@@ -352,6 +374,9 @@ pub struct CompareArgs {
     /// Leave out the slowest figures: the spectrum, and distances along the surface
     #[arg(long)]
     pub quick: bool,
+    /// Show all figures, not the ten that are asked for most
+    #[arg(long)]
+    pub all: bool,
     /// Draw the meshes from six sides and measure how alike the pictures are
     #[arg(long)]
     pub appearance: bool,

@@ -25,15 +25,21 @@ pub fn dress(
     simplified: &TriMesh,
 ) -> Result<Dress, String> {
     let began = Instant::now();
-    let original = Original { mesh, attributes, looks };
-    let options = BakeOptions { size, separate_maps: !is_gltf, with_tangents: is_gltf };
+    let original = Original::new(mesh, attributes, looks);
+    let mut options = BakeOptions::new(size);
+    (options.separate_maps, options.with_tangents) = (!is_gltf, is_gltf);
     let baked = bake(&original, simplified, &options).map_err(|error| format!("--bake {size}: {error}"))?;
-    let group = Group { material: Some(MATERIAL.into()), ..Group::default() };
+    let mut group = Group::default();
+    group.material = Some(MATERIAL.into());
+    let mut looks = Looks::new(vec![baked.look.clone()]);
+    looks.v_is_up = true;
+    let mut extra = Extra::default();
+    (extra.groups, extra.looks) = (vec![group], vec![(MATERIAL.into(), baked.look)]);
     let seconds = began.elapsed().as_secs_f64();
     Ok(Dress {
         attributes: baked.attributes,
-        looks: Looks { of_groups: vec![baked.look.clone()], v_is_up: true, linear_colours: false },
-        extra: Extra { groups: vec![group], looks: vec![(MATERIAL.into(), baked.look)], ..Extra::default() },
+        looks,
+        extra,
         figures: Baked { size, charts: baked.n_charts, covered: baked.covered, seconds },
         notes: baked.notes,
     })

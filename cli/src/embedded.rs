@@ -11,7 +11,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 use neural_mesh::io::ReadMesh;
 use neural_mesh::mesh::RawMesh;
-use neural_mesh::simplify::{Listener, Options, Record, Simplified, simplify_recorded};
+use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
 
 use crate::args::{CompareArgs, SimplifyArgs};
 use crate::files;
@@ -123,7 +123,8 @@ pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static
     let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
     let cleaned = read::cleaned(raw, &request.source)?;
     let target = request.target(cleaned.mesh.faces().len());
-    let options = Options { target, frame: cleaned.frame, ..request.options };
+    let mut options = request.options;
+    (options.target, options.frame) = (target, cleaned.frame);
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();
     Ok(Recorded { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
@@ -222,10 +223,10 @@ mod tests {
         let (positions, faces) = shapes::wavy_sphere(4, 5.0).into_parts();
         let positions =
             positions.into_iter().map(|p| p.map(|x| f64::from(x) + 0.1 * f64::from(u8::from(double)))).collect();
-        Some((
-            ReadMesh { mesh: RawMesh { positions, faces, double, ..RawMesh::default() }, ..ReadMesh::default() },
-            None,
-        ))
+        let mut read = ReadMesh::default();
+        read.mesh = RawMesh::new(positions, faces);
+        read.mesh.double = double;
+        Some((read, None))
     }
 
     fn run(text: &str, given: Option<Given>) -> Result<Outcome, Failure> {

@@ -67,14 +67,24 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
         return Err(Failure::of(path, format!("there is no folder {}: create it first", folder.display())));
     }
     match std::fs::symlink_metadata(path) {
-        Err(_) => Ok(()),
-        Ok(_) if !force => Err(exists(path)),
+        Err(_) => {}
+        Ok(_) if !force => return Err(exists(path)),
         // What a link leads to need not be there yet; a folder or a device is not replaced.
         Ok(_) if std::fs::metadata(path).is_ok_and(|target| !target.is_file()) => {
-            Err(Failure::of(path, "is not a file: choose another name"))
+            return Err(Failure::of(path, "is not a file: choose another name"));
         }
-        Ok(_) => Ok(()),
+        Ok(_) => {}
     }
+    check_folder(path, folder)
+}
+
+/// Refuses a folder that takes no new file, by trying.
+fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
+    let unwritable = |error| {
+        let what = format!("the folder {} takes no file: {error}: choose another", folder.display());
+        Failure::of(path, what)
+    };
+    new_file_in(folder).map(drop).map_err(unwritable)
 }
 
 /// The file that a name stands for, through links: they stay, and what they lead to is replaced. Its folder has its own name,

@@ -1,6 +1,6 @@
 //! `neural-mesh info`: what meshes are, one after the other; one that cannot be read does not keep the others from it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Topology, topology};
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::failure::{Failure, name};
-use crate::names::{format_of, is_stream};
+use crate::names::{check_stdin, format_of};
 use crate::plain::plain_json;
 use crate::read::{cleaned, read};
 use crate::report;
@@ -39,14 +39,12 @@ struct Info {
 }
 
 /// What to do about a file of unknown format.
-const UNKNOWN: &str = "give OBJ, PLY, STL, OFF, glTF or GLB, or say by --format which it is";
+const UNKNOWN: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX, or say by --format which it is";
 
 /// Says what each mesh is, on standard output.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let format = args.format.as_deref().map(format_of).transpose()?;
-    if args.inputs.iter().filter(|path| is_stream(path)).count() > 1 {
-        return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
-    }
+    check_stdin(args.inputs.iter().map(PathBuf::as_path))?;
     let (mut n_said, mut all_said) = (0, Ok(()));
     for path in &args.inputs {
         let source = Source::new(path.clone(), format, !args.no_weld).unknown(UNKNOWN);

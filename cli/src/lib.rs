@@ -9,11 +9,18 @@ mod bake;
 #[cfg(not(feature = "bake"))]
 #[path = "no_bake.rs"]
 mod bake;
+mod bar;
 mod batch;
 mod closed;
 mod command;
 mod compare;
+#[cfg(feature = "meshopt")]
+mod compress;
+#[cfg(not(feature = "meshopt"))]
+#[path = "no_compress.rs"]
+mod compress;
 mod done;
+mod drawing;
 mod dress;
 pub mod embedded;
 #[cfg(feature = "evaluate")]
@@ -32,7 +39,9 @@ mod missing;
 mod names;
 mod numbers;
 mod out_of_memory;
+mod page;
 mod plain;
+mod plan;
 mod progress;
 mod read;
 mod report;
@@ -52,7 +61,7 @@ mod words;
 use std::borrow::Cow;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 pub use allocator::Bounded;
 use command::{Args, Command};
@@ -81,6 +90,12 @@ pub fn run() -> ExitCode {
     };
     // Words that nobody could hear are the worse failure than a result that is short of what was asked.
     ended(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::heard().and(done) } else { done })
+}
+
+/// The command line as clap has it, for what is made of it: completions and man pages.
+#[doc(hidden)]
+pub fn command_line() -> clap::Command {
+    Args::command()
 }
 
 fn ended(done: Result<(), Failure>) -> ExitCode {

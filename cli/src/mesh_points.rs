@@ -13,11 +13,15 @@ use crate::args::MeshPointsArgs;
 use crate::failure::Failure;
 use crate::files::{self, Pending};
 use crate::interrupt;
-use crate::names::{format_of, is_stream, output_format};
+use crate::names::{check_stdout, format_of, is_stream, output_format};
+use crate::plan::{Part, Plan};
 use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::simplify::in_pool;
 use crate::words::{Voice, grouped};
+
+/// Costs: reading is little beside the network.
+const COSTS: [(Part, f64); 3] = [(Part::Read, 0.03), (Part::Simplify, 0.95), (Part::Write, 0.02)];
 
 /// One run, complete and consistent.
 struct Request {
@@ -65,10 +69,7 @@ pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
 fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
     let given = args.format.as_deref().map(format_of).transpose()?;
     let format = output_format(&args.output, given)?;
-    if is_stream(&args.output) && reports_to_stdout(&args) {
-        let what = "standard output takes the mesh or the report: give one of them a file name";
-        return Err(Failure::Usage(what.into()));
-    }
+    check_stdout(is_stream(&args.output), reports_to_stdout(&args))?;
     Ok(Request { args, format })
 }
 
@@ -79,10 +80,11 @@ fn reports_to_stdout(args: &MeshPointsArgs) -> bool {
 fn run_in_pool(request: &Request) -> Result<(), Failure> {
     let Request { args, .. } = request;
     let began = Instant::now();
-    let mut progress = Progress::new(args.quiet);
-    progress.show("read");
+    let mut progress = Progress::new(args.quiet, Plan::new(&COSTS));
+    progress.show(Part::Read);
     let raw = io::read_points(&files::read(&args.input)?).map_err(|error| Failure::of(&args.input, error))?;
     let meshed = Meshed::of(raw, args, &mut progress)?;
+    progress.show(Part::Write);
     let (bytes, mut pending) = written(request, &meshed)?;
     let report = told(args, &meshed, began.elapsed().as_secs_f64());
     let json = files::prepare_json(args.report.as_deref(), &report, args.force, &mut pending)?;

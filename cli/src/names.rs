@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::Format;
+use neural_mesh::io::{Format, unwritten};
 
 use crate::args::SimplifyArgs;
 use crate::failure::Failure;
 
 /// What can be read, as a remedy.
-pub const READABLE: &str = "give OBJ, PLY, STL, OFF, glTF or GLB";
+pub const READABLE: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX";
 
 /// Where a result goes and as what.
 #[derive(Debug, PartialEq)]
@@ -24,6 +24,50 @@ pub struct Destination {
 /// Whether a path stands for standard input or output.
 pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
+}
+
+/// What stands in the name of a file for the number of a level of detail.
+pub const LEVEL: &str = "{level}";
+
+/// Whether the name of a file has a place for the level.
+pub fn names_level(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().contains(LEVEL))
+}
+
+/// The same name with a place for the level: `spot.obj.gz` becomes `spot-lod{level}.obj.gz`.
+pub fn with_level(path: &Path) -> PathBuf {
+    if names_level(path) {
+        return path.into();
+    }
+    let mut name = Format::without_gz(path).file_stem().unwrap_or_default().to_os_string();
+    let ending = path.file_name().unwrap_or_default().as_encoded_bytes().get(name.len()..).unwrap_or_default();
+    name.push(format!("-lod{LEVEL}{}", String::from_utf8_lossy(ending)));
+    path.with_file_name(name)
+}
+
+/// The files of so many levels; one where there are none, or the name has no place for the level.
+pub fn level_paths(path: &Path, n_levels: usize) -> Vec<PathBuf> {
+    let has_levels = n_levels > 0 && names_level(path);
+    let Some(name) = path.file_name().filter(|_| has_levels) else { return vec![path.into()] };
+    let name = name.to_string_lossy();
+    (0..n_levels).map(|level| path.with_file_name(name.replace(LEVEL, &level.to_string()))).collect()
+}
+
+/// Refuses more than one mesh from standard input.
+pub fn check_stdin<'a>(inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
+    if inputs.filter(|path| is_stream(path)).count() > 1 {
+        return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
+    }
+    Ok(())
+}
+
+/// Refuses a mesh and a report that both go to standard output.
+pub fn check_stdout(takes_mesh: bool, takes_report: bool) -> Result<(), Failure> {
+    if takes_mesh && takes_report {
+        let what = "standard output takes the mesh or the report: give one of them a file name";
+        return Err(Failure::Usage(what.into()));
+    }
+    Ok(())
 }
 
 /// The format with that name.
@@ -54,7 +98,7 @@ pub fn destination(args: &SimplifyArgs) -> Result<Destination, Failure> {
 fn in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathBuf, Failure> {
     match input.file_name() {
         Some(name) if !is_stream(input) => {
-            Ok(folder.join(with_ending(name.as_ref(), given.or(named(input)).unwrap_or(Format::Ply))))
+            Ok(folder.join(with_ending(name.as_ref(), given.or(named(input)).map_or(Format::Ply, as_result))))
         }
         _ => {
             let what = "is a folder, and standard input has no name: give the name of a file";
@@ -77,25 +121,36 @@ pub fn ending(format: Format) -> &'static str {
 pub fn alone(read: Option<Format>) -> Format {
     match read {
         Some(Format::Gltf) => Format::Glb,
-        read => read.unwrap_or(Format::Ply),
+        read => read.map_or(Format::Ply, as_result),
     }
+}
+
+/// The format of a result where none is asked for: that of its mesh, or GLB where that is read and not written.
+pub fn as_result(read: Format) -> Format {
+    if read == Format::Fbx { Format::Glb } else { read }
 }
 
 /// The format to write: what the name says, else what `--format` says; the two may not disagree where only one is meant.
 pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
     let format = named(output).or(given).ok_or_else(|| unknown_format(output))?;
     // `--format ply-ascii -o x.ply` asks for the text variant of what the name says.
-    Ok(given.filter(|given| family(*given) == family(format)).unwrap_or(format))
+    writable(given.filter(|given| family(*given) == family(format)).unwrap_or(format))
+}
+
+/// A format, if this build writes it.
+pub fn writable(format: Format) -> Result<Format, Failure> {
+    unwritten(format).map_or(Ok(format), |what| Err(Failure::Usage(format!("{}: {what}", format.name()))))
 }
 
 fn unknown_format(output: &Path) -> Failure {
-    let names = Format::NAMES.join(", ");
+    let is_written = |name: &&str| Format::from_name(name).is_some_and(|format| unwritten(format).is_none());
+    let names = Format::NAMES.into_iter().filter(is_written).collect::<Vec<_>>().join(", ");
     let ends_as_folder = output.as_os_str().as_encoded_bytes().last().is_some_and(|&last| last == b'/');
     Failure::Usage(match output {
         _ if is_stream(output) => format!("standard output: the format is not known: give --format, one of {names}"),
         _ if ends_as_folder => format!("{}: there is no such folder: create it first", output.display()),
         _ => {
-            let how = "end the name in .obj, .ply, .stl, .off, .gltf or .glb, or give --format, one of";
+            let how = "end the name in .obj, .ply, .stl, .off, .gltf, .glb or .3mf, or give --format, one of";
             format!("{}: the format is not known: {how} {names}", output.display())
         }
     })

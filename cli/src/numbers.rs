@@ -13,6 +13,17 @@ pub const TEXELS: (u64, u64) = (16, 8192);
 /// Counts that a double holds, and larger than any mesh.
 const MOST: f64 = 1e15;
 
+/// Views with names, y up: degrees around from +z, and above.
+const VIEWS: [(&str, [f32; 2]); 6] = [
+    ("front", [0.0, 0.0]),
+    ("right", [90.0, 0.0]),
+    ("back", [180.0, 0.0]),
+    ("left", [-90.0, 0.0]),
+    ("top", [0.0, 90.0]),
+    ("bottom", [0.0, -90.0]),
+];
+
+const VIEW: &str = "give front, back, left, right, top, bottom, or degrees around and above, like 30,20";
 const SHARE: &str = "give a share above 0 and at most 1, like 0.1, or in percent, like 10%";
 const COUNT: &str = "give a whole number above 0, like 5000, 10k or 1.5M, or a share of the input, like 10%";
 
@@ -43,6 +54,16 @@ impl fmt::Display for Count {
             Self::Share(share) => write!(f, "{}%", percent(*share)),
         }
     }
+}
+
+/// Where an eye is, as degrees around and above: `front`, `30,20`.
+pub fn view(text: &str) -> Result<[f32; 2], String> {
+    if let Some((_, view)) = VIEWS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text.trim())) {
+        return Ok(*view);
+    }
+    let degrees = |word: &str| word.trim().parse().ok().filter(|number: &f32| (-360.0..=360.0).contains(number));
+    let view = text.split_once(',').and_then(|(around, above)| Some([degrees(around)?, degrees(above)?]));
+    view.ok_or(VIEW.into())
 }
 
 /// A share: `0.1`, `10%`.
@@ -133,6 +154,14 @@ fn with_suggestion(taken: &str, percent: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_view_is_a_name_or_two_numbers_of_degrees() {
+        assert_eq!([view("Top"), view("-30, 12.5")], [Ok([0.0, 90.0]), Ok([-30.0, 12.5])]);
+        for bad in ["", "up", "30", "30,", "1,2,3", "nan,0", "400,0"] {
+            assert_eq!(view(bad), Err(VIEW.to_string()), "{bad}");
+        }
+    }
 
     #[test]
     fn shares_are_fractions_or_percent() {

@@ -1,25 +1,22 @@
-//! What is going on, for the eye and for the report: a bar on a terminal, and the seconds of each stage.
+//! What is going on, for the eye and for the report: how far the run is, and the seconds of each stage.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::simplify::{Event, Listener};
 
-/// Work below this needs no bar.
-const PATIENCE: Duration = Duration::from_secs(1);
+use crate::bar::Bar;
+use crate::plan::{Part, Plan, words_of};
 
-/// What the program goes through, each part with its share of the time without a picture: of a torus of a million faces at a
-/// ratio of 0.1 on one thread. A picture, which few runs draw, comes when all else is done.
-const PARTS: [(&str, f32); 5] = [("read", 0.1), (SIMPLIFY, 0.73), ("check", 0.16), ("write", 0.01), ("picture", 0.0)];
-/// The simplification, which says itself how far it is.
-const SIMPLIFY: &str = "simplify";
+/// Steps in which the bar moves; events come every few milliseconds.
+const STEPS: f64 = 500.0;
 
 /// A bar that shows itself where work takes longer than a second, and a clock that the library does not have.
 pub struct Progress {
-    bar: ProgressBar,
-    /// What the bar shows.
+    bar: Bar,
+    plan: RefCell<Plan>,
+    /// What the bar shows, in steps; the bar never goes back.
     shown: Cell<(&'static str, u64)>,
     stages: Vec<(&'static str, f64)>,
     current: Option<(&'static str, Instant)>,
@@ -28,23 +25,25 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Starts; nothing is ever drawn where `quiet` or where standard error is no terminal.
-    pub fn new(quiet: bool) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(100), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("[{bar:40}] {msg}, {elapsed}") {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        if !quiet {
-            show_later(bar.clone());
-        }
-        Self { bar, shown: Cell::default(), stages: Vec::new(), current: None, listener: None }
+    /// Starts what goes through these parts; nothing is ever said where `quiet`.
+    pub fn new(quiet: bool, plan: Plan) -> Self {
+        let (plan, shown) = (RefCell::new(plan), Cell::default());
+        Self { bar: Bar::new(quiet), plan, shown, stages: Vec::new(), current: None, listener: None }
     }
 
-    /// Draws nothing; what the simplification tells goes to a listener, too.
+    /// Says nothing.
+    pub fn silent() -> Self {
+        Self::new(true, Plan::new(&[]))
+    }
+
+    /// Says nothing; what the simplification tells goes to a listener, too.
     pub fn heard_by(listener: Box<Listener<'static>>) -> Self {
-        let mut progress = Self::new(true);
-        progress.listener = Some(listener);
-        progress
+        Self { listener: Some(listener), ..Self::silent() }
+    }
+
+    /// Parts cost something else than was thought.
+    pub fn follow(&self, plan: Plan) {
+        self.plan.replace(plan);
     }
 
     /// A stage of the simplification begins or moves on.
@@ -53,25 +52,31 @@ impl Progress {
             self.end_stage();
             self.current = Some((event.stage, Instant::now()));
         }
-        self.show_at(event.stage, percent(SIMPLIFY, event.total));
+        self.show_at(Part::Simplify, words_of(event.stage), f64::from(event.total));
         self.listener.as_mut().map_or(ControlFlow::Continue(()), |listener| listener(event))
     }
 
-    /// A part of the run beside the simplification begins.
-    pub fn show(&self, part: &'static str) {
-        self.show_at(part, percent(part, 0.0));
+    /// A part of the run begins.
+    pub fn show(&self, part: Part) {
+        self.move_on(part, 0.0);
+    }
+
+    /// So much of a part is done.
+    pub fn move_on(&self, part: Part, done: f64) {
+        self.show_at(part, part.words(), done);
     }
 
     /// Says something where the bar stands.
     pub fn aside(&self, say: impl FnOnce()) {
-        self.bar.suspend(say);
+        self.bar.aside(say);
     }
 
-    /// Moves the bar, if there is something to see: events come every few milliseconds.
-    fn show_at(&self, message: &'static str, percent: u64) {
-        if self.shown.replace((message, percent)) != (message, percent) {
-            self.bar.set_message(message);
-            self.bar.set_position(percent);
+    /// Moves the bar, if there is something to see.
+    fn show_at(&self, part: Part, words: &'static str, of_part: f64) {
+        let (_, before) = self.shown.get();
+        let steps = ((STEPS * self.plan.borrow().done(part, of_part)) as u64).max(before);
+        if self.shown.replace((words, steps)) != (words, steps) {
+            self.bar.show(words, steps as f64 / STEPS);
         }
     }
 
@@ -89,28 +94,4 @@ impl Progress {
             None => self.stages.push((stage, seconds)),
         }
     }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// How much of the run is done where so much of a part is; of the first part that is not known nothing.
-fn percent(part: &str, done: f32) -> u64 {
-    let at = PARTS.iter().position(|(name, _)| *name == part).unwrap_or(0);
-    let before: f32 = PARTS[..at].iter().map(|(_, share)| share).sum();
-    (100.0 * (before + PARTS[at].1 * done.clamp(0.0, 1.0))) as u64
-}
-
-/// Draws the bar from a second on, unless all is done by then.
-fn show_later(bar: ProgressBar) {
-    std::thread::spawn(move || {
-        std::thread::sleep(PATIENCE);
-        if !bar.is_finished() {
-            bar.set_draw_target(ProgressDrawTarget::stderr());
-            bar.enable_steady_tick(Duration::from_millis(100));
-        }
-    });
 }

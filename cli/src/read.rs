@@ -55,5 +55,7 @@ pub fn parsed<T>(
 
 /// Welds and cleans a mesh as read.
 pub fn cleaned(raw: RawMesh, source: &Source) -> Result<Cleaned, Failure> {
-    clean(raw, &CleanOptions { weld: source.weld }).map_err(|error| Failure::of(&source.path, error))
+    let mut options = CleanOptions::default();
+    options.weld = source.weld;
+    clean(raw, &options).map_err(|error| Failure::of(&source.path, error))
 }

@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::io::Format;
+use neural_mesh::io::{Format, PackOptions};
 use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
+use crate::args::{AssemblyArg, CompressArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
 use crate::bake;
+use crate::compress;
 use crate::failure::Failure;
 use crate::memory;
-use crate::names::{Destination, READABLE, destination, format_of, is_stream, named};
+use crate::names::{Destination, LEVEL, READABLE, check_stdout, destination, format_of, is_stream, named, names_level};
 use crate::numbers::Count;
 
 /// One run of `simplify`, complete and consistent.
@@ -37,6 +38,8 @@ pub struct Request {
     pub repair: Option<Repair>,
     /// Texels a side of the textures that are baked, where such are asked for.
     pub bake: Option<usize>,
+    /// How the numbers of a glTF are packed, where they are.
+    pub compress: Option<PackOptions>,
     /// What the result does not need of what the mesh carries.
     pub ignore: Vec<IgnoreArg>,
     /// Name of the attribute that says how much vertices count.
@@ -57,6 +60,10 @@ pub struct Request {
     pub report: Option<PathBuf>,
     /// Where the picture goes.
     pub picture: Option<PathBuf>,
+    /// Where its eye is, as degrees around and above; a view is chosen where it is not said.
+    pub view: Option<[f32; 2]>,
+    /// Whether it has edges over textures and colours, too.
+    pub wires: bool,
     /// Whether anything is said.
     pub quiet: bool,
     /// Whether existing files are replaced.
@@ -67,8 +74,8 @@ pub struct Request {
 
 /// What to do about an input of unknown format where `--format` may say it, and where that says the format of the output.
 const NAMED_OUTPUT: &str =
-    "give OBJ, PLY, STL, OFF, glTF or GLB; as the name of OUT says its format, --format may say that of IN";
-const UNNAMED_OUTPUT: &str = "give OBJ, PLY, STL, OFF, glTF or GLB; --format is for the output";
+    "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX; as the name of OUT says its format, --format may say that of IN";
+const UNNAMED_OUTPUT: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX; --format is for the output";
 
 impl Request {
     /// Whether standard output takes the report.
@@ -137,6 +144,9 @@ impl Bound {
 
 /// Pieces smaller than that are no part of a print, in percent of the diagonal: 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
+
+/// Bits of a coordinate in a glTF of small numbers: what gltfpack takes.
+const POSITION_BITS: u32 = 14;
 
 /// Degrees between faces at what `--keep-features` keeps.
 const FEATURE_ANGLE: f32 = 30.0;
@@ -208,6 +218,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         prune_below: prune_below(&args)?,
         repair: repair(&args)?,
         bake: bake(&args, output_format)?,
+        compress: compress(&args, (!follows_input).then_some(output_format))?,
         ignore: args.ignore,
         importance: args.importance,
         allow_outside: args.allow_outside,
@@ -223,10 +234,13 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         check: !args.no_check,
         report: args.report.or_else(|| args.json.then(|| "-".into())),
         picture: args.picture,
+        view: args.view,
+        wires: args.wires,
         quiet: args.quiet,
         force: args.force,
     };
     check_streams(&request)?;
+    check_level(&request)?;
     Ok(request)
 }
 
@@ -400,6 +414,25 @@ pub fn bake(args: &SimplifyArgs, output: Format) -> Result<Option<usize>, Failur
     Ok(Some(size))
 }
 
+/// How the numbers of a result in this format are packed, where that is asked for; `None` where the format is not known yet.
+pub fn compress(args: &SimplifyArgs, output: Option<Format>) -> Result<Option<PackOptions>, Failure> {
+    let Some(how) = args.compress else { return Ok(None) };
+    let compress = how == CompressArg::Meshopt;
+    if compress {
+        compress::check()?;
+    }
+    output.map_or(Ok(()), check_packed)?;
+    Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
+}
+
+/// Refuses formats whose numbers are not packed.
+pub fn check_packed(output: Format) -> Result<(), Failure> {
+    match output {
+        Format::Glb | Format::Gltf => Ok(()),
+        other => Err(Failure::Usage(format!("--compress: {} is no glTF: write glb or gltf", other.name()))),
+    }
+}
+
 /// The distance below which vertices become one.
 pub fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
     args.weld.as_ref().map(|text| bound("--weld", text)).transpose()
@@ -449,14 +482,22 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
     })
 }
 
+/// The level has a place in the name of what has levels.
+fn check_level(request: &Request) -> Result<(), Failure> {
+    match (&request.output, &request.goal) {
+        (_, Goal::Levels(_)) | (None, _) => Ok(()),
+        (Some(path), _) if !names_level(path) => Ok(()),
+        (Some(path), _) => {
+            let what = format!("{}: {LEVEL} is for levels of detail: ask for them with --lods", path.display());
+            Err(Failure::Usage(what))
+        }
+    }
+}
+
 /// Standard output takes the mesh or the report.
 fn check_streams(request: &Request) -> Result<(), Failure> {
-    let what = match [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
-        true => "picture and map are files: give each a name",
-        false if request.reports_to_stdout() && request.output.is_none() => {
-            "standard output takes the mesh or the report: give one of them a file name"
-        }
-        false => return Ok(()),
-    };
-    Err(Failure::Usage(what.into()))
+    if [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
+        return Err(Failure::Usage("picture and map are files: give each a name".into()));
+    }
+    check_stdout(request.output.is_none(), request.reports_to_stdout())
 }

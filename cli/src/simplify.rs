@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use neural_mesh::io::{Format, OutputFile};
+use neural_mesh::io::{Format, OutputFile, PackOptions, Packing};
 use neural_mesh::mesh::Role;
 use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
-use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
     Hidden, Listener, Options, SEAM_ERROR, Simplified, SimplifyError, importance_of_channel, importance_of_groups,
@@ -17,22 +16,26 @@ use neural_mesh::simplify::{
 
 use crate::bake;
 use crate::done::Done;
+use crate::drawing::{drawn, shown};
 use crate::dress::{Baked, Dress};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
-use crate::names::is_stream;
+use crate::names::{is_stream, level_paths, with_level};
+use crate::plan::{Part, Plan};
 use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
 use crate::request::{Goal, Request};
-use crate::subject::{Meshes, Seen, Subject};
+use crate::subject::{Meshes, Subject};
 use crate::words::{self, Voice};
 
 /// Samples on each surface for the distance: enough for its mean within a hundredth.
 const SAMPLES: usize = 8000;
 /// Area of a square as high as the screen, over that of the screen.
 const SCREEN: f64 = 9.0 / 16.0;
+/// Share of a distance that rounding may take, before coordinates get more bits.
+const ROUNDING_OF_ERROR: f64 = 0.125;
 
 /// Does what is asked, on as many threads as asked.
 pub fn run(request: Request) -> Result<(), Failure> {
@@ -57,7 +60,7 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 }
 
 fn run_in_pool(mut request: Request) -> Result<(), Failure> {
-    let mut progress = Progress::new(request.quiet);
+    let mut progress = Progress::new(request.quiet, Plan::of(&request, None));
     let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
     let done = simplify_file(&mut request, weights.as_ref(), &mut progress)?;
     drop(progress);
@@ -87,7 +90,7 @@ pub fn simplify_file(
     progress: &mut Progress,
 ) -> Result<Done, Failure> {
     let mut read = 0.0;
-    progress.show("read");
+    progress.show(Part::Read);
     let subject = timed(&mut read, || Subject::follow(request))?;
     simplify_subject(&subject, request, weights, read, progress).map(|(done, _)| done)
 }
@@ -101,24 +104,27 @@ pub fn simplify_subject(
     progress: &mut Progress,
 ) -> Result<(Done, Vec<Simplified>), Failure> {
     let mut seconds = Seconds { read, ..Seconds::default() };
+    progress.follow(Plan::of(request, Some(subject.mesh())));
     let lighter = timed(&mut seconds.simplify, || lighter(subject, request, weights, progress))?;
     seconds.stages = report::stages(progress.take_stages());
     let dress = dressed(subject, &lighter.results, request, progress)?;
     seconds.bake = dress.as_ref().map(|dress| dress.figures.seconds);
-    progress.show("check");
-    let mut levels: Vec<Level> =
-        timed(&mut seconds.check, || lighter.results.iter().map(|result| measured(subject, result, request)).collect());
-    progress.show("write");
-    let written = timed(&mut seconds.write, || written(subject, &lighter.results, &levels, dress.as_ref(), request))?;
+    let (packing, unpacked) = packed(subject, &lighter.results.iter().collect::<Vec<_>>(), lighter.pack, request)?;
+    progress.show(Part::Check);
+    let measured = |result| measured(subject, result, packing.as_ref(), request);
+    let mut levels: Vec<Level> = timed(&mut seconds.check, || lighter.results.iter().map(measured).collect());
+    progress.show(Part::Write);
+    let worn = (dress.as_ref(), packing.as_ref());
+    let written = timed(&mut seconds.write, || written(subject, &lighter.results, &levels, worn, request))?;
     levels.iter_mut().zip(&written.n_vertices).for_each(|(level, n)| level.output.vertices_written = *n);
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
-    let mut notes = [subject.notes.clone(), of_dress, written.notes].concat();
-    notes.extend(lighter.note.map(String::from));
+    let mut notes = [subject.notes.clone(), of_dress, unpacked, written.notes].concat();
+    notes.extend(lighter.note.map(String::from).into_iter().chain(no_poses(subject, request)));
     let shown = shown(request, subject, (first, dress.as_ref()), &mut notes)?;
     let baked = dress.map(|dress| dress.figures);
     let report = told(request, subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
-    progress.show("picture");
+    progress.show(Part::Picture);
     let drawn = drawn(request, shown.as_ref(), &report)?;
     let mut pending: Vec<Pending> = written.pending.into_iter().chain(drawn).collect();
     pending.extend(mapped(request, subject, first)?);
@@ -137,7 +143,7 @@ fn dressed(
     progress: &mut Progress,
 ) -> Result<Option<Dress>, Failure> {
     let (Some(size), Some(result)) = (request.bake, results.first()) else { return Ok(None) };
-    progress.show("bake");
+    progress.show(Part::Bake);
     let is_gltf = matches!(request.output_format, Format::Gltf | Format::Glb);
     let (looks, missing) = subject.looks(request.allow_outside);
     let original = (subject.mesh(), subject.attributes(), &looks);
@@ -162,6 +168,14 @@ struct Lighter {
     certified: Option<CertifiedDistance>,
     /// What a search could not look at.
     note: Option<&'static str>,
+    /// How numbers are to be packed.
+    pack: Option<PackOptions>,
+}
+
+impl Lighter {
+    fn of(results: Vec<Simplified>, request: &Request) -> Self {
+        Self { results, certified: None, note: None, pack: request.compress }
+    }
 }
 
 /// Why a search by distance may end where a smaller result holds the bound.
@@ -175,30 +189,31 @@ fn lighter(
 ) -> Result<Lighter, Failure> {
     let refused = |error| refused(&error, &request.source.path);
     let importance = importance(subject, request)?;
-    check_poses(subject, request)?;
     let input = subject.input(&importance);
     let options = options_for(subject, request)?;
     let tell: &mut Listener = &mut |event| progress.event(event);
-    let one = |result| Lighter { results: vec![result], certified: None, note: None };
+    let one = |result| Lighter::of(vec![result], request);
     match &request.goal {
         Goal::Target | Goal::ShareOfFaces(_) => {
             simplify_input(&input, weights, &options, tell).map(one).map_err(refused)
         }
         Goal::Levels(further) => {
             let results = simplify_levels_of_detail(&input, weights, &options, further, tell).map_err(refused)?;
-            Ok(Lighter { results, certified: None, note: None })
+            Ok(Lighter::of(results, request))
         }
         Goal::Error(bound) => {
             let error = bound.over(subject.mesh().diagonal());
-            let rounding = rounding_below(error, subject, request)?;
+            let pack = pack_below(error, subject, request);
+            let rounding = rounding_below(error, pack.as_ref(), subject, request)?;
             let found = simplify_to_error(&input, weights, &options, error - rounding, tell).map_err(refused)?;
             let certified = Some(widened(&found.distance, rounding));
             let note = found.ended_early.then_some(ENDED_EARLY);
-            Ok(Lighter { results: vec![found.simplified], certified, note })
+            Ok(Lighter { certified, note, pack, ..one(found.simplified) })
         }
         Goal::Size(n_bytes) => {
             let bytes_of = |result: &Simplified| {
-                let alone = Meshes { results: vec![result], ..Meshes::default() };
+                let (packing, _) = packed(subject, &[result], request.compress, request)?;
+                let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
                 Ok(files_of(subject, &alone, request, 0)?.bytes.len())
             };
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
@@ -211,37 +226,73 @@ fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure>
     let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
     let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
     let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
-    let frame = subject.written_frame(request);
-    let target = request.target(subject.mesh().faces().len());
-    Ok(Options { target, frame, prune_below, seam_error, symmetric, ..request.options.clone() })
+    let mut options = request.options.clone();
+    options.frame = subject.written_frame(request);
+    options.target = request.target(subject.mesh().faces().len());
+    options.prune_below = prune_below;
+    options.seam_error = seam_error;
+    options.symmetric = symmetric;
+    Ok(options)
 }
 
-/// Refuses to simplify for poses what has one alone.
-fn check_poses(subject: &Subject, request: &Request) -> Result<(), Failure> {
+/// What is done where nothing says which poses there are.
+fn no_poses(subject: &Subject, request: &Request) -> Option<String> {
     let has_poses = subject.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
-    if request.options.for_poses && !has_poses {
-        let what = "--for poses: nothing moves this mesh: give a glTF with a skin or morph targets, and write glTF";
-        return Err(Failure::of(&request.source.path, what));
-    }
-    Ok(())
+    let what = "--for poses: no skin or morph target is kept: as if every place might bend alike";
+    (request.options.for_poses && !has_poses).then(|| what.into())
 }
 
 /// How far the file may round vertices, which has to be less than the distance asked for.
-fn rounding_below(error: f64, subject: &Subject, request: &Request) -> Result<f64, Failure> {
+fn rounding_below(
+    error: f64,
+    pack: Option<&PackOptions>,
+    subject: &Subject,
+    request: &Request,
+) -> Result<f64, Failure> {
     let (rounding, format) = (subject.rounding(request), request.output_format.name());
+    let on_grid = pack.map_or(0.0, |pack| subject.packed_rounding(pack.bits, error));
+    if on_grid > 0.0 && on_grid >= error {
+        let what = format!(
+            "--compress rounds vertices by up to {on_grid:.1e}, no less than the distance asked for: leave it out"
+        );
+        return Err(Failure::of(&request.source.path, what));
+    }
     if rounding > 0.0 && rounding >= error {
         let what = format!(
             "{format} rounds vertices by up to {rounding:.1e} there, no less than the distance asked for: write ply, obj or glb"
         );
         return Err(Failure::of(&request.source.path, what));
     }
-    Ok(rounding)
+    Ok(rounding + on_grid)
+}
+
+/// How numbers are packed where a distance is asked for: with as many bits as leave nearly all of it to the simplifier.
+fn pack_below(error: f64, subject: &Subject, request: &Request) -> Option<PackOptions> {
+    let asked = request.compress?;
+    let is_small = |bits: &u32| subject.packed_rounding(*bits, error) <= ROUNDING_OF_ERROR * error;
+    let most = PackOptions::MOST_BITS;
+    Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })
+}
+
+/// How the numbers of results are packed, where that is asked for; beside it what cannot be, in one line each.
+fn packed(
+    subject: &Subject,
+    results: &[&Simplified],
+    options: Option<PackOptions>,
+    request: &Request,
+) -> Result<(Option<Packing>, Vec<String>), Failure> {
+    let Some(options) = options else { return Ok((None, Vec::new())) };
+    let packing = subject.packing(results, request, &options);
+    let (packing, notes) = packing.map_err(|error| Failure::of(&request.source.path, error))?;
+    Ok((Some(packing), notes))
 }
 
 /// The bounds of a distance where vertices may be moved so far.
 fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
-    let CertifiedDistance { lower, upper, diagonal } = *distance;
-    CertifiedDistance { lower: (lower - by).max(0.0), upper: upper + by, diagonal }
+    let mut wide = *distance;
+    wide.lower = (wide.lower - by).max(0.0);
+    wide.upper += by;
+    wide
 }
 
 impl From<SimplifyError> for Failure {
@@ -304,24 +355,16 @@ fn refused(error: &SimplifyError, input: &Path) -> Failure {
     }
 }
 
-/// Where the mesh goes, or each level of detail; those of a scene are one file.
+/// Where the mesh goes, or each level of detail; those of a scene are one file where the name has no place for the level.
 pub fn outputs(request: &Request) -> Vec<PathBuf> {
     let Some(path) = &request.output else { return Vec::new() };
     match &request.goal {
-        Goal::Levels(further) if !request.source.is_scene(request.output_format) => {
-            (0..=further.len()).map(|level| level_path(path, level)).collect()
+        Goal::Levels(further) => {
+            let is_scene = request.source.is_scene(request.output_format);
+            level_paths(&if is_scene { path.clone() } else { with_level(path) }, 1 + further.len())
         }
         _ => vec![path.clone()],
     }
-}
-
-/// `spot.obj.gz` becomes `spot-lod1.obj.gz`.
-fn level_path(path: &Path, level: usize) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let bare = Format::without_gz(path);
-    let stem = bare.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = name.strip_prefix(&*stem).unwrap_or_default();
-    path.with_file_name(format!("{stem}-lod{level}{ending}"))
 }
 
 /// Results on their way.
@@ -340,7 +383,7 @@ fn written(
     subject: &Subject,
     results: &[Simplified],
     levels: &[Level],
-    dress: Option<&Dress>,
+    (dress, packing): (Option<&Dress>, Option<&Packing>),
     request: &Request,
 ) -> Result<OnTheirWay, Failure> {
     let mut done = OnTheirWay::default();
@@ -352,7 +395,7 @@ fn written(
     let coverage = if results.len() > 1 && paths.len() == 1 { coverage(levels) } else { Vec::new() };
     let n_each = if paths.len() > 1 { 1 } else { results.len().max(1) };
     for (number, results) in results.chunks(n_each).enumerate() {
-        let meshes = Meshes { results: results.to_vec(), coverage: coverage.clone(), dress };
+        let meshes = Meshes { results: results.to_vec(), coverage: coverage.clone(), dress, packing };
         let files = files_of(subject, &meshes, request, number)?;
         done.notes.extend(files.notes.into_iter().filter(|_| number == 0));
         done.n_vertices.extend(files.n_vertices);
@@ -393,8 +436,8 @@ fn files_of(
 }
 
 /// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
-fn measured(subject: &Subject, result: &Simplified, request: &Request) -> Level {
-    let distance = || subject.distance(result, SAMPLES).as_ref().map(Distance::of);
+fn measured(subject: &Subject, result: &Simplified, packing: Option<&Packing>, request: &Request) -> Level {
+    let distance = || subject.distance(result, packing, SAMPLES).as_ref().map(Distance::of);
     let output = Output::of(Size::of(&result.mesh, request.report.is_some()), &result.report);
     Level::new(output, report::outcome(&result.report.outcome), request.check.then(distance).flatten())
 }
@@ -440,43 +483,6 @@ fn told(
         levels: if several { levels } else { Vec::new() },
         notes,
     })
-}
-
-/// What a picture shows: a mesh before and after, and its colours.
-type Shown<'a> = [(Seen<'a>, Option<Coat>); 2];
-
-/// The mesh before and after with its colours, where a picture is asked for; notes take what cannot be drawn of them.
-fn shown<'a>(
-    request: &Request,
-    subject: &'a Subject,
-    (result, dress): (&Simplified, Option<&Dress>),
-    notes: &mut Vec<String>,
-) -> Result<Option<Shown<'a>>, Failure> {
-    if request.picture.is_none() {
-        return Ok(None);
-    }
-    let (looks, missing) = subject.looks(request.allow_outside);
-    let [before, after] = subject.seen(result).map_err(|error| Failure::of(&request.source.path, error))?;
-    let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
-    let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
-    notes.extend(fresh);
-    let coat_after = match dress {
-        Some(dress) => Coat::new(&dress.attributes, &dress.looks).0,
-        None => Coat::new(&after.attributes, &looks).0,
-    };
-    Ok(Some([(before, coat), (after, coat_after)]))
-}
-
-/// The picture on its way to its file, where one is asked for.
-fn drawn(request: &Request, shown: Option<&Shown>, report: &Report) -> Result<Option<Pending>, Failure> {
-    let (Some(path), Some(shown)) = (&request.picture, shown) else { return Ok(None) };
-    let meshes = shown.each_ref().map(|(seen, coat)| (&*seen.mesh, coat.as_ref()));
-    let captions = vec![
-        format!("{}\n{}", words::shortened(&name(&request.source.path)), words::counts(&report.input)),
-        format!("simplified\n{}", words::counts(&report.output.size)),
-    ];
-    let image = render_coated(&meshes, &PictureOptions { captions, ..Default::default() });
-    files::prepare(path, &encode_png(&image), request.force).map(Some)
 }
 
 /// The map on its way to its file, where one is asked for.

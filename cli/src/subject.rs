@@ -5,10 +5,13 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Asset, Extra, Format, LighterPart, Model, OutputFile, ReadError, ReadMesh, WriteError, WriteOptions,
+    self, Asset, Extra, LighterPart, Model, OutputFile, PackOptions, Packing, ReadError, ReadMesh, SceneOptions,
+    WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Attributes, Channel, Frame, Looks, Piece, RawMesh, Role, TriMesh, United, snap};
+use neural_mesh::mesh::{
+    Attributes, Channel, Frame, Grid, Looks, Piece, RawMesh, Role, TriMesh, United, longest_side, snap,
+};
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::picture::image_size;
 use neural_mesh::repair::{RepairCounts, fill_holes, printable};
@@ -19,7 +22,7 @@ use crate::dress::Dress;
 use crate::failure::Failure;
 use crate::names::alone;
 use crate::read::{cleaned, parsed};
-use crate::request::{Bound, Repair, Request, Source};
+use crate::request::{Bound, Repair, Request, Source, check_packed};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -70,6 +73,8 @@ pub struct Meshes<'a> {
     pub coverage: Vec<f64>,
     /// What the result wears in place of what it has of the original.
     pub dress: Option<&'a Dress>,
+    /// How the numbers of a glTF are packed, where they are.
+    pub packing: Option<&'a Packing>,
 }
 
 /// A result as files.
@@ -103,6 +108,7 @@ impl Subject {
         }
         let read = parsed(&request.source, io::read_attributed, io::read_attributed_path)?;
         request.output_format = alone(read.format);
+        request.compress.map_or(Ok(()), |_| check_packed(request.output_format))?;
         Self::of(read, request)
     }
 
@@ -143,7 +149,10 @@ impl Subject {
             Role::Colour => !ignores(IgnoreArg::Colors),
             _ => true,
         };
-        if !request.ignore.is_empty() {
+        let is_scene = matches!(self.kind, Kind::Scene { .. });
+        let held = |role| is_scene || request.output_format.holds(role);
+        if !request.ignore.is_empty() || self.attributes().channels.iter().any(|channel| !held(channel.role)) {
+            let keeps = |role| keeps(role) && held(role);
             self.wanted = Some(self.attributes().clone().only(keeps, !ignores(IgnoreArg::Materials)));
         }
         Ok(self)
@@ -190,7 +199,8 @@ impl Subject {
 
     fn scene(asset: Asset, request: &Request) -> Result<Self, Failure> {
         let source = &request.source;
-        let options = CleanOptions { weld: source.weld };
+        let mut options = CleanOptions::default();
+        options.weld = source.weld;
         let poses = if request.options.for_poses { asset.poses() } else { Ok(Vec::new()) };
         let poses = poses.map_err(|error| Failure::of(&source.path, error))?;
         let cleaned = |(i, part): (usize, &io::Part)| {
@@ -319,7 +329,10 @@ impl Subject {
 
     /// What the simplifier is given.
     pub fn input<'a>(&'a self, importance: &'a [f32]) -> Input<'a> {
-        Input { mesh: self.mesh(), attributes: self.wanted.as_ref().unwrap_or(self.attributes()), importance }
+        let mut input = Input::bare(self.mesh());
+        input.attributes = self.wanted.as_ref().unwrap_or(self.attributes());
+        input.importance = importance;
+        input
     }
 
     /// The plane of a symmetry, as it lies in the mesh: that of a scene's only mesh is in the coordinates of that mesh.
@@ -394,7 +407,7 @@ impl Subject {
     /// Results as the files of a format; `file_name` is what the mesh file will be called.
     pub fn written(
         &self,
-        Meshes { results, coverage, dress }: &Meshes,
+        Meshes { results, coverage, dress, packing }: &Meshes,
         request: &Request,
         file_name: &str,
     ) -> Result<Files, WriteError> {
@@ -406,35 +419,91 @@ impl Subject {
                 let attributes = dress.map_or(&result.attributes, |dress| &dress.attributes);
                 let (format, allow_outside) = (request.output_format, request.allow_outside);
                 let dropped = io::geometry_only(format, self.attributes(), extra);
-                let named = if let Some(dress) = dress {
-                    &dress.extra
-                } else if request.ignore.contains(&IgnoreArg::Materials) || dropped.is_some() {
-                    &Extra::default()
-                } else {
-                    extra
-                };
-                let model = Model { mesh, frame: self.frame, exact, attributes, extra: named };
-                let name = Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                let written = io::write_attributed(&model, &WriteOptions { format, name, allow_outside })?;
-                let notes = dropped.into_iter().chain(written.notes).collect();
+                let mut nameless = Extra::default();
+                nameless.unit.clone_from(&extra.unit);
+                let is_nameless = request.ignore.contains(&IgnoreArg::Materials) || format.is_bare();
+                let named = dress.map_or(if is_nameless { &nameless } else { extra }, |dress| &dress.extra);
+                let said = dropped.as_ref().and_then(|_| io::geometry_only(format, attributes, named));
+                let mut model = Model::new(mesh, self.frame, attributes, named);
+                model.exact = exact;
+                let name = Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy();
+                let mut options = WriteOptions::new(format, name);
+                (options.allow_outside, options.packing) = (allow_outside, packing.cloned());
+                let written = io::write_attributed(&model, &options)?;
+                let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
+                let notes = dropped.into_iter().chain(others).collect();
                 Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
             }
             Kind::Scene { asset, united, pieces } => {
                 let lighter =
                     |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
                 let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
-                scene_files(asset, &levels, coverage, request.output_format, file_name)
+                let (format, packing) = (request.output_format, *packing);
+                scene_files(asset, &levels, &SceneOptions { format, name: file_name, coverage, packing })
             }
         }
     }
 
-    /// How far a result is from the original; the meshes of a scene are measured each against what became of it.
-    pub fn distance(&self, result: &Simplified, n_samples: usize) -> Option<QuickDistance> {
-        let Kind::Scene { united, .. } = &self.kind else {
-            return quick_distance(self.mesh(), &result.mesh, n_samples, 0);
+    /// How the numbers of results, the levels of one, are packed in a glTF; beside it what cannot be, in one line each.
+    pub fn packing(
+        &self,
+        results: &[&Simplified],
+        request: &Request,
+        options: &PackOptions,
+    ) -> Result<(Packing, Vec<String>), WriteError> {
+        match &self.kind {
+            Kind::Mesh { cleaned, exact, .. } => {
+                let (frame, attributes, extra) = (self.frame, Attributes::NONE, &Extra::default());
+                let mut models = Vec::new();
+                for result in results {
+                    let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, request));
+                    let mut model = Model::new(&result.mesh, frame, attributes, extra);
+                    model.exact = exact;
+                    models.push(model);
+                }
+                let (packing, note) = io::packing(&models, options)?;
+                Ok((packing, note.into_iter().collect()))
+            }
+            Kind::Scene { asset, united, pieces } => {
+                let lighter =
+                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
+                let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+                Ok(asset.packing(&levels, options))
+            }
+        }
+    }
+
+    /// How far a packing of so many bits may move vertices of results no farther than `error` from the original.
+    pub fn packed_rounding(&self, bits: u32, error: f64) -> f64 {
+        let longest = match &self.kind {
+            Kind::Mesh { cleaned, .. } => longest_side(cleaned.mesh.positions().iter().map(|p| p.map(f64::from))),
+            Kind::Scene { asset, united, pieces } => {
+                let sides = asset.packing_sides().into_iter().zip(pieces);
+                let scaled = sides.filter_map(|(side, piece)| Some(side * united.scale((*piece)?)));
+                scaled.fold(0.0, f64::max)
+            }
+        };
+        // Steps are in single precision.
+        let step = (longest + 2.0 * error) / f64::from((1u32 << bits) - 1) * (1.0 + 1e-6);
+        Grid { origin: [0.0; 3], step }.rounding()
+    }
+
+    /// How far a result is from the original, as it is packed; the meshes of a scene are measured each against what became of it.
+    pub fn distance(&self, result: &Simplified, packing: Option<&Packing>, n_samples: usize) -> Option<QuickDistance> {
+        let Kind::Scene { united, pieces, .. } = &self.kind else {
+            let grid = packing.and_then(|packing| packing.grid(0));
+            let around = if self.frame.double { [0.0; 3] } else { self.frame.origin };
+            return quick_distance(self.mesh(), &on_grid(&result.mesh, grid, around), n_samples, 0);
         };
         let before = united.split(&united.mesh, &united.attributes);
-        let after = united.split(&result.mesh, &result.attributes);
+        let mut after = united.split(&result.mesh, &result.attributes);
+        for (part, piece) in pieces.iter().enumerate() {
+            let grid = packing.and_then(|packing| packing.grid(part));
+            if let Some((mesh, _)) = piece.and_then(|piece| after.get_mut(piece)) {
+                *mesh = on_grid(mesh, grid, [0.0; 3]).into_owned();
+            }
+        }
         let pairs = before.iter().zip(&after).enumerate();
         let pairs: Vec<_> = pairs.map(|(piece, (before, after))| (&before.0, &after.0, united.scale(piece))).collect();
         quick_distance_of_pairs(&pairs, n_samples, 0)
@@ -442,18 +511,14 @@ impl Subject {
 }
 
 /// An asset with lighter parts, level by level, as files.
-fn scene_files(
-    asset: &Asset,
-    levels: &[Vec<LighterPart>],
-    coverage: &[f64],
-    format: Format,
-    file_name: &str,
-) -> Result<Files, WriteError> {
+fn scene_files(asset: &Asset, levels: &[Vec<LighterPart>], options: &SceneOptions) -> Result<Files, WriteError> {
     let parts: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
-    let mut files = asset.write_levels(&parts, coverage, format, file_name)?;
+    let mut files = asset.write_scene(&parts, options)?;
     let beside = files.split_off(1.min(files.len()));
     let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
-    let n_written = |parts: &Vec<LighterPart>| parts.iter().map(LighterPart::n_written_vertices).sum();
+    let is_merged = options.packing.is_some_and(Packing::is_compressed);
+    let n_of = if is_merged { LighterPart::n_merged_vertices } else { LighterPart::n_written_vertices };
+    let n_written = |parts: &Vec<LighterPart>| parts.iter().map(n_of).sum();
     let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
     Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
 }
@@ -468,21 +533,32 @@ fn lighter_parts(
 ) -> Vec<LighterPart> {
     let split = united.split(mesh, attributes);
     let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
-        Some((mesh, attributes)) => LighterPart {
-            positions: mesh.positions().to_vec(),
-            faces: mesh.faces().to_vec(),
-            attributes: attributes.clone(),
-        },
+        Some((mesh, attributes)) => {
+            LighterPart::new(mesh.positions().to_vec(), mesh.faces().to_vec(), attributes.clone())
+        }
         None => LighterPart::of(part),
     };
     asset.parts().iter().zip(pieces).map(lighter).collect()
 }
 
+/// A mesh with its vertices on a grid that counts from `around`, where there is one.
+fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&Grid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
+    let Some(grid) = grid else { return Cow::Borrowed(mesh) };
+    let rounded = |p: &[f32; 3]| {
+        let place = grid.point(grid.round(std::array::from_fn(|axis| f64::from(p[axis]) + around[axis])));
+        std::array::from_fn(|axis| (place[axis] - around[axis]) as f32)
+    };
+    let moved = TriMesh::new(mesh.positions().iter().map(rounded).collect(), mesh.faces().to_vec());
+    moved.map_or(Cow::Borrowed(mesh), Cow::Owned)
+}
+
 /// A part as a mesh in its own coordinates.
 fn as_raw(part: LighterPart) -> RawMesh {
-    let LighterPart { positions, faces, attributes } = part;
+    let LighterPart { positions, faces, attributes, .. } = part;
     let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();
-    RawMesh { positions, faces, attributes, ..RawMesh::default() }
+    let mut raw = RawMesh::new(positions, faces);
+    raw.attributes = attributes;
+    raw
 }
 
 /// Moves vertices onto others where the source says that they become one; `scale` is how large the mesh is drawn.
@@ -514,9 +590,17 @@ fn in_place(
     result: &Simplified,
     request: &Request,
 ) -> Option<Vec<Option<[f64; 3]>>> {
-    let position = |vertex: u32| positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
+    let origin = cleaned.frame.origin;
+    let is_at = |p: &[f64; 3], place: &[f32; 3]| (0..3).all(|axis| (p[axis] - origin[axis]) as f32 == place[axis]);
+    // What a repair has moved stays where it is now.
+    let position = |vertex: u32, place: &[f32; 3]| {
+        let own = positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
+        own.filter(|own| is_at(own, place))
+    };
     if let Some(sources) = &result.source_vertices {
-        return Some(sources.iter().map(|&vertex| position(vertex)).collect());
+        return Some(
+            sources.iter().zip(result.mesh.positions()).map(|(&vertex, place)| position(vertex, place)).collect(),
+        );
     }
     if !request.options.lock_boundaries || request.options.symmetric.is_some() {
         return None;
@@ -526,6 +610,6 @@ fn in_place(
     for (position, vertex) in cleaned.mesh.positions().iter().zip(0..) {
         vertex_at.entry(key(position)).or_insert(vertex);
     }
-    let here = |place: &[f32; 3]| vertex_at.get(&key(place)).and_then(|&vertex| position(vertex));
+    let here = |place: &[f32; 3]| vertex_at.get(&key(place)).and_then(|&vertex| position(vertex, place));
     Some(result.mesh.positions().iter().map(here).collect())
 }

@@ -209,6 +209,11 @@ pub fn distance(distance: &Distance) -> String {
     format!("distance  mean {mean} %, max at least {max} % of the bounding-box diagonal")
 }
 
+/// `ring: farthest, 0.85 % of the diagonal`
+pub fn farthest(distance: &Distance) -> String {
+    format!("ring: farthest, {} % of the diagonal", figures(distance.max_percent))
+}
+
 /// `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`
 pub fn time(seconds: &Seconds) -> String {
     let Seconds { read, simplify, write, check, bake, .. } = seconds;

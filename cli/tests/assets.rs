@@ -219,6 +219,25 @@ fn the_levels_of_a_scene_are_one_file() {
 }
 
 #[test]
+fn the_levels_of_a_scene_are_files_of_their_own_where_the_name_says_so() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
+    let levels = run(folder.path(), &["simplify", "plate.glb", "-o", "{level}-of-it.glb", "--lods", "50%,20%"]);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    let asset = |name: &str| Asset::read_path(&folder.path().join(name)).unwrap();
+    let [first, second] = ["0-of-it.glb", "1-of-it.glb"].map(asset);
+    let n_faces = |asset: &Asset| asset.parts().iter().map(|part| part.mesh.faces.len()).collect::<Vec<_>>();
+    let ([first_size], [second_size]) = (&n_faces(&first)[..], &n_faces(&second)[..]) else {
+        panic!("not a part each")
+    };
+    assert!(second_size < first_size, "{first_size} {second_size}");
+    assert!(!folder.path().join("{level}-of-it.glb").exists());
+    let refused = run(folder.path(), &["simplify", "plate.glb", "-o", "{level}.glb", "--ratio", "50%"]);
+    assert!(refused.code == Some(2) && refused.words.contains("--lods"), "{}", refused.words);
+}
+
+#[test]
 fn levels_map_proof_and_size() {
     let folder = folder();
     let spot = shipped("spot.ply");

@@ -97,6 +97,55 @@ fn each_result_is_that_of_the_mesh_alone() {
 }
 
 #[test]
+fn levels_of_detail_are_files_of_their_own_in_a_row_of_their_mesh() {
+    let folder = prepared();
+    let arguments = ["simplify", "in", "-o", "out", "--lods", "50%,20%"];
+    let levels = run(folder.path(), &arguments);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    let rows = manifest(&folder.path().join("out"));
+    let n_files = rows.values().map(|row| {
+        let faces: Vec<usize> = row["output_faces"].split(';').map(|n| n.parse().unwrap()).collect();
+        assert!(faces.len() == 2 && faces[1] < faces[0], "{row:?}");
+        assert_eq!(row["mean_percent"].split(';').count(), 2);
+        for (level, n_faces) in faces.iter().enumerate() {
+            let path = folder.path().join("out").join(row["output"].replace("{level}", &level.to_string()));
+            assert_eq!(welded(&path).faces().len(), *n_faces);
+            std::fs::remove_file(path).unwrap();
+        }
+        faces.len()
+    });
+    assert_eq!(n_files.sum::<usize>(), 2 * rows.len());
+    // A level is missing, and the mesh is not done.
+    let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
+    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert!(rows.values().all(|row| folder.path().join("out").join(row["output"].replace("{level}", "1")).is_file()));
+}
+
+#[test]
+fn each_mesh_gets_its_report_and_its_picture() {
+    let folder = prepared();
+    let told = ["--report", "told", "--picture", "drawn"];
+    let arguments = [&["simplify", "in", "-o", "out", "--ratio", "0.2"], &told[..]].concat();
+    let first = run(folder.path(), &arguments);
+    assert_eq!(first.code, Some(0), "{}", first.words);
+    let rows = manifest(&folder.path().join("out"));
+    assert!(rows.len() == 4 && folder.path().join("told/deep/er/b.stl.json").is_file());
+    for (name, row) in &rows {
+        let report = fs::read(folder.path().join(format!("told/{name}.json"))).unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+        assert_eq!(report["output"]["faces"].to_string(), row["output_faces"]);
+        assert!(fs::read(folder.path().join(format!("drawn/{name}.png"))).unwrap().starts_with(b"\x89PNG"));
+    }
+    // A mesh is done when all that was asked for is there.
+    fs::remove_file(folder.path().join("drawn/c.off.png")).unwrap();
+    let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
+    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert!(folder.path().join("drawn/c.off.png").is_file());
+    let refused = run(folder.path(), &["simplify", "in", "-o", "other", "--ratio", "0.2", "--report", "told"]);
+    assert!(refused.code == Some(1) && the_line(&refused).contains("exists already"), "{}", refused.words);
+}
+
+#[test]
 fn meshes_that_would_share_a_name_keep_their_endings() {
     let folder = prepared();
     let run = run(folder.path(), &["simplify", "in", "-o", "out", "--vertices", "60", "--format", "ply"]);
@@ -449,8 +498,9 @@ fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
 fn what_makes_no_sense_is_a_usage_error() {
     let folder = prepared();
     for more in [
-        &["--report", "r.json"][..],
-        &["--picture", "r.png"],
+        &["--report", "-"][..],
+        &["--picture", "-"],
+        &["--map", "r.json"],
         &["--format", "fbx"],
         &["--memory", "0"],
         &["--threads", "0"],

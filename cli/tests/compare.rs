@@ -40,6 +40,20 @@ fn a_table_has_a_row_per_figure_and_a_column_per_result() {
 }
 
 #[test]
+fn ten_figures_are_shown_and_the_others_where_they_are_asked_for() {
+    let folder = folder_of_octahedra();
+    let n_rows = |more: &[&str]| {
+        let table = words(&compare(folder.path(), &[&["a.obj", "large.obj"], more].concat()));
+        let rows: Vec<String> =
+            table.lines().skip_while(|line| !line.starts_with("figure")).skip(1).map(String::from).collect();
+        assert!(rows.iter().all(|row| !row.ends_with(" -")), "{table}");
+        rows.len()
+    };
+    assert_eq!((n_rows(&[]), n_rows(&["--appearance"])), (10, 12));
+    assert!(n_rows(&["--all"]) > 20);
+}
+
+#[test]
 fn the_json_holds_every_figure_with_its_unit_for_every_result() {
     let folder = folder_of_octahedra();
     let run = compare(folder.path(), &["a.obj", "a.obj", "open.obj", "--json", "a.json", "--quiet"]);
@@ -80,7 +94,8 @@ fn a_result_that_cannot_be_read_is_left_out() {
 #[test]
 fn with_the_spectrum_nothing_is_left_out() {
     let folder = folder_of_octahedra();
-    let table = words(&run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "500", "--json", "a.json"]));
+    let table =
+        words(&run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "500", "--all", "--json", "a.json"]));
     assert!(table.contains("\nspectrum  from the first") && !table.contains("left out"), "{table}");
     let json = json(&folder.path().join("a.json"));
     assert!(json["left_out"].is_null());

@@ -83,13 +83,13 @@ fn a_method_that_crashes_is_a_row_with_its_error() {
     let folder = prepared(&[ball()]);
     let tools = [
         "--tool",
-        "crashes=sh -c 'echo alas >&2; kill -SEGV $$' {in} {out}",
+        "crashes=sh -c 'test {ratio} = 0.5 && exec cp $0 $1; echo alas >&2; kill -SEGV $$' {in} {out}",
         "--tool",
-        "leaves=sh -c 'exit 0' {in} {out}",
+        "leaves=sh -c 'test {ratio} = 0.4 || cp $0 $1' {in} {out}",
         "--tool",
         "copies=cp {in.obj} {out.obj}",
     ];
-    let more = [&["--methods", "qem", "--ratios", "0.5"], &tools[..]].concat();
+    let more = [&["--methods", "qem", "--ratios", "0.4"], &tools[..]].concat();
     let done = run(folder.path(), &evaluation("run", &more));
     assert_eq!(done.code, Some(0), "{}", done.words);
     let rows = rows(folder.path(), "run");
@@ -108,14 +108,15 @@ fn a_method_that_takes_too_long_is_stopped() {
     let folder = prepared(&[ball()]);
     let began = std::time::Instant::now();
     let stopped = |run: &str, limit: &str, methods: &[&str]| {
-        let more = [&["--ratios", "0.5", "--time-limit", limit], methods].concat();
+        let more = [&["--ratios", "0.4", "--time-limit", limit], methods].concat();
         assert_eq!(common::run(folder.path(), &evaluation(run, &more)).code, Some(0));
         let rows = rows(folder.path(), run);
         let error = |row: &Value| row["error"].as_str().unwrap().to_string();
         assert!(rows.iter().all(|row| error(row).contains(&format!("time limit of {limit} s"))), "{rows:?}");
         rows.len()
     };
-    assert_eq!(stopped("tool", "0.5", &["--methods", "hangs", "--tool", "hangs=sh -c 'sleep 600' {in} {out}"]), 1);
+    let hangs = "hangs=sh -c 'test {ratio} = 0.4 && sleep 600; cp $0 $1' {in} {out}";
+    assert_eq!(stopped("tool", "5", &["--methods", "hangs", "--tool", hangs]), 1);
     assert_eq!(stopped("ours", "0.000001", &["--methods", "network,qem"]), 2);
     assert!(began.elapsed().as_secs() < 600);
 }
@@ -132,7 +133,8 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     let whole = run(folder.path(), &evaluation("whole", &more));
     assert_eq!(whole.code, Some(0), "{}", whole.words);
     let log = folder.path().join("log");
-    let n_runs = || n_lines(&log);
+    // Before each evaluation that has something to do, it is tried at 0.5.
+    let n_runs = || std::fs::read_to_string(&log).unwrap().lines().filter(|ratio| *ratio != "0.5").count();
     assert_eq!(n_runs(), 12);
     std::fs::remove_file(&log).unwrap();
     let resuming = evaluation("killed", &[&more[..], &["--resume"]].concat());
@@ -147,17 +149,23 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     let finished = run(folder.path(), &resuming);
     assert_eq!(finished.code, Some(0), "{}", finished.words);
     assert_eq!(timeless(folder.path(), "killed"), timeless(folder.path(), "whole"));
+    let worst = |run: &str| {
+        let kept = folder.path().join(run).join("worst");
+        files(&kept).into_iter().map(|name| (std::fs::read(kept.join(&name)).unwrap(), name)).collect::<Vec<_>>()
+    };
+    assert!(worst("killed") == worst("whole") && worst("whole").len() > 9, "{:?}", worst("killed").len());
     assert!((12..=12 + n_killed).contains(&n_runs()), "{} runs", n_runs());
-    let (before, rows) = (n_runs(), std::fs::read(folder.path().join("killed/rows.csv")).unwrap());
+    let seen = || [&log, &table].map(|path| std::fs::read(path).unwrap());
+    let before = seen();
     assert_eq!(run(folder.path(), &resuming).code, Some(0));
-    assert_eq!((n_runs(), std::fs::read(folder.path().join("killed/rows.csv")).unwrap()), (before, rows));
+    assert_eq!(seen(), before);
 }
 
 #[test]
 fn a_tool_ends_when_the_evaluation_is_killed() {
     let folder = prepared(&[ball()]);
-    let tool = "stays=sh -c 'sleep 6000 & echo $$ $! > ids; wait' {in} {out}";
-    let more = ["--methods", "stays", "--ratios", "0.5", "--tool", tool];
+    let tool = "stays=sh -c 'test {ratio} = 0.5 && exec cp $0 $1; sleep 6000 & echo $$ $! > ids; wait' {in} {out}";
+    let more = ["--methods", "stays", "--ratios", "0.4", "--tool", tool];
     let mut child = program(folder.path(), &evaluation("run", &more)).spawn().unwrap();
     let ids = || std::fs::read_to_string(folder.path().join("ids")).unwrap_or_default();
     wait_until(|| ids().ends_with('\n') || child.try_wait().unwrap().is_some());
@@ -183,13 +191,13 @@ fn what_a_tool_does_to_its_files_does_nothing_to_the_others() {
     assert_eq!(done.code, Some(0), "{}", done.words);
     let rows = rows(folder.path(), "run");
     assert!(rows.len() == 4 && rows.iter().all(|row| row["error"] == ""), "{rows:?}");
-    assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1\n".repeat(2));
+    assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1\n".repeat(3));
 }
 
 #[test]
 fn ctrl_c_keeps_what_is_done() {
     let folder = prepared(&[ball()]);
-    let tool = "stays=sh -c 'test {ratio} = 0.2 || sleep 6000; cp $0 $1' {in} {out}";
+    let tool = "stays=sh -c 'test {ratio} != 0.4 || sleep 6000; cp $0 $1' {in} {out}";
     let more = ["--methods", "qem", "--ratios", "0.2,0.4", "--tool", tool];
     let child = program(folder.path(), &evaluation("run", &more)).spawn().unwrap();
     let table = folder.path().join("run/rows.csv");
@@ -203,19 +211,98 @@ fn ctrl_c_keeps_what_is_done() {
 fn what_it_leaves_is_what_the_help_says() {
     let folder = prepared(&[ball()]);
     assert_eq!(run(folder.path(), &evaluation("run", &["--methods", "qem,meshopt", "--ratios", "0.5"])).code, Some(0));
-    let expected =
-        ["error-size.svg", "error-time.svg", "rows.csv", "rows.json", "settings.json", "tables.md", "time-size.svg"];
+    let expected = [
+        "error-size.svg",
+        "error-time.svg",
+        "report.html",
+        "rows.csv",
+        "rows.json",
+        "settings.json",
+        "tables.md",
+        "time-size.svg",
+        "worst",
+    ];
     assert_eq!(files(&folder.path().join("run")), expected);
     let help = String::from_utf8(run(folder.path(), &["evaluate", "--help"]).out).unwrap();
     assert!(expected.iter().all(|name| help.contains(name)), "{help}");
     let tables = std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap();
-    expected.iter().filter(|name| !name.starts_with("rows.csv") && !name.starts_with("settings")).for_each(|name| {
+    expected.iter().filter(|name| !["rows.csv", "settings.json", "worst"].contains(name)).for_each(|name| {
         std::fs::remove_file(folder.path().join("run").join(name)).unwrap();
     });
     let report = run(folder.path(), &["evaluate", "--report", "run", "--relative-to", "qem", "-q"]);
     assert_eq!((report.code, report.out, report.words.as_str()), (Some(0), vec![], ""));
     assert_eq!(std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap(), tables);
     assert_eq!(files(&folder.path().join("run")), expected);
+}
+
+#[test]
+fn a_wrong_tool_is_said_before_anything_runs() {
+    let folder = prepared(&[ball()]);
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let good = "log=sh -c 'echo run >> log; cp $0 $1' {in} {out}";
+    let cases = [
+        ("wrong=no-such-program {in} {out}", "no-such-program cannot be started"),
+        ("wrong=sh -c 'echo first; echo alas; exit 3' {in} {out}", "ended with exit code 3: first alas"),
+        ("wrong=sh -c 'echo aside; echo alas >&2' {in} {out}", "left no result: alas"),
+        ("wrong=sh -c 'echo no mesh > $1' {in} {out}", "the result: "),
+    ];
+    for (tool, words) in cases {
+        for run_folder in ["new", "empty"] {
+            let more = ["--methods", "qem", "--ratios", "0.5", "--tool", good, "--tool", tool];
+            let refusal = run(folder.path(), &evaluation(run_folder, &more));
+            let line = the_line(&refusal);
+            assert_eq!(refusal.code, Some(1), "{line}");
+            assert!(
+                line.contains("tool wrong: ") && line.contains(words) && line.ends_with("correct its command"),
+                "{line}"
+            );
+        }
+        assert!(!folder.path().join("new").exists() && files(&folder.path().join("empty")).is_empty());
+    }
+    // The other tool was tried, and nothing more.
+    assert_eq!(n_lines(&folder.path().join("log")), 2 * cases.len());
+}
+
+#[test]
+fn a_corrected_tool_is_measured_again_and_nothing_else() {
+    let folder = prepared(&[ball(), ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 6))]);
+    std::fs::write(folder.path().join("data/bad.ply"), "ply\nno mesh\n").unwrap();
+    let tools = |command: &str| {
+        let other = "other=sh -c 'echo run >> log; cp $0 $1' {in} {out}".to_string();
+        [other, format!("mine={command}")].map(|tool| ["--tool".to_string(), tool]).concat()
+    };
+    let evaluated = |command: &str, more: &[&str]| {
+        let tools = tools(command);
+        let tools = tools.iter().map(String::as_str);
+        let more: Vec<&str> =
+            ["--methods", "qem", "--ratios", "0.4"].into_iter().chain(tools).chain(more.iter().copied()).collect();
+        run(folder.path(), &evaluation("run", &more))
+    };
+    let fails = "sh -c 'test {ratio} = 0.5 && exec cp $0 $1; exit 4' {in} {out}";
+    assert_eq!(evaluated(fails, &[]).code, Some(0));
+    let [before, log] = ["run/rows.csv", "log"].map(|name| std::fs::read_to_string(folder.path().join(name)).unwrap());
+    assert_eq!(before.matches("exit code 4").count(), 2);
+    // A wrong one leaves all as it was.
+    assert_eq!(evaluated("sh -c 'exit 5' {in} {out}", &["--resume"]).code, Some(1));
+    assert_eq!(std::fs::read_to_string(folder.path().join("run/rows.csv")).unwrap(), before);
+    let done = evaluated("cp {in} {out}", &["--resume"]);
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    let after = std::fs::read_to_string(folder.path().join("run/rows.csv")).unwrap();
+    let stays = |line: &&str| !line.contains("exit code 4");
+    let kept: Vec<&str> = before.lines().filter(stays).collect();
+    assert_eq!(after.lines().take(kept.len()).collect::<Vec<_>>(), kept);
+    let rows = rows(folder.path(), "run");
+    let mine: Vec<&Value> = rows.iter().filter(|row| row["method"] == "mine").collect();
+    assert_eq!((rows.len(), mine.iter().filter(|row| row["error"] == "").count(), mine.len()), (9, 2, 3));
+    assert_eq!(std::fs::read_to_string(folder.path().join("log")).unwrap(), log, "the other tool had nothing to do");
+    // Now it has results of its command.
+    let refused = evaluated(fails, &["--resume"]);
+    let line = the_line(&refused);
+    assert!(
+        refused.code == Some(1) && line.contains("the tool mine has results of the command `cp {in} {out}`"),
+        "{line}"
+    );
+    assert_eq!(evaluated("cp {in} {out}", &["--resume"]).code, Some(0));
 }
 
 #[test]

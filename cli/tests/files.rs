@@ -66,6 +66,24 @@ fn places_where_nothing_can_be_written_are_refused_first() {
     assert_eq!(files(folder.path()), ["b.ply"]);
 }
 
+/// A folder in which no file can be made, whoever asks.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_place_that_takes_no_file_is_refused_before_the_work() {
+    let folder = folder();
+    for option in ["-o", "--report", "--picture"] {
+        let mut words = vec!["simplify", "missing.ply", "--ratio", "0.5"];
+        words.extend([option, "/proc/self/a.ply"]);
+        if option != "-o" {
+            words.extend(["-o", "b.ply"]);
+        }
+        let run = run(folder.path(), &words);
+        let line = the_line(&run);
+        assert!(run.code == Some(1) && line.contains("/proc/self/a.ply") && line.contains("takes no file"), "{line}");
+    }
+    assert!(files(folder.path()).is_empty());
+}
+
 #[test]
 fn a_folder_takes_the_mesh_under_its_name() {
     let folder = folder();

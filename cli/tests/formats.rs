@@ -93,7 +93,9 @@ fn each_pair_of_formats_carries_what_its_table_says() {
     let table = table();
     assert_eq!(table.len(), 6);
     for source in ["obj", "ply", "glb", "gltf"] {
-        for target in ["obj", "ply", "glb", "gltf", "stl", "off"] {
+        for target in
+            ["obj", "ply", "glb", "gltf", "stl", "off"].into_iter().chain(cfg!(feature = "3mf").then_some("3mf"))
+        {
             let to = format!("{source}_{target}/c.{target}");
             convert(&format!("from_{source}/b.{source}"), &to);
             let read = read_attributed_path(&folder.path().join(&to), None).unwrap();
@@ -103,4 +105,43 @@ fn each_pair_of_formats_carries_what_its_table_says() {
             }
         }
     }
+}
+
+#[cfg(feature = "3mf")]
+#[test]
+fn a_3mf_keeps_its_unit_and_its_objects_and_stays_closed() {
+    use neural_mesh::io::{Extra, Format, Group, Model, WriteOptions, write_attributed};
+    use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+    use neural_mesh::mesh::{Attributes, Frame, TriMesh, shapes};
+    let folder = folder();
+    let (one, other) = (shapes::torus(48, 24, 1.0, 0.3), shapes::icosphere(3));
+    let n = one.positions().len() as u32;
+    let moved = other.positions().iter().map(|&[x, y, z]| [x + 5.0, y, z]);
+    let faces = one.faces().iter().copied().chain(other.faces().iter().map(|face| face.map(|v| v + n)));
+    let mesh = TriMesh::new(one.positions().iter().copied().chain(moved).collect(), faces.collect()).unwrap();
+    let groups = (0..mesh.faces().len()).map(|face| u32::from(face >= one.faces().len())).collect();
+    let object = |name: &str| {
+        let mut group = Group::default();
+        group.object = Some(name.into());
+        group
+    };
+    let mut extra = Extra::default();
+    (extra.unit, extra.groups) = (Some("inch".into()), vec![object("ring"), object("ball")]);
+    let attributes = &Attributes { groups, ..Attributes::default() };
+    let model = Model::new(&mesh, Frame::default(), attributes, &extra);
+    let options = WriteOptions::new(Format::ThreeMf, "a");
+    std::fs::write(folder.path().join("a.3mf"), write_attributed(&model, &options).unwrap().bytes).unwrap();
+    let done = run(folder.path(), &["simplify", "a.3mf", "-o", "b.3mf", "--faces", "600"]);
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    let read = read_attributed_path(&folder.path().join("b.3mf"), None).unwrap();
+    let names: Vec<_> = read.extra.groups.iter().filter_map(|group| group.object.as_deref()).collect();
+    assert_eq!((names.as_slice(), read.extra.unit.as_deref()), (&["ring", "ball"][..], Some("inch")));
+    // The file as it is, nothing welded: each edge has a face on both sides.
+    let mut as_it_is = CleanOptions::default();
+    as_it_is.weld = false;
+    let mesh = clean(read.mesh, &as_it_is).unwrap().mesh;
+    let edges = |face: &[u32; 3]| [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]];
+    let sides: std::collections::HashSet<[u32; 2]> = mesh.faces().iter().flat_map(edges).collect();
+    assert!(mesh.faces().len() <= 600 && sides.len() == 3 * mesh.faces().len());
+    assert!(sides.iter().all(|&[a, b]| sides.contains(&[b, a])));
 }

@@ -13,11 +13,14 @@ mod degenerate;
 mod evaluate;
 mod files;
 mod formats;
+#[cfg(unix)]
+mod guides;
 mod hidden;
 mod info;
 mod memory;
 mod mesh_points;
 mod numbers;
+mod packed;
 mod poses;
 mod repair;
 mod simplify;

@@ -81,6 +81,20 @@ fn what_is_written_is_a_solid_in_every_format_at_every_size() {
     }
 }
 
+/// Surfaces of suzanne touch at vertices, in a file of doubles: what comes apart there stays apart where nothing is merged.
+#[test]
+fn what_a_repair_moves_apart_stays_apart_at_full_size() {
+    let folder = folder();
+    let suzanne = crate::common::shipped("suzanne.ply");
+    for name in ["a.ply", "a.obj", "a.stl"] {
+        let asked = ["simplify", suzanne.to_str().unwrap(), "-o", name, "--ratio", "1", "--printable"];
+        let done = run(folder.path(), &asked);
+        assert_eq!(done.code, Some(0), "{}", done.words);
+        let solid = topology(&welded(&folder.path().join(name)));
+        assert!(solid.is_closed_manifold(), "{name}: {solid:?}");
+    }
+}
+
 #[test]
 fn holes_are_filled_up_to_the_length_asked_for() {
     let folder = folder();

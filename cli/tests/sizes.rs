@@ -173,10 +173,11 @@ fn numbers_of_evaluate_are_told_what_is_taken() {
 fn a_format_that_is_not_known_says_which_are() {
     let line = refusal(&["simplify", "missing.ply", "-o", "a.xyz", "--ratio", "0.5"]);
     assert!(
-        line.contains("a.xyz: the format is not known: end the name in .obj, .ply, .stl, .off, .gltf or .glb"),
+        line.contains("a.xyz: the format is not known: end the name in .obj, .ply, .stl, .off, .gltf, .glb or .3mf"),
         "{line}"
     );
     assert!(line.contains("or give --format, one of obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb"), "{line}");
+    assert!(!line.contains("fbx"), "{line}");
     let line = refusal(&["mesh-points", "missing.ply", "-o", "-"]);
     assert!(line.contains("standard output: the format is not known: give --format, one of obj, "), "{line}");
     let line = refusal(&["simplify", "missing.ply", "-o", "none/", "--ratio", "0.5"]);
@@ -192,7 +193,7 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
         assert_eq!(run.code, Some(1), "{}", run.words);
         the_line(&run)
     };
-    let all = "a.dat: the content is of no known format: give OBJ, PLY, STL, OFF, glTF or GLB";
+    let all = "a.dat: the content is of no known format: give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX";
     for (words, more) in [
         (&["simplify", "a.dat", "-o", "-", "--ratio", "1"][..], "; --format is for the output"),
         (

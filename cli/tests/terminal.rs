@@ -1,6 +1,8 @@
 //! What the program says: bytes of files cannot steer the terminal, and words that nobody can hear are a failure.
 
 use std::fs;
+use std::io::Write;
+use std::process::Stdio;
 
 use crate::common::*;
 
@@ -37,6 +39,30 @@ fn tetrahedron(header: &str, faces: [&str; 4], more: &str) -> String {
 }
 
 const FACES: [&str; 4] = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 2 0 3"];
+
+/// Where nobody looks at a terminal, long work says a line now and then.
+#[test]
+fn long_work_says_how_far_it_is() {
+    let folder = folder();
+    let waiting = |more: &[&str]| {
+        let words = [&["simplify", "-", "-o", "a.obj", "--ratio", "1", "--force"], more].concat();
+        let mut child = program(folder.path(), &words).stdin(Stdio::piped()).spawn().unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        std::thread::sleep(std::time::Duration::from_secs(8));
+        stdin
+            .write_all(tetrahedron("element face 4\nproperty list uchar int vertex_indices\n", FACES, "").as_bytes())
+            .unwrap();
+        drop(stdin);
+        finish(child)
+    };
+    let (told, quiet) = std::thread::scope(|scope| {
+        let quiet = scope.spawn(|| waiting(&["--quiet"]));
+        (waiting(&[]), quiet.join().unwrap())
+    });
+    assert_eq!((told.code, quiet.code), (Some(0), Some(0)), "{}{}", told.words, quiet.words);
+    assert!(told.words.starts_with("progress  0 % reading, "), "{}", told.words);
+    assert_eq!(quiet.words, "");
+}
 
 #[test]
 fn names_in_a_ply_are_spelled_out() {

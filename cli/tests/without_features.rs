@@ -37,7 +37,7 @@ fn commands_that_are_not_there_say_how_to_get_them() {
 fn a_comparison_says_what_it_leaves_out() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let said = run(folder.path(), &["compare", "a.obj", "a.obj", "--json", "a.json", "--html", "a.html"]);
+    let said = run(folder.path(), &["compare", "a.obj", "a.obj", "--all", "--json", "a.json", "--html", "a.html"]);
     assert_eq!(said.code, Some(0), "{}", said.words);
     let table = String::from_utf8(said.out).unwrap();
     let what = "the spectrum, geodesic and biharmonic distances: build with `--features spectrum`";
@@ -81,4 +81,26 @@ fn baking_is_refused_with_what_to_do() {
         "{line}"
     );
     assert_eq!(files(folder.path()), ["a.obj"]);
+}
+
+#[test]
+fn formats_that_a_build_lacks_are_refused_with_what_to_do() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    fs::write(folder.path().join("a.fbx"), "; FBX 7.4.0 project file\nObjects:  {\n    Geometry: 1, \"a").unwrap();
+    fs::write(folder.path().join("a.3mf"), b"PK\x03\x04 3D/a.model").unwrap();
+    let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.fbx", "--ratio", "0.5"]);
+    assert_eq!(refused.code, Some(2));
+    assert!(the_line(&refused).contains("fbx is read, not written: choose glb"), "{}", refused.words);
+    if cfg!(not(feature = "3mf")) {
+        let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.3mf", "--ratio", "0.5"]);
+        assert_eq!(refused.code, Some(2));
+        assert!(the_line(&refused).contains("build with the feature 3mf"), "{}", refused.words);
+    }
+    for (format, is_there) in [("3mf", cfg!(feature = "3mf")), ("fbx", cfg!(feature = "fbx"))] {
+        let refused = run(folder.path(), &["info", &format!("a.{format}")]);
+        assert_eq!(refused.code, Some(1), "{}", refused.words);
+        let names_it = the_line(&refused).contains(&format!("build with the feature {format}"));
+        assert_eq!(names_it, !is_there, "{}", refused.words);
+    }
 }

@@ -3,12 +3,12 @@
 
 #![no_main]
 
-use neural_mesh::io::{Asset, Format, LighterPart, Place, ReadError};
+use neural_mesh::io::{Asset, Format, LighterPart, ReadError};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::picture::Cover;
 
 fn nothing(_: &str) -> Result<Vec<u8>, ReadError> {
-    Err(ReadError { format: None, place: Place::File, what: "no files".into(), remedy: "none".into() })
+    Err(ReadError::file("no files", "none"))
 }
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

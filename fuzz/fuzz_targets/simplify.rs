@@ -13,21 +13,22 @@ use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target,
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let [shape, size, oversample, flags, edits @ ..] = bytes else { return };
     let (positions, faces) = start(*shape);
-    let mut raw = RawMesh { positions, faces, double: flags & 16 != 0, ..RawMesh::default() };
+    let mut raw = RawMesh::new(positions, faces);
+    raw.double = flags & 16 != 0;
     edits.chunks_exact(4).for_each(|edit| apply([edit[0], edit[1], edit[2], edit[3]], &mut raw));
-    let Ok(cleaned) = clean(raw, &CleanOptions { weld: flags & 1 == 0 }) else { return };
+    let mut cleaning = CleanOptions::default();
+    cleaning.weld = flags & 1 == 0;
+    let Ok(cleaned) = clean(raw, &cleaning) else { return };
     let target = match flags >> 1 & 3 {
         0 => Target::Ratio(f64::from(*size) / 255.0),
         1 => Target::Vertices(*size as usize),
         _ => Target::Faces(*size as usize),
     };
-    let options = Options {
-        oversample: (*oversample > 0).then(|| 1.0 + f64::from(*oversample) / 85.0),
-        seed: u64::from(*flags),
-        prune: flags & 8 != 0,
-        frame: cleaned.frame,
-        ..Options::new(target)
-    };
+    let mut options = Options::new(target);
+    options.oversample = (*oversample > 0).then(|| 1.0 + f64::from(*oversample) / 85.0);
+    options.seed = u64::from(*flags);
+    options.prune = flags & 8 != 0;
+    options.frame = cleaned.frame;
     let run = || simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()));
     let result = run();
     assert_eq!(result, run());

@@ -71,15 +71,11 @@ impl Bench {
         paper_weights: Option<PathBuf>,
     ) -> Result<Table> {
         let folder = self.run_of(name);
-        let request = Request {
-            data: self.set(set),
-            resume: folder.join("settings.json").exists(),
-            folder,
-            settings,
-            weights: None,
-            paper_weights,
-            worker: Some(worker()?),
-        };
+        let mut request = Request::new(self.set(set), &folder);
+        request.settings = settings;
+        request.paper_weights = paper_weights;
+        request.resume = folder.join("settings.json").exists();
+        request.worker = Some(worker()?);
         evaluate(&request, &mut |event| {
             if let Event::Case { mesh, ratio, seed, n_done, n_cases } = event {
                 eprintln!("{name} {n_done}/{n_cases}: {mesh} at {ratio}, seed {seed}");

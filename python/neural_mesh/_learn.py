@@ -69,12 +69,12 @@ def train(
     `progress(kind, epoch, done, of, numbers)` is called after each step and epoch. Interrupted, or ended by what it or the
     objective raises, a training goes on with `resume=True` and ends in the same weights.
     """
-    is_own = callable(objective)
+    judged, name = (judge(objective), None) if callable(objective) else (None, str(objective))
     said = {**_SETTINGS, "validation": list(validation), **(settings or {})}
     place = os.fspath(out)
     data = _folder(meshes, place, resume)
-    asked = (data, os.path.join(place, "run"), _toml(said), None if is_own else str(objective), epochs, resume)
-    _native.train(asked, judge(objective) if callable(objective) else None, _init(init), threads, progress)
+    asked = (data, os.path.join(place, "run"), _toml(said), name, epochs, resume)
+    _native.train(asked, judged, _init(init), threads, progress)
     return os.path.join(place, "run", "best.safetensors" if validation else "last.safetensors")
 
 

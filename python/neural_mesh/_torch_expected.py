@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import torch
 
 from . import _native
 from ._learn import Objective, judge
 from ._meshes import given
+from ._torch_arrays import as_numpy
 
 
 def expected(
@@ -36,7 +36,7 @@ def expected(
     entry of the gradient as well, n.
     """
     source = given((vertices, faces), None, None)
-    moved = np.ascontiguousarray(scores.detach().cpu().numpy(), np.float32).reshape(-1)
+    moved = as_numpy(scores, torch.float32).reshape(-1)
     settings = f"probes = {int(probes)}\nprobe_cell = {int(cell)}\nprobe_step = {float(step)!r}\n"
     found = _native.estimate(source.arrays, moved, float(ratio), judge(objective), settings, int(seed), threads)
     mean, gradient, variance = found

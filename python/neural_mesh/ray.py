@@ -32,7 +32,7 @@ COLUMNS = (
     "name", "output", "vertices", "faces", "output_vertices", "output_faces", "mean_percent", "max_percent", "seconds", "outcome", "request",
 )  # fmt: skip
 
-_ENDINGS = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb")
+_ENDINGS = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".3mf")
 # Workers that a mesh may take down before it counts as failed.
 _MOST_FALLS = 3
 # Meshes that a worker is handed at once, at most: Ray takes some hundredths of a second to hand them over.

@@ -37,9 +37,14 @@ pub fn triples(py: Python, rows: Vec<[u32; 3]>) -> PyResult<Py<PyAny>> {
     signed(py, array(py, rows)?)
 }
 
+/// Numbers as an array of one dimension, without a copy.
+pub fn sequence<T: Element>(py: Python, numbers: Vec<T>) -> Py<PyAny> {
+    PyArray1::from_vec(py, numbers).into_any().unbind()
+}
+
 /// Indices as an array of `int32`, without a copy; `u32::MAX` becomes -1.
 pub fn indices(py: Python, numbers: Vec<u32>) -> PyResult<Py<PyAny>> {
-    signed(py, PyArray1::from_vec(py, numbers).into_any().unbind())
+    signed(py, sequence(py, numbers))
 }
 
 fn signed(py: Python, array: Py<PyAny>) -> PyResult<Py<PyAny>> {

@@ -26,7 +26,9 @@ impl Positions<'_> {
             }
             Self::Double(array) => (rows(array, "vertices")?.to_vec(), true),
         };
-        Ok(RawMesh { positions, double, ..RawMesh::default() })
+        let mut raw = RawMesh::new(positions, Vec::new());
+        raw.double = double;
+        Ok(raw)
     }
 }
 
@@ -54,7 +56,10 @@ impl Given<'_> {
                 .map_or(Ok(Vec::new()), |groups| Ok::<_, PyErr>(numbers(groups, "groups")?.to_vec()))?,
         };
         let faces = rows(faces, "faces")?.to_vec();
-        Ok(ReadMesh { mesh: RawMesh { faces, attributes, ..positions.raw()? }, ..ReadMesh::default() })
+        let mut read = ReadMesh::default();
+        read.mesh = positions.raw()?;
+        (read.mesh.faces, read.mesh.attributes) = (faces, attributes);
+        Ok(read)
     }
 }
 

@@ -20,7 +20,7 @@ use pyo3::prelude::*;
 use crate::failure::{raised, refused};
 
 /// How often the caller looks up.
-const TICK: Duration = Duration::from_millis(20);
+pub const TICK: Duration = Duration::from_millis(20);
 /// More threads than any machine has.
 const MOST_THREADS: usize = 1024;
 

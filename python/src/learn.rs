@@ -1,8 +1,7 @@
 //! Learning by a function of Python's: what it finds wrong with results moves a network's weights, or the importance of vertices.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
 
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -16,16 +15,15 @@ use neural_mesh_cli::embedded::Failure;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
-use crate::arrays::{array, numbers, table, triples};
+use crate::arrays::{array, indices, numbers, sequence, triples};
 use crate::failure::refused;
 use crate::given::Given;
-use crate::heard::{Ear, heard};
+use crate::heard::{Ear, TICK, heard, held};
 
 /// A function of Python's that judges results: `(name, ratio, vertices, faces, vertices of the result, faces of the result,
 /// vertex_of)` to an array of one number, or of one for each vertex or face of the original.
-#[derive(Clone)]
 struct Judge {
-    function: Arc<Py<PyAny>>,
+    function: Py<PyAny>,
     raised: Raised,
     ear: Ear,
     origin: [f64; 3],
@@ -37,16 +35,16 @@ struct Raised(Arc<Mutex<Option<PyErr>>>);
 
 impl Raised {
     fn keep(&self, error: PyErr) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        held(&self.0).get_or_insert(error);
     }
 
     fn is_there(&self) -> bool {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+        held(&self.0).is_some()
     }
 
     /// In place of what came of it, what was raised.
     fn instead<T>(&self, done: PyResult<T>) -> PyResult<T> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(done, Err)
+        held(&self.0).take().map_or(done, Err)
     }
 }
 
@@ -80,7 +78,7 @@ impl Judge {
             array::<f64, 3>(py, mesh.positions().iter().map(place).collect())
         };
         let faces = |mesh: &TriMesh| triples(py, mesh.faces().to_vec());
-        let vertex_of = crate::arrays::indices(py, result.vertex_of.clone())?;
+        let vertex_of = indices(py, result.vertex_of.clone())?;
         let mesh = &result.mesh;
         let arguments = (name, ratio, places(original)?, faces(original)?, places(mesh)?, faces(mesh)?, vertex_of);
         let values = self.function.call1(py, arguments)?;
@@ -106,20 +104,19 @@ pub fn train(
 ) -> PyResult<bool> {
     let raised = Raised::default();
     let (alive, ended) = channel::<()>();
-    let (of_work, function) = (raised.clone(), judge.map(Arc::new));
+    let of_work = raised.clone();
     let done = heard(py, threads, None, move |ear| {
         // Dropped where the work ends, however that is.
         let _alive = alive;
         let judge =
-            function.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
+            judge.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
         let told = |event: Event| wish(&event, progress.as_ref(), &of_work, ear);
         trained(&asked, judge, init, told)
     });
     if done.is_err() {
         // The step at hand ends with a checkpoint, from which the next call goes on.
         let ended = Mutex::new(ended);
-        let look = || ended.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(Duration::from_millis(20));
-        while py.detach(look) == Err(RecvTimeoutError::Timeout) {
+        while py.detach(|| held(&ended).recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout) {
             py.check_signals()?;
         }
     }
@@ -134,15 +131,12 @@ fn trained(
 ) -> Result<bool, Failure> {
     let failed = |error: TrainError| Failure::Failed(error.to_string());
     let (data, folder, settings, objective, epochs, resume) = asked;
-    let request = Request {
-        data: data.as_ref(),
-        folder: folder.as_ref(),
-        settings: settings.as_deref(),
-        objective: if judge.is_some() { Some(OWN_OBJECTIVE) } else { objective.as_deref() },
-        epochs: *epochs,
-        resume: *resume,
-        init: init.as_deref(),
-    };
+    let mut request = Request::new(data.as_ref(), folder.as_ref());
+    request.settings = settings.as_deref();
+    request.objective = if judge.is_some() { Some(OWN_OBJECTIVE) } else { objective.as_deref() };
+    request.epochs = *epochs;
+    request.resume = *resume;
+    request.init = init.as_deref();
     let mut run = open(&request).map_err(failed)?;
     let mut passed_over = None;
     let mut told = |event: Event| {
@@ -230,12 +224,12 @@ pub fn estimate(
         return Err(refused(format!("scores: {} numbers for {n_given} vertices: give one for each", scores.len())));
     }
     let settings = Settings::from_toml(settings).map_err(|error| refused(error.to_string()))?;
-    let (raised, function) = (Raised::default(), Arc::new(judge));
+    let raised = Raised::default();
     let of_work = raised.clone();
     let done = heard(py, threads, None, move |ear| {
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
-        let judge = Judge { function, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
+        let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
         let own = GivenObjective(|original: &TriMesh, result: &Weighed| judge.errors("mesh", ratio, original, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
@@ -248,7 +242,7 @@ pub fn estimate(
     let to_given = |values: &[f64], factor: f64| {
         let mut of_given = vec![0.0f64; n_given];
         sources.iter().zip(values).for_each(|(&v, value)| of_given[v as usize] = factor * value);
-        table(py, of_given, 1)?.call_method1(py, "reshape", (-1,))
+        sequence(py, of_given)
     };
-    Ok((mean, to_given(&found.gradient, mean)?, to_given(&found.variance, mean * mean)?))
+    Ok((mean, to_given(&found.gradient, mean), to_given(&found.variance, mean * mean)))
 }

@@ -9,11 +9,11 @@ use neural_mesh::model::{
     Architecture, Weights, edge_predictor_backward, edge_predictor_forward, face_classifier_backward,
     face_classifier_forward, point_sampler_backward, point_sampler_forward,
 };
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::arrays::{indices_below, numbers, points, table};
+use crate::arrays::{indices_below, numbers, points, sequence, table};
 use crate::failure::refused;
 use crate::graphs::entries;
 use crate::heard::{heard, held};
@@ -133,7 +133,7 @@ pub struct Pass {
 impl Pass {
     /// What the stage gave.
     fn outputs(&self, py: Python) -> Vec<Py<PyAny>> {
-        self.outputs.iter().map(|output| PyArray1::from_slice(py, output).into_any().unbind()).collect()
+        self.outputs.iter().map(|output| sequence(py, output.clone())).collect()
     }
 
     /// Gradients of tensors and inputs, in the order in which they were given, from those of the outputs.

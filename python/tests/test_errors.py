@@ -32,7 +32,6 @@ MESH = torus(20, 12)
         (MESH, {"ratio": 0.5, "threads": 0}, "threads: give a number from 1"),
         (MESH, {"ratio": 0.5, "optimize": "speed"}, "possible values"),
         (MESH, {"ratio": 0.5, "symmetric": "y"}, "not symmetric about"),
-        (MESH, {"ratio": 0.5, "for_": "poses"}, "nothing moves this mesh"),
         (MESH, {"ratio": 0.5, "importance": np.zeros(240)}, "needs numbers of at least 0, not all of them 0"),
         (MESH, {"ratio": 0.5, "attributes": {"uv": np.zeros((7, 2))}}, "uv: an array of shape (7, 2)"),
         (MESH, {"ratio": 0.5, "groups": np.zeros(3)}, "groups: an array of shape (3,)"),

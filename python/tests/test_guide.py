@@ -9,17 +9,33 @@ from pathlib import Path
 
 import pytest
 
-GUIDE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+GUIDE = DOCS / "python.md"
+
+
+def followed(page: str) -> None:
+    """Runs the blocks of a page in one program, but those that need what is not installed."""
+    blocks = re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(), re.DOTALL)
+    assert len(blocks) >= 2
+    names: dict[str, object] = {}
+    for block in blocks:
+        if "import torch" in block and importlib.util.find_spec("torch") is None:
+            continue
+        exec(compile(block, page, "exec"), names)
 
 
 def test_the_guide(spot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     shutil.copy(spot, "scan.ply")
-    blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(), re.DOTALL)
-    assert len(blocks) >= 5
-    names: dict[str, object] = {}
-    for block in blocks:
-        if "import torch" in block and importlib.util.find_spec("torch") is None:
-            continue
-        exec(compile(block, str(GUIDE), "exec"), names)
+    followed("python.md")
     assert Path("light.glb").exists() and Path("page.html").exists()
+
+
+def test_the_guide_for_researchers(
+    spot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("data").mkdir()
+    shutil.copy(spot, "data/spot.ply")
+    followed("guide/researcher.md")
+    assert capsys.readouterr().out.startswith("200 reached")

@@ -184,3 +184,11 @@ def test_points_become_a_mesh() -> None:
     assert len(light.faces) > 500 and light.sources is not None
     np.testing.assert_array_equal(vertices[light.sources], light.vertices)
     assert light.report["points"] == 1500
+
+
+def test_poses_that_nobody_knows() -> None:
+    mesh = torus(40, 30)
+    plain = nm.simplify(mesh, ratio=0.2)
+    bending = nm.simplify(mesh, ratio=0.2, for_="poses")
+    assert len(bending.vertices) == len(plain.vertices) and not np.array_equal(bending.vertices, plain.vertices)
+    assert any("might bend" in note for note in bending.report["notes"])

@@ -19,6 +19,7 @@ pub const VIEWS: [[f32; 2]; 6] =
 
 /// Likeness of the pictures, each a mean over [`VIEWS`] but `psnr`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Appearance {
     /// Structural similarity of the shaded pictures in grey, 1 where they are equal.
     pub ssim: f64,

@@ -2,6 +2,8 @@
 //!
 //! An operation none of whose inputs depends on a parameter records nothing, so the code that trains is also the
 //! fast path of inference.
+//!
+//! Machinery: what the modules that users call stand on; see the front page of the crate.
 
 mod dense;
 mod graph;

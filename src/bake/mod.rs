@@ -31,6 +31,7 @@ pub const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
 
 /// What is baked: a mesh and what it looks like.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Original<'a> {
     /// Its surface.
     pub mesh: &'a TriMesh,
@@ -42,6 +43,7 @@ pub struct Original<'a> {
 
 /// How it is baked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BakeOptions {
     /// Texels a side of each texture, one of [`SIZES`].
     pub size: usize,
@@ -51,8 +53,23 @@ pub struct BakeOptions {
     pub with_tangents: bool,
 }
 
+impl<'a> Original<'a> {
+    /// A mesh, what its corners and faces carry, and what the groups of its faces look like.
+    pub fn new(mesh: &'a TriMesh, attributes: &'a Attributes, looks: &'a Looks) -> Self {
+        Self { mesh, attributes, looks }
+    }
+}
+
+impl BakeOptions {
+    /// So many texels a side, as glTF has them: roughness and metal in one image, tangents at the corners.
+    pub fn new(size: usize) -> Self {
+        Self { size, separate_maps: false, with_tangents: true }
+    }
+}
+
 /// What the simplified mesh wears.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Baked {
     /// Texture coordinates (v upwards), normals, and tangents where these were asked for.
     pub attributes: Attributes,
@@ -68,6 +85,7 @@ pub struct Baked {
 
 /// Why nothing is baked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BakeError {
     /// The charts have no room on a texture of this size.
     NoRoom(usize),
@@ -101,10 +119,11 @@ impl std::error::Error for BakeError {}
 /// use neural_mesh::bake::{BakeOptions, Original, bake};
 /// use neural_mesh::mesh::{Attributes, Look, Looks, shapes};
 /// let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(1));
-/// let red = Looks { of_groups: vec![Look { colour: [1.0, 0.0, 0.0], ..Look::default() }], ..Looks::default() };
-/// let original = Original { mesh: &fine, attributes: &Attributes::default(), looks: &red };
-/// let options = BakeOptions { size: 64, separate_maps: false, with_tangents: true };
-/// let baked = bake(&original, &coarse, &options).unwrap();
+/// let mut red = Look::default();
+/// red.colour = [1.0, 0.0, 0.0];
+/// let looks = Looks::new(vec![red]);
+/// let original = Original::new(&fine, Attributes::NONE, &looks);
+/// let baked = bake(&original, &coarse, &BakeOptions::new(64)).unwrap();
 /// assert_eq!((baked.look.colour, baked.look.texture), ([1.0, 0.0, 0.0], None));
 /// assert!(baked.look.finish.normal_texture.is_some() && baked.covered > 0.3);
 /// ```

@@ -4,6 +4,7 @@ use crate::mesh::InvalidMesh;
 
 /// Why a method gave no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BaselineError {
     /// The mesh has no faces.
     Empty,

@@ -7,6 +7,7 @@ use super::Method;
 use super::engine::{Asked, Done, Engine, Timed};
 use super::limited::Unfinished;
 use crate::baselines::Size;
+use crate::io::one_line;
 use crate::mesh::TriMesh;
 
 /// What came of a method.
@@ -93,8 +94,4 @@ fn leader_first(methods: &[Method], leader: Option<&Method>) -> Vec<usize> {
     let is_leader = |&at: &usize| leader == Some(&methods[at]);
     let (leader, others): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(is_leader);
     [leader, others].concat()
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::foreign::{self, Foreign};
 use super::job::{self, Job, Work};
-use super::limited::{Unfinished, run_limited, with_last_words};
+use super::limited::{Unfinished, run_limited, with_last_words, words_in};
 use super::tool::Placeholders;
 use super::{Method, Tool};
 use crate::baselines::Size;
@@ -116,8 +116,8 @@ impl Engine<'_> {
             Some(worker) => self.ask(worker, &Work::Method(job), wait)?,
             None => job::run(&job).map_err(Unfinished::Failed)?,
         };
-        let mesh = job::read_mesh(&output).map_err(Unfinished::Failed)?;
-        with_faces(mesh, seconds, Timed::Method)
+        let mesh = job::read_mesh(&output).and_then(with_faces).map_err(Unfinished::Failed)?;
+        Ok(Done { mesh, seconds, timed: Timed::Method })
     }
 
     /// Has a worker do the work.
@@ -128,7 +128,9 @@ impl Engine<'_> {
         command.args(&worker.arguments);
         let finished = run_limited(command, &line, self.time_limit, self.scratch, wait)?;
         let answer: Result<f64, String> = serde_json::from_str(&finished.out).map_err(failed)?;
-        answer.map_err(|why| Unfinished::Failed(with_last_words(&why, self.scratch)))
+        let words = words_in(self.scratch);
+        let out = if let Work::Foreign(foreign) = work { &foreign.out } else { &words };
+        answer.map_err(|why| Unfinished::Failed(with_last_words(&why, &[&words, out])))
     }
 
     fn run_tool(
@@ -141,23 +143,24 @@ impl Engine<'_> {
         let place = self.place_for(tool).map_err(|error| Unfinished::Failed(format!("a place for it: {error}")))?;
         let [input, output] = ["original", "result"].map(|name| place.path().join(name));
         let given = Placeholders { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
-        let said = place.path().join("stdout");
-        let foreign = Foreign { words: tool.words(&given), threads: self.threads, out: said.clone() };
-        let (seconds, said) = match self.worker {
-            Some(worker) => {
-                let seconds = self.ask(worker, &Work::Foreign(foreign), wait)?;
-                (seconds, String::from_utf8_lossy(&std::fs::read(said).unwrap_or_default()).into_owned())
-            }
+        let out = place.path().join("stdout");
+        let foreign = Foreign { words: tool.words(&given), threads: self.threads, out: out.clone() };
+        let seconds = match self.worker {
+            Some(worker) => self.ask(worker, &Work::Foreign(foreign), wait)?,
             None => {
                 let command = foreign.command().map_err(Unfinished::Failed)?;
                 let finished = run_limited(command, "", self.time_limit, self.scratch, wait)?;
-                (finished.seconds, finished.out)
+                std::fs::write(&out, finished.out).map_err(|error| Unfinished::Failed(error.to_string()))?;
+                finished.seconds
             }
         };
-        let told = foreign::told_seconds(&said).map(|seconds| (seconds, Timed::Method));
+        let said = std::fs::read(&out).unwrap_or_default();
+        let told = foreign::told_seconds(&String::from_utf8_lossy(&said)).map(|seconds| (seconds, Timed::Method));
         let (seconds, timed) = told.unwrap_or((seconds, Timed::Process));
         let output = output.with_extension(tool.ending("out").unwrap_or("ply"));
-        with_faces(foreign::read(&output).map_err(Unfinished::Failed)?, seconds, timed)
+        let result = foreign::read(&output).and_then(with_faces);
+        let mesh = result.map_err(|why| Unfinished::Failed(with_last_words(&why, &[&words_in(self.scratch), &out])))?;
+        Ok(Done { mesh, seconds, timed })
     }
 
     /// A folder that goes when dropped, with a copy of the mesh at hand in the format that a tool reads.
@@ -174,9 +177,6 @@ impl Engine<'_> {
     }
 }
 
-fn with_faces(mesh: TriMesh, seconds: f64, timed: Timed) -> Result<Done, Unfinished> {
-    if mesh.faces().is_empty() {
-        return Err(Unfinished::Failed("the result has no face".into()));
-    }
-    Ok(Done { mesh, seconds, timed })
+fn with_faces(mesh: TriMesh) -> Result<TriMesh, String> {
+    if mesh.faces().is_empty() { Err("the result has no face".into()) } else { Ok(mesh) }
 }

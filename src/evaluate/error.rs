@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// Why an evaluation does not begin or go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EvaluateError {
     /// A setting is unknown or out of range; the text names it.
     Settings(String),
@@ -14,6 +15,8 @@ pub enum EvaluateError {
         /// What is wrong and what to do.
         what: String,
     },
+    /// A tool that does not do what it is asked for on a small mesh; the text says what came of it.
+    Tool(String),
     /// Rows that were measured with something else; the text names the difference.
     Differs(String),
 }
@@ -28,7 +31,7 @@ impl EvaluateError {
 impl std::fmt::Display for EvaluateError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Settings(what) => write!(f, "{what}"),
+            Self::Settings(what) | Self::Tool(what) => write!(f, "{what}"),
             Self::File { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Differs(what) => {
                 write!(f, "the rows do not match: {what}: use the same again, or start over")

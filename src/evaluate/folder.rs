@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::EvaluateError;
-use super::rows_file::RowsFile;
+use super::rows_file::{RowsFile, read_rows};
 use super::settings::Origin;
+use super::{EvaluateError, Row, Table, Tool};
 use crate::io::write_path;
 
 /// How the names of files begin that belong to a run in progress.
@@ -15,32 +15,85 @@ pub(super) const ROWS: &str = "rows.csv";
 /// What the rows were measured with.
 pub(super) const SETTINGS: &str = "settings.json";
 
-/// Opens the folder for more rows: makes it, or takes it up again where `resume` and all is as it was.
+/// What a folder holds, before anything in it changes.
+pub(super) struct Found {
+    /// The rows that stay.
+    pub table: Table,
+    /// Whether there is an evaluation to take up.
+    is_there: bool,
+    /// Tools, as they were, that have another command now; none of them had a result.
+    corrected: Vec<Tool>,
+}
+
+impl Found {
+    /// Whether a row is of a tool that failed and has another command now.
+    fn goes(&self, row: &Row) -> bool {
+        // A mesh that could not be read is not the tool's fault.
+        row.vertices_in > 0 && self.corrected.iter().any(|tool| tool.name == row.method)
+    }
+}
+
+/// Looks whether a folder can take more rows: it is none or empty, or all is as it was and `resume`. A tool may have
+/// another command where it had no result: its rows are measured again.
+pub(super) fn look_into(folder: &Path, origin: &Origin, resume: bool) -> Result<Found, EvaluateError> {
+    let settings = folder.join(SETTINGS);
+    let mut found = Found { table: Table::default(), is_there: settings.exists(), corrected: Vec::new() };
+    if !found.is_there {
+        return check_is_empty(folder).map(|()| found);
+    }
+    if !resume {
+        let what = "holds an evaluation already: continue with --resume, or choose another folder";
+        return Err(EvaluateError::file(folder, what));
+    }
+    let (before, corrected) = read_origin(&settings)?.with_commands_of(origin);
+    if let Some(difference) = before.difference(origin) {
+        return Err(EvaluateError::Differs(difference));
+    }
+    found.corrected = corrected;
+    let rows = folder.join(ROWS);
+    if rows.exists() {
+        found.table = read_rows(&rows)?;
+    }
+    check_failed(&found.corrected, &found.table)?;
+    let mut table = std::mem::take(&mut found.table);
+    table.rows.retain(|row| !found.goes(row));
+    Ok(Found { table, ..found })
+}
+
+/// Refuses tools that have results of another command: rows of one table are of one command.
+fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> {
+    let has_result = |tool: &&Tool| table.rows.iter().any(|row| row.method == tool.name && row.error.is_empty());
+    corrected.iter().find(has_result).map_or(Ok(()), |Tool { name, command }| {
+        Err(EvaluateError::Differs(format!("the tool {name} has results of the command `{command}`")))
+    })
+}
+
+/// Opens the folder for more rows, as it was found: makes it, or takes it up again.
 pub(super) fn open_folder(
     folder: &Path,
     origin: &Origin,
-    resume: bool,
+    found: &Found,
     figures: &[String],
 ) -> Result<RowsFile, EvaluateError> {
     let settings = folder.join(SETTINGS);
-    if settings.exists() {
-        if !resume {
-            let what = "holds an evaluation already: continue with --resume, or choose another folder";
-            return Err(EvaluateError::file(folder, what));
-        }
-        if let Some(difference) = read_origin(&settings)?.difference(origin) {
-            return Err(EvaluateError::Differs(difference));
-        }
-    } else {
-        check_is_empty(folder)?;
+    if !found.is_there {
         let problem = |error| EvaluateError::file(folder, format!("cannot be created: {error}: choose another folder"));
         std::fs::create_dir_all(folder).map_err(problem)?;
-        let text = serde_json::to_string_pretty(origin).map_err(|error| EvaluateError::file(&settings, error))?;
-        write_whole(&settings, &(text + "\n"))?;
+        write_origin(&settings, origin)?;
     }
-    let rows = RowsFile::open(&folder.join(ROWS), figures)?;
+    let mut rows = RowsFile::open(&folder.join(ROWS), figures)?;
     remove_leftovers(folder);
+    if !found.corrected.is_empty() {
+        check_failed(&found.corrected, &rows.table)?;
+        rows.remove(|row| found.goes(row))?;
+        write_origin(&settings, origin)?;
+    }
     Ok(rows)
+}
+
+fn write_origin(path: &Path, origin: &Origin) -> Result<(), EvaluateError> {
+    let text = serde_json::to_string_pretty(origin).map_err(|error| EvaluateError::file(path, error))?;
+    write_whole(path, &(text + "\n"))
 }
 
 fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {

@@ -3,11 +3,13 @@
 use std::fs::File;
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use process_wrap::std::{ChildWrapper, CommandWrap};
+
+use crate::io::one_line;
 
 /// Between two looks at the program; at most, and as a share of the time it has taken.
 const MOST_PATIENCE: Duration = Duration::from_millis(20);
@@ -68,7 +70,7 @@ pub(super) fn run_limited(
     let _ = child.wait();
     let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| too_long(limit)))?;
     if !status.success() {
-        return Err(Unfinished::Failed(with_last_words(&end(status), scratch)));
+        return Err(Unfinished::Failed(with_last_words(&end(status), &[&words, &out])));
     }
     let out = std::fs::read(&out).map_err(failed)?;
     Ok(Finished { seconds, out: String::from_utf8_lossy(&out).into_owned() })
@@ -121,12 +123,16 @@ pub(super) fn end(status: ExitStatus) -> String {
     }
 }
 
-/// A failure with the end of what the program last run in a scratch folder said, in one line.
-pub(super) fn with_last_words(failure: &str, scratch: &Path) -> String {
-    let words = std::fs::read(scratch.join(WORDS)).unwrap_or_default();
-    let words = String::from_utf8_lossy(&words);
-    let words: Vec<&str> = words.split_whitespace().collect();
-    let words = words.join(" ");
+/// What the program last run in a scratch folder wrote to standard error.
+pub(super) fn words_in(scratch: &Path) -> PathBuf {
+    scratch.join(WORDS)
+}
+
+/// A failure with the end of what a program said, in one line: of the first of these files that holds anything.
+pub(super) fn with_last_words(failure: &str, files: &[&Path]) -> String {
+    let read = |file: &&Path| one_line(&String::from_utf8_lossy(&std::fs::read(file).unwrap_or_default()));
+    let said = files.iter().map(read);
+    let words = said.into_iter().find(|words| !words.is_empty()).unwrap_or_default();
     let from = words.char_indices().rev().nth(LAST_WORDS).map_or(0, |(at, _)| at);
     if words.is_empty() { failure.into() } else { format!("{failure}: {}", &words[from..]) }
 }

@@ -5,6 +5,7 @@ use crate::baselines::Baseline;
 
 /// One of the methods that are compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// Ours as it comes: closed assembly, scores of a network.
     Network,

@@ -7,12 +7,9 @@ use serde_json::{Map, Value, json};
 use super::folder::{ROWS, write_whole};
 use super::row::columns;
 use super::rows_file::read_rows;
-use super::summary::methods;
+use super::summary::{methods, usual};
 use super::tables::page;
 use super::{EvaluateError, Row, Table};
-
-/// The method that others are divided by where the caller names none and it takes part.
-const USUAL: &str = "qem";
 
 /// Writes `tables.md` and `rows.json` beside the rows of an evaluation, finished or not, and gives back the rows.
 ///
@@ -31,7 +28,7 @@ pub fn report(folder: &Path, relative_to: Option<&str>) -> Result<Table, Evaluat
         let what = format!("relative to {name}: it has no rows: give one of {}", methods.join(", "));
         return Err(EvaluateError::Settings(what));
     }
-    let relative_to = relative_to.or_else(|| methods.contains(&USUAL).then_some(USUAL));
+    let relative_to = relative_to.or_else(|| usual(&methods));
     write_whole(&folder.join("tables.md"), &page(&table, relative_to))?;
     write_whole(&folder.join("rows.json"), &as_json(&table))?;
     Ok(table)

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::row::{columns, figures_of};
 use super::{EvaluateError, Row};
+use crate::io::write_path;
 
 /// Rows, and what their figures are called.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +36,8 @@ impl Table {
 pub(super) struct RowsFile {
     file: File,
     path: PathBuf,
+    /// Files that this one has taken the place of: locked as long as it is.
+    replaced: Vec<File>,
     /// All rows that are in the file.
     pub table: Table,
 }
@@ -59,7 +62,7 @@ impl RowsFile {
         if table.figures != figures {
             return Err(EvaluateError::Differs(format!("{} has other columns", path.display())));
         }
-        let mut rows = Self { file, path: path.into(), table };
+        let mut rows = Self { file, path: path.into(), replaced: Vec::new(), table };
         if n_whole == 0 {
             rows.write(&[columns(figures)])?;
         }
@@ -73,16 +76,35 @@ impl RowsFile {
         Ok(())
     }
 
+    /// Takes rows out. The table appears anew, whole, and stays ours: nobody can take it between.
+    pub fn remove(&mut self, goes: impl Fn(&Row) -> bool) -> Result<(), EvaluateError> {
+        let mut table = std::mem::take(&mut self.table);
+        table.rows.retain(|row| !goes(row));
+        let records: Vec<_> =
+            std::iter::once(columns(&table.figures)).chain(table.rows.iter().map(Row::fields)).collect();
+        let bytes = self.bytes(&records)?;
+        write_path(&self.path, &bytes, true).map_err(|error| EvaluateError::file(&self.path, error))?;
+        let Self { file, table, .. } = Self::open(&self.path, &table.figures)?;
+        self.replaced.push(std::mem::replace(&mut self.file, file));
+        self.table = table;
+        Ok(())
+    }
+
     fn write(&mut self, records: &[Vec<String>]) -> Result<(), EvaluateError> {
-        let problem = |error: std::io::Error| {
-            EvaluateError::file(&self.path, format!("cannot be written: {error}: check the folder and the disk"))
-        };
+        let bytes = self.bytes(records)?;
+        self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(|error| self.problem(error))
+    }
+
+    fn bytes(&self, records: &[Vec<String>]) -> Result<Vec<u8>, EvaluateError> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         for record in records {
-            writer.write_record(record).map_err(|error| problem(error.into()))?;
+            writer.write_record(record).map_err(|error| self.problem(error.into()))?;
         }
-        let bytes = writer.into_inner().map_err(|error| problem(error.into_error()))?;
-        self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(problem)
+        writer.into_inner().map_err(|error| self.problem(error.into_error()))
+    }
+
+    fn problem(&self, error: std::io::Error) -> EvaluateError {
+        EvaluateError::file(&self.path, format!("cannot be written: {error}: check the folder and the disk"))
     }
 }
 
@@ -147,6 +169,20 @@ mod tests {
             assert_eq!(std::fs::read(&path).unwrap(), whole);
         }
         assert_eq!(read_rows(&path).unwrap().rows, [row("a"), row("b")]);
+    }
+
+    #[test]
+    fn rows_are_taken_out_and_the_table_stays_locked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.csv");
+        let figures = ["x".to_string()];
+        let mut rows = RowsFile::open(&path, &figures).unwrap();
+        rows.push(vec![row("a"), row("b"), row("c")]).unwrap();
+        rows.remove(|row| row.mesh == "b").unwrap();
+        assert!(RowsFile::open(&path, &figures).is_err_and(|error| error.to_string().contains("in use")));
+        rows.push(vec![row("d")]).unwrap();
+        assert_eq!(rows.table.rows, [row("a"), row("c"), row("d")]);
+        assert_eq!(read_rows(&path).unwrap(), rows.table);
     }
 
     #[test]

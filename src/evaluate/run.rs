@@ -8,12 +8,14 @@ use rayon::prelude::*;
 
 use super::contest::{Case, Outcome, contest};
 use super::engine::{Engine, Worker};
-use super::folder::{open_folder, scratch_in};
+use super::folder::{look_into, open_folder, scratch_in};
 use super::meshes::{MeshFile, checksums, mesh_files, read_mesh};
+use super::rehearsal::rehearse;
 use super::row::How;
 use super::rows_file::RowsFile;
 use super::settings::{Origin, weights_name};
-use super::{EvaluateError, Method, Row, Settings, hardware};
+use super::worst::Keeper;
+use super::{EvaluateError, Method, Row, Settings, Table, Tool, hardware};
 use crate::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
 use crate::mesh::{TriMesh, shapes};
 use crate::metrics::{Figure, Judging, Original, compare};
@@ -24,6 +26,7 @@ const EIGENPAIRS: usize = 200;
 
 /// What a caller asks for.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Request {
     /// Folder with the meshes.
     pub data: PathBuf,
@@ -42,9 +45,27 @@ pub struct Request {
     pub worker: Option<Worker>,
 }
 
+impl Request {
+    /// A new evaluation of the meshes in `data`, into `folder`, with the default settings and the weights that ship, in this process.
+    pub fn new(data: impl Into<PathBuf>, folder: impl Into<PathBuf>) -> Self {
+        Self {
+            data: data.into(),
+            folder: folder.into(),
+            settings: Settings::default(),
+            weights: None,
+            paper_weights: None,
+            resume: false,
+            worker: None,
+        }
+    }
+}
+
 /// What happens during an evaluation.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Event<'a> {
+    /// A tool is tried on a small mesh; heard again and again while it is.
+    Trying(&'a Tool),
     /// A case begins: a mesh at a size with a seed.
     Case {
         /// Name of the mesh file.
@@ -78,28 +99,23 @@ pub enum Ending {
     Finished,
     /// The caller asked to stop; the rows so far are kept.
     Stopped,
+    /// The caller asked to stop while tools were tried; the folder is as it was.
+    NotBegun,
 }
 
 /// Measures every method at every size on every mesh, and adds the rows to `rows.csv` in the folder, case by case.
-/// `hear` can stop it at any time; stopped or killed, it loses the case at hand and no other.
+/// `hear` can stop it at any time; stopped or killed, it loses the case at hand and no other. Before that each tool that
+/// lacks rows is tried once on a small mesh. Of each method the meshes of its worst cases are kept ([`worst`](super::worst)).
 ///
 /// # Errors
-/// [`EvaluateError`] says what is wrong with settings, data or folder. A method that fails, and a mesh that cannot be
+/// [`EvaluateError`] says what is wrong with settings, data, folder or a tool. A method that fails, and a mesh that cannot be
 /// read, is a row with its error.
 ///
 /// ```
-/// use neural_mesh::evaluate::{Request, Settings, evaluate};
+/// use neural_mesh::evaluate::{Request, evaluate};
 /// use std::ops::ControlFlow;
 /// let folder = tempfile::tempdir().unwrap();
-/// let request = Request {
-///     data: folder.path().into(),
-///     folder: folder.path().join("run"),
-///     settings: Settings::default(),
-///     weights: None,
-///     paper_weights: None,
-///     resume: false,
-///     worker: None,
-/// };
+/// let request = Request::new(folder.path(), folder.path().join("run"));
 /// let error = evaluate(&request, &mut |_| ControlFlow::Continue(())).unwrap_err();
 /// assert!(error.to_string().contains("holds no mesh"));
 /// ```
@@ -116,15 +132,54 @@ pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()
         meshes: checksums(&files),
     };
     let figures: Vec<String> = figures().iter().map(|figure| figure.name.to_string()).collect();
-    let rows = open_folder(&request.folder, &origin, request.resume, &figures)?;
+    let found = look_into(&request.folder, &origin, request.resume)?;
+    if try_tools(request, &with_work(request, &methods, &files, &found.table), hear)?.is_break() {
+        return Ok(Ending::NotBegun);
+    }
+    let rows = open_folder(&request.folder, &origin, &found, &figures)?;
+    let keeper = Keeper::new(&request.folder, &rows.table);
     let scratch = scratch_in(&request.folder)?;
-    let mut run = Run { request, methods, origin, rows, n_figures: figures.len(), scratch: scratch.path() };
+    let mut run = Run { request, methods, origin, rows, keeper, n_figures: figures.len(), scratch: scratch.path() };
     for (index, file) in files.iter().enumerate() {
         if run.mesh(file, index, files.len(), hear)?.is_break() {
             return Ok(Ending::Stopped);
         }
     }
+    // Who was killed after the last row has left what is removed here.
+    run.keeper.tidy();
     Ok(Ending::Finished)
+}
+
+/// The tools that lack rows.
+fn with_work<'a>(request: &Request, methods: &'a [Method], files: &[MeshFile], table: &Table) -> Vec<&'a Tool> {
+    let Settings { ratios, seeds, .. } = &request.settings;
+    let n_cases = files.len() * ratios.len() * seeds.len();
+    let n_rows = |tool: &Tool| table.rows.iter().filter(|row| row.method == tool.name).count();
+    let tools = methods.iter().filter_map(|method| if let Method::Tool(tool) = method { Some(tool) } else { None });
+    tools.filter(|tool| n_rows(tool) < n_cases).collect()
+}
+
+/// Tries tools in a folder of the system, as nothing may be in the folder of the evaluation yet.
+fn try_tools(
+    request: &Request,
+    tools: &[&Tool],
+    hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<ControlFlow<()>, EvaluateError> {
+    let problem = |error| EvaluateError::Tool(format!("a place to try tools cannot be had: {error}: check TMPDIR"));
+    let place = tempfile::tempdir().map_err(problem)?;
+    rehearse(&engine(request, place.path()), tools, &mut |tool| hear(Event::Trying(tool)))
+}
+
+/// How methods are run, in a folder of their own.
+fn engine<'a>(request: &'a Request, scratch: &'a Path) -> Engine<'a> {
+    let Request { worker, settings, weights, paper_weights, .. } = request;
+    Engine {
+        worker: worker.as_ref(),
+        time_limit: Duration::try_from_secs_f64(settings.time_limit).unwrap_or(Duration::MAX),
+        threads: settings.threads,
+        weights: [weights.as_deref(), paper_weights.as_deref()],
+        scratch,
+    }
 }
 
 /// The figures that every row has, without values.
@@ -153,8 +208,15 @@ struct Run<'a> {
     methods: Vec<Method>,
     origin: Origin,
     rows: RowsFile,
+    keeper: Keeper,
     n_figures: usize,
     scratch: &'a Path,
+}
+
+/// A row, and the mesh that it is of.
+struct Judged {
+    row: Row,
+    result: Option<TriMesh>,
 }
 
 /// What all methods are asked for at once: a mesh by name, the share of its vertices to keep, a seed.
@@ -162,6 +224,13 @@ struct Trial<'a> {
     mesh: &'a str,
     ratio: f64,
     seed: u64,
+}
+
+impl Trial<'_> {
+    /// The row of a method, where it is there.
+    fn row<'a>(&self, table: &'a Table, method: &Method) -> Option<&'a Row> {
+        table.rows.iter().find(|row| row.is_of(self.mesh, self.ratio, self.seed, method.name()))
+    }
 }
 
 impl Run<'_> {
@@ -190,10 +259,16 @@ impl Run<'_> {
                 continue;
             }
             let subject = ready.get_or_insert_with(|| self.made_ready(file));
-            let Some(rows) = self.case(trial, subject, &missing, hear) else {
+            let Some(judged) = self.case(trial, subject, &missing, hear) else {
                 return Ok(ControlFlow::Break(()));
             };
+            // Before the rows: who is killed between the two does the case again.
+            if let Ok(Subject { mesh, .. }) = subject {
+                self.keep(trial, mesh, &judged)?;
+            }
+            let rows: Vec<Row> = judged.into_iter().map(|judged| judged.row).collect();
             self.rows.push(rows.clone())?;
+            self.keeper.tidy();
             if rows.iter().any(|row| hear(Event::Row(row)).is_break()) {
                 return Ok(ControlFlow::Break(()));
             }
@@ -203,17 +278,13 @@ impl Run<'_> {
 
     /// The methods whose rows are not there yet.
     fn missing(&self, trial: &Trial) -> Vec<Method> {
-        let is_there = |method: &&Method| self.row(trial, method).is_none();
+        let is_there = |method: &&Method| trial.row(&self.rows.table, method).is_none();
         self.methods.iter().filter(is_there).cloned().collect()
-    }
-
-    fn row(&self, &Trial { mesh, ratio, seed }: &Trial, method: &Method) -> Option<&Row> {
-        self.rows.table.rows.iter().find(|row| row.is_of(mesh, ratio, seed, method.name()))
     }
 
     fn made_ready(&self, file: &MeshFile) -> Result<Subject, String> {
         let mesh = read_mesh(&file.path)?;
-        self.engine().prepare(&mesh, &self.methods)?;
+        engine(self.request, self.scratch).prepare(&mesh, &self.methods)?;
         Ok(Subject { original: Original::new(&mesh, &self.judging()), mesh })
     }
 
@@ -223,15 +294,13 @@ impl Run<'_> {
         Judging { samples, eigenpairs, geodesics: spectrum, ..Judging::default() }
     }
 
-    fn engine(&self) -> Engine<'_> {
-        let Request { worker, settings, weights, paper_weights, .. } = self.request;
-        Engine {
-            worker: worker.as_ref(),
-            time_limit: Duration::try_from_secs_f64(settings.time_limit).unwrap_or(Duration::MAX),
-            threads: settings.threads,
-            weights: [weights.as_deref(), paper_weights.as_deref()],
-            scratch: self.scratch,
-        }
+    /// Keeps the meshes of a case where they are among the worst of a method.
+    fn keep(&mut self, trial: &Trial, original: &TriMesh, judged: &[Judged]) -> Result<(), EvaluateError> {
+        let known = self.methods.iter().filter_map(|method| trial.row(&self.rows.table, method));
+        let rows: Vec<&Row> = known.chain(judged.iter().map(|judged| &judged.row)).collect();
+        let results = judged.iter().filter_map(|Judged { row, result }| Some((row.method.as_str(), result.as_ref()?)));
+        let results: Vec<(&str, &TriMesh)> = results.collect();
+        self.keeper.keep(&self.rows.table, &rows, original, &results)
     }
 
     /// The rows of a case; `None` where `hear` asked to stop.
@@ -241,7 +310,7 @@ impl Run<'_> {
         subject: &Result<Subject, String>,
         methods: &[Method],
         hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
-    ) -> Option<Vec<Row>> {
+    ) -> Option<Vec<Judged>> {
         let &Trial { mesh, ratio, seed } = trial;
         let blank = |method: &Method| Row {
             mesh: mesh.into(),
@@ -256,25 +325,26 @@ impl Run<'_> {
             Ok(subject) => subject,
             Err(why) => {
                 let row = |method| Row { error: format!("the mesh: {why}"), ..blank(method) };
+                let row = |method| Judged { row: row(method), result: None };
                 return Some(methods.iter().map(row).collect());
             }
         };
         let leader = self.methods.iter().find(|method| method.is_ours());
-        let known = leader.and_then(|leader| self.row(trial, leader)).filter(|row| row.error.is_empty());
+        let known = leader.and_then(|leader| trial.row(&self.rows.table, leader)).filter(|row| row.error.is_empty());
         let n_faces = known.map(|row| row.faces_out);
         let case = Case { mesh: &subject.mesh, ratio, seed, leader, n_faces };
         let repeats = self.request.settings.repeats;
         let mut wait = |method: &Method, round| hear(Event::Running { method, round });
-        let outcomes = contest(&self.engine(), &case, methods, repeats, &mut wait)?;
+        let outcomes = contest(&engine(self.request, self.scratch), &case, methods, repeats, &mut wait)?;
         if hear(Event::Judging).is_break() {
             return None;
         }
         let judged = methods.par_iter().zip(outcomes);
-        Some(judged.map(|(method, outcome)| self.judged_row(blank(method), subject, outcome)).collect())
+        Some(judged.map(|(method, outcome)| self.judged(blank(method), subject, outcome)).collect())
     }
 
-    /// The row with what came of its method.
-    fn judged_row(&self, blank: Row, subject: &Subject, outcome: Outcome) -> Row {
+    /// What came of a method, with its row.
+    fn judged(&self, blank: Row, subject: &Subject, outcome: Outcome) -> Judged {
         let Outcome { size, seconds, timed, result } = outcome;
         let Subject { mesh, original } = subject;
         let row = Row {
@@ -285,22 +355,20 @@ impl Run<'_> {
             ..blank
         };
         match result {
-            Err(error) => Row { error, ..row },
-            Ok(result) => Row {
-                vertices_out: result.positions().len(),
-                faces_out: result.faces().len(),
-                seconds: median(seconds.clone()),
-                how: How {
-                    runs: seconds.len(),
-                    timed: timed.map_or(row.how.timed, |timed| timed.name().into()),
-                    ..row.how
-                },
-                figures: compared(original, &result, size.vertices, self.looks(mesh, &result).as_ref())
-                    .into_iter()
-                    .map(|figure| figure.value)
-                    .collect(),
-                ..row
-            },
+            Err(error) => Judged { row: Row { error, ..row }, result: None },
+            Ok(result) => {
+                let figures = compared(original, &result, size.vertices, self.looks(mesh, &result).as_ref());
+                let timed = timed.map_or(row.how.timed, |timed| timed.name().into());
+                let row = Row {
+                    vertices_out: result.positions().len(),
+                    faces_out: result.faces().len(),
+                    seconds: median(seconds.clone()),
+                    how: How { runs: seconds.len(), timed, ..row.how },
+                    figures: figures.into_iter().map(|figure| figure.value).collect(),
+                    ..row
+                };
+                Judged { row, result: Some(result) }
+            }
         }
     }
 

@@ -13,6 +13,7 @@ use crate::model::Weights;
 
 /// What is measured and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Settings {
     /// Names of methods, `all` for every one.
     pub methods: Vec<String>,
@@ -65,9 +66,11 @@ impl Settings {
     ///
     /// ```
     /// use neural_mesh::evaluate::Settings;
-    /// let settings = Settings { methods: vec!["qem".into()], ..Settings::default() };
+    /// let mut settings = Settings::default();
+    /// settings.methods = vec!["qem".into()];
     /// assert_eq!(settings.checked().unwrap().len(), 1);
-    /// assert!(Settings { ratios: vec![2.0], ..settings }.checked().is_err());
+    /// settings.ratios = vec![2.0];
+    /// assert!(settings.checked().is_err());
     /// ```
     pub fn checked(&self) -> Result<Vec<Method>, EvaluateError> {
         let refusal = |what: String| Err(EvaluateError::Settings(what));
@@ -111,6 +114,20 @@ impl Origin {
             }
         }
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
+    }
+
+    /// As it was, but with the commands of the tools as they are now, where their names and order are the same; beside it the
+    /// tools as they were whose command is another.
+    pub fn with_commands_of(&self, now: &Self) -> (Self, Vec<Tool>) {
+        let names = |origin: &Self| origin.settings.tools.iter().map(|tool| tool.name.clone()).collect::<Vec<_>>();
+        let mut corrected = self.clone();
+        let mut changed = Vec::new();
+        if names(self) == names(now) {
+            changed = self.settings.tools.clone();
+            changed.retain(|tool| !now.settings.tools.contains(tool));
+            corrected.settings.tools = now.settings.tools.clone();
+        }
+        (corrected, changed)
     }
 
     fn changed_file(&self, now: &Self) -> Option<String> {

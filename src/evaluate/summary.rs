@@ -1,6 +1,48 @@
 //! Many rows as few numbers: means and medians over meshes and seeds, and quotients to one of the methods.
 
+use std::collections::HashMap;
+
+use serde::Serialize;
+
 use super::{Row, Table};
+
+const USUAL: &str = "qem";
+
+/// What was measured, and where.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Facts {
+    /// Meshes that could be read.
+    pub meshes: usize,
+    /// Seeds of the sampling.
+    pub seeds: Vec<u64>,
+    /// Samples on each surface.
+    pub samples: Vec<usize>,
+    /// Timed runs of each method per case.
+    pub runs: usize,
+    /// Versions of this program.
+    pub versions: Vec<String>,
+    /// Processors, their cores, and threads for a method.
+    pub machines: Vec<String>,
+    /// Methods of which the whole process was timed.
+    pub processes: Vec<String>,
+}
+
+/// What the rows say of how they were measured.
+pub(super) fn facts(table: &Table) -> Facts {
+    let rows = &table.rows;
+    let machine =
+        |row: &Row| format!("{}, {} cores, {} threads for a method", row.how.cpu, row.how.cores, row.how.threads);
+    let processes = rows.iter().filter(|row| row.how.timed == "process").map(|row| row.method.clone());
+    Facts {
+        meshes: distinct(rows.iter().filter(|row| row.vertices_in > 0).map(|row| row.mesh.as_str())).len(),
+        seeds: distinct(rows.iter().map(|row| row.seed)),
+        samples: distinct(rows.iter().map(|row| row.how.samples)),
+        runs: rows.iter().map(|row| row.how.runs).max().unwrap_or_default(),
+        versions: distinct(rows.iter().map(|row| row.how.version.clone())),
+        machines: distinct(rows.iter().map(machine)),
+        processes: distinct(processes),
+    }
+}
 
 /// What a column of the tables is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +55,8 @@ pub(super) enum Value {
     Vertices,
     /// Faces of the result.
     Faces,
+    /// Faces of the result, in percent of the input's.
+    ShareOfFaces,
 }
 
 impl Value {
@@ -24,6 +68,7 @@ impl Value {
             Self::Seconds => row.seconds,
             Self::Vertices => has_result.then_some(row.vertices_out as f64),
             Self::Faces => has_result.then_some(row.faces_out as f64),
+            Self::ShareOfFaces => has_result.then_some(100.0 * row.faces_out as f64 / row.faces_in.max(1) as f64),
         }
     }
 }
@@ -38,22 +83,30 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Values of a method divided by another's in the same case, meshes and seeds; cases where one has no value, or the other's
-/// is 0, have none.
-pub(super) fn quotients(rows: &[&Row], others: &[&Row], value: Value) -> Vec<f64> {
-    let quotient = |row: &&Row| Some(value.of(row)? / value.of(partner(row, others)?)?);
-    rows.iter().filter_map(quotient).filter(|quotient| quotient.is_finite()).collect()
+/// Rows of a method and another's in the same case, mesh and seed.
+pub(super) fn pairs<'a>(rows: &[&'a Row], others: &[&'a Row]) -> Vec<(&'a Row, &'a Row)> {
+    let case = |row: &'a Row| (row.mesh.as_str(), row.seed);
+    let mut of_case: HashMap<(&str, u64), &Row> = HashMap::new();
+    for &other in others {
+        of_case.entry(case(other)).or_insert(other);
+    }
+    rows.iter().filter_map(|&row| Some((row, *of_case.get(&case(row))?))).collect()
+}
+
+/// Values of a method divided by the other's; pairs where one has no value, or the other's is 0, have none.
+pub(super) fn quotients(pairs: &[(&Row, &Row)], value: Value) -> Vec<f64> {
+    let quotient = |(row, other): &(&Row, &Row)| Some(value.of(row)? / value.of(other)?);
+    pairs.iter().filter_map(quotient).filter(|quotient| quotient.is_finite()).collect()
+}
+
+/// Cases with a result.
+pub(super) fn n_results(rows: &[&Row]) -> usize {
+    rows.iter().filter(|row| row.error.is_empty()).count()
 }
 
 /// Cases in which both have a result.
-pub(super) fn n_both(rows: &[&Row], others: &[&Row]) -> usize {
-    let has_result = |row: &Row| row.error.is_empty();
-    rows.iter().filter(|row| has_result(row) && partner(row, others).is_some_and(has_result)).count()
-}
-
-/// The row of the same mesh and seed.
-fn partner<'a>(row: &Row, others: &[&'a Row]) -> Option<&'a Row> {
-    others.iter().copied().find(|other| other.mesh == row.mesh && other.seed == row.seed)
+pub(super) fn n_both(pairs: &[(&Row, &Row)]) -> usize {
+    pairs.iter().filter(|(row, other)| row.error.is_empty() && other.error.is_empty()).count()
 }
 
 /// Sizes asked for, from the smallest.
@@ -67,6 +120,11 @@ pub(super) fn ratios(table: &Table) -> Vec<f64> {
 /// Names of the methods, in the order of their first rows.
 pub(super) fn methods(table: &Table) -> Vec<&str> {
     distinct(table.rows.iter().map(|row| row.method.as_str()))
+}
+
+/// The method that others are divided by where the caller names none; `None` where it takes no part.
+pub(super) fn usual(methods: &[&str]) -> Option<&'static str> {
+    methods.contains(&USUAL).then_some(USUAL)
 }
 
 /// Each once, in the order they come.
@@ -98,8 +156,8 @@ mod tests {
         let ours = [row("a", "x", Some(1.0)), row("b", "x", Some(9.0)), row("c", "x", Some(5.0))];
         let others = [row("b", "y", Some(3.0)), row("a", "y", Some(2.0)), row("c", "y", Some(0.0))];
         let [ours, others] = [&ours, &others].map(|rows| rows.iter().collect::<Vec<_>>());
-        assert_eq!(quotients(&ours, &others, Value::Figure(0, 1.0)), [0.5, 3.0]);
-        assert!(quotients(&ours, &[], Value::Figure(0, 1.0)).is_empty());
+        assert_eq!(quotients(&pairs(&ours, &others), Value::Figure(0, 1.0)), [0.5, 3.0]);
+        assert!(quotients(&pairs(&ours, &[]), Value::Figure(0, 1.0)).is_empty());
     }
 
     #[test]

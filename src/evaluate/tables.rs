@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
+use super::overview::{self, Failures};
 use super::run::{figures, median};
-use super::summary::{self, Value, distinct, mean, methods, ratios, rows_of, values};
+use super::summary::{self, Facts, Value, facts, mean, methods, n_results, ratios, rows_of, values};
 use super::{Row, Table};
 use crate::metrics::Figure;
 
@@ -61,21 +62,14 @@ fn shown(table: &Table, columns: &[Column], with_time: bool) -> Vec<Shown> {
 }
 
 fn head(table: &Table) -> String {
-    let rows = &table.rows;
-    let meshes = distinct(rows.iter().filter(|row| row.vertices_in > 0).map(|row| row.mesh.as_str()));
-    let seeds = distinct(rows.iter().map(|row| row.seed.to_string())).join(", ");
-    let machine =
-        |row: &Row| format!("{}, {} cores, {} threads for a method", row.how.cpu, row.how.cores, row.how.threads);
-    let machines = distinct(rows.iter().map(machine)).join("; ");
-    let versions = distinct(rows.iter().map(|row| row.how.version.as_str())).join(", ");
-    let samples = distinct(rows.iter().map(|row| row.how.samples.to_string())).join(", ");
-    let runs = rows.iter().map(|row| row.how.runs).max().unwrap_or_default();
+    let Facts { meshes, seeds, samples, runs, versions, machines, processes } = facts(table);
+    let [seeds, samples] = [listed(&seeds), listed(&samples)];
+    let [versions, machines, processes] = [versions.join(", "), machines.join("; "), processes.join(", ")];
     let mut head = format!(
-        "# Evaluation\n\n{} meshes, seeds {seeds}, {samples} samples on each surface. neural-mesh {versions}. Times: \
+        "# Evaluation\n\n{meshes} meshes, seeds {seeds}, {samples} samples on each surface. neural-mesh {versions}. Times: \
          median of {runs} runs on {machines}.\n\nCells are *mean / median* over meshes and seeds; the best mean is \
          bold, lower is better. Each is over the results that have a value: a number in brackets says of how many, where \
-         they are fewer than the results. Distances count in percent of the bounding box's diagonal.\n\n",
-        meshes.len()
+         they are fewer than the results. Distances count in percent of the bounding box's diagonal.\n\n"
     );
     let explained = figures();
     for (title, name, scale) in PAPER.iter().chain(&MORE).filter(|column| has_values(table, column.1)) {
@@ -83,12 +77,15 @@ fn head(table: &Table) -> String {
             let _ = writeln!(head, "- *{title}* (`{name}`): {}", about(figure, *scale));
         }
     }
-    let tools = distinct(rows.iter().filter(|row| row.how.timed == "process").map(|row| row.method.as_str()));
     let _ = writeln!(head, "- *time* (`seconds`): of the method alone, with the mesh in memory");
-    if !tools.is_empty() {
-        let _ = writeln!(head, "  ({}: the whole process, with reading and writing)", tools.join(", "));
+    if !processes.is_empty() {
+        let _ = writeln!(head, "  ({processes}: the whole process, with reading and writing)");
     }
     head
+}
+
+fn listed(items: &[impl ToString]) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether any row has a value of this figure.
@@ -139,9 +136,10 @@ fn quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Shown], ot
     let others = rows_of(table, ratio, other);
     for method in methods(table) {
         let rows = rows_of(table, ratio, method);
-        let n_both = summary::n_both(&rows, &others);
+        let pairs = summary::pairs(&rows, &others);
+        let n_both = summary::n_both(&pairs);
         let cells = columns.iter().map(|column| {
-            let quotients = summary::quotients(&rows, &others, column.value);
+            let quotients = summary::quotients(&pairs, column.value);
             let fewer = of_fewer(quotients.len(), n_both);
             format!("{}{fewer}", shown_number(median(quotients)))
         });
@@ -179,10 +177,6 @@ fn of_fewer(n_values: usize, n_results: usize) -> String {
     if (1..n_results).contains(&n_values) { format!(" ({n_values})") } else { String::new() }
 }
 
-fn n_results(rows: &[&Row]) -> usize {
-    rows.iter().filter(|row| row.error.is_empty()).count()
-}
-
 /// Three significant digits.
 fn shown_number(value: Option<f64>) -> String {
     let Some(value) = value else { return "-".into() };
@@ -199,17 +193,14 @@ fn shown_number(value: Option<f64>) -> String {
 
 /// What has no result, each reason once.
 fn failures(page: &mut String, table: &Table) {
-    let failed: Vec<&Row> = table.rows.iter().filter(|row| !row.error.is_empty()).collect();
-    if failed.is_empty() {
+    let failures = overview::failures(table);
+    if failures.is_empty() {
         return;
     }
     let _ = writeln!(page, "\n## Without a result\n\n| method | cases | the first | why |\n|---|---|---|---|");
-    let who = |row: &Row| if row.vertices_in == 0 { "all" } else { &row.method }.to_string();
-    for (method, why) in distinct(failed.iter().map(|row| (who(row), row.error.as_str()))) {
-        let rows: Vec<&&Row> = failed.iter().filter(|row| who(row) == method && row.error == why).collect();
-        let first = rows.first().map(|row| format!("{}, ratio {}, seed {}", row.mesh, row.ratio, row.seed));
-        let first = first.unwrap_or_default().replace('|', "\\|");
-        let _ = writeln!(page, "| {method} | {} | {first} | {} |", rows.len(), why.replace('|', "\\|"));
+    for Failures { method, cases, first, why } in failures {
+        let [first, why] = [first, why].map(|text| text.replace('|', "\\|"));
+        let _ = writeln!(page, "| {method} | {cases} | {first} | {why} |");
     }
 }
 

@@ -1,4 +1,6 @@
 //! Points, triangles, segments and quadrics as coordinates; knows no indices and no meshes.
+//!
+//! Machinery: what the modules that users call stand on; see the front page of the crate.
 
 pub mod crossing;
 mod eigenvalues;

@@ -20,6 +20,7 @@ pub enum Place {
 
 /// Why bytes are no mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ReadError {
     /// The format they were read as, if one was found.
     pub format: Option<Format>,
@@ -33,6 +34,7 @@ pub struct ReadError {
 
 /// Why a mesh could not be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WriteError {
     /// What is wrong and what to do about it, in lower case.
     pub what: String,
@@ -50,8 +52,8 @@ impl ReadError {
         self.format.is_none() && self.what == UNKNOWN
     }
 
-    /// An error about the file as a whole.
-    pub(super) fn file(what: impl Into<String>, remedy: &str) -> Self {
+    /// An error about the file as a whole: what is wrong, in lower case, and what to do about it.
+    pub fn file(what: impl Into<String>, remedy: &str) -> Self {
         Self { format: None, place: Place::File, what: what.into(), remedy: remedy.into() }
     }
 

@@ -10,6 +10,7 @@ use crate::mesh::{Look, RawMesh};
 
 /// A mesh as read, with all that its file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ReadMesh {
     /// Positions, faces and attributes.
     pub mesh: RawMesh,
@@ -23,6 +24,7 @@ pub struct ReadMesh {
 
 /// What a file says beside a mesh and its attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Extra {
     /// What the group numbers of the faces stand for, by number; empty where the file has no groups.
     pub groups: Vec<Group>,
@@ -40,12 +42,15 @@ pub struct Extra {
     pub folder: Option<PathBuf>,
     /// Whether the file's names are in Latin-1 instead of UTF-8.
     pub latin1: bool,
+    /// What a length of 1 means, as 3MF calls it, where the file says so: `millimeter`, `inch`.
+    pub unit: Option<String>,
     /// Whether a skin or morph targets, left behind in its scene, give the mesh more shapes than one.
     pub is_bent: bool,
 }
 
 /// What a group number stands for.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Group {
     /// Name of the object (`o`).
     pub object: Option<String>,

@@ -3,9 +3,12 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use crate::mesh::Role;
+
 /// A mesh file format. For reading, `PlyAscii` is `Ply`, `StlAscii` is `Stl` and `Glb` is `Gltf`: the content
 /// says which it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ.
     Obj,
@@ -23,11 +26,15 @@ pub enum Format {
     Gltf,
     /// glTF 2.0; written as GLB.
     Glb,
+    /// 3MF, the 3D Manufacturing Format.
+    ThreeMf,
+    /// FBX, in binary or as text; it is read and not written.
+    Fbx,
 }
 
 impl Format {
     /// The names that [`from_name`](Self::from_name) knows.
-    pub const NAMES: [&str; 8] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb"];
+    pub const NAMES: [&str; 10] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb", "3mf", "fbx"];
 
     /// Whether it holds coordinates in single precision, around no origin of their own.
     ///
@@ -49,6 +56,16 @@ impl Format {
         matches!(self, Self::Stl | Self::StlAscii | Self::Off)
     }
 
+    /// Whether it holds what corners carry of this kind.
+    ///
+    /// ```
+    /// use neural_mesh::{io::Format, mesh::Role};
+    /// assert!(Format::Ply.holds(Role::Uv) && !Format::ThreeMf.holds(Role::Uv) && Format::ThreeMf.holds(Role::Colour));
+    /// ```
+    pub fn holds(self, role: Role) -> bool {
+        !self.is_bare() && (self != Self::ThreeMf || role == Role::Colour)
+    }
+
     /// The format called `name`, in any case; `None` for an unknown name.
     ///
     /// ```
@@ -66,6 +83,8 @@ impl Format {
             "off" => Some(Self::Off),
             "gltf" => Some(Self::Gltf),
             "glb" => Some(Self::Glb),
+            "3mf" => Some(Self::ThreeMf),
+            "fbx" => Some(Self::Fbx),
             _ => None,
         }
     }
@@ -108,6 +127,8 @@ impl Format {
         let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         match word {
             _ if bytes.starts_with(b"glTF") => Some(Self::Glb),
+            _ if is_package(bytes) => Some(Self::ThreeMf),
+            _ if bytes.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX ") => Some(Self::Fbx),
             b"ply" => Some(Self::Ply),
             _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
             _ if text.starts_with(b"{") => Some(Self::Gltf),
@@ -126,6 +147,8 @@ impl Format {
             Self::Off => "off",
             Self::Gltf => "gltf",
             Self::Glb => "glb",
+            Self::ThreeMf => "3mf",
+            Self::Fbx => "fbx",
         }
     }
 }
@@ -136,13 +159,19 @@ pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
     count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count))
 }
 
-/// OFF or OBJ, where a line opens with one of their words; comments say nothing.
+/// Whether it is a zip archive that holds a 3D model; the names in it stand at its end, too, uncompressed.
+fn is_package(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04") && memchr::memmem::rfind(bytes, b".model").is_some()
+}
+
+/// OFF, OBJ or FBX, where a line opens with one of their words; comments say nothing.
 fn from_line(line: &[u8]) -> Option<Format> {
     let line = line.trim_ascii_start();
     let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
     let off = [&b"OFF"[..], b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF"];
     match word {
         b"v" | b"f" | b"vn" | b"vt" | b"o" | b"g" | b"s" | b"l" | b"p" | b"mtllib" | b"usemtl" => Some(Format::Obj),
+        b"FBXHeaderExtension:" => Some(Format::Fbx),
         _ if off
             .iter()
             .any(|header| word.strip_prefix(*header).is_some_and(|rest| rest.iter().all(u8::is_ascii_digit))) =>
@@ -159,7 +188,7 @@ mod tests {
 
     #[test]
     fn content_shows_the_format() {
-        let cases: [(&[u8], Option<Format>); 14] = [
+        let cases: [(&[u8], Option<Format>); 18] = [
             (b"ply\nformat ascii 1.0\n", Some(Format::Ply)),
             (b"\xef\xbb\xbfply\r\n", Some(Format::Ply)),
             (b"solid name\nfacet", Some(Format::Stl)),
@@ -171,6 +200,10 @@ mod tests {
             (b"  {\"asset\": {}}", Some(Format::Gltf)),
             (b"# words\r\rmtllib a.mtl\rv 0 0 0", Some(Format::Obj)),
             (b"f 1 2 3", Some(Format::Obj)),
+            (b"PK\x03\x04 3D/a.model", Some(Format::ThreeMf)),
+            (b"PK\x03\x04 a.txt", None),
+            (b"Kaydara FBX Binary  \0\x1a\0", Some(Format::Fbx)),
+            (b"; a comment\nFBXHeaderExtension:  {\n", Some(Format::Fbx)),
             (b"", None),
             (b"\xff\xd8\xff\xe0 JFIF", None),
             (&[0; 84], Some(Format::Stl)),

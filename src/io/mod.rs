@@ -6,6 +6,13 @@
 mod beside;
 mod error;
 mod extra;
+#[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
+mod far_out;
+#[cfg(feature = "fbx")]
+mod fbx;
+#[cfg(not(feature = "fbx"))]
+#[path = "no_fbx.rs"]
+mod fbx;
 mod format;
 #[cfg(feature = "gltf")]
 mod gltf;
@@ -24,8 +31,13 @@ mod model;
 mod number;
 mod obj;
 mod off;
+#[cfg(any(feature = "3mf", feature = "draco", feature = "evaluate", feature = "fbx", feature = "train"))]
+mod one_line;
 mod output_file;
 mod own_materials;
+#[cfg(any(feature = "3mf", feature = "fbx"))]
+mod own_names;
+mod packing;
 mod ply;
 mod points;
 mod read_path;
@@ -34,6 +46,13 @@ mod scalar;
 mod stl;
 mod text;
 mod texture_comments;
+#[cfg(feature = "3mf")]
+mod threemf;
+#[cfg(not(feature = "3mf"))]
+#[path = "no_threemf.rs"]
+mod threemf;
+#[cfg(any(feature = "3mf", feature = "fbx"))]
+mod units;
 mod uri;
 mod write;
 mod write_path;
@@ -43,10 +62,13 @@ pub use error::{Place, ReadError, WriteError};
 pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
 #[cfg(feature = "gltf")]
-pub use gltf::{Asset, LighterPart, Part, write_gltf};
+pub use gltf::{Asset, LighterPart, Part, SceneOptions, write_gltf};
 pub use looks::looks;
-pub use model::{Model, WriteOptions, Written, geometry_only, write_attributed};
+pub use model::{Model, WriteOptions, Written, geometry_only, packing, write_attributed};
+#[cfg(any(feature = "evaluate", feature = "train"))]
+pub(crate) use one_line::one_line;
 pub use output_file::{OutputFile, write_files};
+pub use packing::{PackOptions, Packing};
 pub use points::read_points;
 pub use read_path::{read_attributed_path, read_path};
 pub use room::{read_file, read_stream};
@@ -108,6 +130,8 @@ fn read_attributed_with(
         Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
         Format::Off => off::read_with_notes(bytes).map(bare),
         Format::Gltf | Format::Glb => gltf::read_attributed(bytes, fetch),
+        Format::ThreeMf => threemf::read_attributed(bytes),
+        Format::Fbx => fbx::read_attributed(bytes),
     };
     let read = read.map_err(|error| ReadError { format: Some(format), ..error })?;
     Ok(ReadMesh { format: Some(format), ..read })
@@ -142,6 +166,8 @@ fn read_with(
         Format::Stl | Format::StlAscii => stl::read(bytes),
         Format::Off => off::read(bytes),
         Format::Gltf | Format::Glb => gltf::read(bytes, fetch),
+        Format::ThreeMf => threemf::read(bytes),
+        Format::Fbx => fbx::read(bytes),
     };
     mesh.map_err(|error| ReadError { format: Some(format), ..error })
 }
@@ -153,8 +179,42 @@ fn unknown(bytes: &[u8]) -> ReadError {
     }
     ReadError::file(
         UNKNOWN,
-        &format!("give OBJ, PLY, STL, OFF, glTF or GLB, or name the format, one of {}", Format::NAMES.join(", ")),
+        &format!(
+            "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX, or name the format, one of {}",
+            Format::NAMES.join(", ")
+        ),
     )
+}
+
+/// Whether this build reads files of a format.
+///
+/// ```
+/// use neural_mesh::io::{Format, is_read};
+/// assert!(is_read(Format::Ply));
+/// ```
+pub fn is_read(format: Format) -> bool {
+    match format {
+        Format::Fbx => fbx::IS_READ,
+        _ => unwritten(format).is_none(),
+    }
+}
+
+/// Why no FBX is written.
+const FBX_IS_READ: &str = "fbx is read, not written: choose glb, which holds as much";
+
+/// Why this build writes no files of a format, and what to do; none where it does.
+///
+/// ```
+/// use neural_mesh::io::{Format, unwritten};
+/// assert_eq!(unwritten(Format::Ply), None);
+/// ```
+pub fn unwritten(format: Format) -> Option<&'static str> {
+    match format {
+        Format::Gltf | Format::Glb => gltf::MISSING,
+        Format::ThreeMf => threemf::MISSING,
+        Format::Fbx => Some(FBX_IS_READ),
+        _ => None,
+    }
 }
 
 /// Writes a mesh as the bytes of a file, in the coordinates of `frame`.
@@ -202,6 +262,8 @@ fn write_fitted(content: &Content, format: Format) -> Result<Vec<u8>, WriteError
         Format::StlAscii => stl::write_text(content),
         Format::Off => Ok(off::write(content)),
         Format::Gltf | Format::Glb => gltf::write(content, format),
+        Format::ThreeMf => threemf::write(content),
+        Format::Fbx => Err(WriteError { what: FBX_IS_READ.into() }),
     }
 }
 
@@ -210,7 +272,7 @@ fn write_fitted(content: &Content, format: Format) -> Result<Vec<u8>, WriteError
 /// # Errors
 /// [`WriteError`] where the numbers of the format do not hold it.
 fn fitted(content: Content, format: Format) -> Result<Content, WriteError> {
-    let is_for_doubles = matches!(format, Format::Obj | Format::Off);
+    let is_for_doubles = matches!(format, Format::Obj | Format::Off | Format::ThreeMf);
     let content = if is_for_doubles { content.in_decimals() } else { content };
     held::check(&content, format)?;
     Ok(content)

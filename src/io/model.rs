@@ -9,7 +9,9 @@ use super::material::Libraries;
 use super::own_materials::OwnMaterials;
 use super::texture_comments::{texture_number, texture_of, textures};
 use super::write::Content;
-use super::{Format, OutputFile, Scalar, WriteError, fitted, gltf, held, obj, ply, write_fitted};
+use super::{
+    Format, OutputFile, PackOptions, Packing, Scalar, WriteError, fitted, gltf, held, obj, ply, threemf, write_fitted,
+};
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
 /// What becomes of libraries of materials in a glTF.
@@ -17,6 +19,7 @@ const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal an
 
 /// A mesh and all that is to be written of it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Model<'a> {
     /// Its vertices and faces.
     pub mesh: &'a TriMesh,
@@ -32,7 +35,8 @@ pub struct Model<'a> {
 }
 
 /// How a model is written.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WriteOptions {
     /// The format.
     pub format: Format,
@@ -40,10 +44,27 @@ pub struct WriteOptions {
     pub name: String,
     /// Whether files that the asset names may be read from outside its folder; they are copied beside the output.
     pub allow_outside: bool,
+    /// How the numbers of a glTF are packed, as [`packing`] says for the model.
+    pub packing: Option<Packing>,
+}
+
+impl<'a> Model<'a> {
+    /// A mesh as it lies in its frame, rounded as the frame says.
+    pub fn new(mesh: &'a TriMesh, frame: Frame, attributes: &'a Attributes, extra: &'a Extra) -> Self {
+        Self { mesh, frame, exact: None, attributes, extra }
+    }
+}
+
+impl WriteOptions {
+    /// A format, and the file's name without its extension; what the asset names is read from its own folder alone.
+    pub fn new(format: Format, name: impl Into<String>) -> Self {
+        Self { format, name: name.into(), allow_outside: false, packing: None }
+    }
 }
 
 /// A model as files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Written {
     /// The mesh file.
     pub bytes: Vec<u8>,
@@ -69,9 +90,8 @@ pub struct Written {
 /// let read = read_attributed(text, None).unwrap();
 /// let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
 /// let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
-/// let model = Model { mesh, frame: cleaned.frame, exact: None, attributes, extra: &read.extra };
-/// let options = WriteOptions { format: Format::Obj, name: "mesh".into(), allow_outside: false };
-/// let written = write_attributed(&model, &options).unwrap();
+/// let model = Model::new(mesh, cleaned.frame, attributes, &read.extra);
+/// let written = write_attributed(&model, &WriteOptions::new(Format::Obj, "mesh")).unwrap();
 /// assert_eq!(written.bytes, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nusemtl skin\nf 1/1 2/1 3/1\n");
 /// ```
 pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written, WriteError> {
@@ -81,8 +101,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             what: "the attributes are not those of the faces: give one row for each face".into(),
         });
     }
-    let kept = model.exact.clone().map(|positions| Content::keeping(mesh, &model.frame, positions));
-    let content = fitted(kept.unwrap_or_else(|| Ok(Content::of(mesh, &model.frame)))?, options.format)?;
+    let content = content(model, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);
     let mut notes = Vec::new();
     let (bytes, n_vertices) = match options.format {
@@ -96,7 +115,8 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
         Format::Gltf | Format::Glb => as_gltf(model, &content, options, &mut notes)?,
-        Format::Stl | Format::StlAscii | Format::Off => {
+        Format::ThreeMf => (as_threemf(model, &content, options, &mut notes)?, content.n_vertices()),
+        Format::Stl | Format::StlAscii | Format::Off | Format::Fbx => {
             notes.extend(geometry_only(options.format, attributes, model.extra));
             notes.extend(held::note(&content, options.format));
             (write_fitted(&content, options.format)?, content.n_vertices())
@@ -105,6 +125,33 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     notes.append(&mut finder.notes);
     let shares_vertices = !matches!(options.format, Format::Stl | Format::StlAscii);
     Ok(Written { bytes, beside: finder.files, notes, n_vertices: shares_vertices.then_some(n_vertices) })
+}
+
+/// How the numbers of models, all of them levels of one, are packed in a glTF; the note says where their positions cannot be.
+///
+/// # Errors
+/// [`WriteError`] where a glTF cannot hold a model.
+///
+/// ```
+/// use neural_mesh::io::{Extra, Model, PackOptions, packing};
+/// use neural_mesh::mesh::{Attributes, Frame, shapes};
+/// let (mesh, extra) = (shapes::icosphere(1), Extra::default());
+/// let model = Model::new(&mesh, Frame::default(), Attributes::NONE, &extra);
+/// let (packing, note) = packing(&[model], &PackOptions { bits: 14, compress: false }).unwrap();
+/// assert!(packing.grid(0).is_some_and(|grid| grid.rounding() < 2e-4) && note.is_none());
+/// ```
+pub fn packing(models: &[Model], options: &PackOptions) -> Result<(Packing, Option<String>), WriteError> {
+    let positions: Vec<Vec<[f32; 3]>> =
+        models.iter().map(|model| Ok(content(model, Format::Glb)?.around_origin().1)).collect::<Result<_, _>>()?;
+    let levels: Vec<_> =
+        positions.iter().zip(models).map(|(positions, model)| (&positions[..], model.mesh.faces())).collect();
+    Ok(Packing::of_levels(&levels, options))
+}
+
+/// A model in the numbers of a format.
+fn content<'a>(model: &Model<'a>, format: Format) -> Result<Content<'a>, WriteError> {
+    let kept = model.exact.clone().map(|positions| Content::keeping(model.mesh, &model.frame, positions));
+    fitted(kept.unwrap_or_else(|| Ok(Content::of(model.mesh, &model.frame)))?, format)
 }
 
 /// A model as a glTF, and the number of its vertices there.
@@ -119,10 +166,31 @@ fn as_gltf(
     notes.extend((!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
     let (looks, missing) = looks(extra, options.allow_outside);
     let objects: Vec<Option<String>> = extra.groups.iter().map(|group| group.object.clone()).collect();
-    let (bytes, n_vertices, dropped) =
-        gltf::write_attributed(content, attributes, &names, &objects, &looks.of_groups, options.format)?;
+    let (bytes, n_vertices, dropped) = gltf::write_attributed(
+        content,
+        attributes,
+        &names,
+        &objects,
+        &looks.of_groups,
+        (options.format, options.packing.as_ref()),
+    )?;
     notes.extend(missing.into_iter().chain(dropped));
     Ok((bytes, n_vertices))
+}
+
+/// A model as a 3MF.
+fn as_threemf(
+    model: &Model,
+    content: &Content,
+    options: &WriteOptions,
+    notes: &mut Vec<String>,
+) -> Result<Vec<u8>, WriteError> {
+    let Model { attributes, extra, .. } = *model;
+    let (looks, missing) = looks(extra, options.allow_outside);
+    notes.extend(geometry_only(options.format, attributes, extra).into_iter().chain(missing));
+    let (bytes, dropped) = threemf::write_attributed(content, attributes, extra, &looks.of_groups)?;
+    notes.extend(dropped);
+    Ok(bytes)
 }
 
 /// What the materials of a glTF are called, by the groups; one group for all is a material only where the file says so.
@@ -235,12 +303,21 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     extra
 }
 
-/// The line that says what a format of bare geometry does not hold of a mesh; none where it holds all.
+/// The line that says what a format of bare geometry, or of colours beside, does not hold of a mesh; none where it holds all.
 pub fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
+    let is_held = |channel: &&Channel| format.holds(channel.role);
+    let mut dropped: Vec<&str> =
+        attributes.channels.iter().filter(|it| !is_held(it)).map(|channel| channel.name.as_str()).collect();
+    if format == Format::ThreeMf {
+        let has_texture = extra.looks.iter().any(|(_, look)| look.texture.is_some());
+        let has_more = has_texture || !extra.material_libraries.is_empty();
+        dropped.extend(has_more.then_some("all of materials but names and colours (Kd)"));
+        return (!dropped.is_empty())
+            .then(|| format!("3mf holds geometry, names and colours: {} dropped", dropped.join(", ")));
+    }
     if !format.is_bare() {
         return None;
     }
-    let mut dropped: Vec<&str> = attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
     if !extra.groups.is_empty() {
         dropped.push("groups");
     }

@@ -1,8 +1,12 @@
 //! What stands for glTF in a build without the feature `gltf`: refusals.
 
 use super::write::Content;
-use super::{Format, ReadError, ReadMesh, WriteError};
+use super::{Format, Packing, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
+
+/// Why this build writes no such file.
+pub(super) const MISSING: Option<&str> =
+    Some("this build writes no glTF: build with the feature gltf or choose another format");
 
 /// Refuses every asset.
 pub(super) fn read(_: &[u8], _: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
@@ -19,7 +23,7 @@ pub(super) fn read_attributed(
 
 /// Refuses every mesh.
 pub(super) fn write(_: &Content, _: Format) -> Result<Vec<u8>, WriteError> {
-    Err(WriteError { what: "this build writes no glTF: build with the feature gltf or choose another format".into() })
+    Err(WriteError { what: MISSING.unwrap_or_default().into() })
 }
 
 /// Refuses every mesh.
@@ -29,7 +33,7 @@ pub(super) fn write_attributed(
     _: &[String],
     _: &[Option<String>],
     _: &[Look],
-    format: Format,
+    (format, _): (Format, Option<&Packing>),
 ) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     write(content, format).map(|bytes| (bytes, content.n_vertices(), Vec::new()))
 }

@@ -9,6 +9,16 @@ use crate::mesh::room::{asking, make_room};
 /// Bytes of a stream at most: what has no end would fill the memory first.
 const LONGEST_STREAM: u64 = 1 << 32;
 
+/// How often the vertices and faces made of a file may repeat what it holds, and how many of them are always granted.
+#[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
+const REPEATS: (usize, usize) = (16, 1 << 22);
+
+/// How many vertices and faces may be made of a file that holds so much, where it places its meshes again and again.
+#[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
+pub(super) fn most_made(n_held: usize) -> usize {
+    REPEATS.0 * n_held + REPEATS.1
+}
+
 /// Makes room for so many more elements.
 #[inline]
 pub(super) fn room<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {

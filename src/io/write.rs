@@ -170,7 +170,6 @@ impl<'a> Content<'a> {
     }
 
     /// Positions in single precision, n_vertices x 3, and the point in the file's coordinates around which they lie.
-    #[cfg(feature = "gltf")]
     pub fn around_origin(&self) -> ([f64; 3], Vec<[f32; 3]>) {
         let origin = match &self.positions {
             Positions::Local(_, frame) | Positions::Kept(_, frame, _) if frame.double => frame.origin,

@@ -2,6 +2,8 @@
 //!
 //! Kernels take references and return owned results. Each output row is computed by one thread in a fixed
 //! order, so results have the same bits on any number of threads (of one instruction set).
+//!
+//! Machinery: what the modules that users call stand on; see the front page of the crate.
 
 mod bits;
 mod csr;

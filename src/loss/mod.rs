@@ -2,6 +2,8 @@
 //!
 //! Every loss is a function over plain slices, forward and backward side by side; none knows the network. The
 //! printed terms stand beside the forms that train: `docs/paper.md` says where the print fails and why.
+//!
+//! Machinery: what the modules that users call stand on; see the front page of the crate.
 
 mod chamfer;
 mod closure;

@@ -6,6 +6,7 @@
 
 /// What a channel means, which decides how its values are blended and when two of them are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Role {
     /// Unit normals, width 3.
     Normal,

@@ -22,6 +22,7 @@ use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
 /// What cleaning may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CleanOptions {
     /// Whether vertices at exactly equal positions become one.
     pub weld: bool,
@@ -35,6 +36,7 @@ impl Default for CleanOptions {
 
 /// What cleaning did, as numbers of faces and vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CleanCounts {
     /// Vertices that became one with another.
     pub welded_vertices: usize,
@@ -66,6 +68,7 @@ impl std::ops::AddAssign for CleanCounts {
 
 /// A valid mesh and how it came about.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Cleaned {
     /// At least one face; every vertex used by a face.
     pub mesh: TriMesh,
@@ -81,6 +84,7 @@ pub struct Cleaned {
 
 /// Why nothing valid is left.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum CleanError {
     /// There is no face, or none survived.
     NoFaces {
@@ -163,7 +167,7 @@ impl std::fmt::Display for CleanCounts {
 /// ```
 /// use neural_mesh::mesh::{RawMesh, cleanup};
 /// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.0, 0.0, 0.0]];
-/// let raw = RawMesh { positions, faces: vec![[3, 1, 2], [0, 1, 2], [0, 1, 3]], ..Default::default() };
+/// let raw = RawMesh::new(positions, vec![[3, 1, 2], [0, 1, 2], [0, 1, 3]]);
 /// let cleaned = cleanup::clean(raw, &cleanup::CleanOptions::default()).unwrap();
 /// assert_eq!(cleaned.mesh.faces(), [[0, 1, 2]]);
 /// assert_eq!(cleaned.counts.to_string(), "welded vertices: 1, degenerate faces: 1, duplicate faces: 1");

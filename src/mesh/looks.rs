@@ -17,6 +17,7 @@ pub enum Wrap {
 
 /// A picture on a surface, which gives a base colour or another property.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BaseTexture {
     /// The bytes of a PNG or JPEG file; materials that share it share them.
     pub image: Arc<[u8]>,
@@ -26,8 +27,16 @@ pub struct BaseTexture {
     pub wrap: [Wrap; 2],
 }
 
+impl BaseTexture {
+    /// The bytes of a PNG or JPEG file, repeated; its coordinates are the first of texture coordinates.
+    pub fn new(image: Arc<[u8]>) -> Self {
+        Self { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
+    }
+}
+
 /// What a material looks like where light is even.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Look {
     /// Base colour in linear light, red, green, blue, each 0 to 1; a texture is multiplied by it.
     pub colour: [f32; 3],
@@ -41,6 +50,7 @@ pub struct Look {
 
 /// What a material does with light, beside its base colour.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Finish {
     /// Light of its own, linear, red, green, blue, each 0 to 1; the texture is multiplied by it.
     pub emission: [f32; 3],
@@ -86,6 +96,7 @@ impl Default for Finish {
 
 /// What the groups of a mesh look like.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Looks {
     /// The look of each group, by its number ([`Attributes::group`](super::Attributes::group)); white beyond.
     pub of_groups: Vec<Look>,
@@ -96,6 +107,11 @@ pub struct Looks {
 }
 
 impl Looks {
+    /// The look of each group, by its number.
+    pub fn new(of_groups: Vec<Look>) -> Self {
+        Self { of_groups, ..Self::default() }
+    }
+
     /// Whether every group is white, without a texture.
     pub fn is_plain(&self) -> bool {
         self.of_groups.iter().all(|look| look.texture.is_none() && look.colour == [1.0; 3])

@@ -7,13 +7,14 @@ mod compact;
 mod edges;
 mod facets;
 pub(crate) mod first_equal;
+mod grid;
 pub(crate) mod half_edges;
 mod irregular_edges;
 mod looks;
 mod manifold;
 mod non_manifold_edges;
 mod one_rings;
-#[cfg(feature = "gltf")]
+#[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
 mod placed;
 mod point_cloud;
 mod polygon;
@@ -40,12 +41,13 @@ pub use attributes::{Attributes, Channel, Role};
 pub use compact::compact;
 pub use edges::{Edge, edges};
 pub use facets::{is_shaded_flat, shaded_flat};
+pub use grid::{Grid, longest_side};
 pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
-#[cfg(feature = "gltf")]
+#[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
 pub(crate) use placed::{PlacedMesh, side_by_side};
 pub use point_cloud::{PointCloud, point_cloud};
 pub use polygon::Fans;

@@ -27,7 +27,7 @@ pub struct PointCloud {
 /// ```
 /// use neural_mesh::mesh::{RawMesh, point_cloud};
 /// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [f64::NAN; 3], [-0.0, 0.0, 0.0]];
-/// let cloud = point_cloud(RawMesh { positions, ..RawMesh::default() }).unwrap();
+/// let cloud = point_cloud(RawMesh::new(positions, Vec::new())).unwrap();
 /// assert_eq!((cloud.source, cloud.repeated, cloud.non_finite), (vec![0, 1], 1, 1));
 /// ```
 pub fn point_cloud(raw: RawMesh) -> Result<PointCloud, CleanError> {

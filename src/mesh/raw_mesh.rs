@@ -6,6 +6,7 @@ use super::Attributes;
 ///
 /// Polygons are triangulated by the reader; everything else that can be wrong is `cleanup`'s to handle.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RawMesh {
     /// Positions, n_vertices x 3, in the file's units and frame.
     pub positions: Vec<[f64; 3]>,
@@ -20,6 +21,11 @@ pub struct RawMesh {
 }
 
 impl RawMesh {
+    /// Vertices and triangles alone.
+    pub fn new(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> Self {
+        Self { positions, faces, ..Self::default() }
+    }
+
     /// The diagonal of the box around all vertices whose coordinates are finite; 0 where there is none.
     pub fn diagonal(&self) -> f64 {
         let finite = self.positions.iter().filter(|position| position.iter().all(|x| x.is_finite()));

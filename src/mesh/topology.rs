@@ -7,6 +7,7 @@ use super::union_find::UnionFind;
 
 /// The topology figures of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Topology {
     /// Vertices of the mesh, used by a face or not.
     pub vertices: usize,

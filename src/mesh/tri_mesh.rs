@@ -16,6 +16,7 @@ pub struct TriMesh {
 
 /// Why vertices and faces do not make a [`TriMesh`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum InvalidMesh {
     /// More vertices or faces than `u32` indices reach.
     TooLarge,

@@ -17,6 +17,7 @@ const REACH: f64 = 1.0;
 
 /// Counts of edges of a simplified mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct OpenEdges {
     /// All edges.
     pub edges: usize,

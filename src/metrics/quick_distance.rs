@@ -35,6 +35,7 @@ const EVENLY: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// Two-sided distance between two surfaces, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct QuickDistance {
     /// Mean of the mean distances in both directions.
     pub mean: f64,
@@ -74,6 +75,45 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
         diagonal: original_tree.diagonal(),
         n_samples: forward.n_samples.min(backward.n_samples),
     })
+}
+
+/// The point of either surface that is farthest from the other, of all vertices and so many samples on each; `None` where one of the
+/// two has no faces.
+///
+/// ```
+/// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::farthest_point};
+/// let sphere = shapes::icosphere(2);
+/// let mut pulled = sphere.positions().to_vec();
+/// pulled[7] = pulled[7].map(|x| 1.5 * x);
+/// let place = pulled[7].map(f64::from);
+/// let pulled = TriMesh::new(pulled, sphere.faces().to_vec()).unwrap();
+/// assert_eq!(farthest_point(&sphere, &pulled, 1000), Some(place));
+/// ```
+pub fn farthest_point(original: &TriMesh, simplified: &TriMesh, n_samples: usize) -> Option<[f64; 3]> {
+    if original.faces().is_empty() || simplified.faces().is_empty() {
+        return None;
+    }
+    let (own, other) = rayon::join(|| tree(original), || tree(simplified));
+    let forward = farthest(original, &own, &other, n_samples);
+    let backward = farthest(simplified, &other, &own, n_samples);
+    let farthest = if backward.1 > forward.1 { backward } else { forward };
+    Some(farthest.0.to_array())
+}
+
+/// The point of a mesh that is farthest from another, and the square of how far; of as many as can be looked up in a while.
+fn farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) -> (DVec3, f64) {
+    let vertices = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
+    let points: Vec<DVec3> =
+        along_curve(mesh, own.order(), n_samples, 0).iter().map(|sample| sample.point).chain(vertices).collect();
+    let look = |point: DVec3| other.near_counted(point, None, f64::NEG_INFINITY);
+    let most = MOST_LOOKS.max(USUAL_LOOKS * points.len() as f64);
+    let n = affordable(points.len(), most, |i| look(points[i]).map_or(0, |found| found.2.all()));
+    let far = |i: usize| {
+        let point = points[i * points.len() / n];
+        (point, look(point).map_or(0.0, |found| found.1))
+    };
+    let farther = |x: (DVec3, f64), y: (DVec3, f64)| if y.1 > x.1 { y } else { x };
+    (0..n).into_par_iter().map(far).collect::<Vec<_>>().into_iter().fold((DVec3::ZERO, -1.0), farther)
 }
 
 /// The distance between the meshes of a scene and what became of them, each pair with the scale at which it counts: the mean

@@ -18,6 +18,7 @@ const MOST_LOOKS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct OneSided {
     /// Mean distance.
     pub mean: f64,
@@ -35,6 +36,7 @@ pub struct OneSided {
 
 /// Distances in both directions, and both together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct SurfaceDistance {
     /// From the original to the simplified mesh.
     pub forward: OneSided,

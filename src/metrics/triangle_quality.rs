@@ -11,6 +11,7 @@ const SLIVER: f64 = 1.0;
 
 /// Figures over all faces of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct TriangleQuality {
     /// Smallest of all angles, in degrees; 60 at most.
     pub smallest_angle: f64,

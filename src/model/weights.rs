@@ -26,6 +26,7 @@ pub struct Weights {
 
 /// Why bytes are not weights.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum WeightsError {
     /// Not a safetensors file; the text says where it fails.
     NotSafetensors(String),

@@ -43,9 +43,22 @@ impl Camera {
 
     /// The view from an azimuth and an elevation, in degrees, that fits the first shape into panels of `height` pixels.
     pub fn from(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
+        Self::around(direction, shapes.get(..1).unwrap_or_default(), height)
+    }
+
+    /// The view from an azimuth and an elevation, in degrees, that fits all shapes into panels of `height` pixels.
+    pub fn around(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
         let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
-        camera.fit(shapes.get(..1).unwrap_or_default());
+        camera.fit(shapes);
         camera
+    }
+
+    /// Where a point is seen, in pixels from the top left, with the inverse of the depth as z.
+    pub fn pixel(&self, point: Vec3) -> Vec3 {
+        let samples = SAMPLES as f32;
+        self.project(&[point])
+            .first()
+            .map_or(Vec3::ZERO, |place| Vec3::new(place.x / samples, place.y / samples, place.z))
     }
 
     /// Sets scale, middle and width so that all shapes lie inside the panel.

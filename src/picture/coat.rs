@@ -132,8 +132,9 @@ impl Coat {
     /// ```
     /// use neural_mesh::mesh::{Attributes, Look, Looks};
     /// use neural_mesh::picture::Coat;
-    /// let rough = Looks { of_groups: vec![Look { colour: [0.5; 3], ..Look::default() }], ..Looks::default() };
-    /// let coat = Coat::of_numbers(&Attributes::default(), &rough).0.unwrap();
+    /// let mut rough = Look::default();
+    /// rough.colour = [0.5; 3];
+    /// let coat = Coat::of_numbers(Attributes::NONE, &Looks::new(vec![rough])).0.unwrap();
     /// assert_eq!(coat.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
     /// ```
     pub fn of_numbers(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {

@@ -8,6 +8,7 @@
 mod camera;
 mod caption;
 mod coat;
+mod mark;
 mod occlusion;
 mod paint;
 mod png_file;
@@ -17,6 +18,7 @@ mod shape;
 mod texture;
 mod views;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
@@ -44,6 +46,7 @@ pub struct Image {
 
 /// How a picture is laid out.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PictureOptions {
     /// Height of a panel in pixels, 64 to 4096; its width follows from the mesh, half to one and a half times that.
     pub height: usize,
@@ -51,11 +54,16 @@ pub struct PictureOptions {
     pub captions: Vec<String>,
     /// Whether edges are drawn.
     pub edges: bool,
+    /// Where the eye is: degrees to the right of +z, seen from +y, and above the plane of z and x. Where it is not said, a view is chosen
+    /// that shows the first mesh well.
+    pub view: Option<[f32; 2]>,
+    /// Places, in the meshes' unit, that get a ring in each panel, also where a surface lies before them.
+    pub marks: Vec<[f64; 3]>,
 }
 
 impl Default for PictureOptions {
     fn default() -> Self {
-        Self { height: 720, captions: Vec::new(), edges: true }
+        Self { height: 720, captions: Vec::new(), edges: true, view: None, marks: Vec::new() }
     }
 }
 
@@ -67,7 +75,8 @@ impl Default for PictureOptions {
 /// ```
 /// use neural_mesh::{mesh::TriMesh, picture};
 /// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-/// let options = picture::PictureOptions { height: 120, ..Default::default() };
+/// let mut options = picture::PictureOptions::default();
+/// options.height = 120;
 /// let image = picture::render(&[&mesh, &mesh], &options);
 /// assert_eq!(image.rgba.len(), image.height * image.width * 4);
 /// assert!(picture::encode_png(&image).starts_with(b"\x89PNG"));
@@ -82,9 +91,11 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture};
 /// let ball = shapes::icosphere(2);
-/// let red = Looks { of_groups: vec![Look { colour: [0.8, 0.1, 0.1], ..Look::default() }], ..Looks::default() };
-/// let coat = picture::Coat::new(&Attributes::default(), &red).0.unwrap();
-/// let options = picture::PictureOptions { height: 120, ..Default::default() };
+/// let mut red = Look::default();
+/// red.colour = [0.8, 0.1, 0.1];
+/// let coat = picture::Coat::new(Attributes::NONE, &Looks::new(vec![red])).0.unwrap();
+/// let mut options = picture::PictureOptions::default();
+/// options.height = 120;
 /// let image = picture::render_coated(&[(&ball, Some(&coat)), (&ball, None)], &options);
 /// assert_eq!(image.height, 120);
 /// ```
@@ -106,7 +117,8 @@ pub fn render_coated(meshes: &[(&TriMesh, Option<&Coat>)], options: &PictureOpti
 /// use neural_mesh::{mesh::shapes, picture};
 /// let ball = shapes::icosphere(3);
 /// let heights: Vec<f64> = ball.positions().iter().map(|p| f64::from(p[1]) + 1.0).collect();
-/// let options = picture::PictureOptions { height: 120, edges: false, ..Default::default() };
+/// let mut options = picture::PictureOptions::default();
+/// (options.height, options.edges) = (120, false);
 /// let scale = picture::Scale { end: 2.0, lines: 10 };
 /// let image = picture::render_painted(&[(&ball, &heights)], &scale, &options);
 /// assert_eq!(image.height, 120);
@@ -133,9 +145,17 @@ fn draw(
     panel: impl Fn(&shape::Shape, &camera::Camera) -> Image + Sync,
 ) -> Image {
     let height = options.height.clamp(64, 4096);
-    let shapes = shape::shapes(meshes);
-    let camera = camera::Camera::of(&shapes, height);
-    let panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera)).collect();
+    let world = shape::World::of(meshes);
+    let shapes = world.shapes(meshes);
+    let camera = match options.view {
+        Some(direction) => camera::Camera::around(direction, &shapes, height),
+        None => camera::Camera::of(&shapes, height),
+    };
+    let marks: Vec<Vec3> = options.marks.iter().map(|&mark| camera.pixel(world.place(mark.into()))).collect();
+    let mut panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera)).collect();
+    for panel in &mut panels {
+        marks.iter().for_each(|&mark| mark::ring(panel, mark));
+    }
     let mut image = side_by_side(&panels, &camera, caption::height(&options.captions));
     for (column, text) in options.captions.iter().take(panels.len()).enumerate() {
         let middle = column * camera.width + camera.width / 2;

@@ -23,17 +23,38 @@ impl Shape<'_> {
     }
 }
 
+/// The frame in which all meshes of a picture lie inside the unit ball.
+pub struct World {
+    middle: DVec3,
+    scale: f64,
+}
+
+impl World {
+    /// That of these meshes.
+    pub fn of(meshes: &[&TriMesh]) -> Self {
+        let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
+        let low = all().reduce(DVec3::min).unwrap_or_default();
+        let high = all().reduce(DVec3::max).unwrap_or_default();
+        let radius = 0.5 * (high - low).length();
+        Self { middle: 0.5 * (low + high), scale: if radius > 0.0 { 1.0 / radius } else { 0.0 } }
+    }
+
+    /// Where a point of a mesh lies in it.
+    pub fn place(&self, point: DVec3) -> Vec3 {
+        ((point - self.middle) * self.scale).as_vec3()
+    }
+
+    /// The meshes in it.
+    pub fn shapes<'a>(&self, meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
+        let shape = |(number, mesh): (usize, &&'a TriMesh)| {
+            let place = |p: &[f32; 3]| self.place(DVec3::from(p.map(f64::from)));
+            Shape { number, points: mesh.positions().iter().map(place).collect(), faces: mesh.faces() }
+        };
+        meshes.iter().enumerate().map(shape).collect()
+    }
+}
+
 /// All meshes in one frame.
 pub fn shapes<'a>(meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
-    let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
-    let low = all().reduce(DVec3::min).unwrap_or_default();
-    let high = all().reduce(DVec3::max).unwrap_or_default();
-    let radius = 0.5 * (high - low).length();
-    let scale = if radius > 0.0 { 1.0 / radius } else { 0.0 };
-    let place = |&p: &[f32; 3]| ((DVec3::from(p.map(f64::from)) - 0.5 * (low + high)) * scale).as_vec3();
-    let shape = |(number, mesh): (usize, &&'a TriMesh)| {
-        let points = mesh.positions().iter().map(place).collect();
-        Shape { number, points, faces: mesh.faces() }
-    };
-    meshes.iter().enumerate().map(shape).collect()
+    World::of(meshes).shapes(meshes)
 }

@@ -38,8 +38,9 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, view, view_coated}};
 /// let ball = shapes::icosphere(2);
-/// let red = Looks { of_groups: vec![Look { colour: [0.8, 0.1, 0.1], ..Look::default() }], ..Looks::default() };
-/// let coat = Coat::new(&Attributes::default(), &red).0;
+/// let mut red = Look::default();
+/// red.colour = [0.8, 0.1, 0.1];
+/// let coat = Coat::new(Attributes::NONE, &Looks::new(vec![red])).0;
 /// let views = view_coated(&[(&ball, coat.as_ref()), (&ball, None)], [30.0, 15.0], 64);
 /// assert_eq!(views[1], view(&[&ball], [30.0, 15.0], 64)[0]);
 /// assert_ne!(views[0].shaded, views[1].shaded);

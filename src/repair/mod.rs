@@ -34,6 +34,7 @@ pub use solid::printable;
 
 /// What a repair did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RepairCounts {
     /// Loops of the boundary that were closed.
     pub holes_filled: usize,
@@ -55,6 +56,7 @@ pub struct RepairCounts {
 
 /// A mesh after a repair.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Repaired {
     /// The mesh; each of its vertices is one of the input.
     pub mesh: TriMesh,

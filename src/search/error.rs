@@ -8,7 +8,7 @@ use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified
 use crate::model::Weights;
 use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, levels_from_all, pruned};
 
-use super::part::part_of;
+use super::part::Search;
 
 /// Sizes looked at in one go, from one collapse: a refined size costs as much as the collapse.
 const SIZES: usize = 3;
@@ -29,9 +29,12 @@ const SPARE: f64 = 0.9;
 /// Triangles and boxes that all proofs of a search may look at, per face of the original, and however few there are. Five meshes of the
 /// benchmark at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
 const MOST_LOOKS: [u64; 2] = [1000, 4_000_000];
+/// The share of a run, of its time with the proofs of its results.
+const OF_RUN: f32 = 0.4;
 
 /// A result and the proof.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Bounded {
     /// The result. Its outcome says whether it certainly lies within the distance asked for.
     pub simplified: Simplified,
@@ -78,11 +81,12 @@ pub fn simplify_to_error(
     let pruned = pruned(Pulse::NONE, input.mesh, options);
     let original = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
     let options = &Options { prune_within: options.prune_within.min(error), ..options.clone() };
-    let mut n_before = 0;
+    let mut search = Search::new(progress, OF_RUN);
     let mut levels = |sizes: &[usize], in_place: bool| {
-        let progress = &mut part_of(progress, n_before, MOST_ROUNDS + 2);
-        n_before += 1;
-        at_sizes(input, weights, &Options { subset: in_place || options.subset, ..options.clone() }, sizes, progress)
+        let options = Options { subset: in_place || options.subset, ..options.clone() };
+        let made = at_sizes(input, weights, &options, sizes, &mut search.run())?;
+        search.look("proof")?;
+        Ok(made)
     };
     let prover = Prover::new(original, error);
     let (best, n_tries) = smallest_that_holds(&prover, &mut |sizes| levels(sizes, false))?;

@@ -3,7 +3,7 @@
 use crate::model::Weights;
 use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
 
-use super::part::part_of;
+use super::part::Search;
 
 /// Results tried at most.
 const MOST_TRIES: usize = 8;
@@ -13,6 +13,8 @@ const FULL: f64 = 0.99;
 const FIRST: usize = 1000;
 /// Results too large in a row after which the smallest there is tells whether any fits.
 const MOST_MISSES: usize = 5;
+/// The share of a run, of its time with the writing of its result.
+const OF_RUN: f32 = 0.9;
 
 /// Finds a result that takes at most `n_bytes` when it is written, as `bytes_of` says, and nearly fills them; the target of
 /// `options` does not count. Where no result is small enough, the smallest that was made, and its outcome is
@@ -44,9 +46,11 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut fits: Option<(Simplified, usize)> = None;
     let mut too_large: Option<(Simplified, usize)> = None;
     let mut vertices = FIRST.min(n_all);
+    let mut search = Search::new(progress, OF_RUN);
     for n_before in 0..MOST_TRIES {
         let options = Options { target: Target::Vertices(vertices), ..options.clone() };
-        let result = simplify_input(input, weights, &options, &mut part_of(progress, n_before, MOST_TRIES))?;
+        let result = simplify_input(input, weights, &options, &mut search.run())?;
+        search.look("bytes")?;
         let n = bytes_of(&result)?;
         let is_last = n <= n_bytes && (vertices == n_all || n as f64 >= FULL * n_bytes as f64);
         let is_held = n > n_bytes && result.mesh.positions().len() > vertices;

@@ -37,7 +37,10 @@ pub(super) fn run_levels(
     targets: &[Target],
     listener: &mut Listener,
 ) -> Result<Vec<Traced>, SimplifyError> {
-    let stages = closed_stages(targets.len(), task.options.symmetric.is_some());
+    // All vertices go through the whole collapse where it is made from all.
+    let first = targets.first().filter(|_| !task.from_all);
+    let share = first.map_or(1.0, |target| target.share_of(input.mesh));
+    let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
     listened(listener, &stages, |progress| closed(input, weights, task, targets, progress))
 }
 

@@ -8,6 +8,7 @@ use super::options::{Options, SimplifyError};
 
 /// A mesh and what belongs to it.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Input<'a> {
     /// The mesh.
     pub mesh: &'a TriMesh,

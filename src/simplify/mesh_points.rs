@@ -19,6 +19,7 @@ const NEIGHBOURS: usize = 6;
 
 /// A mesh over points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MeshedPoints {
     /// The mesh; each edge on at most two faces, faces turned alike across edges as far as that can be.
     pub mesh: TriMesh,

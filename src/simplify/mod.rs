@@ -63,11 +63,11 @@ pub use weighed::{Weighed, simplify_weighed};
 /// use neural_mesh::mesh::shapes;
 /// use neural_mesh::simplify::{Options, ScoreSource, Target, simplify};
 /// let mesh = shapes::icosphere(3);
-/// let options = Options::new(Target::Vertices(100));
+/// let mut options = Options::new(Target::Vertices(100));
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 100);
 /// // Without a network:
-/// let options = Options { scores: ScoreSource::Geometry, ..options };
+/// options.scores = ScoreSource::Geometry;
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.report.scores, ScoreSource::Geometry);
 /// ```
@@ -98,7 +98,8 @@ pub fn simplify(
 /// let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
 /// let groups = mesh.faces().iter().map(|face| u32::from(is_north(face))).collect();
 /// let attributes = Attributes { groups, ..Attributes::default() };
-/// let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+/// let mut input = Input::bare(&mesh);
+/// input.attributes = &attributes;
 /// let options = Options::new(Target::Vertices(200));
 /// let result = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.attributes.groups.len(), result.mesh.faces().len());

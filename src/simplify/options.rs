@@ -15,6 +15,24 @@ pub enum Target {
     Faces(usize),
 }
 
+impl Target {
+    /// About the share of a mesh that stays: of the vertices where these are asked for, else of the faces.
+    ///
+    /// ```
+    /// use neural_mesh::{mesh::shapes, simplify::Target};
+    /// let sphere = shapes::icosphere(0);
+    /// assert_eq!([Target::Ratio(0.3), Target::Vertices(6), Target::Faces(5)].map(|it| it.share_of(&sphere)), [0.3, 0.5, 0.25]);
+    /// ```
+    pub fn share_of(self, mesh: &TriMesh) -> f64 {
+        let of = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
+        match self {
+            Self::Ratio(ratio) => ratio,
+            Self::Vertices(n) => of(n, mesh.positions().len()),
+            Self::Faces(n) => of(n, mesh.faces().len()),
+        }
+    }
+}
+
 /// How sampled vertices become a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Assembly {
@@ -27,6 +45,7 @@ pub enum Assembly {
 
 /// Settings of one simplification; `Options::new(target)` has the defaults.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Options {
     /// The size asked for.
     pub target: Target,
@@ -57,8 +76,8 @@ pub struct Options {
     /// How far a seam of texture coordinates may leave its place at a low price, in shares of the texture's side (closed assembly
     /// only). At 0 seams are held like creases: curves that lose no more than vertices.
     pub seam_error: f64,
-    /// Whether the result is to be near in the poses, too, that morph targets of the input take the mesh to, each alone (closed assembly
-    /// only). All vertices are samples then.
+    /// Whether the result is to be near in the poses, too, that morph targets of the input take the mesh to, each alone; without targets,
+    /// in poses that nobody knows, as if every place might bend alike (closed assembly only). All vertices are samples then.
     pub for_poses: bool,
     /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
     pub crease_angle: Option<f32>,
@@ -72,6 +91,7 @@ pub struct Options {
 
 /// What becomes of surfaces that no ray from outside reaches ([`hidden_faces`](super::hidden_faces)).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Hidden {
     /// They count like others.
     #[default]
@@ -157,6 +177,7 @@ impl std::fmt::Display for MirrorPlane {
 
 /// Which plane a mesh is mirrored about.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Symmetry {
     /// The one that fits best of those across the three axes, through 0 and through the middle of the bounding box.
     Found,
@@ -169,6 +190,7 @@ pub enum Symmetry {
 /// What the closed assembly does beside darts, quotient and collapse: switches for measuring what each is worth.
 /// [`simplify`](super::simplify) does all of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Parts {
     /// Draws more samples than vertices asked for, so that the collapse can choose.
     pub oversampling: bool,
@@ -197,6 +219,7 @@ pub enum ScoreSource {
 
 /// The figure in which a result is to be near, and what that costs the others (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Optimize {
     /// Good in all of them.
     #[default]
@@ -220,6 +243,7 @@ pub enum Outcome {
 
 /// What was done on the way.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
     /// Whether the target was reached.
     pub outcome: Outcome,
@@ -253,6 +277,7 @@ pub struct Report {
 
 /// The result: a mesh and what was done.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Simplified {
     /// The lighter mesh.
     pub mesh: TriMesh,
@@ -269,6 +294,7 @@ pub struct Simplified {
 
 /// How a result hangs together with its input, for data that the caller carries over.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Map {
     /// The output vertex that each input vertex went into, n_input; `u32::MAX` where it was dropped or is on no face.
     pub output_vertices: Vec<u32>,
@@ -285,6 +311,7 @@ pub struct Map {
 /// Events come from whichever thread is at work, one at a time. In the closed assembly they come every few milliseconds, in the
 /// paper's at the beginning of each stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Event {
     /// Name of the stage, as in the report.
     pub stage: &'static str,
@@ -302,6 +329,7 @@ pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
 
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SimplifyError {
     /// The mesh has no face.
     Empty,

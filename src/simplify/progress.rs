@@ -33,24 +33,27 @@ const fn stage(name: &'static str, share: f32, passes: f32) -> Stage {
     Stage { name, share, passes }
 }
 
-/// The stages of the closed assembly. Shares: means of those of a torus of ten million faces at ratios of 0.05 and 0.5 on one
-/// thread (`examples/progress.rs`): 0.19 and 0.14, 0.23 and 0, 0.03 and 0.07, 0.05 and 0, 0.11 and 0, 0.05 and 0, 0.24 and 0.54,
-/// 0.08 and 0, 0.04 and 0.20, 0.01 and 0.05. Passes were counted there; they are fewer where every vertex is a sample.
-const CLOSED: [Stage; 10] = [
-    stage("surface", 0.16, 5.0),
-    stage("samples", 0.11, 2.5),
-    stage("scores", 0.05, 1.2),
-    stage("cuts", 0.02, 1.2),
-    stage("quotient", 0.05, 12.0),
-    stage("placement", 0.02, 1.0),
-    stage("collapse", 0.39, 1.0),
-    stage("flips", 0.04, 1.0),
-    stage("fit", 0.12, 1.0),
-    stage("finish", 0.03, 5.0),
+/// The stages of the closed assembly, with their shares of the time at [`RATIOS`]: means over tori of one and four million faces on one
+/// thread. Passes were counted on ten million (`examples/progress.rs`); they are fewer where every vertex is a sample.
+const CLOSED: [(Stage, [f32; 3]); 10] = [
+    (stage("surface", 0.0, 5.0), [0.15, 0.05, 0.03]),
+    (stage("samples", 0.0, 2.5), [0.10, 0.035, 0.0]),
+    (stage("scores", 0.0, 1.2), [0.055, 0.13, 0.08]),
+    (stage("cuts", 0.0, 1.2), [0.03, 0.03, 0.0]),
+    (stage("quotient", 0.0, 12.0), [0.04, 0.11, 0.0]),
+    (stage("placement", 0.0, 1.0), [0.02, 0.02, 0.0]),
+    (stage("collapse", 0.0, 1.0), [0.40, 0.44, 0.80]),
+    (stage("flips", 0.0, 1.0), [0.09, 0.01, 0.0]),
+    (stage("fit", 0.0, 1.0), [0.11, 0.16, 0.07]),
+    (stage("finish", 0.0, 5.0), [0.005, 0.015, 0.02]),
 ];
 
-/// Of these, what every level of detail after the first goes through again: from the collapse on.
+/// Shares of the vertices for which the shares of stages were measured; what lies between is interpolated.
+const RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
+
+/// Of these, what every level of detail after the first goes through again: from the collapse on, and over the time it took the first.
 const OF_LEVEL: usize = 6;
+const OF_FURTHER: f32 = 0.3;
 
 /// What comes before where the result is to be mirrored: of a vase of 12 thousand faces 6.3 times as long as all that follows, of
 /// suzanne 1.7 times (ratio 0.1, one thread).
@@ -70,10 +73,21 @@ pub(super) const PAPER: [Stage; 6] = [
 /// The stages of meshing a cloud: those of the paper's assembly but that samples are drawn with the scores.
 pub(super) const POINTS: [Stage; 5] = [PAPER[0], PAPER[2], PAPER[3], PAPER[4], PAPER[5]];
 
-/// The stages of so many results of the closed assembly, one from the collapse of the other; mirrored or not.
-pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool) -> Vec<Stage> {
-    let further = (1..n_levels).flat_map(|_| &CLOSED[OF_LEVEL..]);
-    is_mirrored.then_some(&SYMMETRY).into_iter().chain(&CLOSED).chain(further).copied().collect()
+/// The stages of so many results of the closed assembly, one from the collapse of the other; mirrored or not, the first with such a
+/// share of the vertices.
+pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
+    let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: between(ratio as f32, shares), ..stage };
+    let further = |stage: Stage| Stage { share: stage.share * OF_FURTHER, ..stage };
+    let first: Vec<Stage> = CLOSED.iter().map(at).collect();
+    let further: Vec<Stage> = (1..n_levels).flat_map(|_| first[OF_LEVEL..].iter().copied().map(further)).collect();
+    is_mirrored.then_some(SYMMETRY).into_iter().chain(first).chain(further).collect()
+}
+
+/// The share at a ratio: straight lines over its logarithm.
+fn between(ratio: f32, shares: [f32; 3]) -> f32 {
+    let i = usize::from(ratio > RATIOS[1]);
+    let t = (ratio / RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
+    shares[i] + (shares[i + 1] - shares[i]) * t.clamp(0.0, 1.0)
 }
 
 /// A run that may be listened to.
@@ -234,7 +248,7 @@ mod tests {
             let options = Options::new(Target::Ratio(ratio));
             let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, None, &options, listener)).unwrap();
             let events = heard(run);
-            assert_eq!(stages(&events), CLOSED.map(|stage| stage.name));
+            assert_eq!(stages(&events), CLOSED.map(|(stage, _)| stage.name));
             assert!(events.last().unwrap().total > 0.95, "{:?}", events.last());
             for stage in ["surface", "collapse", "fit"] {
                 let of_stage: Vec<&Event> = events.iter().filter(|event| event.stage == stage).collect();

@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 7;
+pub const CLOSED_VERSION: u32 = 8;
 
 /// Version of what holds the closed assembly and of what its results carry: another number where seams, hard edges, creases, borders of
 /// materials or locked vertices give other bits. Bare meshes and what they promise have [`CLOSED_VERSION`] alone.
@@ -77,6 +77,7 @@ mod tests {
         let plain = Options::new(Target::Ratio(0.2));
         let cases = [
             ("subset", shapes::wavy_sphere(4, 8.0), Options { subset: true, ..plain.clone() }),
+            ("poses unknown", shapes::wavy_sphere(4, 8.0), Options { for_poses: true, ..plain.clone() }),
             (
                 "mirrored",
                 shapes::torus(48, 24, 2.0, 0.7),

@@ -10,6 +10,7 @@ use super::progress::Progress;
 
 /// What an importance leads to.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Weighed {
     /// The lighter mesh.
     pub mesh: TriMesh,

@@ -1,5 +1,7 @@
 //! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles, also along a
 //! line; knows no meshes.
+//!
+//! Machinery: what the modules that users call stand on; see the front page of the crate.
 
 mod bounds;
 mod curve_order;

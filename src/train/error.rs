@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// Why a training does not begin or go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TrainError {
     /// A setting is unknown or out of range; the text names it.
     Settings(String),

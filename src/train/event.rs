@@ -2,6 +2,7 @@
 
 /// What a caller hears of.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Event<'a> {
     /// A step was made.
     Step {

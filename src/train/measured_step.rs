@@ -49,6 +49,7 @@ pub fn measured_step(
 
 /// What probes say about an objective of the closed assembly's results, and how it depends on the scores of the vertices.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Estimate {
     /// What is minimised, by name, over all probes.
     pub terms: Vec<(&'static str, f64)>,

@@ -16,6 +16,7 @@ const TEMPORARY: &str = ".neural-mesh-";
 
 /// What a caller asks for.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Request<'a> {
     /// Folder with the meshes.
     pub data: &'a Path,
@@ -31,6 +32,13 @@ pub struct Request<'a> {
     pub resume: bool,
     /// The bytes of a weights file to start from; the sizes of the network are then those of the file.
     pub init: Option<&'a [u8]>,
+}
+
+impl<'a> Request<'a> {
+    /// A new training of the meshes in `data`, into `folder`, with the default settings.
+    pub fn new(data: &'a Path, folder: &'a Path) -> Self {
+        Self { data, folder, settings: None, objective: None, epochs: None, resume: false, init: None }
+    }
 }
 
 /// A training that is ready to go on.
@@ -60,9 +68,8 @@ pub struct Run {
 /// use neural_mesh::train::{Request, open};
 /// let folder = tempfile::tempdir().unwrap();
 /// let run = folder.path().join("run");
-/// let request =
-///     Request { data: folder.path(), folder: &run, settings: None, objective: None, epochs: None, resume: false, init: None };
-/// assert!(open(&request).unwrap_err().to_string().contains("no mesh to train on"));
+/// let refusal = open(&Request::new(folder.path(), &run)).unwrap_err();
+/// assert!(refusal.to_string().contains("no mesh to train on"));
 /// ```
 pub fn open(request: &Request) -> Result<Run, TrainError> {
     let checkpoint = request.folder.join("checkpoint.safetensors");

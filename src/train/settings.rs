@@ -1,6 +1,7 @@
 //! The settings of a training: one flat TOML whose commented default is `settings.toml` beside this file.
 
 use super::TrainError;
+use crate::io::one_line;
 use crate::model::Architecture;
 use serde::Deserialize;
 use toml::{Table, Value};
@@ -273,10 +274,6 @@ fn within(name: &str, value: f64, holds: bool, range: &str) -> Result<(), TrainE
 
 fn refused<T>(why: String) -> Result<T, TrainError> {
     Err(TrainError::Settings(why))
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

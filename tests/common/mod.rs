@@ -27,6 +27,12 @@ pub fn assert_manifold(mesh: &TriMesh) {
     assert_eq!(repeated_positions(mesh), 0, "positions that more than one vertex has");
 }
 
+/// Options, or what else has defaults, with a field or two set.
+pub fn changed<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
+    change(&mut it);
+    it
+}
+
 /// The same pieces, holes and handles.
 #[track_caller]
 pub fn assert_same_topology(original: &TriMesh, simplified: &TriMesh) {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::io::{Asset, Format, LighterPart, OutputFile, Part, Place, ReadError};
+use neural_mesh::io::{Asset, Format, LighterPart, OutputFile, Part, ReadError};
 use serde_json::{Value, json};
 
 pub const BYTE: u32 = 5120;
@@ -113,7 +113,7 @@ pub const SQUARE_FACES: [u16; 6] = [0, 1, 2, 0, 2, 3];
 
 /// Asks for nothing beside the file.
 pub fn nothing(uri: &str) -> Result<Vec<u8>, ReadError> {
-    Err(ReadError { format: None, place: Place::File, what: format!("asked for {uri}"), remedy: String::new() })
+    Err(ReadError::file(format!("asked for {uri}"), ""))
 }
 
 pub fn open(bytes: &[u8]) -> Asset {

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use neural_mesh::io::Format;
+use neural_mesh::io::{Format, is_read};
 
 use crate::args::SimplifyArgs;
 use crate::failure::{Failure, name};
@@ -47,7 +47,7 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     inputs.dedup_by(|a, b| a.below == b.below);
     if inputs.is_empty() {
         let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
-        let what = format!("{}: no mesh files found: give OBJ, PLY, STL, OFF, glTF or GLB", asked.join(", "));
+        let what = format!("{}: no mesh files found: give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX", asked.join(", "));
         return Err(Failure::Failed(what));
     }
     Ok(inputs)
@@ -94,7 +94,7 @@ fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), F
 }
 
 fn is_mesh(path: &Path) -> bool {
-    Format::from_path(path).is_some() && path.is_file()
+    Format::from_path(path).is_some_and(is_read) && path.is_file()
 }
 
 fn input(path: PathBuf, root: &Path) -> Input {

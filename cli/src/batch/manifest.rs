@@ -11,7 +11,8 @@ use super::inputs::Input;
 use super::spelled::{path_of, spelled};
 use crate::failure::Failure;
 use crate::files;
-use crate::report::{REACHED, Report};
+use crate::names::level_paths;
+use crate::report::{Level, REACHED, Report};
 
 /// The name of the file.
 pub const NAME: &str = "manifest.csv";
@@ -27,15 +28,16 @@ const FAILED: &str = "failed: ";
 pub struct Row {
     /// The mesh, by its path below the folder of all of them.
     name: String,
-    /// The result, by its path below OUTDIR.
+    /// The result, by its path below OUTDIR, with `{level}` for the number of a level of detail.
     output: String,
     vertices: Option<usize>,
     faces: Option<usize>,
-    output_vertices: Option<usize>,
-    output_faces: Option<usize>,
-    /// Two-sided distance in percent of the diagonal.
-    mean_percent: Option<f64>,
-    max_percent: Option<f64>,
+    /// Of each level of detail, `;` between them.
+    output_vertices: Option<String>,
+    output_faces: Option<String>,
+    /// Two-sided distance in percent of the diagonal, of each level.
+    mean_percent: Option<String>,
+    max_percent: Option<String>,
     /// From opening the mesh to the result on the disk.
     seconds: Option<f64>,
     /// `pending`, `reached`, `stopped: ` and why it is short of what was asked, or `failed: ` and why.
@@ -71,31 +73,67 @@ impl Row {
     }
 
     /// Takes over what an earlier run came to; whether a file in the place of the result is that run's.
-    fn go_on(&mut self, old: &Self, folder: &Path, manifest: &Path) -> Result<bool, Failure> {
+    fn go_on(&mut self, old: &Self, place: &Place, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
             let what =
                 format!("belongs to another batch ({}): ask for the same, or choose another folder", old.request);
             return Err(Failure::of(manifest, what));
         }
-        if old.is_done() && folder.join(path_of(&old.output)).is_file() {
+        if old.is_done() && place.of(old).iter().all(|path| path.is_file()) {
             *self = old.clone();
         }
-        // A row without an end: the file is of a run that was killed before it wrote the row.
-        Ok(old.outcome == PENDING && old.output == self.output)
+        // A row without an end: the file is of a run that was killed before it wrote the row. Of one that lacks a file the others are, too.
+        Ok((old.outcome == PENDING || old.is_done()) && old.output == self.output)
     }
 
     fn fill(&mut self, done: Result<Report, Failure>, seconds: f64) {
         self.seconds = Some(seconds);
         match done {
             Err(failure) => self.outcome = format!("{FAILED}{failure}"),
-            Ok(Report { input, output, outcome, distance, .. }) => {
+            Ok(Report { input, output, outcome, distance, levels, .. }) => {
                 (self.vertices, self.faces) = (Some(input.vertices), Some(input.faces));
-                (self.output_vertices, self.output_faces) = (Some(output.size.vertices), Some(output.size.faces));
-                (self.mean_percent, self.max_percent) = distance.map(|d| (d.mean_percent, d.max_percent)).unzip();
-                self.outcome = outcome;
+                let level = Level::new(output, outcome, distance);
+                let levels = if levels.is_empty() { vec![level] } else { levels };
+                self.output_vertices = joined(levels.iter().map(|level| Some(level.output.size.vertices)));
+                self.output_faces = joined(levels.iter().map(|level| Some(level.output.size.faces)));
+                self.mean_percent = joined(levels.iter().map(|level| Some(level.distance?.mean_percent)));
+                self.max_percent = joined(levels.iter().map(|level| Some(level.distance?.max_percent)));
+                let short = levels.iter().map(|level| &level.outcome).find(|outcome| *outcome != REACHED);
+                self.outcome = short.map_or(REACHED, String::as_str).into();
             }
         }
     }
+}
+
+/// A number for each level; none where one has none.
+fn joined(numbers: impl Iterator<Item = Option<impl Serialize>>) -> Option<String> {
+    let numbers: Option<Vec<_>> = numbers.map(|number| serde_json::to_string(&number?).ok()).collect();
+    Some(numbers?.join(";"))
+}
+
+/// Where results stand.
+pub struct Place {
+    /// OUTDIR.
+    pub folder: PathBuf,
+    /// How many levels of detail are files of their own, if they are.
+    pub n_levels: usize,
+    /// Folders of what is told of each mesh, with the endings of its files.
+    pub told: Vec<(PathBuf, &'static str)>,
+}
+
+impl Place {
+    /// The files of a mesh.
+    fn of(&self, row: &Row) -> Vec<PathBuf> {
+        let told = self.told.iter().map(|(folder, ending)| folder.join(with_more(&path_of(&row.name), ending)));
+        level_paths(&self.folder.join(path_of(&row.output)), self.n_levels).into_iter().chain(told).collect()
+    }
+}
+
+/// `a/b.ply` and `.json`: `a/b.ply.json`.
+pub fn with_more(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_os_string();
+    name.push(ending);
+    name.into()
 }
 
 /// How many meshes ended how.
@@ -108,6 +146,7 @@ pub struct Ends {
 /// The rows, in the memory and on the disk.
 pub struct Manifest {
     path: PathBuf,
+    place: Place,
     rows: Mutex<Rows>,
     /// Whether the result of a mesh may take the place of a file.
     may_replace: Vec<bool>,
@@ -122,28 +161,28 @@ struct Rows {
 
 impl Manifest {
     /// The rows of a new batch, or of one that goes on: then those that are done stay so.
-    pub fn open(folder: &Path, mut rows: Vec<Row>, resume: bool, force: bool) -> Result<Self, Failure> {
-        let path = folder.join(NAME);
+    pub fn open(place: Place, mut rows: Vec<Row>, [resume, force]: [bool; 2]) -> Result<Self, Failure> {
+        let path = place.folder.join(NAME);
         let known = if resume && path.exists() { read(&path)? } else { HashMap::new() };
         if !resume && !force {
-            let outputs = rows.iter().map(|row| folder.join(path_of(&row.output)));
+            let outputs = rows.iter().flat_map(|row| place.of(row));
             refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
         }
         let mut may_replace = vec![force; rows.len()];
         for (row, may_replace) in rows.iter_mut().zip(&mut may_replace) {
             if let Some(old) = known.get(&row.name) {
-                *may_replace |= row.go_on(old, folder, &path)?;
+                *may_replace |= row.go_on(old, &place, &path)?;
             }
         }
         let waiting = (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect();
         for (row, _) in rows.iter_mut().zip(&may_replace).filter(|(row, may)| row.outcome == PENDING && !**may) {
-            let output = folder.join(path_of(&row.output));
-            if output.symlink_metadata().is_ok() {
+            if let Some(output) = place.of(row).into_iter().find(|path| path.symlink_metadata().is_ok()) {
                 // It fails unless the file proves to be its result, which a run put there that did not come to its row.
                 row.outcome = format!("{FAILED}{}", exists(&output));
             }
         }
-        let manifest = Self { path, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace, waiting };
+        let manifest =
+            Self { path, place, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace, waiting };
         manifest.save()?;
         Ok(manifest)
     }
@@ -173,9 +212,15 @@ impl Manifest {
         path_of(&self.held().rows[i].output)
     }
 
+    /// Where results stand.
+    pub fn place(&self) -> &Place {
+        &self.place
+    }
+
     /// The paths of all results below OUTDIR.
     pub fn outputs(&self) -> Vec<PathBuf> {
-        self.held().rows.iter().map(|row| path_of(&row.output)).collect()
+        let rows = &self.held().rows;
+        rows.iter().flat_map(|row| level_paths(&path_of(&row.output), self.place.n_levels)).collect()
     }
 
     /// Whether the result may take the place of a file.

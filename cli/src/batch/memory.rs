@@ -22,8 +22,12 @@ pub fn estimate(input: &Input, bake: Option<usize>) -> u64 {
         Some(Format::Ply | Format::Gltf | Format::Glb) => 14,
         _ => 7,
     };
-    // Compressed meshes become about five times as long.
-    let packing = if matches!(Format::without_gz(&input.path), Cow::Owned(_)) { 5 } else { 1 };
+    // Compressed meshes become about five times as long, the text of 3MF ten times.
+    let packing = match (Format::without_gz(&input.path), Format::from_path(&input.path)) {
+        (_, Some(Format::ThreeMf)) => 10,
+        (Cow::Owned(_), _) => 5,
+        _ => 1,
+    };
     let textures = bake.map_or(0, |size| TEXEL * (size as u64).pow(2));
     BASE + factor * packing * bytes + textures
 }

@@ -10,25 +10,31 @@ mod places;
 mod schedule;
 mod spelled;
 
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::io::Format;
 use neural_mesh::model::Weights;
 
 use crate::args::{PurposeArg, SimplifyArgs};
+use crate::bar::Bar;
 use crate::failure::Failure;
-use crate::names::{format_of, is_stream};
+use crate::names::{format_of, is_stream, level_paths, writable};
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{Request, Source, goal, options, prune_below, repair, strict, weld_near};
 use crate::words::Voice;
 use crate::{bake, files, interrupt, read, request, simplify};
 use inputs::Input;
-use manifest::{Manifest, Row};
+use manifest::{Manifest, Place, Row, with_more};
 use places::Places;
+
+/// What is told of a mesh stands in files with these endings after its whole name.
+const REPORT: &str = ".json";
+const PICTURE: &str = ".png";
 
 /// Whether the arguments ask for a batch: a list, several meshes, a folder or a pattern.
 pub fn is_meant(args: &SimplifyArgs) -> bool {
@@ -43,30 +49,38 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let folder = outputs::open(&args.output)?;
     let _lock = lock::lock(&folder)?;
     outputs::ready(&folder, Path::new(manifest::NAME))?;
-    let rows = Row::all(&inputs, &outputs::names(&inputs, format), &request_words(&args));
-    let mut manifest = Manifest::open(&folder, rows, args.resume, args.force)?;
+    let names = outputs::names(&inputs, format);
+    let names = if args.lods.is_empty() { names } else { outputs::of_levels(&inputs, names, format) };
+    let rows = Row::all(&inputs, &names, &request_words(&args));
+    let place = Place { folder: folder.clone(), n_levels: args.lods.len(), told: told(&args)? };
+    let mut manifest = Manifest::open(place, rows, [args.resume, args.force])?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let alone = fallen::meet(&folder, &mut manifest, args.resume)?;
     let weights = read::read_weights(args.weights.as_deref(), args.assembly.into())?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
-    let batch = Batch { bar: bar(args.quiet), args, folder, format, inputs, manifest, places, alone, weights };
+    let progressed = Mutex::new(Progressed { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
+    let batch = Batch { progressed, args, folder, format, inputs, manifest, places, alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
-    batch.bar.finish_and_clear();
     written?;
     batch.tell(began.elapsed().as_secs_f64())
+}
+
+/// The folders of what is told of each mesh, made where they are missing, with the endings of its files.
+fn told(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
+    let folders = [(&args.report, REPORT), (&args.picture, PICTURE)].into_iter();
+    let open = |(folder, ending): (&Option<PathBuf>, _)| Some((folder.as_deref()?.to_path_buf(), ending));
+    folders.filter_map(open).map(|(folder, ending)| Ok((outputs::open(&folder)?, ending))).collect()
 }
 
 /// Refuses what a batch has no use for; gives the format of all results, if one is asked for.
 fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
-    if args.report.is_some() || args.json || args.picture.is_some() || args.map.is_some() || args.explain {
-        return usage(
-            "--report, --json, --picture, --map and --explain are for a single mesh: a batch has its manifest.csv",
-        );
+    if args.json || args.map.is_some() || args.explain {
+        return usage("--json, --map and --explain are for a single mesh: a batch has its manifest.csv");
     }
-    if !args.lods.is_empty() {
-        return usage("--lods: a batch makes one result per mesh: give another size");
+    if [&args.report, &args.picture].into_iter().flatten().any(|folder| is_stream(folder)) {
+        return usage("a batch writes a report and a picture of each mesh: give --report and --picture a folder");
     }
     if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
         return usage(
@@ -78,8 +92,9 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     prune_below(args)?;
     repair(args)?;
     args.bake.map_or(Ok(()), bake::check)?;
+    request::compress(args, None)?;
     weld_near(args)?;
-    args.format.as_deref().map(format_of).transpose()
+    args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()
 }
 
 /// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
@@ -100,6 +115,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.fill_holes.map(|most| option_words("--fill-holes", most)),
         args.printable.as_ref().map(|size| option_words("--printable", size.as_ref())),
         args.bake.map(|size| format!(" --bake {size}")),
+        args.compress.map(|how| format!(" --compress={how:?}").to_ascii_lowercase()),
         args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
@@ -126,6 +142,9 @@ fn size_words(args: &SimplifyArgs) -> String {
         args.faces.map(|n| format!("--faces {n}")),
         args.error.as_ref().map(|error| format!("--error {error}")),
         args.size.as_ref().map(|size| format!("--size {size}")),
+        Some(args.lods.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
+            .filter(|ratios| !ratios.is_empty())
+            .map(|ratios| format!("--lods {ratios}")),
     ];
     sizes.into_iter().flatten().collect()
 }
@@ -135,14 +154,19 @@ fn option_words(option: &str, value: Option<impl std::fmt::Display>) -> String {
     value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
 }
 
-/// A bar of meshes, on a terminal only.
-fn bar(quiet: bool) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {pos} of {len} meshes, {elapsed}, about {eta} left") {
-        bar.set_style(style.progress_chars("=> "));
+/// How much of a batch is done.
+struct Progressed {
+    bar: Bar,
+    n_meshes: usize,
+    /// About the time that these take, of all.
+    cost: f64,
+}
+
+impl Progressed {
+    fn one_more(&mut self, share: f64, n_all: usize) {
+        (self.n_meshes, self.cost) = (self.n_meshes + 1, self.cost + share);
+        self.bar.show(format!("{} of {n_all} meshes", self.n_meshes), self.cost);
     }
-    bar
 }
 
 /// A batch, ready to go.
@@ -157,42 +181,47 @@ struct Batch {
     /// Meshes that are done alone: one of them took an earlier run down.
     alone: Vec<usize>,
     weights: Option<Weights>,
-    bar: ProgressBar,
+    progressed: Mutex<Progressed>,
 }
 
 impl Batch {
     /// All meshes that are not done yet, several at a time.
     fn simplify_all(&self) -> Result<(), Failure> {
         let waiting = self.manifest.waiting();
-        self.bar.set_length(waiting.len() as u64);
         let bound = self.args.memory.map_or_else(memory::default_bound, crate::memory::bytes_of);
-        let cost = |i: usize| {
-            if self.alone.contains(&i) { u64::MAX } else { memory::estimate(&self.inputs[i], self.args.bake) }
-        };
+        let sizes: HashMap<usize, u64> =
+            waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i], self.args.bake))).collect();
+        let all: f64 = sizes.values().map(|&size| size as f64).sum();
+        let cost = |i: usize| if self.alone.contains(&i) { u64::MAX } else { sizes[&i] };
         let costs = waiting.iter().map(|&i| (i, cost(i))).collect();
-        schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i))
+        let share = |i: usize| sizes[&i] as f64 / all;
+        schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i, share(i), waiting.len()))
     }
 
-    /// One mesh, come what may: a row.
-    fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
+    /// One mesh, come what may: a row. It is such a share of the work, and one of so many.
+    fn simplify_into_row(&self, i: usize, share: f64, n_meshes: usize) -> Result<(), Failure> {
         let began = Instant::now();
         let done = crate::out_of_memory::during(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
         let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
-            self.bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
+            self.progressed().bar.aside(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
         }
-        self.bar.inc(1);
+        self.progressed().one_more(share, n_meshes);
         self.manifest.set(i, done, began.elapsed().as_secs_f64())
+    }
+
+    fn progressed(&self) -> MutexGuard<'_, Progressed> {
+        self.progressed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn simplify_one(&self, i: usize) -> Result<Report, Failure> {
         let below = self.manifest.output(i);
         let output = outputs::ready(&self.folder, &below)?;
         // What stands there may be its result.
-        files::check_place(&output, true)?;
+        level_paths(&output, self.args.lods.len()).iter().try_for_each(|path| files::check_place(path, true))?;
         let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
-        let done = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::new(true))?;
+        let done = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
         let done = done.put_by(&|_, beside| self.places.write_beside(&below, beside), files::place_or_find)?;
         Ok(done.0)
     }
@@ -207,6 +236,7 @@ impl Batch {
             follows_input: false,
             stays_in_memory: false,
             bake: request::bake(&self.args, format)?,
+            compress: request::compress(&self.args, Some(format))?,
             output: Some(output),
             options: options(&self.args)?,
             goal: goal(&self.args)?,
@@ -221,12 +251,24 @@ impl Batch {
             weights: None,
             n_threads: None,
             check: !self.args.no_check,
-            report: None,
-            picture: None,
+            report: self.told_of(input, REPORT)?,
+            picture: self.told_of(input, PICTURE)?,
+            view: self.args.view,
+            wires: self.args.wires,
             quiet: true,
             strict: false,
             force,
         })
+    }
+
+    /// Where a file about a mesh is put, if it is asked for.
+    fn told_of(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {
+        let folders = &self.manifest.place().told;
+        let place = folders
+            .iter()
+            .find(|(_, its)| *its == ending)
+            .map(|(folder, _)| outputs::ready(folder, &with_more(&input.below, ending)));
+        place.transpose()
     }
 
     /// The closing lines.

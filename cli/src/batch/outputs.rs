@@ -9,7 +9,8 @@ use neural_mesh::io::Format;
 use super::inputs::Input;
 use super::spelled::spelled;
 use crate::failure::Failure;
-use crate::names::{ending, with_ending};
+use crate::names::{as_result, ending, with_ending, with_level};
+use crate::request::Source;
 
 /// Makes OUTDIR where there is none yet; gives its path without links.
 pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
@@ -32,6 +33,15 @@ pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
     let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| folded(name)).collect();
     let name = |(input, own): (&Input, PathBuf)| if is_shared(&own) { free(input, format, &mut taken) } else { own };
     inputs.iter().zip(own).map(name).collect()
+}
+
+/// The names with a place for the level where levels of detail are files of their own.
+pub fn of_levels(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) -> Vec<PathBuf> {
+    let of_levels = |(input, name): (&Input, PathBuf)| {
+        let source = Source::new(input.path.clone(), None, true);
+        if source.is_scene(format.unwrap_or_else(|| format_for(input))) { name } else { with_level(&name) }
+    };
+    inputs.iter().zip(names).map(of_levels).collect()
 }
 
 /// The mesh's own name with the ending of its format; results are not compressed.
@@ -62,9 +72,9 @@ pub fn folded(path: &Path) -> String {
     spelled(path).to_lowercase()
 }
 
-/// The format of a result where none is asked for: that of its mesh.
+/// The format of a result where none is asked for.
 pub fn format_for(input: &Input) -> Format {
-    Format::from_path(&input.below).unwrap_or(Format::Ply)
+    Format::from_path(&input.below).map_or(Format::Ply, as_result)
 }
 
 /// The path of a result, with the folders that it needs. No link may stand on the way: it could lead out of OUTDIR.

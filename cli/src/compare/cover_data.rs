@@ -10,9 +10,9 @@ use neural_mesh::picture::Corner;
 use serde::Serialize;
 
 use super::images::Gallery;
-use super::packed::Packed;
-use super::surface_data::SurfaceData;
 use super::worn::Worn;
+use crate::page::packed::Packed;
+use crate::page::surface_data::SurfaceData;
 
 /// Steps of a colour's channel in linear light: near black as fine as the eye.
 const COLOUR_STEPS: f32 = 4095.0;
@@ -152,9 +152,9 @@ fn push_differences(packed: &mut Packed, numbers: impl Iterator<Item = u32>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::packed::tests::unpacked;
     use super::super::worn::{tests, worn};
     use super::*;
+    use crate::page::packed::tests::unpacked;
     use neural_mesh::mesh::{Attributes, Channel, Looks, Role, irregular_edges, shapes};
 
     fn data(mesh: &TriMesh, attributes: Attributes, looks: Looks) -> CoverData {

@@ -136,8 +136,9 @@ mod tests {
 
     fn far_triangle(x: f64, double: bool) -> Cleaned {
         let positions = vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
-        clean(RawMesh { positions, faces: vec![[0, 1, 2]], double, ..RawMesh::default() }, &CleanOptions::default())
-            .unwrap()
+        let mut raw = RawMesh::new(positions, vec![[0, 1, 2]]);
+        raw.double = double;
+        clean(raw, &CleanOptions::default()).unwrap()
     }
 
     #[test]

@@ -4,9 +4,7 @@ mod cover_data;
 mod images;
 mod json;
 mod meshes;
-mod packed;
 mod page;
-mod surface_data;
 mod table;
 mod worn;
 
@@ -20,7 +18,8 @@ use crate::args::CompareArgs;
 use crate::failure::Failure;
 use crate::files::{self, Pending};
 use crate::interrupt;
-use crate::names::is_stream;
+use crate::names::{check_stdin, is_stream};
+use crate::plan::{Part, Plan};
 use crate::progress::Progress;
 use crate::simplify::in_pool;
 use crate::words::{Voice, complain};
@@ -59,6 +58,15 @@ struct Judged {
     figures: Vec<Figure>,
 }
 
+/// Costs of reading and drawing over that of measuring.
+const COSTS: [f64; 2] = [0.05, 0.15];
+
+/// What a comparison goes through.
+fn plan(args: &CompareArgs) -> Plan {
+    let drawing = if args.html.is_some() { COSTS[1] } else { 0.0 };
+    Plan::new(&[(Part::Read, COSTS[0]), (Part::Check, 1.0), (Part::Picture, drawing)])
+}
+
 /// Compares, on as many threads as asked.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     check(args)?;
@@ -68,16 +76,18 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 }
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
-    let progress = Progress::new(args.quiet);
-    progress.show("read");
+    let progress = Progress::new(args.quiet, plan(args));
+    progress.show(Part::Read);
     let Meshes { original, simplified, unread } = read_all(args, Vec::new())?;
     let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Told) };
     progress.aside(|| unread.iter().for_each(complain));
     if simplified.is_empty() {
         return left_out;
     }
-    let comparison = judged(args, original, simplified, &progress);
-    progress.show("picture");
+    // The slow figures are for those who see them.
+    let are_seen = args.all || args.json.is_some() || args.html.is_some();
+    let comparison = judged((args, args.quick || !are_seen), original, simplified, &progress);
+    progress.show(Part::Picture);
     let Written { pending, json, notes } = written(args, &comparison)?;
     drop(progress);
     let voice = match json {
@@ -87,7 +97,7 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     };
     json.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
     files::place(pending)?;
-    table::lines(&comparison).iter().for_each(|line| voice.say(line));
+    table::lines(&comparison, args.all).iter().for_each(|line| voice.say(line));
     notes.iter().for_each(|note| voice.say(&format!("note      {note}")));
     left_out
 }
@@ -98,34 +108,40 @@ pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Comp
     if let Some(failure) = unread.into_iter().next() {
         return Err(failure);
     }
-    let comparison = judged(args, original, simplified, &Progress::new(true));
+    let comparison = judged((args, args.quick), original, simplified, &Progress::silent());
     let figures = json::value(&comparison).to_string();
     Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
 }
 
-fn judging<'a>(args: &CompareArgs, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
-    let all = Judging { samples: args.samples, seed: args.seed, ..Judging::default() };
-    if args.quick || !MEASURES_ALONG_SURFACE {
-        Judging { eigenpairs: 0, geodesics: false, ..all }
-    } else if meshes.any(|named| named.mesh.positions().len() > MOST_FOR_SPECTRUM) {
-        Judging { eigenpairs: 0, ..all }
-    } else {
-        all
+fn judging<'a>(args: &CompareArgs, is_quick: bool, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
+    let mut judging = Judging::default();
+    (judging.samples, judging.seed) = (args.samples, args.seed);
+    judging.geodesics = !is_quick && MEASURES_ALONG_SURFACE;
+    if !judging.geodesics || meshes.any(|named| named.mesh.positions().len() > MOST_FOR_SPECTRUM) {
+        judging.eigenpairs = 0;
     }
+    judging
 }
 
-fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &Progress) -> Comparison {
-    progress.show("check");
-    let judging = judging(args, std::iter::once(&original).chain(&simplified));
+fn judged(
+    (args, is_quick): (&CompareArgs, bool),
+    original: Named,
+    simplified: Vec<Named>,
+    progress: &Progress,
+) -> Comparison {
+    progress.show(Part::Check);
+    let judging = judging(args, is_quick, std::iter::once(&original).chain(&simplified));
     let prepared = Original::new(&original.mesh, &judging);
     let n_asked = size_for_all(&simplified);
-    let judge = |mesh: Named| {
+    let n_results = simplified.len() as f64;
+    let judge = |(number, mesh): (usize, Named)| {
+        progress.move_on(Part::Check, (number as f64 + 0.5) / (n_results + 0.5));
         let mut figures = compare(&prepared, &mesh.mesh, n_asked);
         let looks = args.appearance.then(|| appearance(&original.mesh, &mesh.mesh, USUAL_HEIGHT)).flatten();
         figures.extend(appearance::figures(looks.as_ref()));
         Judged { figures, mesh }
     };
-    let results = simplified.into_iter().map(judge).collect();
+    let results = simplified.into_iter().enumerate().map(judge).collect();
     let n_eigenpairs = prepared.eigenpairs(n_asked);
     Comparison { original, results, judging, n_eigenpairs }
 }
@@ -164,9 +180,7 @@ fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
 
 /// What is wrong with the arguments is found before any file is opened.
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
-    if args.inputs().filter(|path| is_stream(path)).count() > 1 {
-        return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
-    }
+    check_stdin(args.inputs())?;
     if args.html.as_deref().is_some_and(is_stream) {
         return Err(Failure::Usage("the page is a file: give --html a name".into()));
     }
@@ -196,9 +210,9 @@ mod tests {
         let arguments = <crate::command::Args as clap::Parser>::parse_from(words);
         let crate::command::Command::Compare(args) = arguments.command else { panic!("no comparison") };
         let many = TriMesh::new(vec![[0.0; 3]; MOST_FOR_SPECTRUM + 1], vec![[0, 1, 2]]).unwrap();
-        let of = |meshes: &[Named]| judging(&args, meshes.iter());
+        let of = |meshes: &[Named]| judging(&args, args.quick, meshes.iter());
         assert_eq!(of(&[named(shapes::icosphere(1))]), Judging::default());
         let left_out = of(&[named(shapes::icosphere(1)), named(many)]);
-        assert_eq!(left_out, Judging { eigenpairs: 0, ..Judging::default() });
+        assert_eq!((left_out.eigenpairs, left_out.geodesics), (0, Judging::default().geodesics));
     }
 }

@@ -2,27 +2,20 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use neural_mesh::mesh::{TriMesh, irregular_edges};
-use neural_mesh::metrics::{Painted, PaintedScale, nearest_on, painted_scale};
+use neural_mesh::metrics::nearest_on;
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
 
 use super::cover_data::{CoverData, CoverLayout};
 use super::images::{FittedImage, Gallery};
 use super::meshes::Named;
-use super::packed::Packed;
-use super::surface_data::SurfaceData;
 use super::{Comparison, json};
+use crate::page::pairs::{Distances, scale, surface};
+use crate::page::surface_data::SurfaceData;
+use crate::page::{filled, island, json_island};
 
 /// The page without data; `scripts/viewer` makes it from `cli/viewer`.
 const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
-
-/// The places in the page that are filled here.
-const TITLE: &str = "<!-- title -->";
-const DATA: &str = "<!-- data -->";
-
-/// Letters of a part of packed numbers; a multiple of four, so that each part is base64 of its own.
-const LETTERS: usize = 1 << 18;
 
 /// A page and what it cannot show, in one line each.
 pub struct Page {
@@ -34,27 +27,23 @@ pub struct Page {
 
 /// The page of a comparison.
 pub fn page(comparison: &Comparison) -> Page {
-    let (before, rest) = VIEWER.split_once(TITLE).unwrap_or((VIEWER, ""));
-    let (between, after) = rest.split_once(DATA).unwrap_or((rest, ""));
-    let title = escaped(&comparison.original.name);
     let (data, notes) = data(comparison);
-    Page { html: [before, &title, between, &data, after].concat(), notes }
+    Page { html: filled(VIEWER, &comparison.original.name, &data), notes }
 }
 
 /// The scripts that hold the data: words as JSON, numbers packed. Beside them what could not be had.
 fn data(comparison: &Comparison) -> (String, Vec<String>) {
     let Comparison { original, results, .. } = comparison;
     let meshes: Vec<&Named> = std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).collect();
-    let surfaces: Vec<SurfaceData> = meshes.iter().map(|named| packed(&named.mesh)).collect();
+    let surfaces: Vec<SurfaceData> = meshes.iter().map(|named| surface(&named.mesh)).collect();
     let pairs = distances(comparison);
-    let scale = scale(comparison, &pairs);
+    let of_results = results.iter().map(|result| &result.mesh.mesh);
+    let scale = scale(&original.mesh, of_results.zip(&pairs));
     let mut scripts = vec![island("surface-0", &surfaces[0].text)];
     for (at, pair) in pairs.iter().enumerate() {
-        let mut values = Packed::default();
-        surfaces[at + 1].pack_values(&mut values, &pair.of_result, scale.max);
-        surfaces[0].pack_values(&mut values, &pair.of_original, scale.max);
-        scripts.push(island(&format!("surface-{}", at + 1), &surfaces[at + 1].text));
-        scripts.push(island(&format!("distances-{}", at + 1), &values.text()));
+        let result = &surfaces[at + 1];
+        scripts.push(island(&format!("surface-{}", at + 1), &result.text));
+        scripts.push(island(&format!("distances-{}", at + 1), &pair.packed(&surfaces[0], result, scale.max)));
     }
     let Covered { covers, images, scripts: of_covers, notes } = covered(&meshes, &surfaces);
     scripts.extend(of_covers);
@@ -67,7 +56,7 @@ fn data(comparison: &Comparison) -> (String, Vec<String>) {
         "scale": { "p95": scale.p95, "p99": scale.p99, "max": scale.max },
         "eye": toward_eye(&original.mesh),
     });
-    scripts.insert(0, json_island(&words));
+    scripts.insert(0, json_island("comparison", &words));
     (scripts.concat(), notes)
 }
 
@@ -100,64 +89,20 @@ fn covered(meshes: &[&Named], surfaces: &[SurfaceData]) -> Covered {
     Covered { covers, images, scripts, notes }
 }
 
-fn packed(mesh: &TriMesh) -> SurfaceData {
-    SurfaceData::new(mesh, &irregular_edges(mesh), Painted::new(mesh).steps)
-}
-
-/// Distances between the original and a result, at the painted points of each.
-struct Distances {
-    /// From the result to the original.
-    of_result: Vec<f32>,
-    /// From the original to the result.
-    of_original: Vec<f32>,
-}
-
+/// Between the original and each result.
 fn distances(comparison: &Comparison) -> Vec<Distances> {
-    let original = Painted::new(&comparison.original.mesh);
-    let surface = nearest_on(&comparison.original.mesh);
-    let pair = |result: &TriMesh| Distances {
-        of_result: Painted::new(result).distances_to(&surface),
-        of_original: original.distances_to(&nearest_on(result)),
-    };
-    comparison.results.iter().map(|result| pair(&result.mesh.mesh)).collect()
-}
-
-/// One scale over the surfaces of all pairs, each of the same weight.
-fn scale(comparison: &Comparison, pairs: &[Distances]) -> PaintedScale {
-    let shares_of_original = Painted::new(&comparison.original.mesh).shares();
-    let mut weighed = Vec::new();
-    for (result, pair) in comparison.results.iter().zip(pairs) {
-        weighed.extend(pair.of_result.iter().copied().zip(Painted::new(&result.mesh.mesh).shares()));
-        weighed.extend(pair.of_original.iter().copied().zip(shares_of_original.iter().copied()));
-    }
-    painted_scale(weighed)
-}
-
-/// Packed numbers in parts, between which a browser can do other things while it reads the page.
-fn island(name: &str, text: &str) -> String {
-    let part = |letters: &[u8]| {
-        let letters = String::from_utf8_lossy(letters);
-        format!("<script type=\"text/plain\" data-of=\"{name}\">{letters}</script>\n")
-    };
-    text.as_bytes().chunks(LETTERS).map(part).collect()
-}
-
-/// JSON inside HTML: without `<` no tag begins or ends in it.
-fn json_island(value: &Value) -> String {
-    let text = value.to_string().replace('<', "\\u003c");
-    format!("<script type=\"application/json\" id=\"comparison\">{text}</script>\n")
-}
-
-/// Text inside an element.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    let original = &comparison.original.mesh;
+    let near = nearest_on(original);
+    let meshes = comparison.results.iter().map(|result| &result.mesh.mesh);
+    meshes.map(|mesh| Distances::new((original, &near), (mesh, &nearest_on(mesh)))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::compare::Judged;
-    use neural_mesh::mesh::shapes;
+    use crate::page::tests::check_points_nowhere;
+    use neural_mesh::mesh::{TriMesh, shapes};
     use neural_mesh::metrics::Judging;
 
     fn html(name: &str) -> String {
@@ -193,16 +138,6 @@ mod tests {
 
     #[test]
     fn nothing_in_the_page_points_elsewhere() {
-        let page = html("a.ply");
-        for (at, scheme) in page.match_indices("http:").chain(page.match_indices("https:")) {
-            let address = &page[at..page.len().min(at + 60)];
-            // Names of XML languages, which nobody opens.
-            assert!(address.starts_with("http://www.w3.org/"), "{scheme} in {address}");
-        }
-        // The icon is an empty one inside the page, so that browsers look for none.
-        assert_eq!(page.matches("<link").count(), page.matches("<link rel=\"icon\" href=\"data:,\">").count());
-        assert!(!page.contains(" src=\"") && !page.contains("@import"));
-        assert!(page.contains("default-src 'none'"));
-        assert!(page.contains("Permission is hereby granted"), "the licence of three.js is missing");
+        check_points_nowhere(&html("a.ply"));
     }
 }

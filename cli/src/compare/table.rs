@@ -9,19 +9,37 @@ use crate::words::{grouped, shortened};
 /// Figures that are not measured where that takes too long.
 const BOUNDED: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
-/// The lines of the table, columns aligned.
-pub fn lines(comparison: &Comparison) -> Vec<String> {
+/// The figures that are asked for most, and those of pictures where they were drawn.
+const FIRST: [&str; 12] = [
+    "vertices",
+    "faces",
+    "distance_mean",
+    "distance_max",
+    "normal_angle",
+    "boundary_edges",
+    "non_manifold_edges",
+    "self_intersecting_faces",
+    "components_added",
+    "volume_change",
+    "ssim",
+    "psnr",
+];
+
+/// The lines of the table, columns aligned; of the figures all that are known, or those asked for most.
+pub fn lines(comparison: &Comparison, all: bool) -> Vec<String> {
     let Comparison { original, results, judging, .. } = comparison;
     let samples = grouped(judging.samples);
     let mut lines = vec![
         format!("original  {}: {}", original.name, counts(original)),
         format!("judged    from {samples} samples on each surface, seed {}", judging.seed),
     ];
-    lines.extend(LEFT_OUT.map(|what| format!("left out  {what}")));
-    lines.extend(spectrum(comparison));
+    if all {
+        lines.extend(LEFT_OUT.map(|what| format!("left out  {what}")));
+        lines.extend(spectrum(comparison));
+    }
     lines.extend(unknown(original, results));
     lines.push(String::new());
-    lines.extend(aligned(&rows(results)));
+    lines.extend(aligned(&rows(results, all)));
     lines
 }
 
@@ -56,14 +74,16 @@ fn counts(named: &Named) -> String {
     format!("{} vertices, {} faces", grouped(named.mesh.positions().len()), grouped(named.mesh.faces().len()))
 }
 
-/// Name, unit and a value per result; the first row is the head.
-fn rows(results: &[Judged]) -> Vec<Vec<String>> {
+/// Name, unit and a value per result; the first row is the head. What no result has a value for is left out.
+fn rows(results: &[Judged], all: bool) -> Vec<Vec<String>> {
     let row = |name: &str, unit: &str, of: &dyn Fn(&Judged) -> String| {
         [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
     };
     let mut rows = vec![row("figure", "unit", &|result| shortened(&plain(&result.mesh.name)))];
     let figures = results.first().map_or(&[][..], |result| &result.figures);
-    for (at, Figure { name, unit, .. }) in figures.iter().enumerate() {
+    let is_known = |at: usize| results.iter().any(|result| result.figures[at].value.is_some());
+    let shown = |(at, figure): &(usize, &Figure)| is_known(*at) && (all || FIRST.contains(&figure.name));
+    for (at, Figure { name, unit, .. }) in figures.iter().enumerate().filter(shown) {
         rows.push(row(&name.replace('_', " "), unit, &|result| number(result.figures[at].value)));
     }
     rows
@@ -113,7 +133,7 @@ mod tests {
     #[test]
     fn what_would_have_taken_too_long_is_said() {
         let named = |mesh| Named { name: "a.ply".into(), mesh, cover: None, notes: Vec::new() };
-        let figure = |name, value| Figure { name, unit: "", about: "", value };
+        let figure = |name, value| Figure::new(name, "", "", value);
         let judged = |value| {
             let figures = vec![figure("genus_added", None), figure("distance_max", value)];
             Judged { mesh: named(shapes::icosphere(1)), figures }

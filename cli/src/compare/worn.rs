@@ -49,8 +49,11 @@ pub mod tests {
 
     /// The looks of a group with a texture of these bytes.
     pub fn textured(image: &[u8]) -> Looks {
-        let texture = BaseTexture { image: Arc::from(image), channel: "uv".into(), wrap: [Wrap::Clamp, Wrap::Repeat] };
-        Looks { of_groups: vec![Look { texture: Some(texture), ..Look::default() }], ..Looks::default() }
+        let mut texture = BaseTexture::new(Arc::from(image));
+        (texture.channel, texture.wrap) = ("uv".into(), [Wrap::Clamp, Wrap::Repeat]);
+        let mut look = Look::default();
+        look.texture = Some(texture);
+        Looks::new(vec![look])
     }
 
     #[test]
@@ -67,8 +70,8 @@ pub mod tests {
     #[test]
     fn of_several_textures_none_is_borrowed() {
         let two = [textured(b"one").of_groups, textured(b"two").of_groups].concat();
-        assert_eq!(only_texture(&Looks { of_groups: two, ..Looks::default() }), None);
+        assert_eq!(only_texture(&Looks::new(two)), None);
         let same = [textured(b"one").of_groups, textured(b"one").of_groups].concat();
-        assert!(only_texture(&Looks { of_groups: same, ..Looks::default() }).is_some());
+        assert!(only_texture(&Looks::new(same)).is_some());
     }
 }

@@ -15,17 +15,20 @@ In the command of a tool, {in} and {out} are PLY files ({in.obj}, {out.stl}, {in
 standard output is its time; without one, that of the whole process counts.
 
 RUN is created and holds settings.json (what was asked), rows.csv and rows.json (a row for each mesh, ratio, method \
-and seed), tables.md, error-size.svg, time-size.svg and error-time.svg. docs/evaluate.md explains them.
+and seed), report.html (tables, plots, the worst cases in 3-D), tables.md, error-size.svg, time-size.svg, error-time.svg \
+and worst (meshes of the worst cases). docs/evaluate.md explains them.
 
-Killed at any moment, it loses the current case; the same command with --resume continues. A method that fails or takes \
-too long is a row with its error. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
+Each tool is tried once on a small mesh before anything is measured. Killed at any moment, it loses the current case; the \
+same command with --resume continues, also with another command for a tool that had no result. A method that fails or \
+takes too long is a row with its error. Exit codes: 0 done, 1 the input, a tool, the disk or standard output, 2 usage, \
+130 interrupted.";
 
 /// Measure methods at several sizes on a folder of meshes: tables, plots
 #[derive(Debug, Parser)]
 #[command(after_help = EVALUATE_NOTES, override_usage = "neural-mesh evaluate --data DIR --out RUN [OPTIONS]
        neural-mesh evaluate --report RUN [--relative-to METHOD]")]
 pub struct EvaluateArgs {
-    /// Folder of meshes: OBJ, PLY, STL, OFF, glTF, GLB
+    /// Folder of meshes: OBJ, PLY, STL, OFF, glTF, GLB, 3MF, FBX
     #[arg(long, value_name = "DIR", required_unless_present = "report")]
     pub data: Option<PathBuf>,
     /// Folder for the results
@@ -87,7 +90,7 @@ pub struct EvaluateArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Write tables and plots of an evaluation, finished or not, and do nothing else
+    /// Write page, tables and plots of an evaluation, finished or not, and do nothing else
     #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "methods", "tools", "ratios", "seeds", "resume"])]
     pub report: Option<PathBuf>,
 }

@@ -25,6 +25,12 @@ const COLOURS: [RGBColor; 11] = [
     RGBColor(170, 0, 50),
 ];
 
+/// The colour of a method by its place, as pages write it.
+pub fn colour(at: usize) -> String {
+    let RGBColor(red, green, blue) = COLOURS[at % COLOURS.len()];
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
 /// Draws a chart as SVG: a line with points and a colour of its own for every method.
 pub fn draw(chart: &Chart) -> Result<String, Failure> {
     let mut picture = String::new();

@@ -2,6 +2,7 @@
 
 mod args;
 mod chart;
+mod page;
 mod progress;
 
 use std::io::{BufRead, Read};
@@ -45,9 +46,12 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     });
     drop(progress);
     let ending = ending.map_err(refused)?;
+    if ending == Ending::NotBegun {
+        return Err(Failure::Stopped("interrupted while tools were tried: nothing was measured: start again".into()));
+    }
     publish(out, args)?;
     match ending {
-        Ending::Finished => Ok(()),
+        Ending::Finished | Ending::NotBegun => Ok(()),
         Ending::Stopped => {
             let what = format!("interrupted: the rows so far are kept in {}: continue with --resume", name(out));
             Err(Failure::Stopped(what))
@@ -60,27 +64,29 @@ fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Fail
     let program = program.map_err(|error| {
         Failure::Failed(format!("the path of this program cannot be found: {error}: start it by its full path"))
     })?;
-    Ok(Request {
-        data: data.into(),
-        folder: out.into(),
-        settings: Settings {
-            methods: args.methods.clone(),
-            tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?,
-            ratios: args.ratios.clone(),
-            seeds: args.seeds.clone(),
-            repeats: args.repeat,
-            time_limit: args.time_limit,
-            threads: args.threads.unwrap_or_else(rayon::current_num_threads),
-            samples: args.samples,
-            spectrum: args.spectrum,
-            appearance: args.appearance,
-            only: args.only.clone(),
-        },
-        weights: args.weights.clone(),
-        paper_weights: args.paper_weights.clone(),
-        resume: args.resume,
-        worker: Some(Worker { program, arguments: vec![WORKER.into()] }),
-    })
+    let mut request = Request::new(data, out);
+    request.settings = settings(args)?;
+    request.weights = args.weights.clone();
+    request.paper_weights = args.paper_weights.clone();
+    request.resume = args.resume;
+    request.worker = Some(Worker { program, arguments: vec![WORKER.into()] });
+    Ok(request)
+}
+
+fn settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
+    let mut settings = Settings::default();
+    settings.methods = args.methods.clone();
+    settings.tools = args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?;
+    settings.ratios = args.ratios.clone();
+    settings.seeds = args.seeds.clone();
+    settings.repeats = args.repeat;
+    settings.time_limit = args.time_limit;
+    settings.threads = args.threads.unwrap_or_else(rayon::current_num_threads);
+    settings.samples = args.samples;
+    settings.spectrum = args.spectrum;
+    settings.appearance = args.appearance;
+    settings.only = args.only.clone();
+    Ok(settings)
 }
 
 /// The library's refusal as the program's.
@@ -106,7 +112,11 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
             Err(failure) => complain(&Failure::Failed(format!("{} was not drawn: {failure}", name(&path)))),
         }
     }
+    let path = folder.join("report.html");
+    let page = page::page(folder, &table, args.relative_to.as_deref());
+    files::place(vec![files::prepare(&path, page.as_bytes(), true)?])?;
     voice(args).say(&format!("tables    {}", folder.join("tables.md").display()));
+    voice(args).say(&format!("page      {}", path.display()));
     Ok(())
 }
 

@@ -34,6 +34,7 @@ impl EvaluateProgress {
     /// Shows what happened.
     pub fn hear(&mut self, event: Event) {
         match event {
+            Event::Trying(tool) => self.show(&format!("{}: tried on a small mesh", tool.name)),
             Event::Case { mesh, ratio, seed, n_done, n_cases } => {
                 self.bar.set_length(n_cases as u64);
                 self.bar.set_position(n_done as u64);
@@ -47,9 +48,9 @@ impl EvaluateProgress {
                 self.shown = Instant::now();
                 self.show(&format!("{}: {}, run {}", self.case, method.name(), round + 1));
             }
-            Event::Running { .. } => {}
             Event::Judging => self.show(&format!("{}: measuring", self.case)),
             Event::Row(row) => self.row(row),
+            _ => {}
         }
     }
 

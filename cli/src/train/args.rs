@@ -21,7 +21,7 @@ Exit codes: 0 done, 1 the input, the disk or a loss that is not finite, 2 usage,
 #[command(after_help = TRAIN_NOTES, override_usage = "neural-mesh train --data DIR --out RUN [OPTIONS]
        neural-mesh train --plot RUN")]
 pub struct TrainArgs {
-    /// Folder of meshes to learn from: OBJ, PLY, STL, OFF, glTF, GLB
+    /// Folder of meshes to learn from: OBJ, PLY, STL, OFF, glTF, GLB, 3MF, FBX
     #[arg(long, value_name = "DIR", required_unless_present = "plot")]
     pub data: Option<PathBuf>,
     /// Folder for the results

@@ -20,30 +20,25 @@ use progress::TrainProgress;
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     match (&args.plot, &args.data, &args.out) {
         (Some(folder), _, _) => plot(folder, voice(args)),
-        (None, Some(data), Some(out)) => watched(args, data, out),
+        (None, Some(data), Some(out)) => {
+            stopping::watch_for_a_good_end();
+            in_pool(args.threads, || learn(args, data, out))
+        }
         _ => {
             Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into()))
         }
     }
 }
 
-fn watched(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
-    stopping::watch_for_a_good_end();
-    in_pool(args.threads, || learn(args, data, out))
-}
-
 fn learn(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
     let settings = args.config.as_deref().map(read_text).transpose()?;
     let init = args.init.as_deref().map(files::read).transpose()?;
-    let request = Request {
-        data,
-        folder: out,
-        settings: settings.as_deref(),
-        objective: args.objective.as_deref(),
-        epochs: args.epochs,
-        resume: args.resume,
-        init: init.as_deref(),
-    };
+    let mut request = Request::new(data, out);
+    request.settings = settings.as_deref();
+    request.objective = args.objective.as_deref();
+    request.epochs = args.epochs;
+    request.resume = args.resume;
+    request.init = init.as_deref();
     let mut run = open(&request).map_err(|error| refused(error, args))?;
     let step = step_function(&run.settings).map_err(|error| refused(error, args))?;
     say_what_is_there(&run, voice(args));

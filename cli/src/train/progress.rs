@@ -56,6 +56,7 @@ impl TrainProgress {
                 self.saved = Instant::now();
                 self.epoch(n_done, training, validation, is_best);
             }
+            _ => {}
         }
         self.wish()
     }

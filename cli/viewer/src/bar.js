@@ -9,17 +9,18 @@ const TICKS = [0, 0.25, 0.5, 0.75, 1];
 const BEYOND = {
   p95: '5 % of the surfaces lie beyond and have the last colour.',
   p99: '1 % of the surfaces lies beyond and has the last colour.',
-  max: 'The largest distance of all results.',
+  max: 'The largest distance.',
   own: 'Distances beyond have the last colour.',
 };
 
-/** Wires up the bar; `changed(share)` hears where the colours end, as a share of the largest distance. */
-export function makeBar(scale, diagonal, changed) {
+/**
+ * Wires up the bar; `changed(share)` hears where the colours end, as a share of the largest distance. What it gives back shows
+ * another scale, of meshes with this diagonal.
+ */
+export function makeBar(changed) {
   const [end, own, unit] = ['end', 'own', 'unit'].map((id) => document.getElementById(id));
   document.getElementById('gradient').style.background = GRADIENT;
-  // A share of the diagonal needs one.
-  if (!(diagonal > 0)) unit.value = 'own';
-  let length = scale.p99 || scale.max;
+  let [scale, diagonal, length] = [{ p95: 0, p99: 0, max: 0 }, 0, 0];
   const inUnit = () => (unit.value === 'percent' ? 100 / diagonal : 1);
   const update = () => {
     if (end.value !== 'own') length = scale[end.value] || scale.max;
@@ -35,8 +36,15 @@ export function makeBar(scale, diagonal, changed) {
   end.addEventListener('change', () => { fill(); update(); });
   unit.addEventListener('change', () => { fill(); update(); });
   own.addEventListener('input', type);
-  fill();
-  update();
+  return (newScale, newDiagonal) => {
+    [scale, diagonal] = [newScale, newDiagonal];
+    // A share of the diagonal needs one.
+    if (!(diagonal > 0)) unit.value = 'own';
+    if (end.value === 'own') return type();
+    length = scale[end.value] || scale.max;
+    fill();
+    return update();
+  };
 }
 
 /** As many decimals on every tick. */

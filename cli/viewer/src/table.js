@@ -1,6 +1,7 @@
 // The numbers beside the view: a row per figure, a column per result.
 
-import { number } from './words.js';
+import { element } from './element.js';
+import { number, spoken } from './words.js';
 
 /** Fills a table element with the figures of a comparison. */
 export function fillTable(table, { figures, results }) {
@@ -9,7 +10,7 @@ export function fillTable(table, { figures, results }) {
   const body = table.createTBody();
   for (const { name, unit, about } of figures) {
     const values = results.map((result) => number(result.values[name]));
-    body.append(named(name.replaceAll('_', ' '), unit, about, values));
+    body.append(named(spoken(name), unit, about, values));
   }
 }
 
@@ -31,7 +32,7 @@ function scrollTo(box, cells) {
 /** Fills a list with what the figures mean. */
 export function fillMeanings(list, figures) {
   for (const { name, unit, about } of figures) {
-    list.append(element('dt', name.replaceAll('_', ' ')), element('dd', unit ? `${about} (${unit})` : about));
+    list.append(element('dt', spoken(name)), element('dd', unit ? `${about} (${unit})` : about));
   }
 }
 
@@ -47,8 +48,4 @@ function row(tag, texts, scope) {
   const line = document.createElement('tr');
   line.append(...texts.map((text) => element(tag, text, { ...(scope && { scope }), title: text })));
   return line;
-}
-
-function element(tag, textContent, properties) {
-  return Object.assign(document.createElement(tag), { textContent }, properties);
 }

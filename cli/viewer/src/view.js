@@ -87,6 +87,11 @@ function fitDepth({ camera, controls, radius }) {
   camera.far = distance + 1.1 * radius;
 }
 
+/** Turns to a box of another size, seen from elsewhere. */
+export function setPlace(view, { half, radius, eye }) {
+  Object.assign(view, { half, radius, eye: new Vector3(...eye) });
+}
+
 /** Puts the camera where the whole box is seen. */
 export function lookFromStart(view) {
   const { camera, controls, radius } = view;
@@ -97,6 +102,16 @@ export function lookFromStart(view) {
   camera.position.setLength(1.06 * distanceToFit(view));
   controls.minDistance = 0.01 * radius;
   controls.maxDistance = 40 * radius;
+  controls.update();
+  askToDraw(view);
+}
+
+/** Looks at a point from near by, in a direction from it. */
+export function lookAt(view, point, direction) {
+  const { camera, controls, radius } = view;
+  view.isMoved = true;
+  controls.target.copy(point);
+  camera.position.copy(point).addScaledVector(direction, 1.2 * radius);
   controls.update();
   askToDraw(view);
 }

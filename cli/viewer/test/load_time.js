@@ -6,8 +6,8 @@ import { statSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import { launch } from './browser.js';
 
-const browser = await launch();
-for (const path of process.argv.slice(2)) {
+/** Megabytes of a page, milliseconds until it has drawn, and of processor time of its own thread: in all and the longest task. */
+export async function opening(browser, path) {
   const page = await browser.newPage();
   await browser.startTracing(page, { categories: ['devtools.timeline', 'disabled-by-default-devtools.timeline'] });
   await page.goto(pathToFileURL(path).href);
@@ -15,13 +15,11 @@ for (const path of process.argv.slice(2)) {
   await page.waitForTimeout(1000);
   const { traceEvents } = JSON.parse((await browser.stopTracing()).toString());
   const drawn = await page.evaluate(() => performance.getEntriesByName('first-draw')[0].startTime);
+  await page.close();
   const tasks = tasksOfThePage(traceEvents);
   const [total, longest] = [tasks.reduce((sum, task) => sum + task, 0), Math.max(...tasks)].map(Math.round);
-  const size = (statSync(path).size / 2 ** 20).toFixed(1);
-  console.log(`${path}: ${size} MiB, drawn after ${Math.round(drawn)} ms; main thread ${total} ms in all, ${longest} ms at most`);
-  await page.close();
+  return { size: statSync(path).size / 1e6, drawn: Math.round(drawn), total, longest };
 }
-await browser.close();
 
 /** Milliseconds of processor time of the tasks of the page's own thread, the busiest of its kind. */
 function tasksOfThePage(events) {
@@ -31,4 +29,13 @@ function tasksOfThePage(events) {
   const times = threads.map((thread) => ofThread(thread).map(({ tdur = 0 }) => tdur / 1000));
   const sum = (list) => list.reduce((total, time) => total + time, 0);
   return times.sort((a, b) => sum(b) - sum(a))[0];
+}
+
+if (import.meta.filename === process.argv[1]) {
+  const browser = await launch();
+  for (const path of process.argv.slice(2)) {
+    const { size, drawn, total, longest } = await opening(browser, path);
+    console.log(`${path}: ${size.toFixed(1)} MB, drawn after ${drawn} ms; main thread ${total} ms in all, ${longest} ms at most`);
+  }
+  await browser.close();
 }

@@ -57,6 +57,15 @@ test('every switch changes the picture, and back', () => withPage(SEVERAL, {}, a
   }
 }));
 
+test('a ring stands where the meshes are farthest apart, and the camera goes there', () => withPage(SEVERAL, {}, async (page) => {
+  const first = await shoot(page, '.stage');
+  await changes(page, '.stage', () => page.keyboard.press('x'), 0.05);
+  // Without the ring some pixels change, and the camera stays.
+  await changes(page, '#pane-1', () => page.keyboard.press('x'), 0.0005, 0.05);
+  await page.keyboard.press('r');
+  await isAgain(page, '.stage', first);
+}));
+
 test('marked edges are drawn and counted', () => withPage(OPEN, {}, async (page) => {
   assert.match(await page.textContent('#pane-1 .marks'), /^\d+ open/);
   await changes(page, '#pane-1', () => page.keyboard.press('m'), 0.0005, 0.2);

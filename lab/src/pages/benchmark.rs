@@ -50,15 +50,14 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 /// The rows: everyone with one seed, what draws with three.
 pub fn measured(bench: &Bench) -> Result<Table> {
-    let settings =
-        Settings { ratios: RATIOS.into(), repeats: 1, threads: 1, time_limit: TIME_LIMIT, ..Settings::default() };
+    let mut settings = Settings::default();
+    (settings.ratios, settings.repeats, settings.time_limit) = (RATIOS.into(), 1, TIME_LIMIT);
     let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-    let all = Settings {
-        methods: names(&["network", "geometry", "mean", "max", "normals", REFERENCE, "meshopt-update"]),
-        tools: cgal::tools(&bench.scratch("cgal")?)?,
-        ..settings.clone()
-    };
-    let seeds = Settings { methods: names(&["network", REFERENCE]), seeds: vec![1, 2], ..settings };
+    let mut all = settings.clone();
+    all.methods = names(&["network", "geometry", "mean", "max", "normals", REFERENCE, "meshopt-update"]);
+    all.tools = cgal::tools(&bench.scratch("cgal")?)?;
+    let mut seeds = settings;
+    (seeds.methods, seeds.seeds) = (names(&["network", REFERENCE]), vec![1, 2]);
     let mut table = bench.evaluated("benchmark", "test", all, None)?;
     table.rows.extend(bench.evaluated("benchmark-seeds", "test", seeds, None)?.rows);
     table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));

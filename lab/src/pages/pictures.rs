@@ -75,7 +75,9 @@ fn drawn(path: &Path, ratio: f64) -> Result<String> {
         caption("neural-mesh", &ours)?,
         caption("meshoptimizer", &theirs)?,
     ];
-    let image = render(&[&mesh, &ours, &theirs], &PictureOptions { height: HEIGHT, captions, ..Default::default() });
+    let mut options = PictureOptions::default();
+    (options.height, options.captions) = (HEIGHT, captions);
+    let image = render(&[&mesh, &ours, &theirs], &options);
     let (name, folder) = (name(path), root().join("docs/measured"));
     std::fs::create_dir_all(&folder)?;
     write_path(&folder.join(format!("{name}.png")), &encode_png(&image), true)?;

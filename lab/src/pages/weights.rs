@@ -1,7 +1,7 @@
 //! The weights that ship: what they are, what made them, and what they reach.
 
 use anyhow::Result;
-use neural_mesh::evaluate::{Row, Settings, Table};
+use neural_mesh::evaluate::{Row, Table};
 
 use super::{RATIOS, benchmark, paper};
 use crate::bench::Bench;
@@ -48,12 +48,7 @@ The paper's assembly with both, means over the meshes of [paper.md](paper.md): C
 
 pub fn page(bench: &Bench) -> Result<String> {
     let rows = benchmark::measured(bench)?;
-    let tosca = bench.evaluated(
-        "paper",
-        "tosca",
-        Settings { spectrum: true, ..paper::settings(&paper::METHODS) },
-        Some(paper::weights()),
-    )?;
+    let tosca = bench.evaluated("paper", "tosca", paper::with_spectrum(), Some(paper::weights()))?;
     let open = bench.evaluated("weights-open", "tosca", paper::settings(&["paper"]), None)?;
     Ok(format!("{DEFAULT}{}{PAPER}{}", over_even(&rows), of_paper(&[("paper-open", &open), ("paper-tosca", &tosca)])))
 }

@@ -76,7 +76,8 @@ fn at_ratio(model: &Model, ratio: f64) -> Result<Measured> {
 
 /// The default of the library, with all attributes.
 fn ours(original: &Carrier, ratio: f64) -> Result<Carrier> {
-    let input = Input { mesh: &original.mesh, attributes: &original.attributes, importance: &[] };
+    let mut input = Input::bare(&original.mesh);
+    input.attributes = &original.attributes;
     let options = Options::new(Target::Ratio(ratio));
     let result = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(Carrier { mesh: result.mesh, attributes: result.attributes })

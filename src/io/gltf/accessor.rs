@@ -88,7 +88,9 @@ impl<'a> Data<'a> {
         if size == 0 {
             return Err(unusable(index, accessor));
         }
-        if let Some(view) = accessor.buffer_view {
+        if let Some(bytes) = &accessor.decoded {
+            bytes.chunks_exact(size).take(accessor.count).enumerate().for_each(|(element, bytes)| show(element, bytes));
+        } else if let Some(view) = accessor.buffer_view {
             let run = self.run(view, accessor.byte_offset, accessor.count, size)?;
             run.enumerate().for_each(|(element, bytes)| show(element, bytes));
         }

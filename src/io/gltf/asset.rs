@@ -5,13 +5,13 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::REMEDY;
 use super::accessor::Data;
 use super::container::{self, Container};
 use super::load_uri::load_uri;
 use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
-use super::{DRACO, REMEDY, refuse};
 use crate::io::read_path::bytes_of;
 use crate::io::uri::{fetch, path_inside};
 use crate::io::{Format, OutputFile, ReadError};
@@ -59,8 +59,8 @@ impl Asset {
     /// ```
     /// use neural_mesh::io::{Asset, ReadError};
     /// let text = br#"{"asset": {"version": "2.0"}, "images": [{"uri": "no.png"}]}"#;
-    /// let missing = ReadError { format: None, place: neural_mesh::io::Place::File, what: "no".into(), remedy: "".into() };
-    /// let asset = Asset::from_bytes(text, &|_| Err(missing.clone())).unwrap();
+    /// let missing = |uri: &str| Err(ReadError::file(format!("{uri} is not there"), "give it"));
+    /// let asset = Asset::from_bytes(text, &missing).unwrap();
     /// assert!(asset.parts().is_empty() && asset.notes()[0].contains("no.png"));
     /// ```
     pub fn from_bytes(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
@@ -73,13 +73,15 @@ impl Asset {
         container: Container<'static>,
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<Self, ReadError> {
-        refuse(&container.root, &[DRACO])?;
         let (json, _) = container::chunks(bytes)?;
         let broken = |error| ReadError::file(format!("not valid glTF JSON ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
         let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(has_its_bytes);
         let mut notes = Vec::new();
         let (meshes, parts) = parts(&container, bytes.len(), &mut notes)?;
+        if container.root.accessors.iter().any(|accessor| accessor.decoded.is_some()) {
+            notes.push("geometry that Draco has compressed is written uncompressed".into());
+        }
         let images = images(&container.root, fetch, &mut notes);
         let n_bytes = bytes.len() + container.buffers.n_bytes();
         Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })

@@ -1,17 +1,20 @@
 //! A mesh that came from no glTF file as an asset of a node for each object: a primitive and a material for each group of faces.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::draft::{Draft, Stored, vector};
+use super::extensions::{drop_unused_names, name_extension};
 use super::files::one_file;
 use super::lighter::LighterPart;
 use super::materials::Materials;
+use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as};
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
-use super::repack::pack;
 use super::rewrite::faces_by_group;
 use crate::io::write::Content;
-use crate::io::{Format, WriteError};
-use crate::mesh::{Attributes, Channel, Look, Role, linear_light};
+use crate::io::{Format, Packing, WriteError};
+use crate::mesh::{Attributes, Channel, Grid, Look, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
 ///
@@ -25,8 +28,9 @@ use crate::mesh::{Attributes, Channel, Look, Role, linear_light};
 ///
 /// ```
 /// use neural_mesh::io::{Format, LighterPart, read, write_gltf};
+/// use neural_mesh::mesh::Attributes;
 /// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-/// let part = LighterPart { positions, faces: vec![[0, 1, 2]], ..LighterPart::default() };
+/// let part = LighterPart::new(positions, vec![[0, 1, 2]], Attributes::default());
 /// let (bytes, notes) = write_gltf(part, [5e6, 0.0, 0.0], &["skin".into()], Format::Glb).unwrap();
 /// assert_eq!(read(&bytes, None).unwrap().positions[1], [5e6 + 1.0, 0.0, 0.0]);
 /// assert!(notes.is_empty());
@@ -37,7 +41,8 @@ pub fn write_gltf(
     group_names: &[String],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    let (bytes, _, notes) = write_with_looks(part, origin, &Named { groups: group_names, ..Named::default() }, format)?;
+    let named = Named { groups: group_names, ..Named::default() };
+    let (bytes, _, notes) = write_with_looks(part, origin, &named, None, format)?;
     Ok((bytes, notes))
 }
 
@@ -52,12 +57,43 @@ struct Named<'a> {
     looks: &'a [Look],
 }
 
+impl Named<'_> {
+    /// The material of a group, where it is to have one, with what it needs in the document.
+    fn material<'a>(
+        &'a self,
+        part: &LighterPart,
+        group: u32,
+        draft: &mut Draft,
+        materials: &mut Materials<'a>,
+    ) -> Option<Value> {
+        let look = self.looks.get(group as usize);
+        let has_look = look.is_some_and(|look| look.texture.is_some());
+        if part.attributes.groups.is_empty() && self.groups.is_empty() && !has_look {
+            return None;
+        }
+        let name = self.groups.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
+        Some(materials.push(draft, &name, look))
+    }
+
+    /// The grids of texture coordinates, by group: where materials will have textures.
+    fn uv_grids(&self, part: &LighterPart) -> UvGrids {
+        let is_textured = |group: u32| {
+            let (mut draft, mut materials) = (Draft { document: json!({}), views: Vec::new() }, Materials::default());
+            self.material(part, group, &mut draft, &mut materials);
+            draft.document.get("textures").is_some()
+        };
+        let textured: BTreeSet<u32> = faces_by_group(part).into_keys().filter(|&group| is_textured(group)).collect();
+        UvGrids::of_groups(part, |group| textured.contains(&group))
+    }
+}
+
 /// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object; gives the
 /// number of vertices, too.
 fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
     named: &Named,
+    packing: Option<&Packing>,
     format: Format,
 ) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
@@ -67,31 +103,62 @@ fn write_with_looks(
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
     }
     let mut notes = rename_channels(&mut part);
-    let slots = slots(&part);
     let mut draft = Draft { document: skeleton(), views: Vec::new() };
-    let mut materials = Materials::default();
-    let (mut objects, mut n_vertices) = (Vec::<(Option<&str>, Vec<Value>)>::new(), 0);
+    let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
+    let mut objects = Objects { materials: Materials::default(), groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
     for (group, faces) in faces_by_group(&part) {
-        let vertices = Vertices::of(&part, &faces);
-        n_vertices += vertices.len();
-        let mut writer = PrimitiveWriter { draft: &mut draft, part: &part, vertices: &vertices };
-        let mut primitive = json!({"attributes": writer.attributes(&slots), "indices": writer.indices()});
-        let look = named.looks.get(group as usize);
-        let has_look = look.is_some_and(|look| look.texture.is_some());
-        if !part.attributes.groups.is_empty() || !named.groups.is_empty() || has_look {
-            let name = named.groups.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
-            primitive["material"] = materials.push(&mut draft, &name, look);
+        let (surface, compress) = (Some(group as usize), packing.is_some_and(Packing::is_compressed));
+        let packed = packing.map(|packing| PackedAs { grid: packing.grid(0), uvs: &uvs, surface, compress });
+        objects.add(&mut draft, (&part, group, &faces), named, packed);
+    }
+    let grid = packing.and_then(|packing| packing.grid(0)).copied();
+    let grid = grid.unwrap_or(Grid { origin: [0.0; 3], step: 1.0 });
+    let place = Grid { origin: std::array::from_fn(|axis| origin[axis] + grid.origin[axis]), ..grid };
+    objects.named.into_iter().for_each(|(name, primitives)| push_object(&mut draft, &place, name, primitives));
+    if packing.is_some() {
+        uvs.undo(&mut draft.document, |material| objects.groups[material]);
+        name_extension(&mut draft.document, QUANTIZATION);
+        drop_unused_names(&mut draft.document);
+    }
+    notes.append(&mut objects.materials.notes);
+    let buffer = pack_as(&mut draft, usize::MAX, packing)?;
+    Ok((one_file(draft.document, &buffer, format)?, objects.n_vertices, notes))
+}
+
+/// The primitives of objects by their names, with what they need.
+struct Objects<'a> {
+    materials: Materials<'a>,
+    /// The group of each material.
+    groups: Vec<usize>,
+    named: Vec<(Option<&'a str>, Vec<Value>)>,
+    n_vertices: usize,
+}
+
+impl<'a> Objects<'a> {
+    /// Adds the faces of a group of a part.
+    fn add(
+        &mut self,
+        draft: &mut Draft,
+        (part, group, faces): (&LighterPart, u32, &[u32]),
+        named: &'a Named,
+        packed: Option<PackedAs>,
+    ) {
+        let vertices = Vertices::of(part, faces);
+        let vertices =
+            if packed.is_some_and(|packed| packed.compress) { vertices.merged(part).ordered() } else { vertices };
+        self.n_vertices += vertices.len();
+        let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
+        let mut primitive = json!({"attributes": writer.attributes(&slots(part)), "indices": writer.indices()});
+        if let Some(material) = named.material(part, group, draft, &mut self.materials) {
+            primitive["material"] = material;
+            self.groups.push(group as usize);
         }
         let object = named.objects.get(group as usize).and_then(Option::as_deref);
-        match objects.iter_mut().find(|(known, _)| *known == object) {
+        match self.named.iter_mut().find(|(known, _)| *known == object) {
             Some((_, primitives)) => primitives.push(primitive),
-            None => objects.push((object, vec![primitive])),
+            None => self.named.push((object, vec![primitive])),
         }
     }
-    objects.into_iter().for_each(|(name, primitives)| push_object(&mut draft, origin, name, primitives));
-    notes.append(&mut materials.notes);
-    let buffer = pack(&mut draft, usize::MAX)?;
-    Ok((one_file(draft.document, &buffer, format)?, n_vertices, notes))
 }
 
 /// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with the names of its
@@ -102,7 +169,7 @@ pub(in crate::io) fn write_attributed(
     groups: &[String],
     objects: &[Option<String>],
     looks: &[Look],
-    format: Format,
+    (format, packing): (Format, Option<&Packing>),
 ) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     let (origin, positions) = content.around_origin();
     let mut attributes = attributes.clone();
@@ -114,7 +181,7 @@ pub(in crate::io) fn write_attributed(
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
     let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, &Named { groups, objects, looks }, format)
+    write_with_looks(part, origin, &Named { groups, objects, looks }, packing, format)
 }
 
 /// Positions and faces alone.
@@ -131,14 +198,17 @@ fn skeleton() -> Value {
 }
 
 /// Adds an object to the scene: a mesh and its node.
-fn push_object(draft: &mut Draft, origin: [f64; 3], name: Option<&str>, primitives: Vec<Value>) {
+fn push_object(draft: &mut Draft, place: &Grid, name: Option<&str>, primitives: Vec<Value>) {
     let mut mesh = json!({"primitives": primitives});
     let mut node = json!({});
     if let Some(name) = name {
         (mesh["name"], node["name"]) = (name.into(), name.into());
     }
-    if origin != [0.0; 3] {
-        node["translation"] = origin.to_vec().into();
+    if place.origin != [0.0; 3] {
+        node["translation"] = place.origin.to_vec().into();
+    }
+    if place.step != 1.0 {
+        node["scale"] = vec![place.step; 3].into();
     }
     node["mesh"] = draft.push("meshes", mesh);
     let number = draft.push("nodes", node);

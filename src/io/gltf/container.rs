@@ -3,11 +3,9 @@
 use super::accessor::Data;
 use super::buffers::Buffers;
 use super::schema::Root;
-use super::{REMEDY, compressed};
+use super::{REMEDY, compressed, draco};
 use crate::io::ReadError;
-
-/// How often the vertices and faces made of an asset may repeat its bytes, and how many of them are always granted.
-const REPEATS: (usize, usize) = (16, 1 << 22);
+use crate::io::room::most_made;
 
 /// An asset whose bytes are all at hand.
 pub(super) struct Container<'a> {
@@ -21,7 +19,7 @@ impl<'a> Container<'a> {
     /// Opens an asset; `fetch` gives the bytes of buffers that are files of their own.
     pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
         let (json, embedded) = chunks(bytes)?;
-        let root: Root = serde_json::from_slice(json).map_err(|error| {
+        let mut root: Root = serde_json::from_slice(json).map_err(|error| {
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
@@ -30,6 +28,7 @@ impl<'a> Container<'a> {
         let buffers = Buffers::load(named, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
+        draco::decompress(&mut root, &buffers)?;
         Ok(Self { root, buffers, decompressed })
     }
 
@@ -45,8 +44,13 @@ impl<'a> Container<'a> {
 
     /// How many vertices and faces may be made of an asset whose own file has `n_bytes`.
     pub fn budget(&self, n_bytes: usize) -> usize {
-        let decompressed: usize = self.decompressed.iter().flatten().map(Vec::len).sum();
-        REPEATS.0 * (n_bytes + self.buffers.n_bytes() + decompressed) + REPEATS.1
+        most_made(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
+    }
+
+    /// How many bytes came compressed.
+    pub fn n_decompressed(&self) -> usize {
+        let decoded = self.root.accessors.iter().filter_map(|accessor| accessor.decoded.as_ref());
+        self.decompressed.iter().flatten().chain(decoded).map(Vec::len).sum()
     }
 }
 

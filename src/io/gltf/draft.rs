@@ -38,12 +38,14 @@ pub(super) fn vector(width: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
 }
 
+pub(super) const BYTE: u32 = 5120;
 pub(super) const UNSIGNED_BYTE: u32 = 5121;
+pub(super) const SHORT: u32 = 5122;
 pub(super) const UNSIGNED_SHORT: u32 = 5123;
 pub(super) const UNSIGNED_INT: u32 = 5125;
 pub(super) const FLOAT: u32 = 5126;
 
-const VERTICES: u32 = 34962;
+pub(super) const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 impl Draft<'_> {
@@ -55,7 +57,7 @@ impl Draft<'_> {
             accessor["normalized"] = true.into();
         }
         if bounded {
-            let [low, high] = bounds(values, width);
+            let [low, high] = bounds(values, width, stored.component == FLOAT);
             (accessor["min"], accessor["max"]) = (low, high);
         }
         match Some(rows_beside_zero(values, width)).filter(|rows| stored.sparse && 3 * rows.len() < count) {
@@ -135,11 +137,12 @@ fn rows_beside_zero(values: &[f32], width: usize) -> Vec<u32> {
     rows.filter(|(row, _)| row.iter().any(|&value| value != 0.0)).map(|(_, number)| number).collect()
 }
 
-/// The smallest and largest value of each column.
-fn bounds(values: &[f32], width: usize) -> [Value; 2] {
+/// The smallest and largest value of each column, of fractions or of whole numbers.
+fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
+    let number = |x: f32| if has_fractions { f64::from(x).into() } else { Value::from(x as i64) };
     let column = |fold: fn(f32, f32) -> f32, from: f32| {
         let extreme = |at: usize| values.iter().skip(at).step_by(width).copied().fold(from, fold);
-        Value::Array((0..width).map(|at| f64::from(extreme(at)).into()).collect())
+        Value::Array((0..width).map(|at| number(extreme(at))).collect())
     };
     [column(f32::min, f32::INFINITY), column(f32::max, f32::NEG_INFINITY)]
 }

@@ -1,6 +1,6 @@
 //! What is known of extensions: which describe geometry that has changed, and which might name indices that must not.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::references::{index, visit};
 
@@ -57,6 +57,17 @@ const HARMLESS: [&str; 37] = [
     "WEB3D_quantized_attributes",
     "EXT_primitive_voxels",
 ];
+
+/// Names an extension in the lists of a document.
+pub(super) fn name_extension(document: &mut Value, name: &str) {
+    let Some(document) = document.as_object_mut() else { return };
+    for list in ["extensionsUsed", "extensionsRequired"] {
+        let names = document.entry(list).or_insert_with(|| json!([])).as_array_mut();
+        if let Some(names) = names.filter(|names| !names.iter().any(|known| known == name)) {
+            names.push(name.into());
+        }
+    }
+}
 
 /// Takes away what an extension says of the faces that a primitive or mesh had.
 pub(super) fn forget_faces(object: &mut Value) {
@@ -156,8 +167,6 @@ fn is_quantized(document: &mut Value) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]

@@ -53,13 +53,19 @@ fn nodes_of_levels(document: &Value) -> Vec<usize> {
 
 /// A node that holds the mesh of this one and has no children, which would be replaced with it: itself, or a new child.
 fn without_children(draft: &mut Draft, node: usize) -> usize {
-    let held = &mut draft.document["nodes"][node];
-    let Some(members) = held.as_object_mut().filter(|members| members.contains_key("children")) else { return node };
+    let has_children = draft.document["nodes"][node].get("children").is_some();
+    if has_children { child_of_mesh(draft, node) } else { node }
+}
+
+/// Gives a node a new child, which takes its mesh over.
+pub(super) fn child_of_mesh(draft: &mut Draft, node: usize) -> usize {
+    let Some(members) = draft.document["nodes"][node].as_object_mut() else { return node };
     let moved: Map<String, Value> =
         OF_MESH.iter().filter_map(|name| Some((name.to_string(), members.shift_remove(*name)?))).collect();
     let child = draft.push("nodes", moved.into());
-    if let Some(Value::Array(children)) = draft.document["nodes"][node].get_mut("children") {
-        children.push(child.clone());
+    if let Some(members) = draft.document["nodes"][node].as_object_mut() {
+        let children = members.entry("children").or_insert_with(|| json!([])).as_array_mut();
+        children.into_iter().for_each(|children| children.push(child.clone()));
     }
     let at = index(&child).unwrap_or(node);
     each_channel(&mut draft.document, |channel| {

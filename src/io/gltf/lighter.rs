@@ -7,6 +7,7 @@ use crate::mesh::{Attributes, Channel, RawMesh};
 
 /// A part of an asset with fewer faces.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct LighterPart {
     /// Positions, n_vertices x 3, in the coordinates of the part.
     pub positions: Vec<[f32; 3]>,
@@ -17,6 +18,11 @@ pub struct LighterPart {
 }
 
 impl LighterPart {
+    /// Positions, n_vertices x 3, faces, n_faces x 3, and what these carry.
+    pub fn new(positions: Vec<[f32; 3]>, faces: Vec<[u32; 3]>, attributes: Attributes) -> Self {
+        Self { positions, faces, attributes }
+    }
+
     /// A part as it is, without the faces that cannot be drawn.
     ///
     /// ```

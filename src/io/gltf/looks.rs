@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::asset::Asset;
 use super::load_uri::load_uri;
 use super::schema::Primitive;
+use super::texture_transforms::transforms;
 use crate::io::ReadError;
 use crate::io::uri::path_inside;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
@@ -47,11 +48,25 @@ struct TextureUse {
     extensions: UseExtensions,
 }
 
+impl TextureUse {
+    /// The set of coordinates, which a transform may replace.
+    fn coordinates(&self) -> usize {
+        self.extensions.transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
+    }
+}
+
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct UseExtensions {
     #[serde(rename = "KHR_texture_transform")]
-    transform: Option<Value>,
+    transform: Option<Transform>,
+}
+
+/// What a transform says beside where it takes coordinates.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Transform {
+    tex_coord: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -76,7 +91,7 @@ struct Image {
 
 impl Asset {
     /// What the primitives of each part look like, in the order of [`Asset::parts`], by the numbers of their groups.
-    /// Beside it what could not be told, in one line each: transforms of textures are not
+    /// Beside it what could not be told, in one line each: transforms of textures that turn are not
     /// read, textures whose bytes cannot be had are left out.
     ///
     /// ```
@@ -88,6 +103,10 @@ impl Asset {
     pub fn looks(&self) -> (Vec<Vec<Look>>, Vec<String>) {
         let mut reader = Reader::new(self);
         let materials: Vec<Material> = self.listed("materials");
+        let described = self.document.get("materials").and_then(Value::as_array).into_iter().flatten();
+        if described.map(transforms).any(|known| known.is_none()) {
+            reader.note("textures that turn, or of which one moves otherwise than another (KHR_texture_transform), are drawn unmoved");
+        }
         let looks: Vec<Look> = materials.iter().map(|material| reader.look(material)).collect();
         let of_part = |&mesh: &usize| {
             let primitives = self.container.root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);
@@ -154,9 +173,6 @@ impl<'a> Reader<'a> {
     }
 
     fn texture(&mut self, used: &TextureUse) -> Option<BaseTexture> {
-        if used.extensions.transform.is_some() {
-            self.note("transforms of textures (KHR_texture_transform) are not drawn");
-        }
         let texture = self.textures.get(used.index)?.as_ref();
         let Some(source) = texture.and_then(|texture| texture.source) else {
             self.note("a texture is in a format of an extension: drawn without it");
@@ -165,7 +181,7 @@ impl<'a> Reader<'a> {
         let sampler = texture.and_then(|texture| self.samplers.get(texture.sampler?));
         let wrap = sampler.map_or([Wrap::Repeat; 2], |sampler| [sampler.wrap_s, sampler.wrap_t].map(wrap));
         let image = self.image(source)?;
-        Some(BaseTexture { image, channel: format!("TEXCOORD_{}", used.tex_coord), wrap })
+        Some(BaseTexture { image, channel: format!("TEXCOORD_{}", used.coordinates()), wrap })
     }
 
     /// The bytes of an image; a note where they cannot be had and nothing has said so yet.
@@ -267,7 +283,7 @@ mod tests {
             let (looks, notes) = asset(image, used).looks();
             assert!(looks[0][0].texture.is_none() && notes.len() == 1, "{image}: {notes:?}");
         }
-        let transformed = r#"{"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}"#;
+        let transformed = r#"{"index": 1, "extensions": {"KHR_texture_transform": {"rotation": 2}}}"#;
         let (looks, notes) = asset(r#"{"bufferView": 1}"#, transformed).looks();
         assert!(looks[0][0].texture.is_some() && notes[0].contains("KHR_texture_transform"));
         assert!(asset(r#"{"bufferView": 1}"#, r#"{"index": 9}"#).looks().0[0][0].texture.is_none());

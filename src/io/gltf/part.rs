@@ -12,6 +12,7 @@ use crate::mesh::{Attributes, Channel, RawMesh, Role};
 
 /// A mesh of a glTF asset, once, however often nodes place it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Part {
     /// Its name in the file, or `mesh N`.
     pub name: String,

@@ -4,8 +4,9 @@ use glam::DMat4;
 
 use super::asset::Asset;
 use super::placements::placements;
-use super::{is_far_out, spend};
+use super::spend;
 use crate::io::ReadError;
+use crate::io::far_out::is_far_out;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, side_by_side};
 
 /// Vertices and faces of a scene for each byte of its asset, and how many of them are always granted. Instances repeat a mesh in
@@ -31,8 +32,9 @@ impl Asset {
     pub fn placed(&self, meshes: &[RawMesh]) -> Result<RawMesh, ReadError> {
         let first_groups = self.first_groups();
         let places = self.places(meshes)?;
+        let laid: Vec<_> = meshes.iter().enumerate().map(|(part, mesh)| self.with_transforms(part, mesh)).collect();
         let placed = places.into_iter().filter_map(|(part, transform)| {
-            Some(PlacedMesh { mesh: meshes.get(part)?, transform, first_group: first_groups[part] })
+            Some(PlacedMesh { mesh: laid.get(part)?, transform, first_group: first_groups[part] })
         });
         let placed: Vec<PlacedMesh> = placed.collect();
         let mut scene = side_by_side(&placed, |_| true);

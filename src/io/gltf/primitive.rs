@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use super::accessor::shape_width;
 use super::draft::{Draft, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT};
 use super::lighter::LighterPart;
+use super::packed::{PackedAs, ordered, push_directions};
 use super::semantics::{SKIN, is_own_channel, target_channel};
 use super::values;
 use crate::mesh::{Channel, Role};
@@ -39,6 +40,37 @@ impl Vertices {
         Self { pairs, positions, faces }
     }
 
+    /// The same with vertices that are equal in all that a part says of them as one.
+    pub fn merged(mut self, part: &LighterPart) -> Self {
+        let mut known: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
+        let mut place = |vertex: &u32| {
+            let ([_, wedge], position) = (self.pairs[*vertex as usize], self.positions[*vertex as usize]);
+            let values = part.attributes.channels.iter().flat_map(|channel| channel.of(wedge));
+            let key = position.iter().chain(values).map(|x| (x + 0.0).to_bits()).collect();
+            *known.entry(key).or_insert(*vertex)
+        };
+        let vertices: Vec<u32> = (0..self.len() as u32).map(|vertex| place(&vertex)).collect();
+        self.faces.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = vertices[*vertex as usize]);
+        self
+    }
+
+    /// The same with faces and vertices in the order in which a machine draws them fast, without vertices that no face needs.
+    pub fn ordered(mut self) -> Self {
+        self.faces = ordered(&self.faces, self.len());
+        let (mut places, mut order) = (vec![u32::MAX; self.len()], Vec::new());
+        for vertex in self.faces.as_flattened_mut() {
+            let place = &mut places[*vertex as usize];
+            if *place == u32::MAX {
+                *place = order.len() as u32;
+                order.push(*vertex as usize);
+            }
+            *vertex = *place;
+        }
+        let pairs = order.iter().map(|&vertex| self.pairs[vertex]).collect();
+        let positions = order.iter().map(|&vertex| self.positions[vertex]).collect();
+        Self { pairs, positions, ..self }
+    }
+
     /// How many they are.
     pub fn len(&self) -> usize {
         self.pairs.len()
@@ -60,6 +92,8 @@ pub(super) struct PrimitiveWriter<'a, 'b> {
     pub draft: &'a mut Draft<'b>,
     pub part: &'a LighterPart,
     pub vertices: &'a Vertices,
+    /// How the vertices are packed, where they are.
+    pub packed: Option<PackedAs<'a>>,
 }
 
 impl PrimitiveWriter<'_, '_> {
@@ -85,11 +119,26 @@ impl PrimitiveWriter<'_, '_> {
             let accessor = |(name, stored): &(String, Stored)| {
                 let channel = self.part.channel(&target_channel(target, name))?;
                 let values = self.vertices.values(channel);
-                Some((name.clone(), self.push(values, channel.width, stored, name == "POSITION")))
+                let (values, stored) = self.target(channel.role, values, stored);
+                Some((name.clone(), self.push(values, channel.width, &stored, name == "POSITION")))
             };
             Value::Object(slots.iter().filter_map(accessor).collect())
         };
         Value::Array(targets.iter().enumerate().map(&mut write).collect())
+    }
+
+    /// What a morph target adds, as it is stored.
+    fn target(&self, role: Role, values: Vec<f32>, stored: &Stored) -> (Vec<f32>, Stored) {
+        match (&self.packed, role) {
+            (Some(packed), Role::MorphPosition) => {
+                packed.moves(&values, stored).unwrap_or_else(|| (values, stored.clone()))
+            }
+            (Some(packed), Role::MorphDirection) => {
+                let stored = packed.turns(&values, stored);
+                (values, stored)
+            }
+            _ => (values, stored.clone()),
+        }
     }
 
     /// Writes the faces: their accessor.
@@ -98,7 +147,10 @@ impl PrimitiveWriter<'_, '_> {
     }
 
     fn positions(&mut self) -> Value {
-        self.draft.push_values(self.vertices.positions.as_flattened(), 3, &Stored::floats("VEC3"), true)
+        let packed = self.packed.and_then(|packed| packed.positions(&self.vertices.positions));
+        let plain = || (self.vertices.positions.as_flattened().to_vec(), Stored::floats("VEC3"));
+        let (values, stored) = packed.unwrap_or_else(plain);
+        self.draft.push_values(&values, 3, &stored, true)
     }
 
     /// Writes the channel of the attribute `name`.
@@ -111,7 +163,12 @@ impl PrimitiveWriter<'_, '_> {
             Role::Colour => values::mend_colours(&mut values),
             _ => {}
         }
-        Some(self.push(values, channel.width, stored, false))
+        let kind = (channel.role, channel.width);
+        if self.packed.is_some_and(|packed| packed.is_filtered(kind)) {
+            return Some(push_directions(self.draft, &values, channel.width));
+        }
+        let stored = self.packed.map_or(stored.clone(), |packed| packed.own(name, kind, &mut values, stored));
+        Some(self.push(values, channel.width, &stored, false))
     }
 
     /// Appends values of which a primitive has as many columns as its own shape says; more are lent by others in the mesh.
@@ -138,7 +195,9 @@ impl PrimitiveWriter<'_, '_> {
     fn skin(&mut self, n_sets: usize) -> FxHashMap<String, Value> {
         let mut accessors = FxHashMap::default();
         let Some(channel) = self.part.channel(SKIN).filter(|_| n_sets > 0) else { return accessors };
-        let (joints, weights) = values::skin(&self.vertices.values(channel), channel.width, n_sets);
+        let (mut joints, mut weights) = values::skin(&self.vertices.values(channel), channel.width, n_sets);
+        let shares = self.packed.map(|packed| packed.skin(&mut joints, &mut weights, 4 * n_sets));
+        let weight_kind = shares.unwrap_or_else(|| Stored::floats("VEC4"));
         let small = joints.iter().all(|&joint| joint <= f32::from(u8::MAX));
         let component = if small { UNSIGNED_BYTE } else { UNSIGNED_SHORT };
         let joint_kind = Stored { component, ..Stored::floats("VEC4") };
@@ -146,9 +205,7 @@ impl PrimitiveWriter<'_, '_> {
             let of_set = |values: &[f32]| {
                 values.chunks_exact(4 * n_sets).flat_map(|row| row[4 * set..4 * set + 4].to_vec()).collect::<Vec<_>>()
             };
-            for (name, values, stored) in
-                [("JOINTS", &joints, &joint_kind), ("WEIGHTS", &weights, &Stored::floats("VEC4"))]
-            {
+            for (name, values, stored) in [("JOINTS", &joints, &joint_kind), ("WEIGHTS", &weights, &weight_kind)] {
                 let accessor = self.draft.push_values(&of_set(values), 4, stored, false);
                 accessors.insert(format!("{name}_{set}"), accessor);
             }

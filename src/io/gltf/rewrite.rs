@@ -7,20 +7,35 @@ use serde_json::Value;
 
 use super::Asset;
 use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, vector};
-use super::extensions::{drop_unused_names, forget_compression, forget_faces};
+use super::extensions::{drop_unused_names, forget_compression, forget_faces, name_extension};
 use super::files::{Layout, files};
 use super::levels;
 use super::lighter::LighterPart;
+use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as, place_back};
 use super::part::Part;
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
-use super::repack::{drop_unused, pack};
+use super::references::index;
+use super::repack::drop_unused;
 use super::schema::{Mesh, Primitive, Root};
 use super::semantics::{role, target_role};
-use crate::io::{Format, OutputFile, WriteError};
-use crate::mesh::{Attributes, Channel, Role};
+use crate::io::{Format, OutputFile, Packing, WriteError};
+use crate::mesh::{Attributes, Channel, Grid, Role};
 
 /// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
 const REPEATS: (usize, usize) = (16, 1 << 26);
+
+/// How a scene is written.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneOptions<'a> {
+    /// glTF or GLB.
+    pub format: Format,
+    /// What the file is called.
+    pub name: &'a str,
+    /// For each level down to which share of the screen it is meant to be drawn; or nothing.
+    pub coverage: &'a [f64],
+    /// How numbers are packed, as [`Asset::packing`] says for these levels.
+    pub packing: Option<&'a Packing>,
+}
 
 impl Asset {
     /// The files of the asset with lighter parts, one for each of [`parts`](Self::parts) in their order: first the file
@@ -69,32 +84,81 @@ impl Asset {
         format: Format,
         name: &str,
     ) -> Result<Vec<OutputFile>, WriteError> {
-        let layout = self.layout(format)?;
-        check_levels(levels, coverage)?;
+        self.write_scene(levels, &SceneOptions { format, name, coverage, packing: None })
+    }
+
+    /// [`write_levels`](Self::write_levels), with numbers packed as asked.
+    ///
+    /// # Errors
+    /// As of [`write_levels`](Self::write_levels).
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, Format, LighterPart, PackOptions, SceneOptions};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let (packing, _) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
+    /// let options = SceneOptions { format: Format::Glb, name: "small.glb", coverage: &[], packing: Some(&packing) };
+    /// let files = asset.write_scene(&[&parts], &options).unwrap();
+    /// assert!(String::from_utf8_lossy(&files[0].bytes).contains("KHR_mesh_quantization"));
+    /// ```
+    pub fn write_scene(
+        &self,
+        levels: &[&[LighterPart]],
+        options: &SceneOptions,
+    ) -> Result<Vec<OutputFile>, WriteError> {
+        let layout = self.layout(options.format)?;
+        check_levels(levels, options.coverage)?;
         levels.iter().try_for_each(|lighter| self.check(lighter))?;
         let mut draft = self.draft();
-        let mut coarser = Vec::new();
-        for (level, lighter) in levels.iter().enumerate() {
-            let meshes = self.rewritten_meshes(&mut draft, lighter)?;
-            if level == 0 {
-                meshes.into_iter().for_each(|(mesh, written)| draft.document["meshes"][mesh] = written);
-            } else {
-                let push = |(mesh, written)| (mesh, draft.push("meshes", written));
-                coarser.push(meshes.into_iter().map(push).collect());
-            }
-        }
-        levels::offer(&mut draft, &coarser, coverage);
         forget_compression(&mut draft.document);
+        let root = &self.container.root;
+        let of_uvs = |_: &Packing| UvGrids::of_asset(&self.document, root, &self.meshes, levels);
+        let pack_with = Pack { packing: options.packing, uvs: options.packing.map(of_uvs).unwrap_or_default() };
+        let (mut coarser, mut grids) = (Vec::new(), BTreeMap::new());
+        for (level, lighter) in levels.iter().enumerate() {
+            let meshes = self.rewritten_meshes(&mut draft, lighter, &pack_with)?;
+            let mut replaced = Vec::new();
+            for (part, (mesh, written)) in meshes.into_iter().enumerate() {
+                let place = if level == 0 {
+                    draft.document["meshes"][mesh] = written;
+                    mesh.into()
+                } else {
+                    draft.push("meshes", written)
+                };
+                grids.extend(index(&place).zip(pack_with.grid(part).copied()));
+                replaced.push((mesh, place));
+            }
+            coarser.extend((level > 0).then_some(replaced));
+        }
+        levels::offer(&mut draft, &coarser, options.coverage);
+        self.undo(&mut draft, &pack_with, &grids);
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
-        let buffer = pack(&mut draft, levels.iter().map(|lighter| self.limit(lighter)).sum())?;
-        files(draft.document, buffer, layout, name, &self.images)
+        let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();
+        let buffer = pack_as(&mut draft, limit, options.packing)?;
+        files(draft.document, buffer, layout, options.name, &self.images)
+    }
+
+    /// Says in the document what undoes the grids, by the indices of meshes, where numbers are packed.
+    fn undo(&self, draft: &mut Draft, pack_with: &Pack, grids: &BTreeMap<usize, Grid>) {
+        if pack_with.packing.is_some() {
+            place_back(self, draft, grids);
+            pack_with.uvs.undo(&mut draft.document, |material| material);
+            name_extension(&mut draft.document, QUANTIZATION);
+        }
     }
 
     /// The meshes of the parts with other triangles, after their indices.
-    fn rewritten_meshes(&self, draft: &mut Draft, lighter: &[LighterPart]) -> Result<Vec<(usize, Value)>, WriteError> {
-        let parts = self.meshes.iter().zip(self.parts()).zip(lighter);
-        parts.map(|((&mesh, part), lighter)| Ok((mesh, self.rewritten_mesh(draft, mesh, part, lighter)?))).collect()
+    fn rewritten_meshes(
+        &self,
+        draft: &mut Draft,
+        lighter: &[LighterPart],
+        pack_with: &Pack,
+    ) -> Result<Vec<(usize, Value)>, WriteError> {
+        let parts = lighter.iter().enumerate();
+        parts
+            .map(|(part, lighter)| Ok((self.meshes[part], self.rewritten_mesh(draft, part, lighter, pack_with)?)))
+            .collect()
     }
 
     fn layout(&self, format: Format) -> Result<Layout, WriteError> {
@@ -124,8 +188,7 @@ impl Asset {
 
     /// The most bytes that the buffer may have.
     fn limit(&self, lighter: &[LighterPart]) -> usize {
-        let decompressed: usize = self.container.decompressed.iter().flatten().map(Vec::len).sum();
-        let n_read = self.container.buffers.n_bytes() + decompressed;
+        let n_read = self.container.buffers.n_bytes() + self.container.n_decompressed();
         // A corner becomes a vertex at most, of its numbers each with four bytes, and an index.
         let of_part = |part: &LighterPart| {
             let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
@@ -138,11 +201,12 @@ impl Asset {
     fn rewritten_mesh(
         &self,
         draft: &mut Draft,
-        mesh: usize,
-        part: &Part,
+        part: usize,
         lighter: &LighterPart,
+        pack_with: &Pack,
     ) -> Result<Value, WriteError> {
-        let root = &self.container.root;
+        let (root, mesh) = (&self.container.root, self.meshes[part]);
+        let (part, grid) = (&self.parts()[part], pack_with.grid(part));
         let mut written = self.document["meshes"][mesh].clone();
         let Some(described) = root.meshes.get(mesh) else { return Ok(written) };
         let is_rewritten =
@@ -159,9 +223,9 @@ impl Asset {
         for (index, mut primitive) in old.into_iter().enumerate() {
             let old = &described.primitives[index];
             if let Some(faces) = groups.get(&(index as u32)) {
-                rewrite(draft, root, old, &mut primitive, lighter, faces);
+                rewrite(draft, root, old, &mut primitive, (lighter, faces), pack_with.of_primitive(old, grid));
             } else if stub == Some(index as u32) {
-                rewrite(draft, root, old, &mut primitive, &nothing(part), &[0]);
+                rewrite(draft, root, old, &mut primitive, (&nothing(part), &[0]), pack_with.of_primitive(old, grid));
             } else if is_rewritten(index) {
                 continue;
             }
@@ -183,6 +247,30 @@ impl LighterPart {
     /// ```
     pub fn n_written_vertices(&self) -> usize {
         faces_by_group(self).values().map(|faces| Vertices::of(self, faces).len()).sum()
+    }
+
+    /// Vertices that a compressed glTF has for its faces, where vertices that are equal in everything are one.
+    pub fn n_merged_vertices(&self) -> usize {
+        faces_by_group(self).values().map(|faces| Vertices::of(self, faces).merged(self).ordered().len()).sum()
+    }
+}
+
+/// How the numbers of a scene are packed, where they are.
+struct Pack<'a> {
+    packing: Option<&'a Packing>,
+    uvs: UvGrids,
+}
+
+impl Pack<'_> {
+    /// The grid of a part.
+    fn grid(&self, part: usize) -> Option<&Grid> {
+        self.packing?.grid(part)
+    }
+
+    /// How the vertices of a primitive of a part on this grid are packed.
+    fn of_primitive<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PackedAs<'a>> {
+        let compress = self.packing?.is_compressed();
+        Some(PackedAs { grid, uvs: &self.uvs, surface: primitive.material, compress })
     }
 }
 
@@ -231,11 +319,13 @@ fn rewrite(
     root: &Root,
     described: &Primitive,
     primitive: &mut Value,
-    part: &LighterPart,
-    faces: &[u32],
+    (part, faces): (&LighterPart, &[u32]),
+    packed: Option<PackedAs>,
 ) {
     let vertices = Vertices::of(part, faces);
-    let mut writer = PrimitiveWriter { draft, part, vertices: &vertices };
+    let vertices =
+        if packed.is_some_and(|packed| packed.compress) { vertices.merged(part).ordered() } else { vertices };
+    let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
     primitive["attributes"] = writer.attributes(&slots(root, &described.attributes, role));
     if !described.targets.is_empty() {
         let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target, target_role)).collect();

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::compressed::Compressed;
-use serde::de::IgnoredAny;
 
 /// The whole document.
 #[derive(Default, Deserialize)]
@@ -20,6 +19,7 @@ pub(super) struct Root {
     pub scene: Option<usize>,
     pub images: Vec<Image>,
     pub materials: Vec<Material>,
+    pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
 }
 
@@ -37,6 +37,16 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub shape: String,
     pub sparse: Option<Sparse>,
+    /// Its elements one after the other, where they came compressed.
+    #[serde(skip)]
+    pub decoded: Option<Vec<u8>>,
+}
+
+impl Accessor {
+    /// Whether no bytes stand behind it.
+    pub fn is_bare(&self) -> bool {
+        self.buffer_view.is_none() && self.sparse.is_none() && self.decoded.is_none()
+    }
 }
 
 /// Elements of an accessor that are replaced.
@@ -167,7 +177,7 @@ pub(super) struct Primitive {
 #[serde(default)]
 struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    draco: Option<IgnoredAny>,
+    draco: Option<Draco>,
 }
 
 impl Primitive {
@@ -176,12 +186,20 @@ impl Primitive {
         self.attributes.get("POSITION").copied().filter(|_| (4..=6).contains(&self.mode))
     }
 
-    /// Whether a copy compressed by Draco is the only one.
-    pub fn is_draco_only(&self, accessors: &[Accessor]) -> bool {
-        let is_stated = |accessor: &Accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some();
-        let position = self.attributes.get("POSITION").and_then(|&accessor| accessors.get(accessor));
-        self.extensions.draco.is_some() && !position.is_some_and(is_stated)
+    /// Its compressed copy, where an array that it fills has no plain one.
+    pub fn draco_alone(&self, accessors: &[Accessor]) -> Option<&Draco> {
+        let draco = self.extensions.draco.as_ref()?;
+        let named = self.attributes.values().chain(&self.indices);
+        named.filter_map(|&index| accessors.get(index)).any(Accessor::is_bare).then_some(draco)
     }
+}
+
+/// Where the compressed copy of a primitive lies, and which of its attributes are which of the primitive.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Draco {
+    pub buffer_view: Option<usize>,
+    pub attributes: BTreeMap<String, u32>,
 }
 
 /// A place in the tree of transforms; matrices are column-major, rotations quaternions x, y, z, w.

@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 use super::asset::Asset;
 use super::part::Part;
 use super::placements::{Placed, placements};
-use super::{REFUSED, is_far_out, refuse, spend};
+use super::{refuse, spend};
 use crate::io::ReadError;
 use crate::io::extra::{Extra, Group, ReadMesh};
+use crate::io::far_out::is_far_out;
 use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, side_by_side, srgb};
 
 /// What a mesh without a scene does not hold.
@@ -30,7 +31,7 @@ pub(in crate::io) fn read_attributed(
             return Ok(ReadMesh { mesh, notes, ..ReadMesh::default() });
         }
     };
-    refuse(&asset.container.root, &REFUSED)?;
+    refuse(&asset.container.root)?;
     let (extra, first_groups, notes) = groups(&asset);
     let mut mesh = scene(&asset, &first_groups, asset.container.budget(bytes.len()))?;
     mesh.attributes.channels.iter_mut().for_each(as_without_scene);
@@ -54,6 +55,7 @@ fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
         }
     }
     let bends = |role| matches!(role, Role::Skin | Role::MorphPosition);
+    extra.unit = Some("meter".into());
     extra.is_bent = asset.parts().iter().flat_map(|part| &part.mesh.attributes.channels).any(|it| bends(it.role));
     let mut channels = asset.parts().iter().flat_map(|part| &part.mesh.attributes.channels);
     let left = channels.any(|channel| !is_carried(channel.role)).then(|| LEFT.to_string());
@@ -63,10 +65,12 @@ fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
 /// The parts where nodes place them, side by side.
 fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMesh, ReadError> {
     let n_numbers = n_numbers(asset.parts());
+    let laid: Vec<_> =
+        asset.parts().iter().enumerate().map(|(at, part)| asset.with_transforms(at, &part.mesh)).collect();
     let mut placed = Vec::new();
     for Placed { mesh, transform, .. } in placements(&asset.container.root)? {
         let Some(part) = asset.meshes.iter().position(|&of_part| of_part == mesh) else { continue };
-        let (mesh, first_group) = (&asset.parts()[part].mesh, first_groups[part]);
+        let (mesh, first_group): (&RawMesh, u32) = (&laid[part], first_groups[part]);
         let n_wedges = mesh.attributes.n_wedges().max(1);
         spend(&mut budget, mesh.positions.len() + mesh.faces.len() + n_wedges * n_numbers)?;
         placed.push(PlacedMesh { mesh, transform, first_group });

@@ -34,6 +34,7 @@ const SMALLEST: f64 = 1e-7;
 
 /// Bounds of the largest distance from either surface to the other, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CertifiedDistance {
     /// Some point is at least so far from the other surface.
     pub lower: f64,

@@ -2,6 +2,7 @@
 
 /// A value with its name and unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Figure {
     /// Name in snake case; never changes.
     pub name: &'static str,
@@ -13,7 +14,14 @@ pub struct Figure {
     pub value: Option<f64>,
 }
 
+impl Figure {
+    /// A figure; what is not finite is no value.
+    pub fn new(name: &'static str, unit: &'static str, about: &'static str, value: Option<f64>) -> Self {
+        Self { name, unit, about, value: value.filter(|value| value.is_finite()) }
+    }
+}
+
 /// A figure; what is not finite is no value.
 pub(super) fn figure(name: &'static str, unit: &'static str, about: &'static str, value: Option<f64>) -> Figure {
-    Figure { name, unit, about, value: value.filter(|value| value.is_finite()) }
+    Figure::new(name, unit, about, value)
 }

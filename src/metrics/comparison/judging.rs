@@ -5,6 +5,7 @@ const EIGENPAIRS: usize = 200;
 
 /// What is measured, and from how many samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Judging {
     /// Samples on each surface; the paper's 50 thousand by default.
     pub samples: usize,

@@ -33,7 +33,8 @@ use original::scaled;
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Judging, Original, compare}};
-/// let judging = Judging { samples: 1000, ..Judging::default() };
+/// let mut judging = Judging::default();
+/// judging.samples = 1000;
 /// let original = Original::new(&shapes::icosphere(3), &judging);
 /// let figures = compare(&original, &shapes::icosphere(2), 162);
 /// let distance = figures.iter().find(|figure| figure.name == "distance_mean").unwrap();

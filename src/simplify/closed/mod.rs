@@ -31,7 +31,7 @@ use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
 use cluster::{importance, quotient};
-use collapse::{Collapse, Constraints, End, first_quadrics, merges_to, of_colours, of_morph_targets};
+use collapse::{Collapse, Constraints, End, Poses, first_quadrics, merges_to, of_colours};
 use held::Beginning;
 use original::Original;
 use output::Output;
@@ -167,8 +167,8 @@ fn cluster<'a>(
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
     let colours = request.keep.attributes.map(|it| of_colours(&original, &assignment, &placed, it)).unwrap_or_default();
-    let poses = request.keep.posed().map(|it| of_morph_targets(&original, it)).unwrap_or_default();
-    let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() || !poses.is_empty() {
+    let poses = Poses::new(&original, &request.keep);
+    let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() || request.keep.poses {
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
         Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, poses, history)
     } else {

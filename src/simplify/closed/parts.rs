@@ -74,8 +74,13 @@ pub fn gone(original: &Original, output: &Output, cost: &Cost, within: f64, show
 
 /// The part of each output vertex, where there are several, and how many there are.
 pub fn parts_of(output: &Output) -> (Vec<u32>, usize) {
-    let mut sets = UnionFind::new(output.positions.len());
-    for &[a, b, c] in output.faces() {
+    parts(output.positions.len(), output.faces())
+}
+
+/// The part of each of so many vertices, where there are several, and how many there are.
+pub fn parts(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
+    let mut sets = UnionFind::new(n_vertices);
+    for &[a, b, c] in faces {
         sets.union(a, b);
         sets.union(b, c);
     }

@@ -56,7 +56,7 @@ pub struct Keep<'a> {
     pub locked: &'a [bool],
     /// Whether the vertices of the result have to be vertices of the mesh.
     pub subset: bool,
-    /// Whether the poses that morph targets are count.
+    /// Whether the poses that morph targets are count, or, without targets, poses that nobody knows.
     pub poses: bool,
     /// What corners and faces carry.
     pub attributes: Option<&'a Attributes>,

@@ -67,7 +67,8 @@ fn measured(path: &Path) -> Result<Option<Row>> {
         Row { mesh: name(path), vertices: mesh.positions().len(), plane: String::new(), quotients: [[0.0; 2]; 3] };
     for (ratio, quotients) in RATIOS.into_iter().zip(&mut row.quotients) {
         let plain = Options::new(Target::Ratio(ratio));
-        let mirrored = Options { symmetric: Some(Symmetry::Found), ..plain.clone() };
+        let mut mirrored = plain.clone();
+        mirrored.symmetric = Some(Symmetry::Found);
         // Most meshes have no such plane.
         let Ok(ours) = simplify(&mesh, None, &mirrored, &mut |_| ControlFlow::Continue(())) else { return Ok(None) };
         let Some(plane) = ours.report.mirror else { return Ok(None) };

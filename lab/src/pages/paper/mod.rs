@@ -34,15 +34,20 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 /// What an evaluation of the classes asks for.
 pub fn settings(methods: &[&str]) -> Settings {
-    Settings {
-        methods: methods.iter().map(|name| name.to_string()).collect(),
-        ratios: RATIOS.into(),
-        repeats: 1,
-        threads: 1,
-        time_limit: TIME_LIMIT,
-        only: CLASSES.map(String::from).into(),
-        ..Settings::default()
-    }
+    let mut settings = Settings::default();
+    settings.methods = methods.iter().map(|name| name.to_string()).collect();
+    settings.ratios = RATIOS.into();
+    settings.repeats = 1;
+    settings.time_limit = TIME_LIMIT;
+    settings.only = CLASSES.map(String::from).into();
+    settings
+}
+
+/// What the evaluation of all methods asks for, the spectrum too.
+pub fn with_spectrum() -> Settings {
+    let mut settings = settings(&METHODS);
+    settings.spectrum = true;
+    settings
 }
 
 /// Weights that have learned from TOSCA.
@@ -52,7 +57,7 @@ pub fn weights() -> PathBuf {
 
 /// The tables that `evaluate` makes, their titles one level down.
 fn table_1(bench: &Bench) -> Result<String> {
-    bench.evaluated("paper", "tosca", Settings { spectrum: true, ..settings(&METHODS) }, Some(weights()))?;
+    bench.evaluated("paper", "tosca", with_spectrum(), Some(weights()))?;
     let folder = bench.run_of("paper");
     report(&folder, Some("qem"))?;
     let text = std::fs::read_to_string(folder.join("tables.md"))?;

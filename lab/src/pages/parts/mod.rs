@@ -76,14 +76,16 @@ fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
     let shuffled = shuffled::shuffled(weights, 0)?;
     let bending = bending_importance(&mesh);
     let (network, all) = (Importance::Network(weights), Parts::default());
+    let [mut one_sample, mut unflipped, mut unfitted] = [all; 3];
+    (one_sample.oversampling, unflipped.flips, unfitted.fit) = (false, false, false);
     let cases = [
         (WHOLE, network, all),
         ("even", Importance::Even, all),
         ("bending", Importance::Given(&bending), all),
         ("shuffled", Importance::Network(&shuffled), all),
-        ("oversampling", network, Parts { oversampling: false, ..all }),
-        ("flips", network, Parts { flips: false, ..all }),
-        ("fit", network, Parts { fit: false, ..all }),
+        ("oversampling", network, one_sample),
+        ("flips", network, unflipped),
+        ("fit", network, unfitted),
     ];
     let original = Surface::new(&mesh, SAMPLES, 0);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;

@@ -38,7 +38,8 @@ fn measured(path: &std::path::Path) -> Result<Vec<[f64; 2]>> {
     let mesh = load(path)?;
     let [one, two] = [threads(1)?, threads(2)?];
     let of = |ratio: f64| {
-        let options = Options { assembly: Assembly::Paper, ..Options::new(Target::Ratio(ratio)) };
+        let mut options = Options::new(Target::Ratio(ratio));
+        options.assembly = Assembly::Paper;
         let ours = || Ok(simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(()))?);
         let [alone, shared] = [one.install(|| timed(ours))?.1, two.install(|| timed(ours))?.1];
         Ok([alone.thread, shared.wall])

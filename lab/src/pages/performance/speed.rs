@@ -54,7 +54,8 @@ fn measured(path: &std::path::Path) -> Result<Vec<Case>> {
 fn case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Case> {
     let n_left = (ratio * mesh.faces().len() as f64).round() as usize;
     let options = Options::new(Target::Faces(n_left));
-    let geometry = Options { scores: ScoreSource::Geometry, ..options.clone() };
+    let mut geometry = options.clone();
+    geometry.scores = ScoreSource::Geometry;
     let [one, two] = [threads(1)?, threads(2)?];
     let (mut theirs, mut quotients) = (Vec::new(), [const { Vec::new() }; 3]);
     let mut stages: Vec<Vec<(String, f64)>> = Vec::new();

@@ -167,8 +167,15 @@ impl Places {
 
 /// Planes with a small pull to their vertex, which they say nothing about along a flat part: upper triangles.
 #[inline(always)]
-pub fn pulled(mut planes: [f32; 6]) -> [f32; 6] {
-    let pull = PULL * (planes[0] + planes[3] + planes[5]);
+pub fn pulled(planes: [f32; 6]) -> [f32; 6] {
+    drawn(planes, 0.0)
+}
+
+/// The same, drawn to their vertex the more the more they weigh.
+#[inline(always)]
+pub fn drawn(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
+    let weight = planes[0] + planes[3] + planes[5];
+    let pull = (PULL + bend * weight) * weight;
     [0, 3, 5].into_iter().for_each(|diagonal| planes[diagonal] += pull);
     planes
 }

@@ -42,14 +42,16 @@ pub struct Renewal {
     pub folds: Vec<u32>,
     /// How much more than its area it counts.
     pub importance: f32,
+    /// How much more it is drawn to where it is for its weight.
+    pub bend: f32,
 }
 
 impl Renewal {
-    /// Of a vertex with these neighbours in order, [`GHOST`] for a ghost vertex, where they lie now.
-    pub fn new(vertex: u32, ring: Vec<u32>, place: impl Fn(u32) -> Vec3, importance: f32) -> Self {
+    /// Of a vertex with these neighbours in order, [`GHOST`] for a ghost vertex, where they lie now; how much it counts, and bends.
+    pub fn new(vertex: u32, ring: Vec<u32>, place: impl Fn(u32) -> Vec3, [importance, bend]: [f32; 2]) -> Self {
         let places = ring.iter().map(|&w| (w != GHOST).then(|| place(w)));
         let folds = folds_around(place(vertex), places).map(|i| ring[i]).collect();
-        Self { vertex, ring, folds, importance }
+        Self { vertex, ring, folds, importance, bend }
     }
 }
 
@@ -62,7 +64,7 @@ pub fn first_quadrics(placed: &Placement, rings: &OneRings) -> Vec<Event> {
     let place = |region: u32| placed.position(region).as_vec3();
     let first = |vertex: u32| {
         let ring = rings.ring(vertex).iter().map(|&w| if w < n_regions { w } else { GHOST }).collect();
-        Event::Renewal(Renewal::new(vertex, ring, place, placed.importance(vertex)))
+        Event::Renewal(Renewal::new(vertex, ring, place, [placed.importance(vertex), 0.0]))
     };
     (0..n_regions).map(first).collect()
 }

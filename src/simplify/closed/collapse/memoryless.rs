@@ -5,7 +5,7 @@
 //! they choose worse which edge goes next. Kept curves alone remember (`constraints`): where they drift, it shows. On the last
 //! stretch the neighbours of a merged vertex are summed and priced anew, too, so that every price is that of the present surface.
 
-use crate::simplify::closed::cluster::placement::pulled;
+use crate::simplify::closed::cluster::placement::{drawn, pulled};
 use crate::simplify::closed::prepare::surface::{Neighbour, planes_around};
 
 use super::complex::Collapse;
@@ -33,7 +33,7 @@ impl Collapse<'_> {
         }
         let planes = self.planes_of(u);
         let node = &mut self.nodes[u as usize];
-        node.planes = pulled(planes.map(|entry| entry * node.importance));
+        node.planes = drawn(planes.map(|entry| entry * node.importance), self.poses.bend());
         let importance = node.importance;
         if !self.poses.is_empty() {
             self.renew_poses(u);
@@ -60,7 +60,7 @@ impl Collapse<'_> {
     /// Writes down that the quadric of a vertex was summed anew.
     fn write_down(&mut self, u: u32, importance: f32) {
         let ring = self.ring(u).map(|w| if self.is_ghost(w) { GHOST } else { w }).collect();
-        let renewal = Renewal::new(u, ring, |w| self.positions[w as usize], importance);
+        let renewal = Renewal::new(u, ring, |w| self.positions[w as usize], [importance, self.poses.bend()]);
         self.history.get_or_insert_default().push(Event::Renewal(renewal));
     }
 

@@ -28,7 +28,7 @@ pub use complex::{Collapse, End, merges_to};
 pub use constraints::Constraints;
 pub use history::{Event, Renewal, first_quadrics};
 pub use pair::Place;
-pub use poses::of_morph_targets;
+pub use poses::Poses;
 
 #[cfg(test)]
 mod tests {
@@ -45,7 +45,6 @@ mod tests {
     use crate::simplify::limits::Limit;
     use attribute_quadrics::AttributeQuadrics;
     use glam::Vec3;
-    use poses::Poses;
 
     /// Vertices over those asked for where the last stretch begins.
     const LAST_STRETCH: f64 = 1.1;

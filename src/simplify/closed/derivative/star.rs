@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::algebra::{Form, area_normal_backward, outer, stiffened, stiffened_backward};
+use super::algebra::{Form, area_normal_backward, outer, stiffened, stiffened_backward, trace};
 use super::planes::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::cluster::placement::PULL;
@@ -18,11 +18,13 @@ pub(super) struct Star {
     lines: Vec<usize>,
     /// How much more than its area it counts, constant.
     importance: f64,
+    /// How much more it is drawn to where it is for its weight, constant.
+    bend: f64,
 }
 
 impl Star {
     /// The star of a vertex that was summed anew when `node_of` named the nodes.
-    pub fn new(Renewal { vertex, ring, folds, importance }: &Renewal, node_of: &[usize]) -> Self {
+    pub fn new(Renewal { vertex, ring, folds, importance, bend }: &Renewal, node_of: &[usize]) -> Self {
         let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
         let mut faces = Vec::with_capacity(nodes.len());
         let mut lines: Vec<usize> = folds.iter().map(|&w| node_of[w as usize]).collect();
@@ -33,15 +35,20 @@ impl Star {
                 (None, None) => {}
             }
         }
-        Self { centre: node_of[*vertex as usize], faces, lines, importance: f64::from(*importance) }
+        let [importance, bend] = [*importance, *bend].map(f64::from);
+        Self { centre: node_of[*vertex as usize], faces, lines, importance, bend }
     }
 
-    fn matrix(&self, places: &[DVec3]) -> DMat3 {
+    fn planes(&self, places: &[DVec3]) -> DMat3 {
         let centre = places[self.centre];
         let of_face = |&[p, q]: &[usize; 2]| plane(area_normal_f64([centre, places[p], places[q]]));
         let of_edge = |&end: &usize| line(places[end] - centre);
-        let sum = self.faces.iter().map(of_face).chain(self.lines.iter().map(of_edge)).sum::<DMat3>();
-        stiffened(&(sum * self.importance), f64::from(PULL))
+        self.faces.iter().map(of_face).chain(self.lines.iter().map(of_edge)).sum::<DMat3>() * self.importance
+    }
+
+    fn matrix(&self, places: &[DVec3]) -> DMat3 {
+        let planes = self.planes(places);
+        stiffened(&planes, f64::from(PULL) + self.bend * trace(&planes))
     }
 
     /// The quadric where the nodes lie at these places.
@@ -55,7 +62,8 @@ impl Star {
         let centre = places[self.centre];
         to_places[self.centre] += self.matrix(places) * b;
         let to_matrix = a + (outer(b, centre) + outer(centre, b)) * 0.5;
-        let to_matrix = stiffened_backward(&to_matrix, f64::from(PULL)) * self.importance;
+        let slope = f64::from(PULL) + 2.0 * self.bend * trace(&self.planes(places));
+        let to_matrix = stiffened_backward(&to_matrix, slope) * self.importance;
         for &[p, q] in &self.faces {
             let corners = [centre, places[p], places[q]];
             let to_normal = plane_backward(area_normal_f64(corners), &to_matrix);

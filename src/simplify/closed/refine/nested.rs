@@ -12,7 +12,7 @@ use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::unit_normal;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::simplify::closed::parts::parts_of;
+use crate::simplify::closed::parts::{parts, parts_of};
 use crate::spatial::NearestOnTriangles;
 
 /// Least cosine between the way to another part and the normal there at which it is clear on which side a point is.
@@ -64,17 +64,15 @@ pub fn move_back(original: &Original, output: &mut Output) {
     let middles = middles(output, &part_of, n_parts);
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
     let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
-    let mut anchors = Vec::new();
+    let mut before = None;
     for _ in 0..ROUNDS {
         let tree = output.tree();
         let crossings = crossings(output, &tree, &part_of, &faces, &mut n_looks);
         if crossings.is_empty() {
             break;
         }
-        if anchors.is_empty() {
-            anchors = original.anchors(&output.positions, &output.vertex_of, &vec![true; output.positions.len()]);
-        }
-        let nested = Nested { original, output, tree: &tree, part_of: &part_of, middles: &middles, anchors: &anchors };
+        let before = before.get_or_insert_with(|| Before::new(original, output));
+        let nested = Nested { before, output, tree: &tree, part_of: &part_of, middles: &middles };
         let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
         let n_moved = moves.iter().flatten().filter(|moves| go(output, &tree, moves, &mut n_looks)).count();
         if n_moved == 0 {
@@ -122,17 +120,60 @@ fn crossings(
     all
 }
 
+/// The original's parts as they lay. On parts with long faces a walk from a vertex nearby ends far from what is nearest, so that all
+/// faces are searched.
+struct Before {
+    tree: NearestOnTriangles,
+    /// Of each face of the original.
+    normals: Vec<Vec3>,
+    part_of: Vec<u32>,
+    /// The original's part that each output vertex is of.
+    part_before: Vec<u32>,
+}
+
+/// A place on the original.
+struct Place {
+    point: Vec3,
+    normal: Vec3,
+    distance: f32,
+}
+
+impl Before {
+    fn new(original: &Original, output: &Output) -> Self {
+        let surface = &original.surface;
+        let corners = |face: &[u32; 3]| face.map(|v| surface.positions[v as usize]);
+        let triangles: Vec<[[f32; 3]; 3]> =
+            surface.faces.iter().map(|face| corners(face).map(|corner| corner.to_array())).collect();
+        let (of_vertex, _) = parts(surface.positions.len(), &surface.faces);
+        let part = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
+        let all = vec![true; output.positions.len()];
+        let anchors = original.anchors(&output.positions, &output.vertex_of, &all);
+        Self {
+            tree: NearestOnTriangles::new(&triangles),
+            normals: surface.faces.iter().map(|face| unit_normal(corners(face))).collect(),
+            part_of: surface.faces.iter().map(|face| part(face[0])).collect(),
+            part_before: anchors.into_iter().map(part).collect(),
+        }
+    }
+
+    /// The place nearest to a point on the part that an output vertex is of.
+    fn nearest(&self, point: Vec3, vertex: u32) -> Option<Place> {
+        let part = self.part_before[vertex as usize];
+        let hit = self.tree.nearest_of(point.as_dvec3(), |f| self.part_of[f as usize] == part)?;
+        let normal = self.normals[hit.triangle as usize];
+        Some(Place { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
+    }
+}
+
 /// Parts as they lie now.
 struct Nested<'a> {
-    original: &'a Original<'a>,
+    before: &'a Before,
     output: &'a Output,
     /// The output's faces, to be searched.
     tree: &'a NearestOnTriangles,
     part_of: &'a [u32],
     /// The middle of each part's box.
     middles: &'a [Vec3],
-    /// A vertex of the original near each of the output.
-    anchors: &'a [u32],
 }
 
 impl Nested<'_> {
@@ -159,8 +200,8 @@ impl Nested<'_> {
         }
         let step = normal * (side * 0.5 * gap.min(reach) - height);
         // By more than both surfaces are off the original there, a step would spoil what is right.
-        let both_off = || self.off(place, crossing.face) + self.off(foot, hit.triangle);
-        if step.length() > FARTHEST * reach || step.length() > both_off() {
+        let both_off = || Some(self.off(place, crossing.face)? + self.off(foot, hit.triangle)?);
+        if step.length() > FARTHEST * reach || step.length() > both_off()? {
             return None;
         }
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.part(f) as usize] - place) > 0.0;
@@ -175,8 +216,8 @@ impl Nested<'_> {
     }
 
     /// How far a point of a face is from the original.
-    fn off(&self, point: Vec3, face: u32) -> f32 {
-        self.original.closest_near(point, self.anchors[self.output.face(face)[0] as usize]).distance
+    fn off(&self, point: Vec3, face: u32) -> Option<f32> {
+        self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
     }
 
     fn part(&self, f: u32) -> u32 {
@@ -185,12 +226,10 @@ impl Nested<'_> {
 
     /// On which side of the other part the original has a point, 1 or -1, and how far from it; `None` where that is not clear.
     fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
-        let anchor = |f: u32| self.anchors[self.output.face(f)[0] as usize];
-        let here = self.original.closest_near(place, anchor(crossing.face));
-        let there = self.original.closest_near(here.point, anchor(crossing.other));
-        let normal = there.normal.normalize_or_zero();
-        let height = (here.point - there.point).dot(normal);
-        let are_along = here.normal.normalize_or_zero().dot(normal).abs() > ALONG;
+        let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
+        let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
+        let height = (here.point - there.point).dot(there.normal);
+        let are_along = here.normal.dot(there.normal).abs() > ALONG;
         let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
         is_clear.then(|| (height.signum(), height.abs()))
     }

@@ -12,7 +12,7 @@ use super::packed::Packed;
 const STEPS: f64 = 65_535.0;
 
 /// What the page needs to know of a mesh before it unpacks its numbers.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Layout {
     vertices: usize,
     faces: usize,

@@ -1,0 +1,119 @@
+//! How far a run is and how long it still takes: a bar on a terminal, a line now and then elsewhere.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
+use std::time::{Duration, Instant};
+
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use crate::plain::plain;
+
+/// Work below this needs no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Between two lines where there is no terminal; later, a tenth of the time that has passed.
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
+/// Steps of the bar.
+const STEPS: f64 = 1000.0;
+/// Below this share nothing is said about the time to go: it would be guessed.
+const LEAST_KNOWN: f32 = 0.02;
+
+/// A bar that shows itself where work takes longer than a second.
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    /// Starts; nothing is ever said where `quiet`.
+    pub fn new(quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("[{bar:30}] {percent:>3} % {msg}, {passed}{left}");
+        if let Ok(style) = style {
+            let passed = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = write!(out, "{}", in_words(state.elapsed()));
+            };
+            let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = out.write_str(&to_go(state.elapsed(), state.fraction()));
+            };
+            bar.set_style(style.with_key("passed", passed).with_key("left", left).progress_chars("=> "));
+        }
+        if !quiet {
+            show_later(bar.clone());
+        }
+        Self(bar)
+    }
+
+    /// What is being done, and the share of the work that is done.
+    pub fn show(&self, what: impl Into<Cow<'static, str>>, done: f64) {
+        self.0.set_message(what);
+        self.0.set_position((STEPS * done.clamp(0.0, 1.0)) as u64);
+    }
+
+    /// Says something where the bar stands.
+    pub fn aside(&self, say: impl FnOnce()) {
+        self.0.suspend(say);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// From a second on, draws the bar; where there is no terminal, says lines. Unless all is done by then.
+fn show_later(bar: ProgressBar) {
+    std::thread::spawn(move || {
+        std::thread::sleep(PATIENCE);
+        if bar.is_finished() {
+            return;
+        }
+        if std::io::stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+            bar.enable_steady_tick(Duration::from_millis(100));
+        } else {
+            say_lines(&bar);
+        }
+    });
+}
+
+/// A line every few seconds, until all is done.
+fn say_lines(bar: &ProgressBar) {
+    let began = Instant::now();
+    let mut next = BETWEEN_LINES;
+    while !bar.is_finished() {
+        std::thread::sleep(PATIENCE);
+        let passed = began.elapsed();
+        if passed >= next && !bar.is_finished() {
+            next = passed + BETWEEN_LINES.max(passed / 10);
+            let done = bar.position() as f32 / STEPS as f32;
+            let mut line = format!("progress  {:.0} % {}", 100.0 * done, plain(&bar.message()));
+            let _ = write!(line, ", {}{}", in_words(bar.elapsed()), to_go(bar.elapsed(), done));
+            let _ = writeln!(std::io::stderr(), "{line}");
+        }
+    }
+}
+
+/// `, about 20 seconds left`, where so much of the work took so long.
+fn to_go(passed: Duration, done: f32) -> String {
+    if done < LEAST_KNOWN {
+        return String::new();
+    }
+    let left = passed.as_secs_f64() * (1.0 / f64::from(done) - 1.0);
+    format!(", about {} left", in_words(Duration::from_secs_f64(left)))
+}
+
+fn in_words(time: Duration) -> String {
+    HumanDuration(Duration::from_secs(time.as_secs())).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_to_go_follows_from_what_is_done() {
+        let minute = Duration::from_secs(60);
+        assert_eq!(to_go(minute, 0.25), ", about 3 minutes left");
+        assert_eq!(to_go(minute, 0.75), ", about 20 seconds left");
+        assert_eq!(to_go(minute, 0.001), "");
+    }
+}

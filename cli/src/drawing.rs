@@ -1,0 +1,65 @@
+//! The picture of a mesh before and after.
+
+use neural_mesh::metrics::farthest_point;
+use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
+use neural_mesh::simplify::Simplified;
+
+use crate::dress::Dress;
+use crate::failure::{Failure, name};
+use crate::files::{self, Pending};
+use crate::report::Report;
+use crate::request::Request;
+use crate::subject::{Seen, Subject};
+use crate::words;
+
+/// Samples on each surface among which the farthest is looked for.
+const SAMPLES: usize = 20_000;
+/// Largest distances up to this, in percent of the diagonal, are rounding, and get no ring.
+const NOTHING: f64 = 1e-4;
+
+/// What a picture shows: a mesh before and after, and its colours.
+pub type Shown<'a> = [(Seen<'a>, Option<Coat>); 2];
+
+/// The mesh before and after with its colours, where a picture is asked for; notes take what cannot be drawn of them.
+pub fn shown<'a>(
+    request: &Request,
+    subject: &'a Subject,
+    (result, dress): (&Simplified, Option<&Dress>),
+    notes: &mut Vec<String>,
+) -> Result<Option<Shown<'a>>, Failure> {
+    if request.picture.is_none() {
+        return Ok(None);
+    }
+    let (looks, missing) = subject.looks(request.allow_outside);
+    let [before, after] = subject.seen(result).map_err(|error| Failure::of(&request.source.path, error))?;
+    let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
+    let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
+    notes.extend(fresh);
+    let coat_after = match dress {
+        Some(dress) => Coat::new(&dress.attributes, &dress.looks).0,
+        None => Coat::new(&after.attributes, &looks).0,
+    };
+    Ok(Some([(before, coat), (after, coat_after)]))
+}
+
+/// The picture on its way to its file, where one is asked for: with a ring where the result is farthest from the original, and with
+/// edges where no colours would be lost below them.
+pub fn drawn(request: &Request, shown: Option<&Shown>, report: &Report) -> Result<Option<Pending>, Failure> {
+    let (Some(path), Some(shown)) = (&request.picture, shown) else { return Ok(None) };
+    let meshes = shown.each_ref().map(|(seen, coat)| (&*seen.mesh, coat.as_ref()));
+    let [before, after] = meshes.map(|(mesh, _)| mesh);
+    let largest = report.distance.filter(|distance| distance.max_percent > NOTHING);
+    let farthest = largest.and_then(|distance| Some((distance, farthest_point(before, after, SAMPLES)?)));
+    let ringed = farthest.map_or(String::new(), |(distance, _)| format!("\n{}", words::farthest(&distance)));
+    let captions = vec![
+        format!("{}\n{}", words::shortened(&name(&request.source.path)), words::counts(&report.input)),
+        format!("simplified\n{}{ringed}", words::counts(&report.output.size)),
+    ];
+    let edges = request.wires || meshes.iter().all(|(_, coat)| coat.is_none());
+    let marks = farthest.map(|(_, place)| place).into_iter().collect();
+    let mut options = PictureOptions::default();
+    (options.captions, options.edges) = (captions, edges);
+    (options.marks, options.view) = (marks, request.view);
+    let image = render_coated(&meshes, &options);
+    files::prepare(path, &encode_png(&image), request.force).map(Some)
+}

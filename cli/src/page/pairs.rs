@@ -1,0 +1,50 @@
+//! An original and what was made of it as numbers of a page: surfaces, and at the painted points of each how far the other is.
+
+use neural_mesh::mesh::{TriMesh, irregular_edges};
+use neural_mesh::metrics::{Painted, PaintedScale, painted_scale};
+use neural_mesh::spatial::NearestOnTriangles;
+
+use super::packed::Packed;
+use super::surface_data::SurfaceData;
+
+/// Distances between an original and a result, at the painted points of each.
+pub struct Distances {
+    /// From the result to the original.
+    of_result: Vec<f32>,
+    /// From the original to the result.
+    of_original: Vec<f32>,
+}
+
+impl Distances {
+    /// Measures them, beside each mesh its surface.
+    pub fn new(original: (&TriMesh, &NearestOnTriangles), result: (&TriMesh, &NearestOnTriangles)) -> Self {
+        Self {
+            of_result: Painted::new(result.0).distances_to(original.1),
+            of_original: Painted::new(original.0).distances_to(result.1),
+        }
+    }
+
+    /// Packs them as shares of the largest.
+    pub fn packed(&self, original: &SurfaceData, result: &SurfaceData, max: f32) -> String {
+        let mut values = Packed::default();
+        result.pack_values(&mut values, &self.of_result, max);
+        original.pack_values(&mut values, &self.of_original, max);
+        values.text()
+    }
+}
+
+/// One scale over the surfaces of all pairs of an original, each of the same weight.
+pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>) -> PaintedScale {
+    let shares_of_original = Painted::new(original).shares();
+    let mut weighed = Vec::new();
+    for (result, pair) in pairs {
+        weighed.extend(pair.of_result.iter().copied().zip(Painted::new(result).shares()));
+        weighed.extend(pair.of_original.iter().copied().zip(shares_of_original.iter().copied()));
+    }
+    painted_scale(weighed)
+}
+
+/// A mesh ready for the page, with its marked edges.
+pub fn surface(mesh: &TriMesh) -> SurfaceData {
+    SurfaceData::new(mesh, &irregular_edges(mesh), Painted::new(mesh).steps)
+}

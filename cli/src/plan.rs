@@ -1,0 +1,162 @@
+//! What a run goes through and what each part of it costs, so that its bar moves evenly.
+
+use neural_mesh::io::Format;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::simplify::{Assembly, Target};
+
+use crate::request::{Goal, Request};
+
+/// A part of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Files become meshes.
+    Read,
+    /// The simplification, which says itself how far it is.
+    Simplify,
+    /// Textures of the original for the result.
+    Bake,
+    /// Results are measured.
+    Check,
+    /// Meshes become files.
+    Write,
+    /// They are drawn.
+    Picture,
+}
+
+impl Part {
+    /// What a newcomer reads.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Read => "reading",
+            Self::Simplify => "simplifying",
+            Self::Bake => "baking textures",
+            Self::Check => "measuring the distance",
+            Self::Write => "writing",
+            Self::Picture => "drawing",
+        }
+    }
+}
+
+/// What a newcomer reads of a stage of the simplification.
+pub fn words_of(stage: &str) -> &'static str {
+    match stage {
+        "surface" | "symmetry" => "looking at the surface",
+        "samples" | "scores" | "cuts" | "quotient" | "placement" | "sample" => "choosing vertices",
+        "collapse" => "merging vertices",
+        "flips" | "fit" => "fitting to the original",
+        "assign" | "edges" | "faces" => "choosing faces",
+        "proof" => "proving the distance",
+        "bytes" => "measuring the file",
+        _ => "finishing",
+    }
+}
+
+/// Shares of the size for which costs were measured: ns per face of a torus of four million faces on one thread; what lies between is
+/// interpolated.
+const RATIOS: [f64; 3] = [0.02, 0.1, 0.5];
+/// The share that stays where it is not known.
+const USUAL_SHARE: f64 = 0.1;
+const SIMPLIFY: [f64; 3] = [1300.0, 4500.0, 9300.0];
+const CHECK: [f64; 3] = [900.0, 1600.0, 2900.0];
+/// Of each level of detail after the first, over the one before.
+const OF_FURTHER: f64 = 0.2;
+/// Of the paper's assembly, whose network sees every candidate.
+const PAPER: f64 = 30_000.0;
+/// Runs that a search takes, about; and their share of it, beside proofs.
+const RUNS: f64 = 3.0;
+const PROVED: f64 = 0.4;
+/// Per face of the result.
+const WRITE: f64 = 150.0;
+/// Charts and texels, per face of the result.
+const BAKE: f64 = 50_000.0;
+const PICTURE: f64 = 600.0;
+
+/// The parts of a run, in order, each with its cost; only quotients count.
+#[derive(Clone, Debug)]
+pub struct Plan(Vec<(Part, f64)>);
+
+impl Plan {
+    /// Of these costs.
+    pub fn new(parts: &[(Part, f64)]) -> Self {
+        Self(parts.to_vec())
+    }
+
+    /// Of `simplify`, of a mesh that is read already or not.
+    pub fn of(request: &Request, mesh: Option<&TriMesh>) -> Self {
+        let n_levels = if let Goal::Levels(further) = &request.goal { 1.0 + further.len() as f64 } else { 1.0 };
+        let ratio = share(request, mesh).unwrap_or(USUAL_SHARE).clamp(0.0, 1.0);
+        let once = match request.options.assembly {
+            Assembly::Paper => PAPER,
+            Assembly::Closed => at(ratio, SIMPLIFY) * (1.0 + OF_FURTHER * (n_levels - 1.0)),
+        };
+        let simplify = match request.goal {
+            Goal::Error(_) => once * RUNS / PROVED,
+            Goal::Size(_) => once * RUNS,
+            _ => once,
+        };
+        let given = |is_asked: bool, cost: f64| if is_asked { cost } else { 0.0 };
+        Self::new(&[
+            (Part::Read, reading(request)),
+            (Part::Simplify, simplify),
+            (Part::Bake, given(request.bake.is_some(), BAKE * ratio)),
+            (Part::Check, given(request.check, n_levels * at(ratio, CHECK))),
+            (Part::Write, WRITE * ratio),
+            (Part::Picture, given(request.picture.is_some(), PICTURE)),
+        ])
+    }
+
+    /// The share of the run that is done where so much of a part is; of what it does not go through nothing.
+    pub fn done(&self, part: Part, of_part: f64) -> f64 {
+        let all: f64 = self.0.iter().map(|(_, cost)| cost).sum();
+        let Some(at) = self.0.iter().position(|(other, _)| *other == part) else { return 0.0 };
+        let before: f64 = self.0[..at].iter().map(|(_, cost)| cost).sum();
+        (before + self.0[at].1 * of_part.clamp(0.0, 1.0)) / all.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// The share of the mesh that will stay, as far as it is known: nobody knows with what a search ends.
+fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
+    match (&request.goal, request.options.target) {
+        (Goal::Error(_) | Goal::Size(_), _) => None,
+        (Goal::ShareOfFaces(share), _) => Some(*share),
+        (_, Target::Ratio(ratio)) => Some(ratio),
+        (_, target) => mesh.map(|mesh| target.share_of(mesh)),
+    }
+}
+
+/// Text is parsed, corners are welded.
+fn reading(request: &Request) -> f64 {
+    let path = Format::without_gz(&request.source.path);
+    match Format::from_path(&path) {
+        Some(Format::Ply) => 200.0,
+        Some(Format::Stl) => 1400.0,
+        _ => 600.0,
+    }
+}
+
+/// Costs at a share of the size: straight lines over its logarithm.
+fn at(ratio: f64, costs: [f64; 3]) -> f64 {
+    let i = usize::from(ratio > RATIOS[1]);
+    let t = (ratio / RATIOS[i]).max(f64::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
+    costs[i] + (costs[i + 1] - costs[i]) * t.clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_share_the_run_by_their_costs() {
+        let plan = Plan::new(&[(Part::Read, 1.0), (Part::Simplify, 6.0), (Part::Check, 0.0), (Part::Write, 3.0)]);
+        let done =
+            [(Part::Read, 0.5), (Part::Simplify, 0.0), (Part::Simplify, 1.0), (Part::Check, 0.5), (Part::Write, 2.0)];
+        assert_eq!(done.map(|(part, of_part)| plan.done(part, of_part)), [0.05, 0.1, 0.7, 0.7, 1.0]);
+    }
+
+    #[test]
+    fn costs_lie_between_those_measured() {
+        assert_eq!([0.001, 0.02, 0.1, 0.5, 1.0].map(|ratio| at(ratio, [1.0, 3.0, 4.0])), [1.0, 1.0, 3.0, 4.0, 4.0]);
+        let between = at(0.05, [1.0, 3.0, 4.0]);
+        assert!(between > 1.0 && between < 3.0);
+    }
+}

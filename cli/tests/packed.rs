@@ -1,0 +1,115 @@
+//! `--compress`: glTF in small numbers that is the same mesh, as near as was said, and refusals where that cannot be.
+
+use std::path::Path;
+
+use crate::common::*;
+use neural_mesh::io::{self, Asset};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{TriMesh, topology};
+use neural_mesh::metrics::quick_distance;
+
+fn ways() -> &'static [&'static str] {
+    if cfg!(feature = "meshopt") { &["--compress=quantize", "--compress"] } else { &["--compress=quantize"] }
+}
+
+fn simplified(folder: &Path, output: &str, more: &[&str]) -> Run {
+    let spot = shipped("spot.ply");
+    let words = ["simplify", spot.to_str().unwrap(), "-o", output, "--force", "--report", "r.json"];
+    let run = run(folder, &[&words[..], more].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    run
+}
+
+fn mesh(path: &Path) -> TriMesh {
+    let raw = io::read_path(path, None).unwrap();
+    clean(raw, &CleanOptions::default()).unwrap().mesh
+}
+
+fn is_closed(mesh: &TriMesh) -> bool {
+    let found = topology(mesh);
+    found.closed && found.non_manifold_edges + found.non_manifold_vertices + found.inconsistent_edges == 0
+}
+
+#[test]
+fn what_is_closed_stays_closed_and_is_a_third_as_large() {
+    let folder = folder();
+    simplified(folder.path(), "plain.glb", &["--ratio", "0.5"]);
+    let plain = std::fs::metadata(folder.path().join("plain.glb")).unwrap().len();
+    for way in ways() {
+        simplified(folder.path(), "small.glb", &["--ratio", "0.5", way]);
+        let (small, before) = (mesh(&folder.path().join("small.glb")), mesh(&folder.path().join("plain.glb")));
+        assert!(is_closed(&small));
+        assert_eq!((small.positions().len(), small.faces().len()), (before.positions().len(), before.faces().len()));
+        let n_bytes = std::fs::metadata(folder.path().join("small.glb")).unwrap().len();
+        let most = if *way == "--compress" { 0.33 } else { 0.85 };
+        assert!((n_bytes as f64) < most * plain as f64, "{way}: {n_bytes} of {plain}");
+    }
+}
+
+#[test]
+fn a_distance_is_held_in_the_numbers_of_the_file() {
+    let folder = folder();
+    let original = mesh(&shipped("spot.ply"));
+    for error in ["0.5%", "0.02%"] {
+        simplified(folder.path(), "a.glb", &["--error", error, ways().last().unwrap()]);
+        let said = json(&folder.path().join("r.json"))["certified"]["upper_percent"].as_f64().unwrap();
+        assert!(said <= error.trim_end_matches('%').parse().unwrap(), "{said}");
+        let found = quick_distance(&original, &mesh(&folder.path().join("a.glb")), 4000, 0).unwrap();
+        assert!(100.0 * found.max / original.diagonal() <= said, "{found:?} {said}");
+    }
+    let spot = shipped("spot.ply");
+    let refused = run(
+        folder.path(),
+        &["simplify", spot.to_str().unwrap(), "-o", "b.glb", "--error", "1e-7", "--compress=quantize"],
+    );
+    assert!(
+        refused.code == Some(1) && the_line(&refused).contains("--compress rounds vertices by up to"),
+        "{}",
+        refused.words
+    );
+}
+
+#[test]
+fn levels_are_packed_each_and_in_one_file() {
+    let folder = folder();
+    let way = ways().last().unwrap();
+    simplified(folder.path(), "a-{level}.glb", &["--lods", "50%,20%", way]);
+    for level in ["a-0.glb", "a-1.glb"] {
+        assert!(is_closed(&mesh(&folder.path().join(level))));
+    }
+    simplified(folder.path(), "a.glb", &["--ratio", "1"]);
+    let words = ["simplify", "a.glb", "-o", "lods.glb", "--lods", "50%,20%", way];
+    let run = run(folder.path(), &words);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let asset = Asset::read_path(&folder.path().join("lods.glb")).unwrap();
+    assert_eq!(asset.parts().len(), 2);
+    // The node that the scene has undoes the grid.
+    assert!(asset.parts()[0].scale < 1e-3);
+}
+
+#[test]
+fn what_cannot_be_packed_is_refused() {
+    let folder = folder();
+    let spot = shipped("spot.ply");
+    for (output, more, why) in [
+        ("a.ply", "--quiet", "ply is no glTF: write glb or gltf"),
+        ("a.glb", "--lock-boundaries", "cannot be used with"),
+        ("a.glb", "--symmetric", "cannot be used with"),
+    ] {
+        let words = ["simplify", spot.to_str().unwrap(), "-o", output, "--ratio", "0.5", "--compress=quantize", more];
+        let refused = run(folder.path(), &words);
+        assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
+    }
+}
+
+#[cfg(not(feature = "meshopt"))]
+#[test]
+fn compression_is_refused_with_what_to_do() {
+    let folder = folder();
+    let spot = shipped("spot.ply");
+    let refused =
+        run(folder.path(), &["simplify", spot.to_str().unwrap(), "-o", "a.glb", "--ratio", "0.5", "--compress"]);
+    assert_eq!(refused.code, Some(2));
+    assert!(the_line(&refused).contains("lacks the feature meshopt"), "{}", refused.words);
+    assert_eq!(files(folder.path()), Vec::<String>::new());
+}

@@ -1,0 +1,6 @@
+// Elements of a page.
+
+/** An element with a text and properties. */
+export function element(tag, textContent, properties = {}) {
+  return Object.assign(document.createElement(tag), { textContent }, properties);
+}

@@ -1,0 +1,7 @@
+//! Any bytes as FBX: a mesh that survives every writer, or one line.
+
+#![no_main]
+
+use neural_mesh::io::Format;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| neural_mesh_fuzz::check(bytes, Format::Fbx));

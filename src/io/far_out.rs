@@ -1,0 +1,11 @@
+//! Whether transforms of a scene put its meshes where single precision would blur them.
+
+use glam::DVec3;
+
+/// Whether the mesh lies so far from the origin that single precision would blur it.
+pub(super) fn is_far_out(positions: &[[f64; 3]]) -> bool {
+    let points = || positions.iter().map(|&p| DVec3::from(p)).filter(|p| p.is_finite());
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    low.abs().max(high.abs()).max_element() > 16.0 * (high - low).max_element()
+}

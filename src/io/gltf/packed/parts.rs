@@ -1,0 +1,110 @@
+//! Which meshes of an asset share a grid: those that one skin moves, and those that touch.
+
+use glam::DMat4;
+use rustc_hash::FxHashMap;
+use serde_json::Value;
+
+use crate::io::gltf::asset::Asset;
+use crate::io::gltf::lighter::LighterPart;
+use crate::io::gltf::placements::placements;
+use crate::io::packing::{Faces, PackOptions, Packing, grid_for, stays};
+use crate::mesh::longest_side;
+use crate::mesh::union_find::UnionFind;
+
+impl Asset {
+    /// How parts (per level one for each of [`parts`](Self::parts)) are packed; beside it what cannot be, in one line each.
+    ///
+    /// Meshes that one skin moves, or that stand alike and share a position, share a grid. A mesh in which vertices would fall together
+    /// or faces lose their area gets a finer grid, or stays in single precision.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Asset, LighterPart, PackOptions};
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
+    /// assert!(packing.grid(0).is_some() && notes.is_empty());
+    /// ```
+    pub fn packing(&self, levels: &[&[LighterPart]], options: &PackOptions) -> (Packing, Vec<String>) {
+        let (sets, is_bound) = self.sharing();
+        let (mut grids, mut notes) = (vec![None; self.parts().len()], Vec::new());
+        for members in sets {
+            let of_members = levels.iter().flat_map(|level| members.iter().filter_map(|&part| level.get(part)));
+            let meshes: Vec<Faces> = of_members.map(|part| (&part.positions[..], &part.faces[..])).collect();
+            let is_free = members.iter().all(|&part| !is_bound[part]);
+            let grid = is_free.then(|| grid_for(&meshes, options.bits)).flatten();
+            if grid.is_none() && meshes.iter().any(|(_, faces)| !faces.is_empty()) {
+                notes.extend(members.iter().map(|&part| format!("{}: positions {}", self.parts()[part].name, stays())));
+            }
+            members.iter().for_each(|&part| grids[part] = grid);
+        }
+        (Packing { grids, compress: options.compress }, notes)
+    }
+
+    /// The longest side of the box around each part, with those that share a grid with it: what [`packing`](Self::packing) divides into
+    /// steps.
+    pub fn packing_sides(&self) -> Vec<f64> {
+        let mut sides = vec![0.0; self.parts().len()];
+        for members in self.sharing().0 {
+            let positions = members.iter().flat_map(|&part| &self.parts()[part].mesh.positions);
+            let longest = longest_side(positions.copied());
+            members.iter().for_each(|&part| sides[part] = longest);
+        }
+        sides
+    }
+
+    /// The sets of parts that share a grid, and of each part whether it can have none.
+    fn sharing(&self) -> (Vec<Vec<usize>>, Vec<bool>) {
+        let n = self.parts().len();
+        let (mut sets, mut is_bound) = (UnionFind::new(n), self.bound_to_floats());
+        self.join_by_skins(&mut sets, &mut is_bound);
+        self.join_by_positions(&mut sets);
+        let mut members: Vec<Vec<usize>> = vec![Vec::new(); n];
+        (0..n).for_each(|part| members[sets.find(part as u32) as usize].push(part));
+        members.retain(|members| !members.is_empty());
+        (members, is_bound)
+    }
+
+    /// The parts whose coordinates something else counts on: lines and points beside the triangles, instances, physics.
+    fn bound_to_floats(&self) -> Vec<bool> {
+        let root = &self.container.root;
+        let names = self.document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
+        let has_bodies = names.filter_map(Value::as_str).any(|name| name.contains("physics"));
+        let is_bound = |&mesh: &usize| {
+            let is_repeated = root.nodes.iter().any(|node| node.mesh == Some(mesh) && node.instances().is_some());
+            let mut primitives = root.meshes.get(mesh).into_iter().flat_map(|mesh| &mesh.primitives);
+            has_bodies || is_repeated || primitives.any(|primitive| primitive.triangle_positions().is_none())
+        };
+        self.meshes.iter().map(is_bound).collect()
+    }
+
+    /// Joins the parts that one skin moves: its matrices undo the grid of all of them.
+    fn join_by_skins(&self, sets: &mut UnionFind, is_bound: &mut [bool]) {
+        let mut first: FxHashMap<usize, Option<usize>> = FxHashMap::default();
+        for node in &self.container.root.nodes {
+            let (Some(skin), Some(mesh)) = (node.skin, node.mesh) else { continue };
+            let part = self.meshes.binary_search(&mesh).ok();
+            let known = *first.entry(skin).or_insert(part);
+            match (known, part) {
+                (Some(known), Some(part)) => {
+                    sets.union(known as u32, part as u32);
+                }
+                (bound, other) => bound.into_iter().chain(other).for_each(|part| is_bound[part] = true),
+            }
+        }
+    }
+
+    /// Joins the parts that stand alike and have a position in common, so that they go on to meet there.
+    fn join_by_positions(&self, sets: &mut UnionFind) {
+        let mut first_at: FxHashMap<([u64; 16], [u64; 3]), u32> = FxHashMap::default();
+        for placed in placements(&self.container.root).unwrap_or_default() {
+            let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
+            let transform = if placed.skinned { DMat4::IDENTITY } else { placed.transform };
+            let transform = transform.to_cols_array().map(|x| (x + 0.0).to_bits());
+            for position in &self.parts()[part].mesh.positions {
+                let key = (transform, position.map(|x| (x + 0.0).to_bits()));
+                let known = *first_at.entry(key).or_insert(part as u32);
+                sets.union(known, part as u32);
+            }
+        }
+    }
+}

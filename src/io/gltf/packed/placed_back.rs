@@ -1,0 +1,97 @@
+//! What undoes the grids of positions: nodes put their meshes back in place, and so do the matrices of skins.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat4, DVec3};
+use serde_json::{Map, Value, json};
+
+use crate::io::gltf::asset::Asset;
+use crate::io::gltf::draft::Draft;
+use crate::io::gltf::levels::child_of_mesh;
+use crate::io::gltf::references::index;
+use crate::mesh::Grid;
+
+/// Has nodes and skins undo the grids of these meshes.
+pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
+    let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
+    let is_held = held_nodes(&draft.document, n_nodes);
+    let mut of_skins = BTreeMap::new();
+    for (node, is_held) in is_held.into_iter().enumerate() {
+        let held = &draft.document["nodes"][node];
+        let Some(grid) = held.get("mesh").and_then(index).and_then(|mesh| grids.get(&mesh)) else { continue };
+        match held.get("skin").and_then(index) {
+            Some(skin) => drop(of_skins.insert(skin, *grid)),
+            None => {
+                let node = if is_held { child_of_mesh(draft, node) } else { node };
+                place_node(&mut draft.document["nodes"][node], grid);
+            }
+        }
+    }
+    of_skins.retain(|&skin, _| draft.document["skins"].get(skin).is_some_and(Value::is_object));
+    of_skins.into_iter().for_each(|(skin, grid)| place_skin(asset, draft, skin, &grid));
+}
+
+/// Which nodes have to stand where they stand: those that have a name, children or extensions, and those that something names.
+fn held_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
+    let mut is_held: Vec<bool> = vec![false; n_nodes];
+    let holds = ["name", "children", "camera", "extensions", "extras"];
+    for (node, mark) in document["nodes"].as_array().into_iter().flatten().zip(&mut is_held) {
+        *mark = holds.iter().any(|name| node.get(*name).is_some());
+    }
+    let lists = |name: &str| document[name].as_array().into_iter().flatten();
+    let joints = lists("skins").flat_map(|skin| skin["joints"].as_array().into_iter().flatten());
+    let channels = lists("animations").flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
+    let moved = channels.filter(|channel| channel["target"]["path"] != "weights").map(|it| &it["target"]["node"]);
+    for node in joints.chain(moved).filter_map(index) {
+        is_held.get_mut(node).into_iter().for_each(|mark| *mark = true);
+    }
+    is_held
+}
+
+/// Puts the grid of a node's mesh within the transform of the node.
+fn place_node(node: &mut Value, grid: &Grid) {
+    let Some(node) = node.as_object_mut() else { return };
+    if let Some(matrix) = node.get("matrix").and_then(numbers::<16>) {
+        let placed = DMat4::from_cols_array(&matrix) * transform(grid);
+        node.insert("matrix".into(), placed.to_cols_array().to_vec().into());
+        return;
+    }
+    let held = |node: &Map<String, Value>, name: &str| node.get(name).and_then(numbers::<3>);
+    let (from, scale) = (held(node, "translation").unwrap_or_default(), held(node, "scale").unwrap_or([1.0; 3]));
+    let turn = node.get("rotation").and_then(numbers::<4>).map(glam::DQuat::from_array);
+    let turn = turn.filter(|turn| turn.length_squared() > 0.0).map_or(glam::DQuat::IDENTITY, glam::DQuat::normalize);
+    let origin = DVec3::from(from) + turn * (DVec3::from(scale) * DVec3::from(grid.origin));
+    let put = |node: &mut Map<String, Value>, name: &str, numbers: [f64; 3]| {
+        node.insert(name.into(), numbers.to_vec().into());
+    };
+    put(node, "translation", origin.to_array());
+    put(node, "scale", scale.map(|x| x * grid.step));
+}
+
+/// Puts the grid within the matrices that take vertices to the joints of a skin.
+fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
+    let n = draft.document["skins"][skin]["joints"].as_array().map_or(0, Vec::len);
+    let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
+    let read = held.and_then(|accessor| asset.container.data().floats(accessor, 16 * n.max(1)).ok());
+    let values = read.filter(|(width, values)| *width == 16 && values.len() >= 16 * n).map(|(_, values)| values);
+    let identity = DMat4::IDENTITY.to_cols_array().map(|x| x as f32);
+    let values = values.unwrap_or_else(|| identity.repeat(n));
+    let placed = values.as_chunks::<16>().0.iter().flat_map(|matrix| {
+        let matrix = DMat4::from_cols_array(&matrix.map(f64::from)) * transform(grid);
+        matrix.to_cols_array().map(|x| (x as f32).to_le_bytes())
+    });
+    let bytes: Vec<u8> = placed.flatten().collect();
+    let view = draft.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
+    let accessor = json!({"bufferView": view, "componentType": 5126, "count": values.len() / 16, "type": "MAT4"});
+    draft.document["skins"][skin]["inverseBindMatrices"] = draft.push("accessors", accessor);
+}
+
+/// From the numbers of a grid to its points.
+fn transform(grid: &Grid) -> DMat4 {
+    DMat4::from_translation(grid.origin.into()) * DMat4::from_scale(DVec3::splat(grid.step))
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let numbers: Vec<f64> = value.as_array()?.iter().filter_map(Value::as_f64).collect();
+    numbers.try_into().ok()
+}

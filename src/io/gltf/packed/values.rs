@@ -1,0 +1,124 @@
+//! The values of vertices in small numbers.
+
+use serde_json::{Value, json};
+
+use super::compress::{self, octahedral};
+use super::uv_grids::UvGrids;
+use super::views::{COMPRESSION, OCTAHEDRAL};
+use crate::io::gltf::draft::{BYTE, Draft, SHORT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector};
+use crate::mesh::{Grid, Role};
+
+/// How the vertices of a primitive are packed.
+#[derive(Clone, Copy)]
+pub(in crate::io::gltf) struct PackedAs<'a> {
+    /// The grid of its positions.
+    pub grid: Option<&'a Grid>,
+    /// The grids of texture coordinates.
+    pub uvs: &'a UvGrids,
+    /// The material, or what stands for it, by which those are known.
+    pub surface: Option<usize>,
+    /// Whether the bytes will be compressed.
+    pub compress: bool,
+}
+
+impl PackedAs<'_> {
+    /// Positions as numbers of the grid, n x 3, and how these are stored.
+    pub fn positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, Stored)> {
+        let grid = self.grid?;
+        let numbers: Vec<[i64; 3]> = positions.iter().map(|p| grid.round(p.map(f64::from))).collect();
+        let stored = whole(numbers.as_flattened().iter().copied(), "VEC3")?;
+        Some((numbers.into_iter().flatten().map(|x| x as f32).collect(), stored))
+    }
+
+    /// How far a morph target moves positions (n x 3), in steps of the grid; stored in whole ones where these have room.
+    pub fn moves(&self, values: &[f32], stored: &Stored) -> Option<(Vec<f32>, Stored)> {
+        let step = self.grid?.step;
+        let sparse = stored.sparse && !self.compress;
+        let numbers: Vec<i64> = values.iter().map(|&x| (f64::from(x) / step).round() as i64).collect();
+        match whole(numbers.iter().copied().chain([-1]), "VEC3") {
+            Some(stored) => Some((numbers.into_iter().map(|x| x as f32).collect(), Stored { sparse, ..stored })),
+            None => {
+                let exact = values.iter().map(|&x| (f64::from(x) / step) as f32).collect();
+                Some((exact, Stored { sparse, ..Stored::floats("VEC3") }))
+            }
+        }
+    }
+
+    /// What a morph target adds to directions, n x 3: in bytes where nothing is larger than one.
+    pub fn turns(&self, values: &[f32], stored: &Stored) -> Stored {
+        let sparse = stored.sparse && !self.compress;
+        let is_small = values.iter().all(|x| x.abs() <= 1.0);
+        if is_small { Stored { sparse, ..bytes(BYTE, "VEC3") } } else { Stored { sparse, ..stored.clone() } }
+    }
+
+    /// Whether values of this role go through the filter of directions.
+    pub fn is_filtered(&self, kind: (Role, usize)) -> bool {
+        self.compress && compress::IS_HERE && matches!(kind, (Role::Normal, 3) | (Role::Tangent, 4))
+    }
+
+    /// The values of the attribute `name` as they are stored; those of texture coordinates are put on their grid.
+    pub fn own(&self, name: &str, (role, width): (Role, usize), values: &mut [f32], stored: &Stored) -> Stored {
+        match (role, width) {
+            (Role::Normal, 3) => bytes(BYTE, "VEC3"),
+            (Role::Tangent, 4) => bytes(BYTE, "VEC4"),
+            (Role::Colour, 3 | 4) => bytes(UNSIGNED_BYTE, &stored.shape),
+            (Role::Uv, 2) => self.uvs(name, values).unwrap_or_else(|| stored.clone()),
+            _ => stored.clone(),
+        }
+    }
+
+    /// Texture coordinates on the grid of their material, or as shares of the texture where they lie on it.
+    fn uvs(&self, name: &str, values: &mut [f32]) -> Option<Stored> {
+        match self.surface.and_then(|surface| self.uvs.grid(surface, name)) {
+            Some(grid) => values.as_chunks_mut::<2>().0.iter_mut().for_each(|uv| *uv = grid.share(*uv)),
+            None if values.iter().all(|x| (0.0..=1.0).contains(x)) => {}
+            None => return None,
+        }
+        Some(Stored { component: UNSIGNED_SHORT, normalized: true, ..Stored::floats("VEC2") })
+    }
+
+    /// Joints and weights of vertices (n x `n_slots` each): the largest weights first, in 255ths that sum to one.
+    pub fn skin(&self, joints: &mut [f32], weights: &mut [f32], n_slots: usize) -> Stored {
+        for (joints, weights) in joints.chunks_exact_mut(n_slots).zip(weights.chunks_exact_mut(n_slots)) {
+            let mut bound: Vec<(f32, f32)> = joints.iter().copied().zip(weights.iter().copied()).collect();
+            bound.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let mut shares: Vec<i32> = bound.iter().map(|(_, weight)| (weight * 255.0).round() as i32).collect();
+            // The largest takes what rounding left over: at most half a share for each slot.
+            shares[0] += 255 - shares.iter().sum::<i32>();
+            for (slot, ((joint, _), share)) in bound.into_iter().zip(shares).enumerate() {
+                (joints[slot], weights[slot]) = (if share > 0 { joint } else { 0.0 }, share as f32 / 255.0);
+            }
+        }
+        bytes(UNSIGNED_BYTE, "VEC4")
+    }
+}
+
+/// Appends directions of vertices, n x width, three numbers or four, through the filter by which they compress well, and gives their
+/// accessor.
+pub(in crate::io::gltf) fn push_directions(draft: &mut Draft, values: &[f32], width: usize) -> Value {
+    let four = |row: &[f32]| [row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)];
+    let rows: Vec<[f32; 4]> = values.chunks_exact(width).map(four).collect();
+    let bytes = octahedral(&rows);
+    let mut view = json!({"buffer": 0, "byteLength": bytes.len(), "byteStride": 4, "target": VERTICES});
+    view["extensions"][COMPRESSION]["filter"] = OCTAHEDRAL.into();
+    let view = draft.push_view(view, bytes);
+    let accessor = json!({"bufferView": view, "componentType": BYTE, "normalized": true, "count": rows.len(),
+        "type": vector(width)});
+    draft.push("accessors", accessor)
+}
+
+/// Fractions in bytes.
+fn bytes(component: u32, shape: &str) -> Stored {
+    Stored { component, normalized: true, ..Stored::floats(shape) }
+}
+
+/// How whole numbers are stored in 16 bits; not, where they have no room there.
+fn whole(numbers: impl Iterator<Item = i64>, shape: &str) -> Option<Stored> {
+    let (low, high) = numbers.fold((0, 0), |(low, high), x| (x.min(low), x.max(high)));
+    let component = match (low, high) {
+        (0, ..=65_535) => UNSIGNED_SHORT,
+        (-32_767.., ..=32_767) => SHORT,
+        _ => return None,
+    };
+    Some(Stored { component, ..Stored::floats(shape) })
+}

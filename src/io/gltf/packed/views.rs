@@ -1,0 +1,199 @@
+//! The buffer views of a document compressed (`EXT_meshopt_compression`): those of one kind become one, which costs one description
+//! and one header.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::compress::compressed;
+use crate::io::WriteError;
+use crate::io::gltf::accessor::element_size;
+use crate::io::gltf::draft::{Draft, VERTICES};
+use crate::io::gltf::extensions::{may_name_indices, name_extension};
+use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, index, named};
+use crate::io::gltf::repack::drop_unused;
+
+/// The extension.
+pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
+/// The filter of directions, and where a view names it before it is compressed.
+pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
+
+/// What the bytes of a view are.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Stream {
+    /// Whether they are the indices of triangles.
+    is_triangles: bool,
+    /// Bytes of an element.
+    stride: usize,
+    /// The filter that they went through.
+    filter: Option<String>,
+    /// What the view says that they are for, 0 for nothing, and the stride that it says where they are not for vertices.
+    says: [u64; 2],
+}
+
+/// Leaves the buffer views compressed in one buffer, which is given.
+///
+/// # Errors
+/// [`WriteError`] where a view has no bytes, or all of them are too many.
+pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
+    if !may_name_indices(&draft.document) {
+        merge(draft);
+        drop_unused(draft);
+    }
+    let streams = streams(draft);
+    let (mut buffer, mut n_unpacked) = (Vec::new(), 0usize);
+    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
+    for (at, ((view, bytes), stream)) in views.into_iter().flatten().zip(&draft.views).zip(&streams).enumerate() {
+        let bytes = bytes.as_deref().ok_or_else(|| WriteError {
+            what: format!("buffer view {at} lies outside its buffer: export the asset again"),
+        })?;
+        let packed =
+            stream.as_ref().and_then(|stream| Some((compressed(bytes, stream.is_triangles, stream.stride)?, stream)));
+        let packed = packed.filter(|(packed, stream)| packed.len() < bytes.len() || stream.filter.is_some());
+        buffer.resize(buffer.len().next_multiple_of(4), 0);
+        match packed {
+            Some((packed, stream)) => {
+                place(view, 1, n_unpacked, bytes.len());
+                view["extensions"][COMPRESSION] = described(stream, buffer.len(), packed.len(), bytes.len());
+                n_unpacked = (n_unpacked + bytes.len()).next_multiple_of(4);
+                buffer.extend(packed);
+            }
+            None => {
+                place(view, 0, buffer.len(), bytes.len());
+                buffer.extend(bytes);
+            }
+        }
+        if buffer.len().max(n_unpacked) > limit {
+            return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
+        }
+    }
+    name_buffers(&mut draft.document, buffer.len(), n_unpacked);
+    Ok(buffer)
+}
+
+/// Says where a view lies.
+fn place(view: &mut Value, buffer: usize, offset: usize, length: usize) {
+    (view["buffer"], view["byteLength"]) = (buffer.into(), length.into());
+    if let Some(view) = view.as_object_mut() {
+        view.shift_remove("byteOffset");
+        if offset > 0 {
+            view.insert("byteOffset".into(), offset.into());
+        }
+    }
+}
+
+/// What a view says of its compressed bytes.
+fn described(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
+    let mode = if stream.is_triangles { "TRIANGLES" } else { "ATTRIBUTES" };
+    let mut said = json!({"buffer": 0, "byteLength": length, "byteStride": stream.stride, "mode": mode,
+        "count": n_unpacked / stream.stride});
+    if offset > 0 {
+        said["byteOffset"] = offset.into();
+    }
+    if let Some(filter) = &stream.filter {
+        said["filter"] = filter.as_str().into();
+    }
+    said
+}
+
+/// Leaves the buffer that holds bytes, and one that stands for what becomes of them.
+fn name_buffers(document: &mut Value, n_bytes: usize, n_unpacked: usize) {
+    if let Some(document) = document.as_object_mut() {
+        document.shift_remove("buffers");
+    }
+    if n_bytes > 0 {
+        document["buffers"] = json!([{"byteLength": n_bytes}]);
+    }
+    if n_unpacked > 0 {
+        let stand_in = json!({"byteLength": n_unpacked, "extensions": {COMPRESSION: {"fallback": true}}});
+        document["buffers"].as_array_mut().into_iter().for_each(|buffers| buffers.push(stand_in.clone()));
+        name_extension(document, COMPRESSION);
+    }
+}
+
+/// Of each view what its bytes are, where they are elements of one kind that accessors alone read.
+fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
+    let n = draft.views.len();
+    let others = named(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), n);
+    let triangles = indices_of_triangles(&draft.document);
+    let mut found: Vec<Option<Option<Stream>>> = vec![None; n];
+    for (at, accessor) in draft.document["accessors"].as_array().into_iter().flatten().enumerate() {
+        let Some(view) = accessor.get("bufferView").and_then(index).filter(|&view| view < n) else { continue };
+        let is_triangles = triangles.get(&at).copied();
+        let stream = stream(&draft.document["bufferViews"][view], accessor, is_triangles);
+        let bytes = draft.views[view].as_deref().map_or(0, <[u8]>::len);
+        let stream = stream.filter(|stream| bytes.is_multiple_of(stream.stride) && !others[view]);
+        match &mut found[view] {
+            Some(known) if *known != stream => *known = None,
+            Some(_) => {}
+            slot => *slot = Some(stream),
+        }
+    }
+    found.into_iter().map(Option::flatten).collect()
+}
+
+/// What an accessor takes the bytes of its view for; `None` where that is nothing that is compressed.
+fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<Stream> {
+    let component = u32::try_from(accessor.get("componentType")?.as_u64()?).ok()?;
+    let size = element_size(accessor.get("type")?.as_str()?, component);
+    let says = ["target", "byteStride"].map(|name| view.get(name).and_then(Value::as_u64).unwrap_or(0));
+    let says = if says[0] == u64::from(VERTICES) { [says[0], 0] } else { says };
+    let stride = view.get("byteStride").map_or(Some(size), index).filter(|stride| *stride >= size && size > 0)?;
+    let filter = view["extensions"][COMPRESSION]["filter"].as_str().map(String::from);
+    let count = accessor.get("count").and_then(index)?;
+    match is_triangles {
+        Some(true) if count % 3 == 0 && matches!(stride, 2 | 4) => Some(()),
+        None if stride % 4 == 0 => Some(()),
+        _ => None,
+    }?;
+    Some(Stream { is_triangles: is_triangles == Some(true), stride, filter, says })
+}
+
+/// The accessors of indices, and whether these are lists of triangles.
+fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
+    let meshes = document["meshes"].as_array().into_iter().flatten();
+    let primitives = meshes.flat_map(|mesh| mesh["primitives"].as_array().into_iter().flatten());
+    let mut found = BTreeMap::new();
+    for primitive in primitives {
+        if let Some(accessor) = primitive.get("indices").and_then(index) {
+            let is_list = primitive.get("mode").is_none_or(|mode| mode == 4);
+            found.entry(accessor).and_modify(|all| *all &= is_list).or_insert(is_list);
+        }
+    }
+    found
+}
+
+/// Makes one view of those of each kind.
+fn merge(draft: &mut Draft) {
+    let streams = streams(draft);
+    let mut places: BTreeMap<&Stream, usize> = BTreeMap::new();
+    let mut moved = vec![None; streams.len()];
+    let mut bytes: Vec<Option<Vec<u8>>> = vec![None; streams.len()];
+    for (view, stream) in streams.iter().enumerate() {
+        let (Some(stream), Some(own)) = (stream, &draft.views[view]) else { continue };
+        let place = *places.entry(stream).or_insert(view);
+        // Views of several arrays of vertices have to say it.
+        if stream.says[0] == u64::from(VERTICES) {
+            draft.document["bufferViews"][place]["byteStride"] = stream.stride.into();
+        }
+        let all = bytes[place].get_or_insert_default();
+        moved[view] = Some((place, all.len()));
+        all.extend_from_slice(own);
+    }
+    for (view, all) in bytes.into_iter().enumerate() {
+        if let Some(all) = all {
+            draft.views[view] = Some(all.into());
+        }
+    }
+    let accessors = draft.document.get_mut("accessors").and_then(Value::as_array_mut).into_iter().flatten();
+    for accessor in accessors {
+        let view = accessor.get("bufferView").and_then(index).and_then(|view| moved.get(view).copied().flatten());
+        if let Some((place, offset)) = view {
+            let offset = offset + accessor.get("byteOffset").and_then(index).unwrap_or(0);
+            accessor["bufferView"] = place.into();
+            if offset > 0 {
+                accessor["byteOffset"] = offset.into();
+            }
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! What stands for 3MF in a build without the feature `3mf`: refusals.
+
+use super::write::Content;
+use super::{Extra, ReadError, ReadMesh, WriteError};
+use crate::mesh::{Attributes, Look, RawMesh};
+
+/// Why this build writes no such file.
+pub(super) const MISSING: Option<&str> =
+    Some("this build writes no 3MF: build with the feature 3mf or choose another format");
+
+/// Refuses every package.
+pub(super) fn read(_: &[u8]) -> Result<RawMesh, ReadError> {
+    Err(ReadError::file("this build reads no 3MF", "build with the feature 3mf or convert the file"))
+}
+
+/// Refuses every package.
+pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
+    read(bytes).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
+}
+
+/// Refuses every mesh.
+pub(super) fn write(_: &Content) -> Result<Vec<u8>, WriteError> {
+    Err(WriteError { what: MISSING.unwrap_or_default().into() })
+}
+
+/// Refuses every mesh.
+pub(super) fn write_attributed(
+    content: &Content,
+    _: &Attributes,
+    _: &Extra,
+    _: &[Look],
+) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+    write(content).map(|bytes| (bytes, Vec::new()))
+}

@@ -1,0 +1,56 @@
+//! Names of materials of a file that tells them apart by numbers: each becomes one that no other material has.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::one_line::one_line;
+use crate::mesh::Look;
+
+/// Materials by names of their own.
+#[derive(Default)]
+pub(super) struct OwnNames {
+    /// What the materials look like, by their names.
+    pub looks: Vec<(String, Look)>,
+    taken: FxHashSet<String>,
+    /// The name of each material, by what the file calls it and by its colour.
+    known: FxHashMap<(String, [u32; 3], bool), String>,
+    /// How many materials a name of the file stands for.
+    counts: FxHashMap<String, usize>,
+}
+
+impl OwnNames {
+    /// The name of a material that the file calls `name`: its own where another has the same and looks otherwise.
+    pub fn of(&mut self, name: &str, look: Look) -> String {
+        // Names are words of lines in other formats.
+        let words = one_line(name);
+        let plain = if words.is_empty() { "material".to_string() } else { words };
+        let key = (plain, look.colour.map(f32::to_bits), look.finish.is_opaque);
+        if let Some(name) = self.known.get(&key) {
+            return name.clone();
+        }
+        let count = self.counts.entry(key.0.clone()).or_default();
+        let mut name = key.0.clone();
+        while !self.taken.insert(name.clone()) {
+            *count += 1;
+            name = format!("{} {}", key.0, *count + 1);
+        }
+        self.known.insert(key, name.clone());
+        self.looks.push((name.clone(), look));
+        name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_name_is_of_one_look() {
+        let mut names = OwnNames::default();
+        let grey = || Look { colour: [0.5; 3], ..Look::default() };
+        assert_eq!(names.of("a\n b", Look::default()), "a b");
+        assert_eq!(names.of("a b", grey()), "a b 2");
+        assert_eq!(names.of("a b 2", Look::default()), "a b 2 2");
+        assert_eq!((names.of(" a b", grey()), names.of("", grey())), ("a b 2".into(), "material".into()));
+        assert_eq!(names.looks.len(), 4);
+    }
+}

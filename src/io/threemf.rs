@@ -1,0 +1,396 @@
+//! 3MF (core specification, with the parts of the production extension and the colours of the materials extension): what is
+//! built, as one mesh; a mesh as a package of one model.
+//!
+//! Textures, beams, slices and metadata are passed over.
+
+mod document;
+mod faces;
+mod package;
+mod required;
+mod write;
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DMat4;
+use quick_xml::XmlVersion;
+use quick_xml::events::BytesStart;
+
+pub(super) use write::{write, write_attributed};
+
+use super::extra::sets_faces_apart;
+use super::far_out::is_far_out;
+use super::room::most_made;
+use super::units;
+use super::{Extra, ReadError, ReadMesh};
+use crate::mesh::{Attributes, PlacedMesh, RawMesh, side_by_side};
+use document::{Document, Reference, parse};
+use faces::{Notes, Parts};
+use package::Package;
+
+/// Why this build writes no such file: it does.
+pub(super) const MISSING: Option<&str> = None;
+
+/// How deep components may nest; what nests deeper goes in circles.
+const DEPTH: usize = 64;
+
+/// Reads what a package builds, its geometry alone.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
+}
+
+/// Reads what a package builds: every item where it stands, with colours and with objects and materials as groups.
+pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
+    let mut models = Models::open(bytes)?;
+    let root = models.root.clone();
+    let items = models.built(&root)?;
+    for item in &items {
+        models.place(&root, item, DMat4::IDENTITY, 0)?;
+    }
+    let mut parts = Parts::default();
+    let n_meshes = models.placed.iter().map(|(place, _)| place).collect::<BTreeSet<_>>().len();
+    let mut known: BTreeMap<&Place, usize> = BTreeMap::new();
+    let mut transforms = Vec::new();
+    for (place, transform) in &models.placed {
+        let Some(Document { objects, properties, .. }) = models.documents.get_mut(&place.0) else { continue };
+        let Some(object) = objects.get_mut(&place.1) else { continue };
+        let part = *known.entry(place).or_insert_with(|| parts.add(object, properties, n_meshes > 1));
+        transforms.push((part, *transform));
+    }
+    models.scene(parts, &transforms)
+}
+
+/// A part and the number of an object in it.
+type Place = (String, u32);
+
+/// The model parts of a package and what is placed of their objects.
+struct Models<'a> {
+    package: Package<'a>,
+    root: String,
+    documents: BTreeMap<String, Document>,
+    placed: Vec<(Place, DMat4)>,
+    /// Vertices and faces that are made.
+    n_made: usize,
+    notes: Vec<String>,
+}
+
+impl<'a> Models<'a> {
+    fn open(bytes: &'a [u8]) -> Result<Self, ReadError> {
+        let mut package = Package::open(bytes)?;
+        let root = package.model_part()?.trim_start_matches('/').to_string();
+        let (documents, placed, notes) = Default::default();
+        Ok(Self { package, root, documents, placed, n_made: 0, notes })
+    }
+
+    /// The model in a part, read once.
+    fn document(&mut self, part: &str) -> Result<&mut Document, ReadError> {
+        if !self.documents.contains_key(part) {
+            let document = parse(&self.package.text(part)?, part)?;
+            self.documents.insert(part.into(), document);
+        }
+        let gone = || ReadError::file(format!("there is no part {part:?}"), "export the file again");
+        self.documents.get_mut(part).ok_or_else(gone)
+    }
+
+    /// What the first part builds; of one that builds nothing, all its objects.
+    fn built(&mut self, root: &str) -> Result<Vec<Reference>, ReadError> {
+        let document = self.document(root)?;
+        let items = std::mem::take(&mut document.items);
+        if !items.is_empty() {
+            return Ok(items);
+        }
+        let mut ids: Vec<u32> = document.objects.values().filter(|it| !it.faces.is_empty()).map(|it| it.id).collect();
+        ids.sort_unstable();
+        if !ids.is_empty() {
+            self.notes.push("the 3mf builds nothing: its objects are read as they stand".into());
+        }
+        Ok(ids.into_iter().map(|object| Reference { path: None, object, transform: DMat4::IDENTITY }).collect())
+    }
+
+    /// Places the meshes of an object that `part` names, in the coordinates of `above`.
+    fn place(&mut self, part: &str, named: &Reference, above: DMat4, depth: usize) -> Result<(), ReadError> {
+        let path = named.path.as_deref().map_or(part, |path| path.trim_start_matches('/')).to_string();
+        let transform = above * named.transform;
+        if depth > DEPTH {
+            let what = format!("components nest more than {DEPTH} deep");
+            return Err(ReadError::file(what, "export the file again"));
+        }
+        let missing =
+            || ReadError::file(format!("there is no object {} in {path:?}", named.object), "export the file again");
+        let object = self.document(&path)?.objects.get_mut(&named.object).ok_or_else(missing)?;
+        let n_made = 1 + object.positions.len() + object.faces.len();
+        let has_faces = !object.faces.is_empty();
+        // They are put back below: an object in itself is found without them and ends there.
+        let components = std::mem::take(&mut object.components);
+        self.spend(n_made)?;
+        if has_faces {
+            self.placed.push(((path.clone(), named.object), transform));
+        }
+        for component in &components {
+            self.place(&path, component, transform, depth + 1)?;
+        }
+        if let Some(object) = self.document(&path)?.objects.get_mut(&named.object) {
+            object.components = components;
+        }
+        Ok(())
+    }
+
+    fn spend(&mut self, n: usize) -> Result<(), ReadError> {
+        let too_many = || ReadError::file("the build repeats its objects too often", "export fewer copies");
+        self.n_made = self.n_made.saturating_add(n);
+        if self.n_made > most_made(self.package.n_unpacked()) { Err(too_many()) } else { Ok(()) }
+    }
+
+    /// All that is placed as one mesh, with what it carries.
+    fn scene(mut self, parts: Parts, transforms: &[(usize, DMat4)]) -> Result<ReadMesh, ReadError> {
+        let width = parts.colour_width();
+        for &(part, _) in transforms {
+            self.spend(parts.meshes[part].attributes.n_wedges() * width)?;
+        }
+        let placed: Vec<PlacedMesh> = transforms
+            .iter()
+            .map(|&(part, transform)| PlacedMesh {
+                mesh: &parts.meshes[part],
+                transform,
+                first_group: parts.first_groups[part],
+            })
+            .collect();
+        let mut mesh = side_by_side(&placed, |_| true);
+        mesh.double = self.documents.values().any(|document| document.double) || is_far_out(&mesh.positions);
+        let mut extra = Extra { unit: self.unit(), ..Extra::default() };
+        let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
+        if is_bare || parts.groups.len() == 1 {
+            mesh.attributes.groups.clear();
+        } else if sets_faces_apart(parts.groups.len(), mesh.faces.len()) {
+            mesh.attributes.groups.clear();
+            self.notes.push(format!(
+                "{} materials for {} faces are no groups: dropped",
+                parts.groups.len(),
+                mesh.faces.len()
+            ));
+        }
+        if !is_bare && (parts.groups.len() == 1 || !mesh.attributes.groups.is_empty()) {
+            (extra.groups, extra.looks) = (parts.groups, parts.materials.looks);
+        }
+        let has_beams = self.documents.values().any(|document| document.has_beams);
+        self.notes.extend(Notes { has_beams, ..parts.notes }.lines());
+        Ok(ReadMesh { mesh, extra, notes: self.notes, format: None })
+    }
+
+    /// What lengths mean, where that is known.
+    fn unit(&mut self) -> Option<String> {
+        let unit = self.documents.get(&self.root)?.unit.clone()?;
+        let is_known = units::is_known(&unit);
+        if !is_known {
+            self.notes.push(format!("the unit {unit:?} is none of 3mf: dropped"));
+        }
+        is_known.then_some(unit)
+    }
+}
+
+/// The value of the first attribute of that name, with its prefix or without.
+fn field<'a>(element: &'a BytesStart, name: &str) -> Option<Cow<'a, str>> {
+    let mut attributes = element.attributes();
+    let named = attributes
+        .with_checks(false)
+        .flatten()
+        .find(|it| it.key.into_inner() == name || it.key.local_name().into_inner() == name)?;
+    named.normalized_value(XmlVersion::Implicit1_0).ok().or(Some(named.value))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Cursor, Write};
+
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    use super::*;
+    use crate::io::{Format, Model, WriteOptions, write_attributed};
+    use crate::mesh::cleanup::{CleanOptions, clean};
+    use crate::mesh::shapes;
+
+    const RELATIONS: &str = r#"<Relationships><Relationship Target="/3D/m.model" Id="a"
+        Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+
+    /// A package of parts; the relations lead to `3D/m.model`.
+    fn package(parts: &[(&str, &str)]) -> Vec<u8> {
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, text) in [&[("_rels/.rels", RELATIONS)], parts].concat() {
+            archive.start_file(name, SimpleFileOptions::default()).unwrap();
+            archive.write_all(text.as_bytes()).unwrap();
+        }
+        archive.finish().unwrap().into_inner()
+    }
+
+    /// A tetrahedron as the mesh of an object; `of_first` is said of its first triangle.
+    fn tetrahedron(of_first: &str) -> String {
+        let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"].map(|corner| {
+            let [x, y, z] = corner.split(' ').collect::<Vec<_>>().try_into().unwrap();
+            format!(r#"<vertex x="{x}" y="{y}" z="{z}"/>"#)
+        });
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]].map(|[a, b, c]| (a, b, c));
+        let more = [of_first, "", "", ""];
+        let faces =
+            faces.iter().zip(more).map(|((a, b, c), more)| format!(r#"<triangle v1="{a}" v2="{b}" v3="{c}" {more}/>"#));
+        format!(
+            "<mesh><vertices>{}</vertices><triangles>{}</triangles></mesh>",
+            corners.concat(),
+            faces.collect::<String>()
+        )
+    }
+
+    fn model(resources: &str, build: &str) -> String {
+        format!(
+            r#"<?xml version="1.0"?><model unit="inch" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+            xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06" requiredextensions="p">
+            <resources>{resources}</resources><build>{build}</build></model>"#
+        )
+    }
+
+    fn read_model(resources: &str, build: &str) -> Result<ReadMesh, ReadError> {
+        read_attributed(&package(&[("3D/m.model", &model(resources, build))]))
+    }
+
+    #[test]
+    fn items_and_components_stand_where_they_are_placed_also_from_other_parts() {
+        let other = model(&format!(r#"<object id="7" name="tip &amp; tail">{}</object>"#, tetrahedron("")), "");
+        let root = model(
+            r#"<object id="1"><components><component p:path="/3D/other.model" objectid="7" transform="0 2 0 -2 0 0 0 0 2 1 0 0"/>
+            <component p:path="/3d/OTHER.model" objectid="7" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/></components></object>"#,
+            r#"<item objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 10"/>"#,
+        );
+        let parts = [("3D/m.model", root.as_str()), ("3D/other.model", other.as_str())];
+        let read = read_attributed(&package(&parts)).unwrap();
+        assert_eq!(read.mesh.positions[..4], [[1.0, 0.0, 10.0], [1.0, 2.0, 10.0], [-1.0, 0.0, 10.0], [1.0, 0.0, 12.0]]);
+        // Mirrored, it is turned round.
+        assert_eq!((read.mesh.positions[5], read.mesh.faces[4]), ([-1.0, 0.0, 10.0], [4, 5, 6]));
+        assert_eq!(
+            (read.extra.unit.as_deref(), read.extra.groups[0].object.as_deref()),
+            (Some("inch"), Some("tip & tail"))
+        );
+        assert_eq!(clean(read.mesh, &CleanOptions::default()).unwrap().mesh.faces().len(), 8);
+    }
+
+    #[test]
+    fn materials_become_groups_and_colours_stand_at_corners() {
+        let resources = r##"<basematerials id="1"><base name="red" displaycolor="#FF0000"/><base name="blue" displaycolor="#0000FF80"/></basematerials>
+            <m:colorgroup id="2"><m:color color="#00FF00FF"/><m:color color="#000000FF"/></m:colorgroup>"##;
+        let object =
+            |of_first| format!(r#"{resources}<object id="3" pid="1" pindex="0">{}</object>"#, tetrahedron(of_first));
+        let read = read_model(&object(r#"pid="1" p1="1""#), r#"<item objectid="3"/>"#).unwrap();
+        let names: Vec<_> = read.extra.groups.iter().filter_map(|group| group.material.as_deref()).collect();
+        assert_eq!(
+            (names.as_slice(), read.mesh.attributes.groups.as_slice()),
+            (&["blue", "red"][..], &[0, 1, 1, 1][..])
+        );
+        assert!(!read.extra.looks[0].1.finish.is_opaque && read.extra.looks[1].1.colour == [1.0, 0.0, 0.0]);
+        let read = read_model(&object(r#"pid="2" p1="0" p2="1" p3="1""#), r#"<item objectid="3"/>"#).unwrap();
+        let attributes = &read.mesh.attributes;
+        let colours = attributes.wedges[0].map(|wedge| attributes.channels[0].of(wedge).to_vec());
+        assert_eq!(colours, [vec![0.0, 1.0, 0.0], vec![0.0; 3], vec![0.0; 3]]);
+        assert_eq!(attributes.channels[0].of(attributes.wedges[1][0]), [1.0; 3]);
+    }
+
+    /// Writes what was read, without simplifying it.
+    fn written(read: ReadMesh) -> Vec<u8> {
+        let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
+        let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
+        let model = Model { mesh, frame: cleaned.frame, exact: None, attributes, extra: &read.extra };
+        let options = WriteOptions::new(Format::ThreeMf, "a");
+        write_attributed(&model, &options).unwrap().bytes
+    }
+
+    #[test]
+    fn what_is_written_is_read_as_it_was() {
+        let resources = format!(
+            r##"<basematerials id="9"><base name="a &lt; b" displaycolor="#FF0000"/><base name="c" displaycolor="#00FF00"/></basematerials>
+            <m:colorgroup id="8"><m:color color="#804020FF"/><m:color color="#000000FF"/></m:colorgroup>
+            <object id="3" name="one">{}</object><object id="4" name="two" pid="9" pindex="1">{}</object>"##,
+            tetrahedron(r#"pid="8" p1="0" p2="1" p3="1""#),
+            tetrahedron(r#"pid="9" p1="0""#),
+        );
+        let build = r#"<item objectid="3"/><item objectid="4" transform="1 0 0 0 1 0 0 0 1 5 0.1 0"/>"#;
+        let first = read_model(&resources, build).unwrap();
+        let bytes = written(first.clone());
+        let second = crate::io::read_attributed(&bytes, None).unwrap();
+        assert_eq!((second.format, second.extra.unit.as_deref()), (Some(Format::ThreeMf), Some("inch")));
+        let objects: Vec<_> = second
+            .extra
+            .groups
+            .iter()
+            .map(|group| (group.object.as_deref().unwrap(), group.material.as_deref()))
+            .collect();
+        assert_eq!(objects, [("one", None), ("two", Some("a < b")), ("two", Some("c"))]);
+        assert_eq!(second.mesh.positions.len(), 8);
+        assert_eq!(second.mesh.positions[5], [6.0, 0.1, 0.0]);
+        let corner = |read: &ReadMesh| {
+            let attributes = &read.mesh.attributes;
+            attributes.wedges[0].map(|wedge| attributes.channels[0].of(wedge).to_vec())
+        };
+        assert_eq!(corner(&first), corner(&second));
+        assert_eq!(bytes, written(second));
+    }
+
+    #[test]
+    fn positions_come_back_bit_for_bit_and_objects_that_share_vertices_stay_one() {
+        let mesh = shapes::wavy_sphere(3, 1.0);
+        let bytes = crate::io::write(&mesh, &crate::mesh::Frame::default(), Format::ThreeMf).unwrap();
+        let back = crate::io::read(&bytes, None).unwrap();
+        let singles: Vec<[f32; 3]> = back.positions.iter().map(|p| p.map(|x| x as f32)).collect();
+        assert!(singles == mesh.positions() && back.faces == mesh.faces() && !back.double);
+        let object = |name: &str| crate::io::Group { object: Some(name.into()), ..Default::default() };
+        let extra = Extra { groups: vec![object("a"), object("b")], ..Extra::default() };
+        let groups = (0..mesh.faces().len() as u32).map(|face| face % 2).collect();
+        let attributes = Attributes { groups, ..Attributes::default() };
+        let model =
+            Model { mesh: &mesh, frame: Default::default(), exact: None, attributes: &attributes, extra: &extra };
+        let options = WriteOptions::new(Format::ThreeMf, "a");
+        let written = write_attributed(&model, &options).unwrap();
+        assert_eq!(written.notes, ["2 objects share vertices: written as one"]);
+        assert_eq!(crate::io::read(&written.bytes, None).unwrap(), back);
+    }
+
+    #[test]
+    fn flawed_packages_are_refused_in_one_line() {
+        let item = r#"<item objectid="3"/>"#;
+        let whole = format!(r#"<object id="3">{}</object>"#, tetrahedron(""));
+        let cases = [
+            (whole.replace("x=\"1\"", "x=\"1mm\""), item, "a vertex needs numbers x, y and z"),
+            (whole.replace("v3=\"1\"", ""), item, "a triangle needs indices"),
+            (whole.clone(), r#"<item objectid="4"/>"#, "there is no object 4"),
+            (whole.clone(), r#"<item objectid="3" transform="1 0 0"/>"#, "a transform needs twelve numbers"),
+            (whole.clone(), r#"<item objectid="3" p:path="/a.model"/>"#, "there is no part \"a.model\""),
+            (whole.replace("</mesh>", ""), item, "no valid XML"),
+            (format!("{whole}{whole}"), item, "object 3 stands there twice"),
+        ];
+        for (resources, build, expected) in cases {
+            let error = read_model(&resources, build).unwrap_err().to_string();
+            assert!(error.contains(expected) && !error.contains('\n'), "{error}");
+        }
+        let sliced = model(&whole, item).replace("3dmanufacturing/production", "3dmanufacturing/slice");
+        let error = read_attributed(&package(&[("3D/m.model", &sliced)])).unwrap_err().to_string();
+        assert!(
+            error.contains("needs the extension \"http://schemas.microsoft.com/3dmanufacturing/slice/2015/06\""),
+            "{error}"
+        );
+        assert!(read_attributed(&package(&[])).unwrap_err().what.contains("holds no 3D model"));
+    }
+
+    #[test]
+    fn bombs_and_circles_do_not_fill_the_memory() {
+        let blanks = " ".repeat(20 << 20);
+        let bomb = package(&[("3D/m.model", &model(&blanks, ""))]);
+        let error = read_attributed(&bomb).unwrap_err();
+        assert!(error.what.contains("unpacks to more than"), "{error}");
+        let mut resources = format!(r#"<object id="0">{}</object>"#, tetrahedron(""));
+        for id in 1..40 {
+            let component = format!(r#"<component objectid="{}"/>"#, id - 1);
+            resources += &format!(r#"<object id="{id}"><components>{}</components></object>"#, component.repeat(2));
+        }
+        let error = read_model(&resources, r#"<item objectid="39"/>"#).unwrap_err();
+        assert!(error.what.contains("repeats its objects too often"), "{error}");
+        let circle = r#"<object id="1"><components><component objectid="1"/></components></object>"#;
+        assert_eq!(read_model(circle, r#"<item objectid="1"/>"#).unwrap().mesh.faces.len(), 0);
+    }
+}

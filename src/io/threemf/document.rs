@@ -1,0 +1,263 @@
+//! A model part of a 3MF: its objects, their properties, and which of them are built, as the text states them.
+
+use std::borrow::Cow;
+
+use glam::{DMat4, DVec3};
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+use rustc_hash::FxHashMap;
+
+use super::field;
+use super::required::refuse_unknown;
+use crate::io::one_line::one_line;
+use crate::io::room::room;
+use crate::io::{ReadError, number};
+
+const REMEDY: &str = "export the file again";
+
+/// An index that no vertex has: faces with it are for cleanup to drop.
+const NOWHERE: u32 = u32::MAX;
+
+/// What a part states.
+#[derive(Default)]
+pub(super) struct Document {
+    /// What a length of 1 means, where that is said.
+    pub unit: Option<String>,
+    pub objects: FxHashMap<u32, Object>,
+    pub properties: FxHashMap<u32, Property>,
+    /// What is built.
+    pub items: Vec<Reference>,
+    /// Whether some coordinate says more than a single holds.
+    pub double: bool,
+    /// Whether beams stand beside triangles.
+    pub has_beams: bool,
+    /// Whether it was closed.
+    is_whole: bool,
+}
+
+/// A mesh, or other objects where they are placed.
+#[derive(Default)]
+pub(super) struct Object {
+    pub id: u32,
+    pub name: Option<String>,
+    /// What its faces are that say nothing themselves: the property and the entry.
+    pub property: Option<(u32, u32)>,
+    pub positions: Vec<[f64; 3]>,
+    pub faces: Vec<[u32; 3]>,
+    /// Of each face its property and the entries at its corners; shorter where the last ones say nothing.
+    pub of_faces: Vec<Option<(u32, [u32; 3])>>,
+    pub components: Vec<Reference>,
+}
+
+/// An object at a place.
+pub(super) struct Reference {
+    /// The part it is in, where that is another one.
+    pub path: Option<String>,
+    pub object: u32,
+    pub transform: DMat4,
+}
+
+/// What the faces that name it are.
+pub(super) enum Property {
+    /// Names, and colours in sRGB with alpha.
+    Materials(Vec<(String, [f32; 4])>),
+    /// Colours in sRGB with alpha.
+    Colours(Vec<[f32; 4]>),
+    /// Textures and mixtures, which are not read.
+    Other,
+}
+
+/// Reads the text of a part.
+pub(super) fn parse(text: &str, part: &str) -> Result<Document, ReadError> {
+    let mut reader = Reader::from_str(text);
+    let mut parser = Parser::default();
+    loop {
+        let at = reader.buffer_position() as usize;
+        let fail =
+            |error: String| ReadError::line(text.as_bytes(), at, format!("{part}: {}", one_line(&error)), REMEDY);
+        match reader.read_event().map_err(|error| fail(format!("no valid XML ({error})")))? {
+            Event::Start(element) | Event::Empty(element) => {
+                parser.open(&element).map_err(|error| match error.what.as_str() {
+                    _ if error.remedy != REMEDY => error,
+                    what => fail(what.into()),
+                })?
+            }
+            Event::End(element) => parser.document.is_whole |= element.local_name().into_inner() == "model",
+            Event::Eof if parser.document.is_whole => return Ok(parser.document),
+            Event::Eof => return Err(fail("the model ends before it is complete".into())),
+            _ => {}
+        }
+    }
+}
+
+/// What was read, and what the next elements belong to.
+#[derive(Default)]
+struct Parser {
+    document: Document,
+    /// The prefix of the elements of the core specification: that of the root.
+    prefix: Option<String>,
+    object: u32,
+    property: u32,
+}
+
+impl Parser {
+    fn open(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        let (name, prefix) = element.name().decompose();
+        let (name, prefix) = (name.into_inner(), prefix.map(|prefix| prefix.into_inner()).unwrap_or_default());
+        if name == "model" && self.prefix.is_none() {
+            self.prefix = Some(prefix.into());
+            self.document.unit = field(element, "unit").map(Cow::into_owned);
+            return refuse_unknown(element);
+        }
+        match (self.prefix.as_deref() == Some(prefix), name) {
+            (true, "vertex") => self.vertex(element),
+            (true, "triangle") => self.triangle(element),
+            (true, "object") => self.object(element),
+            (true, "component") => {
+                let component = reference(element)?;
+                self.document.objects.entry(self.object).or_default().components.push(component);
+                Ok(())
+            }
+            (true, "item") => {
+                self.document.items.push(reference(element)?);
+                Ok(())
+            }
+            (true, "basematerials") => self.property(element, Property::Materials(Vec::new())),
+            (true, "base") => self.material(element),
+            (_, "colorgroup") => self.property(element, Property::Colours(Vec::new())),
+            (_, "color") => self.colour(element),
+            (_, "texture2dgroup" | "compositematerials" | "multiproperties") => self.property(element, Property::Other),
+            (_, "beamlattice") => {
+                self.document.has_beams = true;
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn object(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        let id = index(element, "id")?.ok_or_else(|| problem("an object without id"))?;
+        let property = index(element, "pid")?.zip(index(element, "pindex")?);
+        let name = field(element, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
+        self.object = id;
+        let before = self.document.objects.insert(id, Object { id, name, property, ..Object::default() });
+        if before.is_some() { Err(problem(&format!("object {id} stands there twice"))) } else { Ok(()) }
+    }
+
+    fn vertex(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        let mut position = [None; 3];
+        for attribute in element.attributes().with_checks(false).flatten() {
+            let axis = match attribute.key.into_inner() {
+                "x" => 0,
+                "y" => 1,
+                "z" => 2,
+                _ => continue,
+            };
+            let number = whole_number(&attribute.value).filter(|number| number.value.is_finite());
+            self.document.double |= number.is_some_and(|number| number.double);
+            position[axis] = number.map(|number| number.value);
+        }
+        let [Some(x), Some(y), Some(z)] = position else { return Err(problem("a vertex needs numbers x, y and z")) };
+        let positions = &mut self.document.objects.entry(self.object).or_default().positions;
+        room(positions, 1)?;
+        positions.push([x, y, z]);
+        Ok(())
+    }
+
+    fn triangle(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        let (mut corners, mut property, mut entries) = ([None; 3], None, [None; 3]);
+        for attribute in element.attributes().with_checks(false).flatten() {
+            let target = match attribute.key.into_inner() {
+                "v1" => &mut corners[0],
+                "v2" => &mut corners[1],
+                "v3" => &mut corners[2],
+                "pid" => &mut property,
+                "p1" => &mut entries[0],
+                "p2" => &mut entries[1],
+                "p3" => &mut entries[2],
+                _ => continue,
+            };
+            *target = attribute.value.trim().parse::<u32>().ok();
+        }
+        let [Some(a), Some(b), Some(c)] = corners else {
+            return Err(problem("a triangle needs indices v1, v2 and v3"));
+        };
+        let object = self.document.objects.entry(self.object).or_default();
+        room(&mut object.faces, 1)?;
+        let n_before = object.faces.len();
+        object.faces.push([a, b, c].map(|v| if (v as usize) < object.positions.len() { v } else { NOWHERE }));
+        let property = property.or(object.property.map(|(property, _)| property));
+        if let (Some(property), Some(first)) = (property, entries[0]) {
+            let n_silent = n_before - object.of_faces.len();
+            room(&mut object.of_faces, n_silent + 1)?;
+            object.of_faces.resize(n_before, None);
+            object.of_faces.push(Some((property, entries.map(|entry| entry.unwrap_or(first)))));
+        }
+        Ok(())
+    }
+
+    fn property(&mut self, element: &BytesStart, property: Property) -> Result<(), ReadError> {
+        self.property = index(element, "id")?.ok_or_else(|| problem("a resource without id"))?;
+        self.document.properties.insert(self.property, property);
+        Ok(())
+    }
+
+    fn material(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        let name = field(element, "name").unwrap_or_default().into_owned();
+        let colour = field(element, "displaycolor").and_then(|text| colour(&text)).unwrap_or([1.0; 4]);
+        if let Some(Property::Materials(materials)) = self.document.properties.get_mut(&self.property) {
+            materials.push((name, colour));
+        }
+        Ok(())
+    }
+
+    fn colour(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        let colour = field(element, "color").and_then(|text| colour(&text)).unwrap_or([1.0; 4]);
+        if let Some(Property::Colours(colours)) = self.document.properties.get_mut(&self.property) {
+            colours.push(colour);
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with an element; the line is for the caller to add.
+fn problem(what: &str) -> ReadError {
+    ReadError::file(what, REMEDY)
+}
+
+/// What an item of the build or a component names.
+fn reference(element: &BytesStart) -> Result<Reference, ReadError> {
+    let object = index(element, "objectid")?.ok_or_else(|| problem("an item or component without objectid"))?;
+    let transform = field(element, "transform").map_or(Ok(DMat4::IDENTITY), |text| matrix(&text))?;
+    Ok(Reference { path: field(element, "path").map(Cow::into_owned), object, transform })
+}
+
+/// Twelve numbers: the images of the axes, then of the origin.
+fn matrix(text: &str) -> Result<DMat4, ReadError> {
+    let numbers: Option<Vec<f64>> =
+        text.split_whitespace().map(|word| whole_number(word).map(|number| number.value)).collect();
+    let numbers = numbers.filter(|numbers| numbers.len() == 12 && numbers.iter().all(|x| x.is_finite()));
+    let numbers = numbers.ok_or_else(|| problem("a transform needs twelve numbers"))?;
+    let [x, y, z, origin] = [0, 3, 6, 9].map(|at| DVec3::from_slice(&numbers[at..]));
+    Ok(DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0)))
+}
+
+/// The index in a field, where there is such a field.
+fn index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
+    let parsed = |text: Cow<str>| text.trim().parse().map_err(|_| problem(&format!("{name} {text:?} is no index")));
+    field(element, name).map(parsed).transpose()
+}
+
+/// The number that a text is.
+fn whole_number(text: &str) -> Option<number::Number> {
+    let text = text.trim();
+    number::parse(text.as_bytes()).filter(|number| number.length == text.len())
+}
+
+/// `#RRGGBB` or `#RRGGBBAA`, 0 to 1.
+fn colour(text: &str) -> Option<[f32; 4]> {
+    let digits = text.trim().strip_prefix('#').filter(|digits| digits.is_ascii())?;
+    let channel = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok().map(|byte| f32::from(byte) / 255.0);
+    let alpha = if digits.len() == 6 { Some(1.0) } else { channel(6) };
+    Some([channel(0)?, channel(2)?, channel(4)?, alpha?])
+}

@@ -1,0 +1,146 @@
+//! What the faces of a 3MF's objects are: materials become groups, colours a channel of the corners.
+
+use rustc_hash::FxHashMap;
+
+use super::document::{Object, Property};
+use crate::io::Group;
+use crate::io::own_names::OwnNames;
+use crate::mesh::{Attributes, Channel, Look, RawMesh, Role, linear_light};
+
+/// Objects as meshes, and what their groups stand for.
+#[derive(Default)]
+pub(super) struct Parts {
+    pub meshes: Vec<RawMesh>,
+    /// Of each mesh the number of its first group.
+    pub first_groups: Vec<u32>,
+    pub groups: Vec<Group>,
+    pub materials: OwnNames,
+    pub notes: Notes,
+}
+
+/// What is passed over.
+#[derive(Default)]
+pub(super) struct Notes {
+    pub has_beams: bool,
+    pub has_textures: bool,
+    pub n_mixed: usize,
+}
+
+impl Notes {
+    /// One line each.
+    pub fn lines(&self) -> Vec<String> {
+        let mixed = (self.n_mixed > 0).then(|| {
+            format!("materials that change within a face are taken from its first corner (faces: {})", self.n_mixed)
+        });
+        let beams = self.has_beams.then(|| "beams of the 3mf are dropped".into());
+        let textures = self.has_textures.then(|| "textures and mixtures of the 3mf are dropped".into());
+        [textures, beams, mixed].into_iter().flatten().collect()
+    }
+}
+
+/// A property and the entries at the corners of a face.
+type Said = (u32, [u32; 3]);
+
+impl Parts {
+    /// Takes the mesh of an object, which is called by its number where it has no name and `is_named` asks for one; gives its place.
+    pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, Property>, is_named: bool) -> usize {
+        let positions = std::mem::take(&mut object.positions);
+        let faces = std::mem::take(&mut object.faces);
+        let said = |face: usize| {
+            let own = object.of_faces.get(face).copied().flatten();
+            own.or(object.property.map(|(property, entry)| (property, [entry; 3])))
+        };
+        let name = object.name.clone().or_else(|| is_named.then(|| format!("object {}", object.id)));
+        let attributes = Attributes {
+            groups: self.groups_of(name, (0..faces.len()).map(said), properties),
+            ..painted(&faces, said, properties)
+        };
+        self.meshes.push(RawMesh { positions, faces, attributes, ..RawMesh::default() });
+        self.meshes.len() - 1
+    }
+
+    /// How many numbers a colour has; none where nothing is coloured.
+    pub fn colour_width(&self) -> usize {
+        let channels = self.meshes.iter().flat_map(|mesh| &mesh.attributes.channels);
+        channels.map(|channel| channel.width).max().unwrap_or(0)
+    }
+
+    /// The groups of an object's faces, by their materials; numbers from its first group on.
+    fn groups_of(
+        &mut self,
+        object: Option<String>,
+        said: impl Iterator<Item = Option<Said>>,
+        properties: &FxHashMap<u32, Property>,
+    ) -> Vec<u32> {
+        let first = self.groups.len();
+        self.first_groups.push(first as u32);
+        let mut numbers: FxHashMap<Option<(u32, u32)>, u32> = FxHashMap::default();
+        let mut groups = Vec::new();
+        for said in said {
+            let named = said.and_then(|(property, entries)| Some((property, entries, properties.get(&property)?)));
+            self.notes.has_textures |= matches!(named, Some((.., Property::Other)));
+            let material = match named {
+                Some((property, entries, Property::Materials(materials)))
+                    if (entries[0] as usize) < materials.len() =>
+                {
+                    self.notes.n_mixed += usize::from(entries != [entries[0]; 3]);
+                    Some((property, entries[0]))
+                }
+                _ => None,
+            };
+            let next = (self.groups.len() - first) as u32;
+            let number = *numbers.entry(material).or_insert(next);
+            if number == next {
+                let material = material.and_then(|(property, entry)| match properties.get(&property) {
+                    Some(Property::Materials(materials)) => materials.get(entry as usize),
+                    _ => None,
+                });
+                let material = material.map(|(name, colour)| self.material(name, *colour));
+                self.groups.push(Group { object: object.clone(), material, ..Group::default() });
+            }
+            groups.push(number);
+        }
+        groups
+    }
+
+    /// The name of a material.
+    fn material(&mut self, name: &str, [red, green, blue, alpha]: [f32; 4]) -> String {
+        let mut look = Look { colour: [red, green, blue].map(linear_light), ..Look::default() };
+        look.finish.is_opaque = alpha == 1.0;
+        self.materials.of(name, look)
+    }
+}
+
+/// The colours at the corners of faces, white where one has none; nothing where none has.
+fn painted(
+    faces: &[[u32; 3]],
+    said: impl Fn(usize) -> Option<Said>,
+    properties: &FxHashMap<u32, Property>,
+) -> Attributes {
+    let colours = |face: usize| match said(face).map(|(property, entries)| (properties.get(&property), entries)) {
+        Some((Some(Property::Colours(colours)), entries)) => {
+            Some(entries.map(|entry| colours.get(entry as usize).copied().unwrap_or([1.0; 4])))
+        }
+        _ => None,
+    };
+    if !(0..faces.len()).any(|face| colours(face).is_some()) {
+        return Attributes::default();
+    }
+    let mut numbers: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
+    let (mut values, mut wedges) = (Vec::new(), Vec::with_capacity(faces.len()));
+    for (face, corners) in faces.iter().enumerate() {
+        let colours = colours(face).unwrap_or([[1.0; 4]; 3]);
+        wedges.push(std::array::from_fn(|k| {
+            let next = numbers.len() as u32;
+            let wedge = *numbers.entry((corners[k], colours[k].map(f32::to_bits))).or_insert(next);
+            if wedge == next {
+                values.push(colours[k]);
+            }
+            wedge
+        }));
+    }
+    let width = if values.iter().all(|colour| colour[3] == 1.0) { 3 } else { 4 };
+    let values = values.iter().flat_map(|colour| &colour[..width]).copied().collect();
+    let channel = Channel { name: "colour".into(), role: Role::Colour, width, values };
+    Attributes { wedges, channels: vec![channel], groups: Vec::new() }
+}

@@ -1,0 +1,102 @@
+//! The package of a 3MF: a zip archive whose parts have names like paths, unpacked within bounds.
+
+use std::borrow::Cow;
+use std::io::{Cursor, Read};
+
+use quick_xml::Reader;
+use quick_xml::events::Event;
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use super::field;
+use crate::io::ReadError;
+use crate::io::one_line::one_line;
+use crate::mesh::room::asking;
+
+/// How many bytes each byte of a package may become over all parts, and how many are always granted; as for `.gz`.
+const LIMIT: (usize, usize) = (200, 16 << 20);
+
+/// What the relation to the part with the model is called at its end; the rest names a year.
+const MODEL: &str = "/3dmodel";
+
+const REMEDY: &str = "fetch or export the file again";
+
+/// A package and how many bytes may still be unpacked.
+pub(super) struct Package<'a> {
+    archive: ZipArchive<Cursor<&'a [u8]>>,
+    most: usize,
+    left: usize,
+}
+
+impl<'a> Package<'a> {
+    /// Opens the bytes of a file.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ReadError> {
+        let damaged = |error: ZipError| {
+            ReadError::file(format!("the zip data is cut or damaged ({})", one_line(&error.to_string())), REMEDY)
+        };
+        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+        let most = LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0));
+        Ok(Self { archive, most, left: most })
+    }
+
+    /// How many bytes were unpacked so far.
+    pub fn n_unpacked(&self) -> usize {
+        self.most - self.left
+    }
+
+    /// The name of the part with the model: as the package says, else the first one that ends like such.
+    pub fn model_part(&mut self) -> Result<String, ReadError> {
+        let related = self.part("_rels/.rels").ok().and_then(|bytes| related(&String::from_utf8_lossy(&bytes)));
+        let named = related.filter(|name| self.index(name).is_some());
+        let is_model = |name: &Cow<str>| name.to_ascii_lowercase().ends_with(".model");
+        let first = || self.archive.file_names().flatten().find(is_model);
+        let found = named.or_else(|| first().map(Cow::into_owned));
+        found.ok_or_else(|| ReadError::file("the archive holds no 3D model", "give a 3MF file, or unpack the archive"))
+    }
+
+    /// The text of a part.
+    pub fn text(&mut self, name: &str) -> Result<String, ReadError> {
+        let encoded = |_| ReadError::file(format!("{name} is not in UTF-8"), "export the file again");
+        String::from_utf8(self.part(name)?).map_err(encoded)
+    }
+
+    /// The bytes of a part.
+    fn part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
+        let missing = || ReadError::file(format!("there is no part {name:?}"), REMEDY);
+        let index = self.index(name).ok_or_else(missing)?;
+        let damaged = |error: String| ReadError::file(format!("{name} is cut or damaged ({error})"), REMEDY);
+        let entry = self.archive.by_index(index).map_err(|error| damaged(one_line(&error.to_string())))?;
+        let mut bytes = Vec::new();
+        let read = asking(|| entry.take(self.left as u64 + 1).read_to_end(&mut bytes));
+        if bytes.len() > self.left {
+            let what = format!("the zip data unpacks to more than {} bytes", self.most);
+            return Err(ReadError::file(what, "unpack the file and pack it again if it is genuine"));
+        }
+        self.left -= bytes.len();
+        read.map_err(|error| damaged(one_line(&error.to_string())))?;
+        Ok(bytes)
+    }
+
+    /// The place of a part in the archive; names of parts are the same in any case.
+    fn index(&self, name: &str) -> Option<usize> {
+        let name = name.trim_start_matches('/');
+        let alike = || self.archive.file_names().flatten().find(|other| other.eq_ignore_ascii_case(name));
+        self.archive.index_for_name(name).or_else(|| self.archive.index_for_name(&alike()?))
+    }
+}
+
+/// The target of the relation to the model.
+fn related(text: &str) -> Option<String> {
+    let mut reader = Reader::from_str(text);
+    loop {
+        match reader.read_event().ok()? {
+            Event::Start(element) | Event::Empty(element)
+                if field(&element, "Type").is_some_and(|it| it.ends_with(MODEL)) =>
+            {
+                return field(&element, "Target").map(Cow::into_owned);
+            }
+            Event::Eof => return None,
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,320 @@
+//! Writes a 3MF: a package of one model, whose faces have materials or colours.
+
+use std::io::{Cursor, Write};
+
+use quick_xml::escape::escape;
+use rustc_hash::FxHashMap;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::io::write::Content;
+use crate::io::{Extra, WriteError, units};
+use crate::mesh::{Attributes, Channel, Look, Role, srgb};
+
+const TYPES: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+    <Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\n\
+    <Default Extension=\"rels\" ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/>\n\
+    <Default Extension=\"model\" ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/>\n</Types>\n";
+
+const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+    <Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">\n\
+    <Relationship Id=\"rel0\" Target=\"/3D/3dmodel.model\" \
+    Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>\n</Relationships>\n";
+
+/// The resources of materials and of colours; objects come after them.
+const MATERIALS: u32 = 1;
+const COLOURS: u32 = 2;
+
+/// Writes positions and faces alone.
+pub(in crate::io) fn write(content: &Content) -> Result<Vec<u8>, WriteError> {
+    write_attributed(content, Attributes::NONE, &Extra::default(), &[]).map(|(bytes, _)| bytes)
+}
+
+/// Writes a mesh with its objects, with materials by the `looks` of its groups, and with colours; gives in one line each what
+/// the format cannot hold.
+pub(in crate::io) fn write_attributed(
+    content: &Content,
+    attributes: &Attributes,
+    extra: &Extra,
+    looks: &[Look],
+) -> Result<(Vec<u8>, Vec<String>), WriteError> {
+    let mut notes = Vec::new();
+    let objects = objects(content, attributes, extra, &mut notes);
+    let palette = Palette::of(attributes);
+    let mut materials = Materials::of(attributes, extra, looks);
+    // With colours, faces without a material are white.
+    if palette.colours.is_empty() {
+        materials.or_plain();
+    }
+    let mut out = head(extra);
+    materials.push(&mut out);
+    palette.push(&mut out);
+    let paint = Paint { attributes, materials: &materials, palette: &palette };
+    for ((name, faces), id) in objects.iter().zip(COLOURS + 1..) {
+        push_object(&mut out, content, &paint, (id, name, faces));
+    }
+    out.extend(b"</resources>\n<build>\n");
+    for id in (COLOURS + 1..).take(objects.len()) {
+        out.extend(format!("<item objectid=\"{id}\"/>\n").into_bytes());
+    }
+    out.extend(b"</build>\n</model>\n");
+    notes.extend(paint.notes(content));
+    let packed =
+        package(&out).map_err(|error| WriteError { what: format!("cannot be packed: {error}: write ply or obj") })?;
+    Ok((packed, notes))
+}
+
+/// The package of a model, the same bytes for the same model.
+fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        .large_file(model.len() >= u32::MAX as usize);
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let parts =
+        [("[Content_Types].xml", TYPES.as_bytes()), ("_rels/.rels", RELATIONS.as_bytes()), ("3D/3dmodel.model", model)];
+    for (name, bytes) in parts {
+        archive.start_file(name, options)?;
+        archive.write_all(bytes)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+/// The start of the model, up to its first resource.
+fn head(extra: &Extra) -> Vec<u8> {
+    let unit = extra.unit.as_deref().filter(|unit| units::is_known(unit)).unwrap_or("millimeter");
+    let version = env!("CARGO_PKG_VERSION");
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"{unit}\" xml:lang=\"en-US\" \
+         xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" \
+         xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\">\n\
+         <metadata name=\"Application\">neural-mesh {version}</metadata>\n<resources>\n"
+    )
+    .into_bytes()
+}
+
+/// An object: its name and its faces.
+type Objects<'a> = Vec<(&'a str, Vec<u32>)>;
+
+/// The faces of each object; of objects that share vertices, which would be torn, one.
+fn objects<'a>(content: &Content, attributes: &Attributes, extra: &'a Extra, notes: &mut Vec<String>) -> Objects<'a> {
+    let n_faces = content.faces.len() as u32;
+    let mut objects: Objects = Vec::new();
+    let mut numbers: FxHashMap<&str, usize> = FxHashMap::default();
+    let mut of_vertices: Vec<Option<usize>> = vec![None; content.n_vertices()];
+    let mut is_shared = false;
+    for face in 0..n_faces {
+        let name = extra.group(attributes.group(face)).and_then(|group| group.object.as_deref()).unwrap_or_default();
+        let number = *numbers.entry(name).or_insert(objects.len());
+        if number == objects.len() {
+            objects.push((name, Vec::new()));
+        }
+        objects[number].1.push(face);
+        for &vertex in &content.faces[face as usize] {
+            is_shared |= *of_vertices[vertex as usize].get_or_insert(number) != number;
+        }
+    }
+    if is_shared {
+        notes.push(format!("{} objects share vertices: written as one", objects.len()));
+        objects = vec![("", (0..n_faces).collect())];
+    }
+    objects
+}
+
+/// The materials of the groups: each once, and which one a group has.
+#[derive(Default)]
+struct Materials<'a> {
+    names: Vec<(&'a str, [f32; 4])>,
+    of_groups: Vec<Option<usize>>,
+}
+
+impl<'a> Materials<'a> {
+    fn of(attributes: &Attributes, extra: &'a Extra, looks: &[Look]) -> Self {
+        let mut materials = Self::default();
+        let mut numbers: FxHashMap<&str, usize> = FxHashMap::default();
+        if attributes.groups.is_empty() && extra.groups.len() != 1 {
+            return materials;
+        }
+        for (i, group) in extra.groups.iter().enumerate() {
+            let number = group.material.as_deref().map(|name| {
+                let next = materials.names.len();
+                let number = *numbers.entry(name).or_insert(next);
+                if number == next {
+                    materials.names.push((name, looks.get(i).map_or([1.0; 4], shown)));
+                }
+                number
+            });
+            materials.of_groups.push(number);
+        }
+        materials
+    }
+
+    /// Gives groups without a material a plain one where others have theirs: else they would have that of the object.
+    fn or_plain(&mut self) {
+        let plain = self.names.len();
+        if plain > 0 && self.of_groups.contains(&None) {
+            self.names.push(("default", [1.0; 4]));
+            self.of_groups.iter_mut().filter(|material| material.is_none()).for_each(|it| *it = Some(plain));
+        }
+    }
+
+    fn push(&self, out: &mut Vec<u8>) {
+        if self.names.is_empty() {
+            return;
+        }
+        out.extend(format!("<basematerials id=\"{MATERIALS}\">\n").into_bytes());
+        for (name, colour) in &self.names {
+            let line = format!("<base name=\"{}\" displaycolor=\"{}\"/>\n", text(name), hex(*colour));
+            out.extend(line.into_bytes());
+        }
+        out.extend(b"</basematerials>\n");
+    }
+}
+
+/// The colour of a look, in sRGB; how much is seen through it is not known.
+fn shown(look: &Look) -> [f32; 4] {
+    let [red, green, blue] = look.colour.map(srgb);
+    [red, green, blue, 1.0]
+}
+
+/// The colours of the corners: each once, and which one a wedge has.
+#[derive(Default)]
+struct Palette {
+    colours: Vec<String>,
+    of_wedges: Vec<u32>,
+    /// Which of them is white, if one is.
+    white: Option<u32>,
+}
+
+impl Palette {
+    fn of(attributes: &Attributes) -> Self {
+        let is_colour = |channel: &&Channel| channel.role == Role::Colour && channel.width >= 3;
+        let Some(channel) = attributes.channels.iter().find(is_colour) else { return Self::default() };
+        let mut palette = Self::default();
+        let mut numbers: FxHashMap<String, u32> = FxHashMap::default();
+        for row in channel.values.chunks_exact(channel.width) {
+            let colour = hex([row[0], row[1], row[2], row.get(3).copied().unwrap_or(1.0)]);
+            let next = palette.colours.len() as u32;
+            let number = *numbers.entry(colour).or_insert_with_key(|colour| {
+                palette.colours.push(colour.clone());
+                next
+            });
+            palette.of_wedges.push(number);
+        }
+        palette.white = numbers.get("#FFFFFFFF").copied();
+        palette
+    }
+
+    fn push(&self, out: &mut Vec<u8>) {
+        if self.colours.is_empty() {
+            return;
+        }
+        out.extend(format!("<m:colorgroup id=\"{COLOURS}\">\n").into_bytes());
+        for colour in &self.colours {
+            out.extend(format!("<m:color color=\"{colour}\"/>\n").into_bytes());
+        }
+        out.extend(b"</m:colorgroup>\n");
+    }
+}
+
+/// What faces can have of their looks: one thing each.
+struct Paint<'a> {
+    attributes: &'a Attributes,
+    materials: &'a Materials<'a>,
+    palette: &'a Palette,
+}
+
+impl Paint<'_> {
+    /// The colours of a face, where they are not all white or it has nothing else.
+    fn colours(&self, face: u32) -> Option<[u32; 3]> {
+        let wedges = self.attributes.wedges.get(face as usize).filter(|_| !self.palette.colours.is_empty())?;
+        let colours = wedges.map(|wedge| self.palette.of_wedges[wedge as usize]);
+        let is_white = colours.iter().all(|&colour| Some(colour) == self.palette.white);
+        (!is_white || self.material(face).is_none()).then_some(colours)
+    }
+
+    fn material(&self, face: u32) -> Option<usize> {
+        *self.materials.of_groups.get(self.attributes.group(face) as usize)?
+    }
+
+    fn notes(&self, content: &Content) -> Option<String> {
+        let has_both = |&face: &u32| self.material(face).is_some() && self.colours(face).is_some();
+        let n_both = (0..content.faces.len() as u32).filter(has_both).count();
+        (n_both > 0).then(|| {
+            format!("3mf gives a face its material or its colours: materials of {n_both} coloured faces are dropped")
+        })
+    }
+
+    /// What a triangle says of them.
+    fn push(&self, out: &mut Vec<u8>, face: u32) {
+        if let Some([a, b, c]) = self.colours(face) {
+            let more = if a == b && b == c { String::new() } else { format!(" p2=\"{b}\" p3=\"{c}\"") };
+            out.extend(format!(" pid=\"{COLOURS}\" p1=\"{a}\"{more}").into_bytes());
+        } else if let Some(material) = self.material(face) {
+            out.extend(format!(" pid=\"{MATERIALS}\" p1=\"{material}\"").into_bytes());
+        }
+    }
+}
+
+/// Appends an object: its number, its name and its faces.
+fn push_object(out: &mut Vec<u8>, content: &Content, paint: &Paint, (id, name, faces): (u32, &str, &[u32])) {
+    let name = if name.is_empty() { String::new() } else { format!(" name=\"{}\"", text(name)) };
+    out.extend(
+        format!("<object id=\"{id}\" type=\"model\"{name}{}>\n<mesh>\n<vertices>\n", whole(paint, faces)).into_bytes(),
+    );
+    let mut numbers: Vec<u32> = vec![u32::MAX; content.n_vertices()];
+    faces.iter().flat_map(|&face| content.faces[face as usize]).for_each(|vertex| numbers[vertex as usize] = 0);
+    let mut n_vertices = 0;
+    for (vertex, number) in numbers.iter_mut().enumerate().filter(|(_, number)| **number == 0) {
+        (*number, n_vertices) = (n_vertices, n_vertices + 1);
+        push_vertex(out, content, vertex);
+    }
+    out.extend(b"</vertices>\n<triangles>\n");
+    let mut digits = itoa::Buffer::new();
+    for &face in faces {
+        out.extend(b"<triangle");
+        for (word, vertex) in [" v1=\"", " v2=\"", " v3=\""].iter().zip(content.faces[face as usize]) {
+            out.extend(word.as_bytes());
+            out.extend(digits.format(numbers[vertex as usize]).as_bytes());
+            out.push(b'"');
+        }
+        paint.push(out, face);
+        out.extend(b"/>\n");
+    }
+    out.extend(b"</triangles>\n</mesh>\n</object>\n");
+}
+
+/// What an object says of its look: some programs ask for it where its faces say theirs.
+fn whole(paint: &Paint, faces: &[u32]) -> String {
+    let first = faces.first().copied().unwrap_or_default();
+    match (paint.colours(first), paint.material(first)) {
+        (Some([colour, ..]), _) => format!(" pid=\"{COLOURS}\" pindex=\"{colour}\""),
+        (None, Some(material)) => format!(" pid=\"{MATERIALS}\" pindex=\"{material}\""),
+        (None, None) => String::new(),
+    }
+}
+
+fn push_vertex(out: &mut Vec<u8>, content: &Content, vertex: usize) {
+    let mut position = Vec::new();
+    content.push_position(&mut position, vertex);
+    out.extend(b"<vertex");
+    for (word, number) in [" x=\"", " y=\"", " z=\""].iter().zip(position.split(|&byte| byte == b' ')) {
+        out.extend(word.as_bytes());
+        out.extend(number);
+        out.push(b'"');
+    }
+    out.extend(b"/>\n");
+}
+
+/// `#RRGGBBAA` of numbers from 0 to 1.
+fn hex(colour: [f32; 4]) -> String {
+    let [red, green, blue, alpha] = colour.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8);
+    format!("#{red:02X}{green:02X}{blue:02X}{alpha:02X}")
+}
+
+/// A name as the value of an attribute: without the letters that XML has none for.
+fn text(name: &str) -> String {
+    let plain: String =
+        name.chars().filter(|letter| !letter.is_control() && !matches!(letter, '\u{fffe}' | '\u{ffff}')).collect();
+    escape(&plain).into_owned()
+}

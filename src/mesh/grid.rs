@@ -1,0 +1,125 @@
+//! Positions on a grid, so that files can hold them as small whole numbers.
+
+use rustc_hash::FxHashMap;
+
+use super::has_area;
+
+/// The points `origin + step * [i, j, k]` for whole numbers i, j, k.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// The point of the numbers 0, 0, 0.
+    pub origin: [f64; 3],
+    /// From one point to the next along each axis, above 0.
+    pub step: f64,
+}
+
+impl Grid {
+    /// The grid over the box around points: its longest side has `2^bits - 1` steps. `None` where the box has no extent or numbers of
+    /// single precision do not hold the step.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::Grid;
+    /// let grid = Grid::around([[1.0; 3], [2.0, 1.25, 1.0]].into_iter(), 8).unwrap();
+    /// assert_eq!((grid.origin, grid.round([2.0, 1.25, 1.0])), ([1.0; 3], [255, 64, 0]));
+    /// ```
+    pub fn around(points: impl Iterator<Item = [f32; 3]>, bits: u32) -> Option<Self> {
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for point in points {
+            low = std::array::from_fn(|axis| low[axis].min(point[axis]));
+            high = std::array::from_fn(|axis| high[axis].max(point[axis]));
+        }
+        let side = |axis: usize| f64::from(high[axis]) - f64::from(low[axis]);
+        let longest = side(0).max(side(1)).max(side(2));
+        let step = (longest / f64::from((1u32 << bits) - 1)) as f32;
+        // The next larger number, so that the last point is not left out.
+        let step = if f64::from(step) * f64::from((1u32 << bits) - 1) < longest { step.next_up() } else { step };
+        let is_usable = step.is_normal() && low.iter().all(|x| x.is_finite());
+        is_usable.then(|| Self { origin: low.map(in_few_digits), step: in_few_digits(step) })
+    }
+
+    /// The numbers of the grid's point that is nearest.
+    pub fn round(&self, point: [f64; 3]) -> [i64; 3] {
+        // Casts of floats stop at the ends of the range.
+        std::array::from_fn(|axis| ((point[axis] - self.origin[axis]) / self.step).round() as i64)
+    }
+
+    /// The point of these numbers.
+    pub fn point(&self, numbers: [i64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| self.origin[axis] + self.step * numbers[axis] as f64)
+    }
+
+    /// How far a point moves at most when it is rounded.
+    pub fn rounding(&self) -> f64 {
+        0.5 * 3f64.sqrt() * self.step
+    }
+
+    /// Whether a mesh is the same on the grid: vertices that lie apart stay apart, and faces keep an area.
+    pub fn holds(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
+        let numbers: Vec<[i64; 3]> = positions.iter().map(|p| self.round(p.map(f64::from))).collect();
+        let mut first: FxHashMap<[i64; 3], [f32; 3]> = FxHashMap::default();
+        let mut stays_apart = |v: u32| {
+            let position = positions[v as usize];
+            *first.entry(numbers[v as usize]).or_insert(position) == position
+        };
+        faces.as_flattened().iter().all(|&v| stays_apart(v))
+            && faces.iter().all(|face| {
+                has_area(face.map(|v| numbers[v as usize].map(|x| x as f64)))
+                    || !has_area(face.map(|v| positions[v as usize].map(f64::from)))
+            })
+    }
+}
+
+/// The longest side of the box around points; 0 of none.
+///
+/// ```
+/// use neural_mesh::mesh::longest_side;
+/// assert_eq!(longest_side([[0.0, 1.0, 5.0], [2.0, -2.0, 5.0]].into_iter()), 3.0);
+/// ```
+pub fn longest_side(points: impl Iterator<Item = [f64; 3]>) -> f64 {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in points {
+        low = std::array::from_fn(|axis| low[axis].min(p[axis]));
+        high = std::array::from_fn(|axis| high[axis].max(p[axis]));
+    }
+    (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
+}
+
+/// The number of the fewest digits that single precision does not tell from this one.
+fn in_few_digits(x: f32) -> f64 {
+    x.to_string().parse().unwrap_or(f64::from(x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_move_by_no_more_than_said() {
+        let points: Vec<[f32; 3]> =
+            (0..999).map(|i| [0.37, -1.7, 5e-3].map(|x| (f64::from(i) * x).sin() as f32 * 70.0 + 1e3)).collect();
+        for bits in [8, 14, 16] {
+            let grid = Grid::around(points.iter().copied(), bits).unwrap();
+            for point in &points {
+                let (exact, numbers) = (point.map(f64::from), grid.round(point.map(f64::from)));
+                assert!(numbers.iter().all(|n| (0..1 << bits).contains(n)), "{numbers:?}");
+                let moved = glam::DVec3::from(grid.point(numbers)).distance(exact.into());
+                assert!(moved <= grid.rounding() * (1.0 + 1e-9), "{moved}");
+            }
+        }
+        assert_eq!(Grid::around([[7.0; 3]].into_iter(), 14), None);
+        assert_eq!(Grid::around(std::iter::empty(), 14), None);
+    }
+
+    #[test]
+    fn meshes_that_would_be_others_are_not_held() {
+        let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let grid = Grid { origin: [0.0; 3], step: 0.1 };
+        assert!(grid.holds(&square, &[[0, 1, 2], [0, 2, 3]]));
+        let near = [square[0], square[1], square[2], [0.04, 0.03, 0.0]];
+        assert!(!grid.holds(&near, &[[0, 1, 2], [0, 2, 3]]));
+        let flat = [square[0], square[1], square[2], [0.5, 0.04, 0.0]];
+        assert!(!grid.holds(&flat, &[[0, 1, 2], [0, 1, 3]]));
+        // What had no area before, and equal positions, are as they were.
+        assert!(grid.holds(&[square[0], square[1], square[0]], &[[0, 1, 2]]));
+    }
+}
