@@ -157,6 +157,9 @@ pub struct SimplifyArgs {
     #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
         conflicts_with_all = ["symmetric", "lock_boundaries", "subset"])]
     pub compress: Option<CompressArg>,
+    /// Make textures smaller that are longer than SIZE texels a side; the others keep every byte
+    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true, conflicts_with = "bake")]
+    pub textures: Option<usize>,
     /// Keep vertices at equal positions apart
     #[arg(long)]
     pub no_weld: bool,

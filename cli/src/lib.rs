@@ -50,6 +50,7 @@ mod simplify;
 #[cfg(any(feature = "evaluate", feature = "train"))]
 mod stopping;
 mod subject;
+mod textures;
 #[cfg(feature = "train")]
 mod train;
 #[cfg(not(feature = "train"))]

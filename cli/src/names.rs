@@ -45,6 +45,13 @@ pub fn with_level(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// The name without its ending and without the place for the level: what levels share is called after it. None where nothing is left.
+pub fn without_level(path: &Path) -> Option<String> {
+    let stem = Format::without_gz(path).file_stem()?.to_string_lossy().replace(LEVEL, "");
+    let name = stem.trim_matches(['-', '_', '.', ' ']);
+    (!name.is_empty()).then(|| name.into())
+}
+
 /// The files of so many levels; one where there are none, or the name has no place for the level.
 pub fn level_paths(path: &Path, n_levels: usize) -> Vec<PathBuf> {
     let has_levels = n_levels > 0 && names_level(path);

@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::memory;
 use crate::names::{Destination, LEVEL, READABLE, check_stdout, destination, format_of, is_stream, named, names_level};
 use crate::numbers::Count;
+use crate::textures;
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
@@ -40,6 +41,8 @@ pub struct Request {
     pub bake: Option<usize>,
     /// How the numbers of a glTF are packed, where they are.
     pub compress: Option<PackOptions>,
+    /// Texels a side of its textures at most, where that is bounded.
+    pub textures: Option<usize>,
     /// What the result does not need of what the mesh carries.
     pub ignore: Vec<IgnoreArg>,
     /// Name of the attribute that says how much vertices count.
@@ -219,6 +222,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         repair: repair(&args)?,
         bake: bake(&args, output_format)?,
         compress: compress(&args, (!follows_input).then_some(output_format))?,
+        textures: textures(&args, (!follows_input).then_some(output_format))?,
         ignore: args.ignore,
         importance: args.importance,
         allow_outside: args.allow_outside,
@@ -431,6 +435,12 @@ pub fn check_packed(output: Format) -> Result<(), Failure> {
         Format::Glb | Format::Gltf => Ok(()),
         other => Err(Failure::Usage(format!("--compress: {} is no glTF: write glb or gltf", other.name()))),
     }
+}
+
+/// Texels a side of textures at most, where the format of the result holds such; `None` where it is not known yet.
+pub fn textures(args: &SimplifyArgs, output: Option<Format>) -> Result<Option<usize>, Failure> {
+    args.textures.and(output).map_or(Ok(()), textures::check)?;
+    Ok(args.textures)
 }
 
 /// The distance below which vertices become one.

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Asset, Extra, LighterPart, Model, OutputFile, PackOptions, Packing, ReadError, ReadMesh, SceneOptions,
-    WriteError, WriteOptions,
+    self, Asset, Extra, ImageMaker, LighterPart, Model, OutputFile, PackOptions, Packing, ReadError, ReadMesh,
+    SceneOptions, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{
@@ -20,9 +20,10 @@ use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry, importance
 use crate::args::IgnoreArg;
 use crate::dress::Dress;
 use crate::failure::Failure;
-use crate::names::alone;
+use crate::names::{alone, without_level};
 use crate::read::{cleaned, parsed};
-use crate::request::{Bound, Repair, Request, Source, check_packed};
+use crate::request::{Bound, Goal, Repair, Request, Source, check_packed};
+use crate::textures::{self, Textures};
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -39,6 +40,8 @@ pub struct Subject {
     wanted: Option<Attributes>,
     /// How much each vertex counts as it was read, where the caller says so.
     factors: Option<Vec<f32>>,
+    /// Who makes its textures smaller, where that is asked for.
+    textures: Option<Textures>,
 }
 
 enum Kind {
@@ -109,6 +112,7 @@ impl Subject {
         let read = parsed(&request.source, io::read_attributed, io::read_attributed_path)?;
         request.output_format = alone(read.format);
         request.compress.map_or(Ok(()), |_| check_packed(request.output_format))?;
+        request.textures.map_or(Ok(()), |_| textures::check(request.output_format))?;
         Self::of(read, request)
     }
 
@@ -126,7 +130,8 @@ impl Subject {
         let cleaned = cleaned(raw, source)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
-        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None }
+        let textures = request.textures.map(Textures::new);
+        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
             .repaired(request)?
             .wanting(request)
     }
@@ -229,7 +234,8 @@ impl Subject {
             Failure::of(&source.path, "its meshes are too many or too far apart in size: split the scene")
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
-        Ok(Self { frame: Frame::default(), counts, notes, repaired: None, kind, wanted: None, factors: None })
+        let (frame, textures) = (Frame::default(), request.textures.map(Textures::new));
+        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
     }
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
@@ -426,22 +432,29 @@ impl Subject {
                 let said = dropped.as_ref().and_then(|_| io::geometry_only(format, attributes, named));
                 let mut model = Model::new(mesh, self.frame, attributes, named);
                 model.exact = exact;
-                let name = Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy();
-                let mut options = WriteOptions::new(format, name);
+                let mut options = WriteOptions::new(format, library_name(request, file_name));
                 (options.allow_outside, options.packing) = (allow_outside, packing.cloned());
+                options.images = self.textures();
                 let written = io::write_attributed(&model, &options)?;
                 let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
-                let notes = dropped.into_iter().chain(others).collect();
+                let kept = self.textures.as_ref().and_then(Textures::note);
+                let notes = dropped.into_iter().chain(others).chain(kept).collect();
                 Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
             }
             Kind::Scene { asset, united, pieces } => {
                 let lighter =
                     |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
                 let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
-                let (format, packing) = (request.output_format, *packing);
-                scene_files(asset, &levels, &SceneOptions { format, name: file_name, coverage, packing })
+                let mut options = SceneOptions::new(request.output_format, file_name);
+                (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
+                let files = scene_files(asset, &levels, &options)?;
+                Ok(Files { notes: self.textures.iter().filter_map(Textures::note).collect(), ..files })
             }
         }
+    }
+
+    fn textures(&self) -> Option<&dyn ImageMaker> {
+        self.textures.as_ref().map(|textures| textures as &dyn ImageMaker)
     }
 
     /// How the numbers of results, the levels of one, are packed in a glTF; beside it what cannot be, in one line each.
@@ -508,6 +521,15 @@ impl Subject {
         let pairs: Vec<_> = pairs.map(|(piece, (before, after))| (&before.0, &after.0, united.scale(piece))).collect();
         quick_distance_of_pairs(&pairs, n_samples, 0)
     }
+}
+
+/// What a library of materials is called: as the file, or as all levels of detail, which share it.
+fn library_name(request: &Request, file_name: &str) -> String {
+    let shared = match (&request.goal, request.output.as_deref()) {
+        (Goal::Levels(_), Some(output)) => without_level(output),
+        _ => None,
+    };
+    shared.unwrap_or_else(|| Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 /// An asset with lighter parts, level by level, as files.

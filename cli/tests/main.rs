@@ -27,6 +27,7 @@ mod simplify;
 mod sizes;
 mod streams;
 mod terminal;
+mod textures;
 #[cfg(feature = "train")]
 mod train;
 mod usage;

@@ -3,10 +3,11 @@
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::OutputFile;
 use super::extra::Extra;
+use super::{ImageMaker, ImageUse, OutputFile};
 use crate::mesh::room::asking;
 
 /// The path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
@@ -53,6 +54,10 @@ pub(super) struct Finder<'a> {
     folder: Option<&'a Path>,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
+    /// What those of the files are used for that are images.
+    images: FxHashMap<PathBuf, ImageUse>,
+    /// Who makes other images of them, where someone does.
+    pub maker: Option<&'a dyn ImageMaker>,
     pub notes: Vec<String>,
     /// What was found so far, by the folder and the name.
     known: FxHashMap<(PathBuf, String), Option<Found>>,
@@ -63,9 +68,17 @@ pub(super) struct Finder<'a> {
 
 impl<'a> Finder<'a> {
     pub fn new(extra: &'a Extra, allow_outside: bool) -> Self {
-        let (known, read, said) = (FxHashMap::default(), FxHashMap::default(), FxHashSet::default());
-        let folder = extra.folder.as_deref();
-        Self { folder, allow_outside, files: Vec::new(), notes: Vec::new(), known, read, said }
+        Self {
+            folder: extra.folder.as_deref(),
+            allow_outside,
+            files: Vec::new(),
+            images: FxHashMap::default(),
+            maker: None,
+            notes: Vec::new(),
+            known: FxHashMap::default(),
+            read: FxHashMap::default(),
+            said: FxHashSet::default(),
+        }
     }
 
     /// Whether `name` is a file in the folder of the asset.
@@ -92,6 +105,22 @@ impl<'a> Finder<'a> {
         if self.files.iter().all(|file| file.path != place) {
             self.files.push(OutputFile { path: place.to_path_buf(), bytes: bytes.to_vec() });
         }
+    }
+
+    /// Lists an image for the output, once.
+    pub fn list_image(&mut self, place: &Path, bytes: &[u8], used: ImageUse) {
+        self.list(place, bytes);
+        self.images.entry(place.to_path_buf()).or_insert(used);
+    }
+
+    /// The files for the output, with other images where someone makes such.
+    pub fn made(self) -> Vec<OutputFile> {
+        let Self { mut files, images, maker, .. } = self;
+        files.par_iter_mut().for_each(|file| {
+            let made = images.get(&file.path).zip(maker).and_then(|(&used, maker)| maker.made(&file.bytes, used));
+            made.into_iter().for_each(|bytes| file.bytes = bytes);
+        });
+        files
     }
 
     fn note(&mut self, note: String) {

@@ -21,6 +21,7 @@ mod draco;
 mod draft;
 mod extensions;
 mod files;
+mod images;
 mod levels;
 mod lighter;
 mod load_uri;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::ImageUse;
 use super::beside::{Finder, reference};
 use super::extra::{Extra, decoded};
 
@@ -79,7 +80,7 @@ impl Libraries {
             } else {
                 out.extend(line);
             }
-            finder.list(&found.place, &found.bytes);
+            finder.list_image(&found.place, &found.bytes, used_as(word));
         }
         out
     }
@@ -113,6 +114,15 @@ fn is_texture(word: &[u8]) -> bool {
     let others = [&b"bump"[..], b"disp", b"decal", b"refl", b"norm"];
     word.get(..4).is_some_and(|start| start.eq_ignore_ascii_case(b"map_")) && !word.eq_ignore_ascii_case(b"map_aat")
         || others.iter().any(|other| word.eq_ignore_ascii_case(other))
+}
+
+/// What a texture is used for that this statement names.
+pub(super) fn used_as(word: &[u8]) -> ImageUse {
+    match word.to_ascii_lowercase().as_slice() {
+        b"norm" => ImageUse::Normals,
+        b"map_ka" | b"map_kd" | b"map_ke" | b"map_ks" | b"decal" | b"refl" => ImageUse::Colours,
+        _ => ImageUse::Numbers,
+    }
 }
 
 /// The file that a texture statement names behind its options.

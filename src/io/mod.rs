@@ -25,6 +25,7 @@ mod gzip;
 #[path = "no_gzip.rs"]
 mod gzip;
 mod held;
+mod images;
 mod looks;
 mod material;
 mod model;
@@ -63,6 +64,7 @@ pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
 #[cfg(feature = "gltf")]
 pub use gltf::{Asset, LighterPart, Part, SceneOptions, write_gltf};
+pub use images::{ImageMaker, ImageUse};
 pub use looks::looks;
 pub use model::{Model, WriteOptions, Written, geometry_only, packing, write_attributed};
 #[cfg(any(feature = "evaluate", feature = "train"))]

@@ -10,7 +10,8 @@ use super::own_materials::OwnMaterials;
 use super::texture_comments::{texture_number, texture_of, textures};
 use super::write::Content;
 use super::{
-    Format, OutputFile, PackOptions, Packing, Scalar, WriteError, fitted, gltf, held, obj, ply, threemf, write_fitted,
+    Format, ImageMaker, ImageUse, OutputFile, PackOptions, Packing, Scalar, WriteError, fitted, gltf, held, obj, ply,
+    threemf, write_fitted,
 };
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
@@ -35,9 +36,9 @@ pub struct Model<'a> {
 }
 
 /// How a model is written.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct WriteOptions {
+pub struct WriteOptions<'a> {
     /// The format.
     pub format: Format,
     /// What the file is called, without its extension: a library of materials that has to be made is named after it.
@@ -46,6 +47,8 @@ pub struct WriteOptions {
     pub allow_outside: bool,
     /// How the numbers of a glTF are packed, as [`packing`] says for the model.
     pub packing: Option<Packing>,
+    /// Who makes other images of those that the mesh wears, where someone does.
+    pub images: Option<&'a dyn ImageMaker>,
 }
 
 impl<'a> Model<'a> {
@@ -55,10 +58,10 @@ impl<'a> Model<'a> {
     }
 }
 
-impl WriteOptions {
+impl WriteOptions<'_> {
     /// A format, and the file's name without its extension; what the asset names is read from its own folder alone.
     pub fn new(format: Format, name: impl Into<String>) -> Self {
-        Self { format, name: name.into(), allow_outside: false, packing: None }
+        Self { format, name: name.into(), allow_outside: false, packing: None, images: None }
     }
 }
 
@@ -103,6 +106,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     }
     let content = content(model, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);
+    finder.maker = options.images;
     let mut notes = Vec::new();
     let (bytes, n_vertices) = match options.format {
         Format::Obj => {
@@ -124,7 +128,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     };
     notes.append(&mut finder.notes);
     let shares_vertices = !matches!(options.format, Format::Stl | Format::StlAscii);
-    Ok(Written { bytes, beside: finder.files, notes, n_vertices: shares_vertices.then_some(n_vertices) })
+    Ok(Written { bytes, beside: finder.made(), notes, n_vertices: shares_vertices.then_some(n_vertices) })
 }
 
 /// How the numbers of models, all of them levels of one, are packed in a glTF; the note says where their positions cannot be.
@@ -172,7 +176,7 @@ fn as_gltf(
         &names,
         &objects,
         &looks.of_groups,
-        (options.format, options.packing.as_ref()),
+        (options.format, options.packing.as_ref(), options.images),
     )?;
     notes.extend(missing.into_iter().chain(dropped));
     Ok((bytes, n_vertices))
@@ -239,7 +243,7 @@ fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
     let place = |name: &str| match finder.find("".as_ref(), name) {
         Some(found) => {
             let place = reference(&found.place);
-            finder.list(&found.place, &found.bytes);
+            finder.list_image(&found.place, &found.bytes, ImageUse::Colours);
             place
         }
         None => name.to_string(),

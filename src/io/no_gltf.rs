@@ -1,7 +1,7 @@
 //! What stands for glTF in a build without the feature `gltf`: refusals.
 
 use super::write::Content;
-use super::{Format, Packing, ReadError, ReadMesh, WriteError};
+use super::{Format, ImageMaker, Packing, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
 
 /// Why this build writes no such file.
@@ -33,7 +33,7 @@ pub(super) fn write_attributed(
     _: &[String],
     _: &[Option<String>],
     _: &[Look],
-    (format, _): (Format, Option<&Packing>),
+    (format, ..): (Format, Option<&Packing>, Option<&dyn ImageMaker>),
 ) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     write(content, format).map(|bytes| (bytes, content.n_vertices(), Vec::new()))
 }

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::ImageUse;
 use super::beside::{Finder, reference};
 use super::extra::Extra;
+use super::material::used_as;
 use super::write::push_singles;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
 
@@ -66,7 +68,7 @@ impl OwnMaterials {
 
     /// A statement with a texture, and the place where that will lie.
     fn map<'a>(&mut self, word: &str, texture: &'a BaseTexture, places: &mut Places<'a, '_, '_>) -> String {
-        let place = places.of(texture);
+        let place = places.of(texture, used_as(word.as_bytes()));
         let clamp = if texture.wrap == [Wrap::Clamp; 2] { "-clamp on " } else { "" };
         self.text.extend(format!("{word} {clamp}{place}\n").into_bytes());
         place
@@ -81,11 +83,11 @@ struct Places<'a, 'b, 'c> {
 }
 
 impl<'a> Places<'a, '_, '_> {
-    fn of(&mut self, texture: &'a BaseTexture) -> String {
+    fn of(&mut self, texture: &'a BaseTexture, used: ImageUse) -> String {
         let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, place)| place.clone());
         known.unwrap_or_else(|| {
             let place = PathBuf::from(format!("{}_{}.{}", self.name, self.known.len(), extension(&texture.image)));
-            self.finder.list(&place, &texture.image);
+            self.finder.list_image(&place, &texture.image, used);
             self.known.push((texture, reference(&place)));
             reference(&place)
         })

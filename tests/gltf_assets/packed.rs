@@ -44,7 +44,8 @@ fn packed(name: &str, asset: &Asset, compress: bool) -> Asset {
     let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress });
     assert!(notes.is_empty(), "{notes:?}");
     let file = if compress { "compressed.glb" } else { "quantized.glb" };
-    let options = SceneOptions { format: Format::Glb, name: file, coverage: &[], packing: Some(&packing) };
+    let mut options = SceneOptions::new(Format::Glb, file);
+    options.packing = Some(&packing);
     let files = asset.write_scene(&[&parts], &options).unwrap();
     keep(name, &files);
     reopen(&files)

@@ -13,7 +13,7 @@ use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as};
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::rewrite::faces_by_group;
 use crate::io::write::Content;
-use crate::io::{Format, Packing, WriteError};
+use crate::io::{Format, ImageMaker, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, Grid, Look, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
@@ -42,7 +42,7 @@ pub fn write_gltf(
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let named = Named { groups: group_names, ..Named::default() };
-    let (bytes, _, notes) = write_with_looks(part, origin, &named, None, format)?;
+    let (bytes, _, notes) = write_with_looks(part, origin, &named, (format, None, None))?;
     Ok((bytes, notes))
 }
 
@@ -93,8 +93,7 @@ fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
     named: &Named,
-    packing: Option<&Packing>,
-    format: Format,
+    (format, packing, images): (Format, Option<&Packing>, Option<&dyn ImageMaker>),
 ) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
@@ -105,7 +104,8 @@ fn write_with_looks(
     let mut notes = rename_channels(&mut part);
     let mut draft = Draft { document: skeleton(), views: Vec::new() };
     let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
-    let mut objects = Objects { materials: Materials::default(), groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
+    let materials = Materials::of(images);
+    let mut objects = Objects { materials, groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
     for (group, faces) in faces_by_group(&part) {
         let (surface, compress) = (Some(group as usize), packing.is_some_and(Packing::is_compressed));
         let packed = packing.map(|packing| PackedAs { grid: packing.grid(0), uvs: &uvs, surface, compress });
@@ -169,7 +169,7 @@ pub(in crate::io) fn write_attributed(
     groups: &[String],
     objects: &[Option<String>],
     looks: &[Look],
-    (format, packing): (Format, Option<&Packing>),
+    how: (Format, Option<&Packing>, Option<&dyn ImageMaker>),
 ) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
     let (origin, positions) = content.around_origin();
     let mut attributes = attributes.clone();
@@ -181,7 +181,7 @@ pub(in crate::io) fn write_attributed(
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
     let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, &Named { groups, objects, looks }, packing, format)
+    write_with_looks(part, origin, &Named { groups, objects, looks }, how)
 }
 
 /// Positions and faces alone.

@@ -8,11 +8,8 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::asset::Asset;
-use super::load_uri::load_uri;
 use super::schema::Primitive;
 use super::texture_transforms::transforms;
-use crate::io::ReadError;
-use crate::io::uri::path_inside;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
 /// A material, as far as it is read.
@@ -82,13 +79,6 @@ struct Sampler {
     wrap_t: u32,
 }
 
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Image {
-    uri: Option<String>,
-    buffer_view: Option<usize>,
-}
-
 impl Asset {
     /// What the primitives of each part look like, in the order of [`Asset::parts`], by the numbers of their groups.
     /// Beside it what could not be told, in one line each: transforms of textures that turn are not
@@ -132,7 +122,6 @@ struct Reader<'a> {
     asset: &'a Asset,
     textures: Vec<Option<Texture>>,
     samplers: Vec<Sampler>,
-    images: Vec<Option<Image>>,
     /// The bytes of each image that was asked for.
     bytes: Vec<Option<Option<Arc<[u8]>>>>,
     notes: Vec<String>,
@@ -140,9 +129,9 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(asset: &'a Asset) -> Self {
-        let images: Vec<Option<Image>> = asset.listed("images");
+        let n_images = asset.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
         let (textures, samplers) = (asset.listed("textures"), asset.listed("samplers"));
-        Self { asset, textures, samplers, bytes: vec![None; images.len()], images, notes: Vec::new() }
+        Self { asset, textures, samplers, bytes: vec![None; n_images], notes: Vec::new() }
     }
 
     fn look(&mut self, material: &Material) -> Look {
@@ -189,7 +178,7 @@ impl<'a> Reader<'a> {
         if let Some(Some(known)) = self.bytes.get(index) {
             return known.clone();
         }
-        let bytes = self.images.get(index).and_then(|image| self.bytes_of(image.as_ref()?));
+        let bytes = self.asset.bytes_of_image(index).map(Arc::from);
         if bytes.is_none() {
             self.note("the bytes of a texture cannot be had: drawn without it");
         }
@@ -197,20 +186,6 @@ impl<'a> Reader<'a> {
             *slot = Some(bytes.clone());
         }
         bytes
-    }
-
-    fn bytes_of(&self, image: &Image) -> Option<Arc<[u8]>> {
-        if let Some(view) = image.buffer_view {
-            return self.asset.container.data().bytes(view).map(Arc::from);
-        }
-        let uri = image.uri.as_deref()?;
-        if uri.starts_with("data:") {
-            let no_file = |_: &str| Err(ReadError::file("no data", ""));
-            return load_uri(uri, &no_file).ok().map(Arc::from);
-        }
-        let path = path_inside(uri)?;
-        let file = self.asset.images.iter().find(|file| file.path == path)?;
-        Some(Arc::from(file.bytes.as_slice()))
     }
 
     fn note(&mut self, note: &str) {
@@ -232,6 +207,7 @@ fn wrap(number: u32) -> Wrap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::ReadError;
 
     /// A triangle in two primitives: one with a texture within the file, one without a material.
     fn asset(image: &str, use_of_texture: &str) -> Asset {

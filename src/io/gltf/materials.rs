@@ -3,11 +3,15 @@
 use serde_json::{Value, json};
 
 use super::draft::Draft;
+use super::images::used_as;
+use crate::io::{ImageMaker, ImageUse};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
 /// The materials that were written, and their textures.
 #[derive(Default)]
 pub(super) struct Materials<'a> {
+    /// Who makes other images of these, where someone does.
+    maker: Option<&'a dyn ImageMaker>,
     /// Textures and what they have become.
     textures: Vec<(&'a BaseTexture, Value)>,
     /// Images and what they have become.
@@ -17,6 +21,11 @@ pub(super) struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
+    /// None yet, with images as this maker makes them.
+    pub fn of(maker: Option<&'a dyn ImageMaker>) -> Self {
+        Self { maker, ..Self::default() }
+    }
+
     /// Appends a material with this look and gives its index; what is white and without a texture has a name alone.
     pub fn push(&mut self, draft: &mut Draft, name: &str, look: Option<&'a Look>) -> Value {
         let mut material = json!({"name": name});
@@ -62,12 +71,18 @@ impl<'a> Materials<'a> {
 
     /// Names a texture within a part of a material, where there is one.
     fn put(&mut self, draft: &mut Draft, part: &mut Value, key: &str, texture: Option<&'a BaseTexture>, name: &str) {
-        if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, name)) {
+        if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, used_as(key), name)) {
             part[key] = json!({"index": texture});
         }
     }
 
-    fn texture(&mut self, draft: &mut Draft, texture: &'a BaseTexture, material: &str) -> Option<Value> {
+    fn texture(
+        &mut self,
+        draft: &mut Draft,
+        texture: &'a BaseTexture,
+        used: ImageUse,
+        material: &str,
+    ) -> Option<Value> {
         if let Some((_, index)) = self.textures.iter().find(|(known, _)| *known == texture) {
             return Some(index.clone());
         }
@@ -77,8 +92,9 @@ impl<'a> Materials<'a> {
         };
         let known = self.images.iter().find(|(image, _)| *image == &*texture.image).map(|(_, index)| index.clone());
         let image = known.unwrap_or_else(|| {
-            let view = json!({"buffer": 0, "byteLength": texture.image.len()});
-            let view = draft.push_view(view, texture.image.to_vec());
+            let made = self.maker.and_then(|maker| maker.made(&texture.image, used));
+            let bytes = made.unwrap_or_else(|| texture.image.to_vec());
+            let view = draft.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
             let index = draft.push("images", json!({"bufferView": view, "mimeType": kind}));
             self.images.push((&texture.image, index.clone()));
             index

@@ -18,7 +18,7 @@ use super::references::index;
 use super::repack::drop_unused;
 use super::schema::{Mesh, Primitive, Root};
 use super::semantics::{role, target_role};
-use crate::io::{Format, OutputFile, Packing, WriteError};
+use crate::io::{Format, ImageMaker, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, Grid, Role};
 
 /// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
@@ -26,6 +26,7 @@ const REPEATS: (usize, usize) = (16, 1 << 26);
 
 /// How a scene is written.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct SceneOptions<'a> {
     /// glTF or GLB.
     pub format: Format,
@@ -35,6 +36,15 @@ pub struct SceneOptions<'a> {
     pub coverage: &'a [f64],
     /// How numbers are packed, as [`Asset::packing`] says for these levels.
     pub packing: Option<&'a Packing>,
+    /// Who makes other images of those of the asset, where someone does.
+    pub images: Option<&'a dyn ImageMaker>,
+}
+
+impl<'a> SceneOptions<'a> {
+    /// A format and a name; everything as it was read.
+    pub fn new(format: Format, name: &'a str) -> Self {
+        Self { format, name, coverage: &[], packing: None, images: None }
+    }
 }
 
 impl Asset {
@@ -84,7 +94,7 @@ impl Asset {
         format: Format,
         name: &str,
     ) -> Result<Vec<OutputFile>, WriteError> {
-        self.write_scene(levels, &SceneOptions { format, name, coverage, packing: None })
+        self.write_scene(levels, &SceneOptions { coverage, ..SceneOptions::new(format, name) })
     }
 
     /// [`write_levels`](Self::write_levels), with numbers packed as asked.
@@ -97,7 +107,8 @@ impl Asset {
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
     /// let (packing, _) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
-    /// let options = SceneOptions { format: Format::Glb, name: "small.glb", coverage: &[], packing: Some(&packing) };
+    /// let mut options = SceneOptions::new(Format::Glb, "small.glb");
+    /// options.packing = Some(&packing);
     /// let files = asset.write_scene(&[&parts], &options).unwrap();
     /// assert!(String::from_utf8_lossy(&files[0].bytes).contains("KHR_mesh_quantization"));
     /// ```
@@ -132,11 +143,12 @@ impl Asset {
         }
         levels::offer(&mut draft, &coarser, options.coverage);
         self.undo(&mut draft, &pack_with, &grids);
+        let images = self.put_images(&mut draft, options.images);
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
         let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();
         let buffer = pack_as(&mut draft, limit, options.packing)?;
-        files(draft.document, buffer, layout, options.name, &self.images)
+        files(draft.document, buffer, layout, options.name, &images)
     }
 
     /// Says in the document what undoes the grids, by the indices of meshes, where numbers are packed.

@@ -1,0 +1,135 @@
+//! `--textures`: images made smaller in every place where an asset has them, shared by levels, and never without need.
+
+use std::path::Path;
+
+use crate::common::*;
+use neural_mesh::picture::{Image, decode_image, encode_png, image_size};
+
+/// The file of a PNG of so many pixels a side, in which each pixel has a colour of its own.
+fn png(side: usize) -> Vec<u8> {
+    let colour = |at: usize| [(at % side * 255 / side) as u8, (at / side * 255 / side) as u8, 90, 255];
+    encode_png(&Image { width: side, height: side, rgba: (0..side * side).flat_map(colour).collect() })
+}
+
+/// A textured square of 8 x 8 quads, as OBJ with a library and three images.
+fn textured(folder: &Path) {
+    let n = 8;
+    let mut text = String::from("mtllib skin.mtl\nusemtl skin\n");
+    for (i, j) in (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))) {
+        text += &format!("v {i} {j} {}\nvt {} {}\n", (i * i + j) % 3, i as f64 / 8.0, j as f64 / 8.0);
+    }
+    for (i, j) in (0..n).flat_map(|j| (0..n).map(move |i| (i, j))) {
+        let at = |i, j| 1 + j * (n + 1) + i;
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|v| format!("{v}/{v}"));
+        text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+    }
+    std::fs::write(folder.join("plate.obj"), text).unwrap();
+    let library = "newmtl skin\nmap_Kd maps/skin.png\nnorm maps/relief.png\nmap_Ns maps/small.png\n";
+    std::fs::write(folder.join("skin.mtl"), library).unwrap();
+    std::fs::create_dir(folder.join("maps")).unwrap();
+    for (name, side) in [("skin", 64), ("relief", 48), ("small", 16)] {
+        std::fs::write(folder.join(format!("maps/{name}.png")), png(side)).unwrap();
+    }
+}
+
+fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
+    let words = ["simplify", input, "-o", output, "--textures", "32"];
+    let more = if more.is_empty() { &["--ratio", "50%"] } else { more };
+    let run = run(folder, &[&words[..], more].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    run
+}
+
+/// Sizes of the images in a GLB, and what the materials name.
+fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
+    let bytes = std::fs::read(glb).unwrap();
+    let length = u32::from_le_bytes(*bytes[12..].first_chunk().unwrap()) as usize;
+    let document: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let buffer = &bytes[28 + length..];
+    let size = |image: &serde_json::Value| {
+        let view = &document["bufferViews"][image["bufferView"].as_u64().unwrap() as usize];
+        let at = |name: &str| view[name].as_u64().unwrap_or(0) as usize;
+        image_size(&buffer[at("byteOffset")..][..at("byteLength")]).unwrap()
+    };
+    (document["images"].as_array().unwrap().iter().map(size).collect(), document)
+}
+
+#[test]
+fn images_beside_an_obj_keep_their_names_and_those_that_fit_their_bytes() {
+    let folder = folder();
+    textured(folder.path());
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
+    let maps = folder.path().join("out/maps");
+    let size = |name: &str| image_size(&std::fs::read(maps.join(name)).unwrap()).unwrap();
+    assert_eq!([size("skin.png"), size("relief.png"), size("small.png")], [[32, 32], [32, 32], [16, 16]]);
+    assert_eq!(std::fs::read(maps.join("small.png")).unwrap(), png(16));
+    let skin = decode_image(&std::fs::read(maps.join("skin.png")).unwrap()).unwrap();
+    let before = decode_image(&png(64)).unwrap();
+    let (small, large) = (&skin.rgba[4 * (16 * 32 + 8)..][..3], &before.rgba[4 * (33 * 64 + 17)..][..3]);
+    assert!(small.iter().zip(large).all(|(a, b)| a.abs_diff(*b) < 6), "{small:?} {large:?}");
+}
+
+#[test]
+fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), "plate.obj", "plate.glb", &[]);
+    let at = |name: &str| folder.path().join(name);
+    assert_eq!(images(&at("plate.glb")).0, [[32, 32], [32, 32]]);
+    let run = run(folder.path(), &["simplify", "plate.glb", "-o", "less.glb", "--ratio", "50%", "--textures", "20"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let (sizes, document) = images(&at("less.glb"));
+    assert_eq!(sizes, [[20, 20], [20, 20]]);
+    assert_eq!(document["images"][0]["mimeType"], "image/png");
+}
+
+#[test]
+fn levels_share_their_textures_in_every_format() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
+    for (output, beside) in [
+        ("tree-{level}.gltf", vec!["tree-0.bin", "tree-0.gltf", "tree-1.bin", "tree-1.gltf"]),
+        ("tree-{level}.obj", vec!["tree-0.obj", "tree-1.obj", "tree.mtl", "tree_0.png", "tree_1.png"]),
+    ] {
+        let out = folder.path().join("out");
+        std::fs::create_dir(&out).unwrap();
+        simplified(folder.path(), "plate.glb", &format!("out/{output}"), &["--lods", "50%,20%"]);
+        assert_eq!(files(&out), beside);
+        std::fs::remove_dir_all(out).unwrap();
+    }
+    simplified(folder.path(), "plate.glb", "levels.glb", &["--lods", "50%,20%"]);
+    assert_eq!(images(&folder.path().join("levels.glb")).0.len(), 2);
+}
+
+#[test]
+fn a_size_in_bytes_counts_the_small_images() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), "plate.obj", "plate.glb", &["--size", "8kB"]);
+    assert!(std::fs::metadata(folder.path().join("plate.glb")).unwrap().len() <= 8000);
+    assert_eq!(images(&folder.path().join("plate.glb")).0, [[32, 32], [32, 32]]);
+}
+
+#[test]
+fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused() {
+    let folder = folder();
+    textured(folder.path());
+    std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    let run = simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
+    assert!(String::from_utf8(run.out).unwrap().contains("images that are no readable PNG or JPEG keep their size"));
+    assert_eq!(std::fs::read(folder.path().join("out/maps/skin.png")).unwrap(), b"not looked into");
+    for (output, more, why) in [
+        ("a.stl", &["--textures", "64"][..], "--textures: stl holds no textures: write glb, gltf, obj or ply"),
+        ("a.glb", &["--textures", "64", "--bake", "64"], "cannot be used with"),
+        ("a.glb", &["--textures", "9000"], "give a whole number from 16 to 8192"),
+    ] {
+        let refused = crate::common::run(
+            folder.path(),
+            &[&["simplify", "plate.obj", "-o", output, "--ratio", "0.5"][..], more].concat(),
+        );
+        assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
+    }
+}

@@ -1,0 +1,197 @@
+//! The images of an asset on their way out: made anew where that is asked for, bytes that are the same written once.
+
+use base64::Engine;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use serde_json::{Value, json};
+
+use super::asset::Asset;
+use super::draft::Draft;
+use super::load_uri::load_uri;
+use super::references::index;
+use crate::io::uri::path_inside;
+use crate::io::{ImageMaker, ImageUse, OutputFile, ReadError};
+
+impl Asset {
+    /// Puts what is made of the images into the document, and gives those that are files of their own.
+    pub(super) fn put_images(&self, draft: &mut Draft, maker: Option<&dyn ImageMaker>) -> Vec<OutputFile> {
+        let mut files = self.images.clone();
+        if let Some(maker) = maker {
+            let uses = uses(&self.document);
+            let made: Vec<Option<Vec<u8>>> =
+                uses.par_iter().enumerate().map(|(at, &used)| maker.made(&self.bytes_of_image(at)?, used)).collect();
+            for (at, bytes) in made.into_iter().enumerate().filter_map(|(at, bytes)| Some((at, bytes?))) {
+                replace(draft, at, bytes, &mut files);
+            }
+        }
+        share_views(draft);
+        files
+    }
+
+    /// The bytes of an image's file, wherever they are.
+    pub(super) fn bytes_of_image(&self, at: usize) -> Option<Vec<u8>> {
+        let image = self.document.get("images")?.get(at)?;
+        if let Some(view) = image.get("bufferView").and_then(index) {
+            return self.container.data().bytes(view).map(<[u8]>::to_vec);
+        }
+        let uri = image.get("uri")?.as_str()?;
+        let of_file = |uri: &str| {
+            let path = path_inside(uri);
+            let file = self.images.iter().find(|file| Some(&file.path) == path.as_ref());
+            file.map(|file| file.bytes.clone()).ok_or_else(|| ReadError::file("no image", ""))
+        };
+        load_uri(uri, &of_file).ok()
+    }
+}
+
+/// Puts bytes in the place of those of an image: in its view, in its URI, or in its file.
+fn replace(draft: &mut Draft, at: usize, bytes: Vec<u8>, files: &mut [OutputFile]) {
+    let image = &mut draft.document["images"][at];
+    if let Some(view) = image.get("bufferView").and_then(index) {
+        if let Some(held) = draft.views.get_mut(view) {
+            *held = Some(bytes.into());
+        }
+        return;
+    }
+    let uri = image.get("uri").and_then(Value::as_str).unwrap_or_default();
+    match uri.strip_prefix("data:").and_then(|data| data.split_once(',')) {
+        Some((kind, _)) => {
+            let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+            image["uri"] = format!("data:{kind},{data}").into();
+        }
+        None => {
+            let path = path_inside(uri);
+            files
+                .iter_mut()
+                .filter(|file| Some(&file.path) == path.as_ref())
+                .for_each(|file| file.bytes = bytes.clone());
+        }
+    }
+}
+
+/// Images of the same bytes take one view.
+fn share_views(draft: &mut Draft) {
+    let mut first: FxHashMap<&[u8], usize> = FxHashMap::default();
+    let images = draft.document.get_mut("images").and_then(Value::as_array_mut);
+    for image in images.into_iter().flatten() {
+        let view = image.get("bufferView").and_then(index);
+        let bytes = view.and_then(|view| draft.views.get(view)?.as_deref());
+        if let (Some(view), Some(bytes)) = (view, bytes) {
+            image["bufferView"] = json!(*first.entry(bytes).or_insert(view));
+        }
+    }
+}
+
+/// What each image of a document is used for by the first material that names it; for colours where none does.
+fn uses(document: &Value) -> Vec<ImageUse> {
+    let array = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    let mut uses = vec![None; array("images").len()];
+    let mut named = Vec::new();
+    array("materials").iter().for_each(|material| textures_in(material, &mut named));
+    for (texture, used) in named {
+        for image in array("textures").get(texture).into_iter().flat_map(sources) {
+            if let Some(known) = uses.get_mut(image) {
+                known.get_or_insert(used);
+            }
+        }
+    }
+    uses.into_iter().map(|used| used.unwrap_or(ImageUse::Colours)).collect()
+}
+
+/// The textures that a part of a material names, and what for.
+fn textures_in(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
+    for (key, value) in part.as_object().into_iter().flatten() {
+        match value.get("index").and_then(index) {
+            Some(texture) => found.push((texture, used_as(key))),
+            None => textures_in(value, found),
+        }
+    }
+}
+
+/// The images of a texture: its own and those that extensions have in its place.
+fn sources(texture: &Value) -> impl Iterator<Item = usize> {
+    let others = texture.get("extensions").and_then(Value::as_object).into_iter().flat_map(|them| them.values());
+    std::iter::once(texture).chain(others).filter_map(|holder| index(holder.get("source")?))
+}
+
+/// What a texture is used for that stands in a material under this key.
+pub(super) fn used_as(key: &str) -> ImageUse {
+    let key = key.to_ascii_lowercase();
+    let of_colours = ["color", "emissive", "diffuse", "specularglossiness", "multiply", "matcap"];
+    match key {
+        _ if key.contains("normal") => ImageUse::Normals,
+        _ if of_colours.iter().any(|name| key.contains(name)) => ImageUse::Colours,
+        _ => ImageUse::Numbers,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::{Format, LighterPart, SceneOptions};
+
+    /// Writes over an image what it is used for.
+    #[derive(Debug)]
+    struct Named;
+
+    impl ImageMaker for Named {
+        fn made(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>> {
+            (image != b"kept").then(|| format!("{used:?} {}", String::from_utf8_lossy(image)).into_bytes())
+        }
+    }
+
+    const TEXT: &str = r#"{
+        "asset": {"version": "2.0"}, "buffers": [{"byteLength": 12, "uri": "data:application/octet-stream;base64,b25lMnR3bzJvbmUy"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 4}, {"buffer": 0, "byteOffset": 4, "byteLength": 4}, {"buffer": 0, "byteOffset": 8, "byteLength": 4}],
+        "images": [{"bufferView": 0}, {"bufferView": 1}, {"bufferView": 2}, {"uri": "data:image/png;base64,dXJp"}, {"uri": "a%20b.png"}, {"uri": "kept.png"}],
+        "textures": [{"source": 0}, {"source": 1}, {"source": 3}, {"extensions": {"EXT_texture_webp": {"source": 4}}}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 3}},
+            "normalTexture": {"index": 1}, "extensions": {"KHR_materials_clearcoat": {"clearcoatTexture": {"index": 2}}}}]
+    }"#;
+
+    fn written(maker: Option<&dyn ImageMaker>) -> (Value, Vec<u8>, Vec<OutputFile>) {
+        let fetch = |uri: &str| Ok(if uri.contains("kept") { b"kept".to_vec() } else { b"file".to_vec() });
+        let asset = Asset::from_bytes(TEXT.as_bytes(), &fetch).unwrap();
+        let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+        let mut options = SceneOptions::new(Format::Glb, "a.glb");
+        options.images = maker;
+        let mut files = asset.write_scene(&[&parts], &options).unwrap();
+        let glb = files.remove(0).bytes;
+        let length = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
+        (serde_json::from_slice(&glb[20..20 + length]).unwrap(), glb[28 + length..].to_vec(), files)
+    }
+
+    #[test]
+    fn each_image_is_made_for_its_use_wherever_it_lies() {
+        let (document, buffer, files) = written(Some(&Named));
+        let buffer = String::from_utf8_lossy(&buffer);
+        assert!(buffer.contains("Colours one2") && buffer.contains("Normals two2"), "{buffer}");
+        let data = base64::engine::general_purpose::STANDARD.encode("Numbers uri");
+        assert_eq!(document["images"][3]["uri"], format!("data:image/png;base64,{data}"));
+        let bytes: Vec<(&str, &[u8])> = files.iter().map(|it| (it.path.to_str().unwrap(), &it.bytes[..])).collect();
+        assert_eq!(bytes, [("a b.png", &b"Numbers file"[..]), ("kept.png", b"kept")]);
+    }
+
+    #[test]
+    fn images_of_the_same_bytes_are_written_once() {
+        let (document, buffer, _) = written(None);
+        assert_eq!(buffer, b"one2two2");
+        let views = [0, 1, 2].map(|at| document["images"][at]["bufferView"].clone());
+        assert_eq!(views, [json!(0), json!(1), json!(0)]);
+        assert_eq!(document["bufferViews"].as_array().unwrap().len(), 2);
+    }
+
+    #[test]
+    fn keys_of_materials_say_what_is_meant() {
+        for (key, used) in [
+            ("baseColorTexture", ImageUse::Colours),
+            ("emissiveTexture", ImageUse::Colours),
+            ("sheenColorTexture", ImageUse::Colours),
+            ("clearcoatNormalTexture", ImageUse::Normals),
+            ("occlusionTexture", ImageUse::Numbers),
+            ("thicknessTexture", ImageUse::Numbers),
+        ] {
+            assert_eq!(used_as(key), used, "{key}");
+        }
+    }
+}
