@@ -30,6 +30,7 @@
 //! | a mesh that is broken | [`repair::fill_holes`], [`repair::printable`] |
 //! | a number of vertices or faces | [`simplify::simplify`]; with textures, normals, materials [`simplify::simplify_input`] |
 //! | a distance, a file size, levels | [`search::simplify_to_error`], [`search::simplify_to_size`], [`simplify::simplify_levels_of_detail`] |
+//! | files that do not fit into memory | [`blocks::simplify_pieces`]; among workers [`blocks::cut`], [`blocks::simplify_block`], [`blocks::join`] |
 //! | points without faces | [`simplify::mesh_points`] |
 //! | gradients to the input | [`simplify::simplify_recorded`] |
 //! | how good it is | [`metrics::compare`], [`metrics::certified_distance`]; as pictures [`picture::render`], [`appearance::appearance`] |
@@ -78,6 +79,7 @@ pub mod autodiff;
 pub mod bake;
 #[cfg(feature = "baselines")]
 pub mod baselines;
+pub mod blocks;
 #[cfg(feature = "evaluate")]
 pub mod evaluate;
 pub mod geometry;

@@ -42,7 +42,8 @@ pub struct SimplifyArgs {
     /// Continue a batch: meshes that are done are skipped
     #[arg(long)]
     pub resume: bool,
-    /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]
+    /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]. A single PLY
+    /// (binary), STL or OBJ that takes more is simplified in pieces, its shape alone
     #[arg(long, value_name = "GIB", value_parser = number("a number of GiB above 0, like 4", |gib| gib > 0.0), allow_negative_numbers = true)]
     pub memory: Option<f64>,
     /// Share of the vertices to keep: 0.1 or 10%

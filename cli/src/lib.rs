@@ -38,6 +38,7 @@ mod mesh_points;
 mod missing;
 mod names;
 mod numbers;
+mod out_of_core;
 mod out_of_memory;
 mod page;
 mod plain;

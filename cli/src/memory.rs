@@ -1,9 +1,19 @@
 //! How much memory there is, how much of it the program may take, and what it keeps.
 
+use std::borrow::Cow;
+use std::path::Path;
+
+use neural_mesh::io::Format;
 use neural_mesh::mesh::room::make_room;
 
 use crate::allocator;
 
+/// What a run takes whatever the mesh.
+const BASE: u64 = 8 << 20;
+/// Bytes for each texel that is baked: the texels themselves, and an image and its file for two textures at once.
+const TEXEL: u64 = 32;
+/// Bound where the system does not say how much memory is free.
+const FALLBACK: u64 = 4 << 30;
 /// The largest block whose release tells glibc to keep blocks up to that size from then on, in bytes.
 const LARGEST: usize = (32 << 20) - (1 << 16);
 
@@ -26,6 +36,24 @@ pub fn bytes_of(gib: f64) -> u64 {
     (gib * f64::from(1 << 30)) as u64
 }
 
+/// About the most bytes that a run on the mesh takes, from above. A face takes 250 bytes there, and in a file 20 in binary
+/// PLY and glTF, twice as many in STL and in text.
+pub fn estimate(path: &Path, bake: Option<usize>) -> u64 {
+    let bytes = std::fs::metadata(path).map_or(0, |found| found.len());
+    let factor = match Format::from_path(path) {
+        Some(Format::Ply | Format::Gltf | Format::Glb) => 14,
+        _ => 7,
+    };
+    // Compressed meshes become about five times as long, the text of 3MF ten times.
+    let packing = match (Format::without_gz(path), Format::from_path(path)) {
+        (_, Some(Format::ThreeMf)) => 10,
+        (Cow::Owned(_), _) => 5,
+        _ => 1,
+    };
+    let textures = bake.map_or(0, |size| TEXEL * (size as u64).pow(2));
+    BASE + factor * packing * bytes + textures
+}
+
 /// Bytes that programs can still have, with those on the disk, where the system says so (Linux).
 fn free() -> Option<u64> {
     let told = told()?;
@@ -35,6 +63,11 @@ fn free() -> Option<u64> {
 /// Bytes of memory that programs can still have, where the system says so (Linux).
 pub fn available() -> Option<u64> {
     kibibytes(&told()?, "MemAvailable:")
+}
+
+/// Half of what is free.
+pub fn default_bound() -> u64 {
+    available().unwrap_or(FALLBACK) / 2
 }
 
 /// What the system says of its memory.

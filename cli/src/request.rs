@@ -49,6 +49,8 @@ pub struct Request {
     pub importance: Option<String>,
     /// Whether what the mesh names may be read from outside its folder.
     pub allow_outside: bool,
+    /// Bytes of memory that may be taken, where that is bounded by the caller.
+    pub memory: Option<u64>,
     /// Where the map goes.
     pub map: Option<PathBuf>,
     /// Whether it is said what holds the result.
@@ -226,6 +228,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         ignore: args.ignore,
         importance: args.importance,
         allow_outside: args.allow_outside,
+        memory: args.memory.map(memory::bytes_of),
         map: args.map,
         explain: args.explain,
         output: (!is_stream(&output)).then_some(output),

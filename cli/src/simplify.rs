@@ -22,6 +22,7 @@ use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::names::{is_stream, level_paths, with_level};
+use crate::out_of_core;
 use crate::plan::{Part, Plan};
 use crate::progress::Progress;
 use crate::read::read_weights;
@@ -62,7 +63,10 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet, Plan::of(&request, None));
     let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
-    let done = simplify_file(&mut request, weights.as_ref(), &mut progress)?;
+    let done = match out_of_core::simplified(&request, weights.as_ref(), &mut progress)? {
+        Some(done) => done,
+        None => simplify_file(&mut request, weights.as_ref(), &mut progress)?,
+    };
     drop(progress);
     let (report, cleaned) = done.put()?;
     say(&request, &report, &cleaned);

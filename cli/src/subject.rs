@@ -421,25 +421,13 @@ impl Subject {
             Kind::Mesh { cleaned, exact, extra } => {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
                 let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, request));
-                let mesh = &result.mesh;
                 let attributes = dress.map_or(&result.attributes, |dress| &dress.attributes);
-                let (format, allow_outside) = (request.output_format, request.allow_outside);
-                let dropped = io::geometry_only(format, self.attributes(), extra);
-                let mut nameless = Extra::default();
-                nameless.unit.clone_from(&extra.unit);
-                let is_nameless = request.ignore.contains(&IgnoreArg::Materials) || format.is_bare();
-                let named = dress.map_or(if is_nameless { &nameless } else { extra }, |dress| &dress.extra);
-                let said = dropped.as_ref().and_then(|_| io::geometry_only(format, attributes, named));
-                let mut model = Model::new(mesh, self.frame, attributes, named);
+                let mut model = Model::new(&result.mesh, self.frame, attributes, extra);
                 model.exact = exact;
-                let mut options = WriteOptions::new(format, library_name(request, file_name));
-                (options.allow_outside, options.packing) = (allow_outside, packing.cloned());
+                let mut options = WriteOptions::new(request.output_format, library_name(request, file_name));
+                (options.allow_outside, options.packing) = (request.allow_outside, packing.cloned());
                 options.images = self.textures();
-                let written = io::write_attributed(&model, &options)?;
-                let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
-                let kept = self.textures.as_ref().and_then(Textures::note);
-                let notes = dropped.into_iter().chain(others).chain(kept).collect();
-                Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
+                self.mesh_files(model, *dress, &options, request)
             }
             Kind::Scene { asset, united, pieces } => {
                 let lighter =
@@ -451,6 +439,28 @@ impl Subject {
                 Ok(Files { notes: self.textures.iter().filter_map(Textures::note).collect(), ..files })
             }
         }
+    }
+
+    /// A mesh that is no scene as files, under the names that it is to have.
+    fn mesh_files(
+        &self,
+        model: Model,
+        dress: Option<&Dress>,
+        options: &WriteOptions,
+        request: &Request,
+    ) -> Result<Files, WriteError> {
+        let (extra, mut model): (&Extra, Model) = (model.extra, model);
+        let dropped = io::geometry_only(options.format, self.attributes(), extra);
+        let mut nameless = Extra::default();
+        nameless.unit.clone_from(&extra.unit);
+        let is_nameless = request.ignore.contains(&IgnoreArg::Materials) || options.format.is_bare();
+        model.extra = dress.map_or(if is_nameless { &nameless } else { extra }, |dress| &dress.extra);
+        let said = dropped.as_ref().and_then(|_| io::geometry_only(options.format, model.attributes, model.extra));
+        let written = io::write_attributed(&model, options)?;
+        let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
+        let kept = self.textures.as_ref().and_then(Textures::note);
+        let notes = dropped.into_iter().chain(others).chain(kept).collect();
+        Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
     }
 
     fn textures(&self) -> Option<&dyn ImageMaker> {

@@ -39,11 +39,13 @@ mod own_materials;
 #[cfg(any(feature = "3mf", feature = "fbx"))]
 mod own_names;
 mod packing;
+mod pieces;
 mod ply;
 mod points;
 mod read_path;
 mod room;
 mod scalar;
+mod spool;
 mod stl;
 mod text;
 mod texture_comments;
@@ -71,10 +73,12 @@ pub use model::{Model, WriteOptions, Written, geometry_only, packing, write_attr
 pub(crate) use one_line::one_line;
 pub use output_file::{OutputFile, write_files};
 pub use packing::{PackOptions, Packing};
+pub use pieces::{Pieces, Triangle};
 pub use points::read_points;
 pub use read_path::{read_attributed_path, read_path};
 pub use room::{read_file, read_stream};
 pub use scalar::Scalar;
+pub(crate) use spool::Spool;
 pub use write_path::{packed_by_name, write_path};
 
 use crate::mesh::{Frame, RawMesh, TriMesh};

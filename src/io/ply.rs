@@ -5,7 +5,7 @@
 
 mod attributed;
 mod columns;
-mod header;
+pub(super) mod header;
 mod source;
 mod write;
 

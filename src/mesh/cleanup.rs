@@ -276,6 +276,11 @@ pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
             high[axis] = high[axis].max(position[axis]);
         }
     }
+    origin_within(low, high)
+}
+
+/// The same for a box.
+pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     // Halves first: the extent of coordinates near the largest double would overflow.
     let half = (0..3).map(|axis| high[axis] / 2.0 - low[axis] / 2.0).fold(0.0, f64::max);
     let grid = half.log2().ceil().exp2() * 2.0;

@@ -158,6 +158,7 @@ fn levels_as_shaded(
         frame: options.frame,
         differentiable,
         keep,
+        price: None,
     };
     let mut levels = simplify_levels(mesh, &request, sizes.limits, progress)?;
     levels.made.iter_mut().for_each(|closed| closed.report.scores = scores);

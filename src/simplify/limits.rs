@@ -29,11 +29,18 @@ pub(super) struct Limit {
     pub vertices: usize,
     /// Stop at this many faces.
     pub faces: usize,
+    /// Stop where every merge costs more: squared distance times area, on the surface of unit size.
+    pub price: f32,
 }
 
 impl Limit {
     /// Everything stays.
-    pub const NONE: Self = Self { vertices: u32::MAX as usize, faces: usize::MAX };
+    pub const NONE: Self = Self::of_vertices(u32::MAX as usize);
+
+    /// So many vertices, and as many faces as they have.
+    pub const fn of_vertices(vertices: usize) -> Self {
+        Self { vertices, faces: usize::MAX, price: f32::INFINITY }
+    }
 
     /// The vertices that it leaves, about: of a closed surface as many as half of its faces.
     pub fn size(self) -> usize {
@@ -43,7 +50,7 @@ impl Limit {
     /// So many times as large.
     pub fn times(self, factor: f64) -> Self {
         let times = |n: usize| (n as f64 * factor) as usize;
-        Self { vertices: times(self.vertices), faces: times(self.faces) }
+        Self { vertices: times(self.vertices), faces: times(self.faces), ..self }
     }
 
     /// Whether a mesh is as small as asked already.
@@ -57,10 +64,10 @@ pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, 
     match options.target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
             let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
-            Ok(Limit { vertices, faces: usize::MAX })
+            Ok(Limit::of_vertices(vertices))
         }
-        Target::Vertices(vertices) if vertices > 0 => Ok(Limit { vertices, faces: usize::MAX }),
-        Target::Faces(faces) if faces > 0 => Ok(Limit { vertices: usize::MAX, faces }),
+        Target::Vertices(vertices) if vertices > 0 => Ok(Limit::of_vertices(vertices)),
+        Target::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::of_vertices(usize::MAX) }),
         _ => Err(SimplifyError::BadTarget(options.target)),
     }
 }

@@ -14,6 +14,7 @@ mod mesh_points;
 mod network_scores;
 mod options;
 pub mod paper;
+mod piece;
 mod progress;
 mod record;
 mod report;
@@ -43,6 +44,7 @@ pub use options::{
     Assembly, Axis, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts, Report, SEAM_ERROR,
     ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
+pub(crate) use piece::simplify_piece;
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;

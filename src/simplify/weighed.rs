@@ -49,7 +49,7 @@ pub fn simplify_weighed(
     if n == 0 || !is_importance(importance, n) || used.contains(&false) {
         return Err(SimplifyError::BadImportance);
     }
-    let limit = Limit { vertices: n_vertices.max(1), faces: usize::MAX };
+    let limit = Limit::of_vertices(n_vertices.max(1));
     let request = Request {
         oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
         all_if_uneven: false,
@@ -61,6 +61,7 @@ pub fn simplify_weighed(
         frame: Frame::default(),
         differentiable: false,
         keep: Keep::default(),
+        price: None,
     };
     let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD)?;
     let closed = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;

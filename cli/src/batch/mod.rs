@@ -4,7 +4,6 @@ mod fallen;
 mod inputs;
 mod lock;
 mod manifest;
-mod memory;
 mod outputs;
 mod places;
 mod schedule;
@@ -27,7 +26,7 @@ use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{Request, Source, goal, options, prune_below, repair, strict, weld_near};
 use crate::words::Voice;
-use crate::{bake, files, interrupt, read, request, simplify};
+use crate::{bake, files, interrupt, memory, read, request, simplify};
 use inputs::Input;
 use manifest::{Manifest, Place, Row, with_more};
 use places::Places;
@@ -87,7 +86,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
             "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
         );
     }
-    crate::memory::bound(args.memory);
+    memory::bound(args.memory);
     options(args)?;
     prune_below(args)?;
     repair(args)?;
@@ -189,9 +188,9 @@ impl Batch {
     /// All meshes that are not done yet, several at a time.
     fn simplify_all(&self) -> Result<(), Failure> {
         let waiting = self.manifest.waiting();
-        let bound = self.args.memory.map_or_else(memory::default_bound, crate::memory::bytes_of);
+        let bound = self.args.memory.map_or_else(memory::default_bound, memory::bytes_of);
         let sizes: HashMap<usize, u64> =
-            waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i], self.args.bake))).collect();
+            waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i].path, self.args.bake))).collect();
         let all: f64 = sizes.values().map(|&size| size as f64).sum();
         let cost = |i: usize| if self.alone.contains(&i) { u64::MAX } else { sizes[&i] };
         let costs = waiting.iter().map(|&i| (i, cost(i))).collect();
@@ -248,6 +247,7 @@ impl Batch {
             ignore: self.args.ignore.clone(),
             importance: self.args.importance.clone(),
             allow_outside: self.args.allow_outside,
+            memory: None,
             map: None,
             explain: false,
             weights: None,

@@ -7,7 +7,7 @@ const REMEDY: &str = "export the mesh again";
 
 /// How the values behind the header are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(in crate::io) enum Encoding {
     Text,
     LittleEndian,
     BigEndian,
@@ -15,7 +15,7 @@ pub(super) enum Encoding {
 
 /// A property of an element: one value, or a list whose length comes first.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Property {
+pub(in crate::io) struct Property {
     pub name: String,
     pub scalar: Scalar,
     /// The kind of the length where this is a list.
@@ -24,7 +24,7 @@ pub(super) struct Property {
 
 /// A table of the file, `count` rows with these properties.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Element {
+pub(in crate::io) struct Element {
     pub name: String,
     /// As claimed; the bytes may hold fewer.
     pub count: usize,
@@ -33,7 +33,7 @@ pub(super) struct Element {
 
 /// All that the header says.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Header {
+pub(in crate::io) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
     /// The lines that open with `comment` or `obj_info`, in order.

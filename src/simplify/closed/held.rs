@@ -65,19 +65,14 @@ impl<'a> Beginning<'a> {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
         loop {
-            collapse.run(vertices((last as f64 / STEP) as usize), last_stretch);
+            collapse.run(Limit::of_vertices((last as f64 / STEP) as usize), last_stretch);
             let (size, _) = collapse.size();
             if size <= least || size >= last || !is_well(&collapse) {
-                return vertices(last);
+                return Limit::of_vertices(last);
             }
             last = size;
         }
     }
-}
-
-/// So many vertices.
-fn vertices(vertices: usize) -> Limit {
-    Limit { vertices, faces: usize::MAX }
 }
 
 /// The mean distance of the original from an output, on the surface of unit size, by some points.

@@ -74,7 +74,7 @@ pub(super) fn simplify_levels(
 ) -> Result<Levels, SimplifyError> {
     let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), gone: None }) };
     let (clustered, collapse) = cluster(mesh, request, first, progress)?;
-    let beginning = Beginning::of(&collapse, limits);
+    let beginning = request.price.is_none().then(|| Beginning::of(&collapse, limits)).flatten();
     let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
     let mut collapse = Some(collapse);
     let mut made = Vec::with_capacity(limits.len());
@@ -85,7 +85,7 @@ pub(super) fn simplify_levels(
             progress.enter("collapse", running.merges_to(limit))?;
         }
         let last_stretch = request.aim.last_stretch;
-        let mut end = running.run(limit, last_stretch);
+        let mut end = running.run(clustered.limit(request.price, limit), last_stretch);
         let anew = beginning.as_ref().and_then(|it| it.anew(&running, limit, last_stretch, distance));
         anew.into_iter().for_each(|anew| (running, end) = anew);
         let trace = clustered.traced(running.history.take());
@@ -97,12 +97,12 @@ pub(super) fn simplify_levels(
                 return Ok(Levels { made, gone });
             }
         }
-        if made.len() + 1 < limits.len() {
-            collapse = Some(running);
-        } else {
-            running.end();
+        let paid = clustered.paid(&running);
+        match made.len() + 1 < limits.len() {
+            true => collapse = Some(running),
+            false => running.end(),
         }
-        made.push(refine(&clustered, request, output, end, trace, progress)?);
+        made.push(refine(&clustered, request, output, end, trace, progress)?.having_paid(paid));
     }
     Ok(Levels { made, gone: None })
 }
@@ -132,6 +132,23 @@ impl Clustered<'_> {
             locked_vertices: locked.iter().filter(|&&locked| locked).count(),
             ..plain
         }
+    }
+
+    /// A price of 1 in the unit of the mesh, on the surface of unit size.
+    fn unit_of_prices(&self) -> f64 {
+        f64::from(self.original.surface.length(1.0)).powi(4)
+    }
+
+    /// What merges cost so far, in the unit of the mesh.
+    fn paid(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
+        let unit = self.unit_of_prices();
+        collapse.paid().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
+    }
+
+    /// Where the collapse ends: at the limit, or at a price alone.
+    fn limit(&self, price: Option<f64>, limit: Limit) -> Limit {
+        let up_to = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::of_vertices(0) };
+        price.map_or(limit, up_to)
     }
 
     /// What the run has chosen so far, where its merges were written down.

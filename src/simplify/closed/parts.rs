@@ -311,7 +311,7 @@ mod tests {
         let vertex_of = (0..surface.n_vertices() as u32).collect();
         let (positions, faces) = (surface.positions.clone(), surface.faces.to_vec());
         let output = Output::new(Pulse::NONE, positions, faces, Pins::default(), vertex_of);
-        let limit = Limit { vertices, faces: usize::MAX };
+        let limit = Limit::of_vertices(vertices);
         let paid = [(mesh.positions().len() + 50, paid as f32)];
         let shown = Shown { attributes, is_weighed: false };
         gone(&original, &output, &Cost { paid: &paid, limit, must_fit: false }, within, &shown)

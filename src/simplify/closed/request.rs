@@ -28,6 +28,9 @@ pub struct Request<'a> {
     pub differentiable: bool,
     /// What has to stay.
     pub keep: Keep<'a>,
+    /// Where no merge may cost more, squared distance times area in the unit of the mesh: then that alone ends the collapse, and the size
+    /// asked for says how many samples there are.
+    pub price: Option<f64>,
 }
 
 /// What counts of a part beside its shape.

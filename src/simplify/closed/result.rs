@@ -28,6 +28,9 @@ pub struct Closed {
     pub source_vertices: Option<Vec<u32>>,
     /// The result as a function of the positions, where that was asked for.
     pub derivative: Option<Derivative>,
+    /// How many vertices rounds of merges left, falling, and up to which price each went: squared distances times area, in the unit
+    /// of the mesh.
+    pub paid: Vec<(usize, f64)>,
     /// Whether each output vertex lies on the plane, where the mesh is one half of a mirrored one; else empty.
     pub on_plane: Vec<bool>,
 }
@@ -52,9 +55,15 @@ impl Closed {
             vertex_of,
             source_vertices: pins.is_subset().then(sources),
             derivative: None,
+            paid: Vec::new(),
             on_plane: pins.into_plane_flags(),
             mesh,
         })
+    }
+
+    /// The same, of which it is known what its merges cost.
+    pub fn having_paid(self, paid: Vec<(usize, f64)>) -> Self {
+        Self { paid, ..self }
     }
 
     /// Where the result comes from, by where its corners stand.

@@ -54,7 +54,7 @@ fn oversample(surface: &Surface, request: &Request, limit: Limit) -> f64 {
 }
 
 /// The samples below which the one pass could end under the limit: a vertex less is two faces less at most.
-fn least_samples(surface: &Surface, Limit { vertices, faces }: Limit) -> usize {
+fn least_samples(surface: &Surface, Limit { vertices, faces, .. }: Limit) -> usize {
     let excess_faces = surface.faces.len().saturating_sub(faces);
     vertices.min(surface.n_vertices().saturating_sub(excess_faces / 2)).max(4)
 }

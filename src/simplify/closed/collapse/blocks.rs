@@ -73,7 +73,7 @@ fn descend(blocks: &mut [Collapse], to_do: usize) -> usize {
         let rounds = blocks.par_iter_mut().zip(counts).map(|(block, n)| {
             let n_vertices = block.n_vertices;
             let at_most = if n_all <= left { n } else { (n as u128 * left as u128 / n_all as u128) as usize };
-            block.round(Limit { vertices: 0, faces: usize::MAX }, most, at_most);
+            block.round(Limit::of_vertices(0), most, at_most);
             n_vertices - block.n_vertices
         });
         let merged = rounds.sum::<usize>();
@@ -262,7 +262,7 @@ mod tests {
         let n_vertices = surface.n_vertices();
         assert!(n_vertices >= LEAST_BLOCKS * BLOCK);
         let placed = Placement::new(&surface, Places::default(), &[]);
-        let limit = Limit { vertices: n_vertices / 5, faces: usize::MAX };
+        let limit = Limit::of_vertices(n_vertices / 5);
         let mut whole = Collapse::new(Pulse::NONE, &placed, &surface.rings);
         let mut in_blocks = collapse_in_blocks(Pulse::NONE, &placed, &surface.rings, [limit.times(1.1), limit]);
         let left = in_blocks.n_vertices - limit.vertices;

@@ -25,7 +25,8 @@ impl Collapse<'_> {
 
     /// Collapses until the whole is at the limit, exactly where that can be.
     pub(super) fn run_half(&mut self, limit: Limit) -> End {
-        let nearly = Limit { vertices: limit.vertices.saturating_add(1), faces: limit.faces.saturating_add(2) };
+        let nearly =
+            Limit { vertices: limit.vertices.saturating_add(1), faces: limit.faces.saturating_add(2), ..limit };
         let end = self.run_to(nearly);
         if end == End::Reached && !self.reached(limit) {
             self.merge_within_cut();

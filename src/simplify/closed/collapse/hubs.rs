@@ -72,7 +72,7 @@ mod tests {
             let mesh = fan(n, is_closed);
             let surface = Surface::new(&mesh, Pulse::NONE);
             let placed = Placement::new(&surface, Places::default(), &[]);
-            let limit = Limit { vertices: surface.n_vertices() / 10, faces: usize::MAX };
+            let limit = Limit::of_vertices(surface.n_vertices() / 10);
             let mut collapse = Collapse::toward(Pulse::NONE, limit, 1.1, &placed, &surface.rings);
             assert_eq!(collapse.run(limit, 1.1), End::Reached);
             assert!(collapse.living().filter(|&v| collapse.is_hub(v)).count() == if is_closed { 2 } else { 1 });

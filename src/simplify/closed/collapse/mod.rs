@@ -58,7 +58,7 @@ mod tests {
 
     fn down_to(mesh: &TriMesh, vertices: usize) -> (Surface<'_>, End, Output) {
         let (surface, mut collapse) = begin(mesh);
-        let end = collapse.run(Limit { vertices, faces: usize::MAX }, LAST_STRETCH);
+        let end = collapse.run(Limit::of_vertices(vertices), LAST_STRETCH);
         let output = collapse.output(&Assignment::identity(surface.n_vertices()));
         (surface, end, output)
     }
@@ -123,7 +123,7 @@ mod tests {
 
     /// Always the cheapest edge that may go, all edges priced anew each time, on the last stretch by quadrics summed anew.
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
-        let stretch = Limit { vertices, faces: usize::MAX }.times(LAST_STRETCH);
+        let stretch = Limit::of_vertices(vertices).times(LAST_STRETCH);
         while collapse.n_vertices > vertices {
             if collapse.n_vertices <= stretch.vertices {
                 collapse.renew_all();
@@ -143,7 +143,7 @@ mod tests {
     fn rounds_are_as_good_as_pricing_all_edges_each_time() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::open_cylinder(20, 12)] {
             let ((surface, mut in_rounds), mut naive) = (begin(&mesh), begin(&mesh).1);
-            in_rounds.run(Limit { vertices: 60, faces: usize::MAX }, LAST_STRETCH);
+            in_rounds.run(Limit::of_vertices(60), LAST_STRETCH);
             naive_run(&mut naive, 60);
             let (in_rounds, naive) = (error(&surface, &in_rounds), error(&surface, &naive));
             assert!(in_rounds < 1.4 * naive + 1e-12, "{in_rounds} {naive}");
@@ -179,7 +179,7 @@ mod tests {
             let constraints = Constraints::new(&original, &own, own.clone());
             let collapse = Collapse::new(Pulse::NONE, &placed, &original.surface.rings);
             let mut collapse = collapse.under(Some(constraints), AttributeQuadrics::default(), Poses::default(), None);
-            assert_eq!(collapse.run(Limit { vertices, faces: usize::MAX }, LAST_STRETCH), End::Reached);
+            assert_eq!(collapse.run(Limit::of_vertices(vertices), LAST_STRETCH), End::Reached);
             for u in collapse.living() {
                 let ring = collapse.nodes[u as usize].ring;
                 for (i, block) in ring.blocks().enumerate() {

@@ -89,7 +89,7 @@ impl Collapse<'_> {
         while !self.reached(limit) {
             let before = self.n_vertices;
             let to_do = self.merges_to(limit);
-            most = self.leap(price_of_round(to_do, most, [&*self]), n_in_vain);
+            most = self.leap(price_of_round(to_do, most, [&*self]), n_in_vain).min(limit.price);
             if most == f32::INFINITY || n_in_vain > 0 && self.all_were_tried(most, last_merge) {
                 return match (&self.constraints, self.turn_forbidden) {
                     (Some(constraints), _) if constraints.hold_more_than_plane() => End::Held,
@@ -100,6 +100,9 @@ impl Collapse<'_> {
             }
             self.round(limit, most, if n_in_vain < MOST_IN_VAIN { to_do } else { usize::MAX });
             n_in_vain = if self.n_vertices == before { n_in_vain + 1 } else { 0 };
+            if n_in_vain > 0 && most == limit.price {
+                return End::Reached;
+            }
             if n_in_vain == 0 {
                 last_merge = most.max(f32::MIN_POSITIVE);
                 self.paid.push((self.n_vertices, most));

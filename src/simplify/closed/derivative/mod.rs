@@ -147,7 +147,7 @@ mod tests {
     use crate::simplify::progress::Progress;
 
     fn run(mesh: &TriMesh, vertices: usize, poses: bool) -> (Closed, Derivative) {
-        let limit = Limit { vertices, faces: usize::MAX };
+        let limit = Limit::of_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
         let request = Request {
             oversample: 2.0,
@@ -160,6 +160,7 @@ mod tests {
             frame: Frame::default(),
             differentiable: true,
             keep: Keep { poses, ..Keep::default() },
+            price: None,
         };
         let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD).unwrap().made;
         let mut closed = levels.into_iter().next().unwrap();

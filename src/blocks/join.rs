@@ -1,0 +1,184 @@
+//! Lighter blocks as one mesh: shared vertices become one again, and no edge or face is there twice.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::block::{Lighter, key};
+use crate::mesh::{InvalidMesh, TriMesh};
+
+/// Two vertices, the lesser first.
+type Ends = [u32; 2];
+
+/// Joins blocks, in their order. Where two blocks have an edge between the same vertices of their border that none of them began with,
+/// it gets a vertex in one of them; so has a face that is there twice.
+///
+/// # Errors
+/// [`InvalidMesh`] where there are more vertices than indices.
+///
+/// ```
+/// use neural_mesh::{blocks::{Lighter, cut, join}, mesh::shapes};
+/// let torus = shapes::torus(20, 10, 1.0, 0.3);
+/// let same = cut(&torus).into_iter().map(|block| Lighter { mesh: block.mesh, shared: block.shared });
+/// assert_eq!(join(same).unwrap(), torus);
+/// ```
+pub fn join(blocks: impl IntoIterator<Item = Lighter>) -> Result<TriMesh, InvalidMesh> {
+    let mut joined = Joined::default();
+    let mut of_blocks = Vec::new();
+    for Lighter { mesh, shared } in blocks {
+        of_blocks.push(joined.add(mesh, &shared));
+    }
+    let borders: FxHashSet<Ends> = of_blocks.iter().flat_map(|block| block.borders.iter().copied()).collect();
+    let (mut taken, mut faces_between) = (borders, FxHashSet::default());
+    for block in &mut of_blocks {
+        for &ends in &block.chords {
+            if !taken.insert(ends) {
+                joined.part_edge(&mut block.faces, ends);
+            }
+        }
+        joined.part_faces(&mut block.faces, &mut faces_between);
+    }
+    let n_faces = of_blocks.iter().map(|block| block.faces.len()).sum();
+    let mut faces = Vec::with_capacity(n_faces);
+    of_blocks.into_iter().for_each(|block| faces.extend(block.faces));
+    TriMesh::new(joined.positions, faces)
+}
+
+/// The vertices so far.
+#[derive(Default)]
+struct Joined {
+    positions: Vec<[f32; 3]>,
+    /// Shared vertices by where they lie.
+    shared: FxHashMap<[u32; 3], u32>,
+    /// Whether each vertex is shared.
+    is_shared: Vec<bool>,
+}
+
+/// The faces of a block over the vertices of all.
+struct Faces {
+    faces: Vec<[u32; 3]>,
+    /// Edges between shared vertices: those of one face, and those of two.
+    borders: Vec<Ends>,
+    chords: Vec<Ends>,
+}
+
+impl Joined {
+    fn add(&mut self, mesh: TriMesh, shared: &[bool]) -> Faces {
+        let (positions, mut faces) = mesh.into_parts();
+        let number = |(p, &shared): ([f32; 3], &bool)| {
+            let fresh = self.positions.len() as u32;
+            let vertex = if shared { *self.shared.entry(key(p)).or_insert(fresh) } else { fresh };
+            if vertex == fresh {
+                self.positions.push(p);
+                self.is_shared.push(shared);
+            }
+            vertex
+        };
+        let numbers: Vec<u32> = positions.into_iter().zip(shared).map(number).collect();
+        faces.as_flattened_mut().iter_mut().for_each(|v| *v = numbers[*v as usize]);
+        let mut counts: FxHashMap<Ends, u32> = FxHashMap::default();
+        for ends in faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]) {
+            if ends.iter().all(|&v| self.is_shared[v as usize]) {
+                *counts.entry([ends[0].min(ends[1]), ends[0].max(ends[1])]).or_default() += 1;
+            }
+        }
+        let (mut borders, mut chords): (Vec<_>, Vec<_>) = counts.into_iter().partition(|(_, n)| *n == 1);
+        borders.sort_unstable();
+        chords.sort_unstable();
+        let ends = |edges: Vec<(Ends, u32)>| edges.into_iter().map(|(ends, _)| ends).collect();
+        Faces { faces, borders: ends(borders), chords: ends(chords) }
+    }
+
+    fn push(&mut self, corners: &[u32]) -> u32 {
+        let place = |axis: usize| {
+            let sum: f64 = corners.iter().map(|&v| f64::from(self.positions[v as usize][axis])).sum();
+            (sum / corners.len() as f64) as f32
+        };
+        self.positions.push([0, 1, 2].map(place));
+        self.is_shared.push(false);
+        self.positions.len() as u32 - 1
+    }
+
+    /// Puts a vertex in the middle of an edge.
+    fn part_edge(&mut self, faces: &mut Vec<[u32; 3]>, [u, v]: Ends) {
+        let middle = self.push(&[u, v]);
+        for at in 0..faces.len() {
+            let face = faces[at];
+            if face.contains(&u) && face.contains(&v) {
+                let with = |end: u32| face.map(|corner| if corner == end { middle } else { corner });
+                faces[at] = with(u);
+                faces.push(with(v));
+            }
+        }
+    }
+
+    /// Puts a vertex into each face between shared vertices that is there already.
+    fn part_faces(&mut self, faces: &mut Vec<[u32; 3]>, known: &mut FxHashSet<[u32; 3]>) {
+        for at in 0..faces.len() {
+            let face @ [a, b, c] = faces[at];
+            let mut key = face;
+            key.sort_unstable();
+            if face.iter().all(|&v| self.is_shared[v as usize]) && !known.insert(key) {
+                let centre = self.push(&face);
+                faces[at] = [a, b, centre];
+                faces.extend([[b, c, centre], [c, a, centre]]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::block::{cut_into, simplify_block};
+    use crate::mesh::{shapes, topology};
+    use crate::simplify::{Options, Target};
+
+    #[test]
+    fn blocks_as_they_were_are_the_mesh_again() {
+        for mesh in [shapes::torus(40, 20, 1.0, 0.3), shapes::open_cylinder(30, 20), shapes::icosphere(4)] {
+            let blocks = cut_into(&mesh, 9);
+            assert!(blocks.len() > 5);
+            let same = blocks.into_iter().map(|block| Lighter { mesh: block.mesh, shared: block.shared });
+            let joined = join(same).unwrap();
+            let [before, after] = [&mesh, &joined].map(topology);
+            assert_eq!((before, mesh.faces().len()), (after, joined.faces().len()));
+        }
+    }
+
+    #[test]
+    fn closed_stays_closed_at_any_price() {
+        let options = Options::new(Target::Ratio(0.1));
+        for mesh in [shapes::torus(80, 40, 1.0, 0.3), shapes::wavy_sphere(4, 8.0), shapes::cuboid([1.0; 3], 20)] {
+            for n_blocks in [3, 11, 40] {
+                for price in [0.0, 1e-9, 1e-6, 1.0] {
+                    let blocks = cut_into(&mesh, n_blocks);
+                    let lighter = blocks.iter().map(|block| simplify_block(block, 0.2, price, None, &options).unwrap());
+                    let joined = join(lighter).unwrap();
+                    let (before, after) = (topology(&mesh), topology(&joined));
+                    assert!(after.is_closed_manifold(), "{n_blocks} {price}: {after:?}");
+                    assert_eq!(before.euler, after.euler);
+                    assert!(joined.faces().len() <= mesh.faces().len());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_two_blocks_made_of_one_border_is_parted() {
+        // Two halves of a square's outline, each of two triangles with the same diagonal: a pillow once joined.
+        let square = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let half = |faces: Vec<[u32; 3]>| Lighter {
+            mesh: TriMesh::new(square.clone(), faces).unwrap(),
+            shared: vec![true; 4],
+        };
+        let joined = join([half(vec![[0, 1, 2], [0, 2, 3]]), half(vec![[2, 1, 0], [3, 2, 0]])]).unwrap();
+        let found = topology(&joined);
+        assert!(found.is_closed_manifold() && joined.positions().len() == 5, "{found:?}");
+        // A triangle from either side.
+        let side = |face: [u32; 3]| Lighter {
+            mesh: TriMesh::new(square[..3].to_vec(), vec![face]).unwrap(),
+            shared: vec![true; 3],
+        };
+        let joined = join([side([0, 1, 2]), side([2, 1, 0])]).unwrap();
+        assert!(topology(&joined).is_closed_manifold() && joined.faces().len() == 4);
+    }
+}

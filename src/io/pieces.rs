@@ -1,0 +1,281 @@
+//! Mesh files piece by piece: the triangles of binary PLY and STL and of OBJ, geometry alone, for what does not fit into memory.
+//!
+//! Of PLY and OBJ the positions of the vertices are held while triangles are read, 12 bytes each; of STL nothing.
+
+mod obj;
+mod ply;
+mod stl;
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::{Format, ReadError, Scalar};
+use crate::mesh::Frame;
+use crate::mesh::room::{asking, make_room};
+
+const REMEDY: &str = "the file is cut or damaged, export the mesh again";
+/// Bytes that are read at once.
+const BUFFER: usize = 1 << 20;
+
+/// A triangle as its file has it: where its corners lie.
+pub type Triangle = [[f32; 3]; 3];
+
+/// What takes positions as they are read.
+type Take<'a> = dyn FnMut([f64; 3]) + 'a;
+
+/// A mesh file that is read piece by piece, as often as needed.
+#[derive(Debug)]
+pub struct Pieces {
+    path: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Ply(ply::Layout),
+    Stl { n_faces: u64 },
+    Obj { n_vertices: u64, double: bool, has_more: bool },
+}
+
+impl Pieces {
+    /// Opens a file whose format its name or its content says.
+    ///
+    /// # Errors
+    /// [`ReadError`] where the file cannot be read in pieces.
+    ///
+    /// ```
+    /// use neural_mesh::io::Pieces;
+    /// let pieces = Pieces::open("tests/meshes/spot.ply".as_ref()).unwrap();
+    /// let mut n_triangles = 0;
+    /// pieces.each_triangle(&Default::default(), &mut |_| n_triangles += 1).unwrap();
+    /// assert_eq!(n_triangles, 5856);
+    /// ```
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let kind = match Format::from_path(path) {
+            _ if Format::without_gz(path) != path => None,
+            Some(Format::Ply) => ply::layout(path)?.map(Kind::Ply),
+            Some(Format::Stl) => stl::n_faces(path)?.map(|n_faces| Kind::Stl { n_faces }),
+            Some(Format::Obj) => Some(obj::counted(path)?),
+            _ => None,
+        };
+        let what = "only binary PLY and STL and OBJ are read in pieces";
+        let kind = kind.ok_or_else(|| ReadError::file(what, "convert the mesh or allow more memory"))?;
+        Ok(Self { path: path.into(), kind })
+    }
+
+    /// The faces that the file announces; of an OBJ about as many as its vertices have.
+    pub fn n_faces(&self) -> u64 {
+        match &self.kind {
+            Kind::Ply(layout) => layout.n_faces(),
+            Kind::Stl { n_faces } => *n_faces,
+            Kind::Obj { n_vertices, .. } => 2u64.saturating_mul(*n_vertices),
+        }
+    }
+
+    /// What the file holds beside its shape, in words.
+    pub fn carries(&self) -> Option<String> {
+        match &self.kind {
+            Kind::Ply(layout) => layout.others(),
+            Kind::Stl { .. } => None,
+            Kind::Obj { has_more, .. } => has_more.then(|| "texture coordinates, normals or materials".into()),
+        }
+    }
+
+    /// Bytes that are held while triangles are read.
+    pub fn n_held_bytes(&self) -> u64 {
+        match &self.kind {
+            Kind::Ply(layout) => 12u64.saturating_mul(layout.n_vertices()),
+            Kind::Stl { .. } => 0,
+            Kind::Obj { n_vertices, .. } => 12u64.saturating_mul(*n_vertices),
+        }
+    }
+
+    /// Whether positions are doubles.
+    pub fn is_double(&self) -> bool {
+        match &self.kind {
+            Kind::Ply(layout) => layout.is_double(),
+            Kind::Stl { .. } => false,
+            Kind::Obj { double, .. } => *double,
+        }
+    }
+
+    /// Shows every position, those of an STL as often as corners have them.
+    ///
+    /// # Errors
+    /// [`ReadError`] where the file ends too soon, or holds what is no number.
+    pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
+        match &self.kind {
+            Kind::Ply(layout) => layout.each_position(self.open_file()?, take),
+            Kind::Stl { n_faces } => stl::each_triangle(self.open_file()?, *n_faces, |corners| {
+                corners.iter().for_each(|p| take(p.map(f64::from)));
+            }),
+            Kind::Obj { .. } => obj::each_position(self.open_file()?, take),
+        }
+    }
+
+    /// Shows every triangle in the coordinates of a frame; polygons are cut into fans. Gives how many faces have a corner that does not
+    /// exist or is no number, or fewer than three.
+    ///
+    /// # Errors
+    /// As of [`each_position`](Self::each_position); and where there is no memory for the positions.
+    pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
+        let local =
+            |p: [f64; 3]| -> [f32; 3] { std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0) };
+        let mut n_broken = 0;
+        if let Kind::Stl { n_faces } = &self.kind {
+            stl::each_triangle(self.open_file()?, *n_faces, |corners| {
+                show(
+                    [Some(corners[0]), Some(corners[1]), Some(corners[2])].map(|p| p.map(|p| local(p.map(f64::from)))),
+                    take,
+                    &mut n_broken,
+                );
+            })?;
+            return Ok(n_broken);
+        }
+        let positions = self.positions(&local)?;
+        let at = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
+        let mut face = |corners: &[i64]| match corners {
+            [first, rest @ .., _] if !rest.is_empty() => {
+                let fan = corners[1..].windows(2);
+                fan.for_each(|edge| show([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
+            }
+            _ => n_broken += 1,
+        };
+        match &self.kind {
+            Kind::Ply(layout) => layout.each_face(self.open_file()?, &mut face)?,
+            _ => obj::each_face(self.open_file()?, &mut face)?,
+        }
+        Ok(n_broken)
+    }
+
+    /// All positions, n_vertices x 3.
+    fn positions(&self, local: &dyn Fn([f64; 3]) -> [f32; 3]) -> Result<Vec<[f32; 3]>, ReadError> {
+        let mut positions = Vec::new();
+        let n = usize::try_from(self.n_held_bytes() / 12).unwrap_or(usize::MAX);
+        let what = "its vertices take more memory than there is";
+        make_room(&mut positions, n).map_err(|_| ReadError::file(what, "allow more memory or convert it to STL"))?;
+        self.each_position(&mut |p| positions.push(local(p)))?;
+        Ok(positions)
+    }
+
+    fn open_file(&self) -> Result<BufReader<File>, ReadError> {
+        open(&self.path)
+    }
+}
+
+/// Shows a triangle whose corners are all there, and are numbers.
+fn show(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
+    match corners {
+        [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),
+        _ => *n_broken += 1,
+    }
+}
+
+/// Opens a file to be read from its start.
+fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
+    let file = asking(|| File::open(path)).map_err(|error| unreadable(&error))?;
+    Ok(BufReader::with_capacity(BUFFER, file))
+}
+
+/// The first bytes of a file, at most so many.
+fn beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
+    let mut bytes = Vec::new();
+    open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
+    Ok(bytes)
+}
+
+fn unreadable(error: &std::io::Error) -> ReadError {
+    match error.kind() {
+        std::io::ErrorKind::UnexpectedEof => ReadError::file("the file ends too soon", REMEDY),
+        _ => ReadError::file(format!("the file cannot be read: {error}"), "check the file"),
+    }
+}
+
+/// A number of this kind at the start of some bytes.
+fn number(scalar: Scalar, bytes: &[u8], big: bool) -> Result<f64, ReadError> {
+    scalar.decode(bytes, big).ok_or_else(|| ReadError::file("the file ends too soon", REMEDY))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::read_path;
+
+    /// The triangles of a file, whole and in pieces.
+    fn both(path: &Path) -> [Vec<Triangle>; 2] {
+        let raw = read_path(path, None).unwrap();
+        let at = |v: u32| raw.positions[v as usize].map(|x| x as f32);
+        let whole = raw.faces.iter().map(|face| face.map(at)).collect();
+        let mut pieces = Vec::new();
+        let n_broken = Pieces::open(path).unwrap().each_triangle(&Frame::default(), &mut |it| pieces.push(it)).unwrap();
+        assert_eq!(n_broken, 0);
+        [whole, pieces]
+    }
+
+    fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn in_pieces_a_file_is_what_it_is_as_a_whole() {
+        let mesh = crate::mesh::shapes::torus(12, 7, 1.0, 0.3);
+        for format in [Format::Ply, Format::Stl, Format::Obj] {
+            let bytes = crate::io::write(&mesh, &Frame::default(), format).unwrap();
+            let (_folder, path) = written(&format!("a.{}", format.name()), &bytes);
+            let [whole, pieces] = both(&path);
+            assert_eq!(whole, pieces, "{format:?}");
+        }
+    }
+
+    #[test]
+    fn lists_of_any_kind_and_other_properties_are_passed_over() {
+        let mut bytes = b"ply\nformat binary_big_endian 1.0\nelement vertex 4\nproperty uchar red\nproperty double x\nproperty double y\nproperty double z\nelement face 1\nproperty list ushort float more\nproperty list uint short vertex_indices\nproperty int last\nend_header\n".to_vec();
+        for i in 0..4u8 {
+            bytes.push(i);
+            [f64::from(i & 1), f64::from(i >> 1), 0.0].iter().for_each(|x| bytes.extend(x.to_be_bytes()));
+        }
+        bytes.extend([0, 1, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 1, 0, 3, 0, 2, 0, 0, 0, 9]);
+        let (_folder, path) = written("a.ply", &bytes);
+        let pieces = Pieces::open(&path).unwrap();
+        assert!(pieces.is_double() && pieces.n_held_bytes() == 48);
+        let mut triangles = Vec::new();
+        pieces.each_triangle(&Frame::default(), &mut |it| triangles.push(it)).unwrap();
+        assert_eq!(triangles.len(), 2);
+        assert_eq!(triangles[1], [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+    }
+
+    #[test]
+    fn an_obj_counts_from_either_end_and_skips_what_is_no_geometry() {
+        let text = "# a\r\nv 0 0 0\r\nv 1 0 0 0.5 0.5 0.5\nvt 0 0\nv 0 1 0\nusemtl x\nf 1/1 2/1/1 3//1\nf -3 -2 \\\n -1\nf 1 2\nf 1 2 9\nv 1 1 nan\nf 1 2 4\n";
+        let (_folder, path) = written("a.obj", text.as_bytes());
+        let mut triangles = Vec::new();
+        let pieces = Pieces::open(&path).unwrap();
+        let n_broken = pieces.each_triangle(&Frame::default(), &mut |it| triangles.push(it)).unwrap();
+        assert_eq!((triangles.len(), n_broken), (2, 3));
+        assert_eq!(triangles[0], triangles[1]);
+    }
+
+    #[test]
+    fn what_is_cut_or_of_another_kind_is_said() {
+        let mesh = crate::mesh::shapes::icosphere(1);
+        for format in [Format::Ply, Format::Stl] {
+            let bytes = crate::io::write(&mesh, &Frame::default(), format).unwrap();
+            let (_folder, path) = written(&format!("a.{}", format.name()), &bytes[..bytes.len() - 7]);
+            let error = Pieces::open(&path).and_then(|it| it.each_triangle(&Frame::default(), &mut |_| ()));
+            assert!(error.unwrap_err().to_string().contains("too soon"), "{format:?}");
+        }
+        for (name, bytes) in [
+            ("a.off", &b"OFF\n0 0 0\n"[..]),
+            ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n"),
+            ("a.stl", b"solid x\nendsolid x\n"),
+        ] {
+            let (_folder, path) = written(name, bytes);
+            let error = Pieces::open(&path).unwrap_err().to_string();
+            assert!(error.contains("only binary PLY and STL and OBJ"), "{name}: {error}");
+        }
+    }
+}

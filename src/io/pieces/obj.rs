@@ -1,0 +1,127 @@
+//! OBJ in pieces: runs of whole lines, each a text of its own.
+
+use std::io::Read;
+use std::path::Path;
+
+use super::{Kind, REMEDY, Take, open, unreadable};
+use crate::io::ReadError;
+use crate::io::text::Text;
+
+/// Bytes of a run of lines; a longer line is a run of its own.
+const RUN: usize = 1 << 20;
+/// Bytes of a line at most.
+const LONGEST_LINE: usize = 64 << 20;
+
+/// What is known of a file once it was read.
+pub fn counted(path: &Path) -> Result<Kind, ReadError> {
+    let (mut n_vertices, mut double, mut has_more) = (0, false, false);
+    each_line(open(path)?, &mut |text, line| {
+        match line {
+            Line::Vertex => {
+                position(text)?;
+                n_vertices += 1;
+                double |= text.double;
+            }
+            Line::Face => {}
+            Line::More => has_more = true,
+        }
+        Ok(())
+    })?;
+    Ok(Kind::Obj { n_vertices, double, has_more })
+}
+
+/// Shows every position.
+pub fn each_position(file: impl Read, take: &mut Take) -> Result<(), ReadError> {
+    each_line(file, &mut |text, line| {
+        if line == Line::Vertex {
+            take(position(text)?);
+        }
+        Ok(())
+    })
+}
+
+/// Shows the corners of every face, counted from 0.
+pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), ReadError> {
+    let (mut n_before, mut corners) = (0i64, Vec::new());
+    each_line(file, &mut |text, line| {
+        if line != Line::Face {
+            n_before += i64::from(line == Line::Vertex);
+            return Ok(());
+        }
+        corners.clear();
+        while !text.is_line_done() {
+            let what = "a corner of a face needs a vertex number";
+            let number = text.integer().ok_or_else(|| ReadError::file(what, REMEDY))?;
+            corners.push(if number < 0 { n_before.saturating_add(number) } else { number - 1 });
+            while !text.is_between_words() {
+                text.advance(1);
+            }
+        }
+        take(&corners);
+        Ok(())
+    })
+}
+
+fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
+    let mut position = [0.0; 3];
+    for x in &mut position {
+        text.skip_blanks();
+        *x = text.number().ok_or_else(|| ReadError::file("a vertex needs three numbers", REMEDY))?;
+    }
+    Ok(position)
+}
+
+/// What a line says.
+#[derive(Clone, Copy, PartialEq)]
+enum Line {
+    Vertex,
+    Face,
+    /// What corners carry, or a material.
+    More,
+}
+
+/// Shows the rest of every line that says something of a mesh.
+fn each_line(
+    mut file: impl Read,
+    show: &mut dyn FnMut(&mut Text, Line) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    let mut bytes: Vec<u8> = Vec::new();
+    loop {
+        let n_before = bytes.len();
+        let n_read = file.by_ref().take(RUN as u64).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
+        let is_last = n_read == 0;
+        let end = if is_last { Some(bytes.len()) } else { end_of_lines(&bytes, n_before) };
+        let Some(end) = end else {
+            if bytes.len() > LONGEST_LINE {
+                return Err(ReadError::file("a line has no end", REMEDY));
+            }
+            continue;
+        };
+        let mut text = Text::new(&bytes[..end]).with_continuation();
+        while !text.is_at_end() {
+            text.skip_blanks();
+            let line = match text.rest() {
+                [b'v', b' ' | b'\t' | b'\\', ..] => Some(Line::Vertex),
+                [b'f', b' ' | b'\t' | b'\\', ..] => Some(Line::Face),
+                [b'v', b't' | b'n', b' ' | b'\t', ..] | [b'u', b's', b'e', b'm', b't', b'l', ..] => Some(Line::More),
+                _ => None,
+            };
+            if let Some(line) = line {
+                text.advance(1);
+                show(&mut text, line)?;
+            }
+            text.skip_line();
+        }
+        if is_last {
+            return Ok(());
+        }
+        bytes.drain(..end);
+    }
+}
+
+/// Behind the last line that ends here and is not continued; lines before `from` are known to be none.
+fn end_of_lines(bytes: &[u8], from: usize) -> Option<usize> {
+    let ends = memchr::memrchr_iter(b'\n', &bytes[from..]).map(|at| from + at);
+    let is_continued = |at: usize| bytes[..at].strip_suffix(b"\r").unwrap_or(&bytes[..at]).ends_with(b"\\");
+    ends.into_iter().find(|&at| !is_continued(at)).map(|at| at + 1)
+}

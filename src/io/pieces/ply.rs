@@ -1,0 +1,189 @@
+//! Binary PLY in pieces: one table of vertices, then one of faces.
+
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use super::{Take, beginning, number, unreadable};
+use crate::io::ply::header::{Element, Encoding, Header, Property};
+use crate::io::{ReadError, Scalar};
+
+/// Bytes in which a header ends.
+const LONGEST_HEADER: u64 = 1 << 20;
+/// Bytes of vertices that are read at once, about.
+const RUN: usize = 1 << 16;
+/// Corners of a polygon at most: longer ones are damage.
+const MOST_CORNERS: usize = 1 << 20;
+
+/// Where what stands in a file.
+#[derive(Debug)]
+pub struct Layout {
+    big: bool,
+    /// Where the vertices begin.
+    body: u64,
+    n_vertices: u64,
+    /// Bytes of a vertex.
+    stride: usize,
+    /// Where in those each coordinate stands, and as what.
+    axes: [(usize, Scalar); 3],
+    faces: Element,
+    /// Which property of a face has the corners.
+    corners: usize,
+    /// Names of all other properties.
+    others: Vec<String>,
+}
+
+/// The layout of a file that is read in pieces; `None` of any other.
+pub fn layout(path: &Path) -> Result<Option<Layout>, ReadError> {
+    let header = Header::parse(&beginning(path, LONGEST_HEADER)?)?;
+    let big = match header.encoding {
+        Encoding::Text => return Ok(None),
+        encoding => encoding == Encoding::BigEndian,
+    };
+    let [vertices, faces] = &header.elements[..] else { return Ok(None) };
+    let (Some((offsets, stride)), Some(corners)) = (vertices.layout(), faces.list(&["vertex_indices", "vertex_index"]))
+    else {
+        return Ok(None);
+    };
+    if vertices.name != "vertex" || faces.name != "face" {
+        return Ok(None);
+    }
+    let axis = |name: &str| vertices.scalar(name).map(|at| (offsets[at], vertices.properties[at].scalar));
+    let axes = [axis("x")?, axis("y")?, axis("z")?];
+    let of_vertices =
+        vertices.properties.iter().map(|it| &it.name).filter(|name| !["x", "y", "z"].contains(&name.as_str()));
+    let of_faces = faces.properties.iter().enumerate().filter(|(at, _)| *at != corners).map(|(_, it)| &it.name);
+    let others = of_vertices.chain(of_faces).cloned().collect();
+    let (n_vertices, faces) = (vertices.count as u64, faces.clone());
+    Ok(Some(Layout { big, body: header.body as u64, n_vertices, stride, axes, faces, corners, others }))
+}
+
+impl Layout {
+    pub fn n_vertices(&self) -> u64 {
+        self.n_vertices
+    }
+
+    pub fn n_faces(&self) -> u64 {
+        self.faces.count as u64
+    }
+
+    /// What vertices and faces carry beside their shape.
+    pub fn others(&self) -> Option<String> {
+        (!self.others.is_empty()).then(|| self.others.join(", "))
+    }
+
+    pub fn is_double(&self) -> bool {
+        self.axes.iter().any(|(_, scalar)| scalar.is_wide())
+    }
+
+    pub fn each_position<R: Read + Seek>(&self, mut file: BufReader<R>, take: &mut Take) -> Result<(), ReadError> {
+        file.seek(SeekFrom::Start(self.body)).map_err(|error| unreadable(&error))?;
+        let n_at_once = (RUN / self.stride).max(1);
+        let mut rows = vec![0; self.stride * n_at_once];
+        let mut left = usize::try_from(self.n_vertices).unwrap_or(usize::MAX);
+        while left > 0 {
+            let n = left.min(n_at_once);
+            let rows = &mut rows[..self.stride * n];
+            file.read_exact(rows).map_err(|error| unreadable(&error))?;
+            for row in rows.chunks_exact(self.stride) {
+                take(self.position(row)?);
+            }
+            left -= n;
+        }
+        Ok(())
+    }
+
+    fn position(&self, row: &[u8]) -> Result<[f64; 3], ReadError> {
+        let mut position = [0.0; 3];
+        for (x, (at, scalar)) in position.iter_mut().zip(&self.axes) {
+            *x = match (scalar, self.big, row[*at..].first_chunk()) {
+                (Scalar::F32, false, Some(bytes)) => f64::from(f32::from_le_bytes(*bytes)),
+                _ => number(*scalar, &row[*at..], self.big)?,
+            };
+        }
+        Ok(position)
+    }
+
+    /// Shows the corners of every face, as they are numbered.
+    pub fn each_face<R: Read + Seek>(
+        &self,
+        mut file: BufReader<R>,
+        take: &mut dyn FnMut(&[i64]),
+    ) -> Result<(), ReadError> {
+        let start = self.n_vertices.saturating_mul(self.stride as u64).saturating_add(self.body);
+        file.seek(SeekFrom::Start(start)).map_err(|error| unreadable(&error))?;
+        let mut corners = Vec::new();
+        let n_usual = if self.is_usual() { self.usual_faces(&mut file, take)? } else { 0 };
+        for _ in n_usual..self.faces.count {
+            for (at, property) in self.faces.properties.iter().enumerate() {
+                let n = match property.length {
+                    Some(length) => self.one(&mut file, length)? as usize,
+                    None => 1,
+                };
+                if at != self.corners {
+                    skip(&mut file, n.saturating_mul(property.scalar.size()))?;
+                    continue;
+                }
+                corners.clear();
+                for _ in 0..n.min(MOST_CORNERS) {
+                    corners.push(self.one(&mut file, property.scalar)? as i64);
+                }
+                skip(&mut file, n.saturating_sub(MOST_CORNERS).saturating_mul(property.scalar.size()))?;
+            }
+            take(&corners);
+        }
+        Ok(())
+    }
+
+    /// Whether faces are lists of little-endian 32-bit numbers behind a byte, and nothing else.
+    fn is_usual(&self) -> bool {
+        let is_list = |it: &Property| it.length == Some(Scalar::U8) && matches!(it.scalar, Scalar::I32 | Scalar::U32);
+        !self.big && matches!(&self.faces.properties[..], [only] if is_list(only))
+    }
+
+    /// Shows the faces up to the first that is no triangle, and gives their number.
+    fn usual_faces(&self, file: &mut impl BufRead, take: &mut dyn FnMut(&[i64])) -> Result<usize, ReadError> {
+        let mut n_faces = 0;
+        while n_faces < self.faces.count {
+            let bytes = file.fill_buf().map_err(|error| unreadable(&error))?;
+            let most = self.faces.count - n_faces;
+            let triangles = bytes.as_chunks::<13>().0.iter().take(most).take_while(|face| face[0] == 3);
+            let n_before = n_faces;
+            for face in triangles {
+                take(&triangle(face));
+                n_faces += 1;
+            }
+            file.consume(13 * (n_faces - n_before));
+            if n_faces == n_before {
+                // Another polygon, or one across the end of the buffer.
+                let mut face = [0; 13];
+                if file.fill_buf().map_err(|error| unreadable(&error))?.first() != Some(&3) {
+                    break;
+                }
+                file.read_exact(&mut face).map_err(|error| unreadable(&error))?;
+                take(&triangle(&face));
+                n_faces += 1;
+            }
+        }
+        Ok(n_faces)
+    }
+
+    fn one(&self, file: &mut impl Read, scalar: Scalar) -> Result<f64, ReadError> {
+        let mut bytes = [0; 8];
+        let bytes = &mut bytes[..scalar.size()];
+        file.read_exact(bytes).map_err(|error| unreadable(&error))?;
+        number(scalar, bytes, self.big)
+    }
+}
+
+/// The corners of a triangle behind their number.
+fn triangle(face: &[u8; 13]) -> [i64; 3] {
+    [1, 5, 9].map(|at| i64::from(u32::from_le_bytes([0, 1, 2, 3].map(|i| face[at + i]))))
+}
+
+fn skip(file: &mut impl BufRead, n: usize) -> Result<(), ReadError> {
+    if n == 0 {
+        return Ok(());
+    }
+    let skipped = std::io::copy(&mut file.take(n as u64), &mut std::io::sink()).map_err(|error| unreadable(&error))?;
+    if skipped == n as u64 { Ok(()) } else { Err(unreadable(&std::io::ErrorKind::UnexpectedEof.into())) }
+}

@@ -1,0 +1,37 @@
+//! Binary STL in pieces.
+
+use std::io::Read;
+use std::path::Path;
+
+use super::{Triangle, beginning, unreadable};
+use crate::io::ReadError;
+
+/// The number of faces of a binary file; `None` of a text.
+pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
+    let start = beginning(path, 84)?;
+    let n_bytes = std::fs::metadata(path).map_err(|error| unreadable(&error))?.len();
+    let Some(count) = start.get(80..84).and_then(|count| count.first_chunk()).map(|count| u32::from_le_bytes(*count))
+    else {
+        return Ok(None);
+    };
+    let fits = 84 + 50 * u64::from(count) <= n_bytes;
+    let is_text = start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0);
+    match (is_text, fits) {
+        (_, true) => Ok(Some(u64::from(count))),
+        (true, false) => Ok(None),
+        (false, false) => Err(unreadable(&std::io::ErrorKind::UnexpectedEof.into())),
+    }
+}
+
+/// Shows every face.
+pub fn each_triangle(mut file: impl Read, n_faces: u64, mut take: impl FnMut(Triangle)) -> Result<(), ReadError> {
+    let mut record = [0; 84];
+    file.read_exact(&mut record).map_err(|error| unreadable(&error))?;
+    let record = &mut record[..50];
+    for _ in 0..n_faces {
+        file.read_exact(record).map_err(|error| unreadable(&error))?;
+        let floats = record[12..48].as_chunks::<4>().0;
+        take([0, 3, 6].map(|at| [0, 1, 2].map(|axis| f32::from_le_bytes(floats[at + axis]))));
+    }
+    Ok(())
+}

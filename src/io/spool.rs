@@ -1,0 +1,63 @@
+//! Bytes that do not fit into memory, in streams side by side within one file without a name, which goes with the program however that
+//! ends.
+
+use std::fs::File;
+use std::io::{Read, Result, Seek, SeekFrom, Write};
+use std::path::Path;
+use std::sync::Mutex;
+
+/// Streams of bytes in one file.
+#[derive(Debug)]
+pub(crate) struct Spool {
+    file: Mutex<File>,
+    /// Where the pieces of each stream lie, and how long they are.
+    streams: Vec<Vec<(u64, usize)>>,
+    n_bytes: u64,
+}
+
+impl Spool {
+    /// So many empty streams, on the disk of a folder.
+    pub fn new(folder: &Path, n_streams: usize) -> Result<Self> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        Ok(Self { file: Mutex::new(tempfile::tempfile_in(folder)?), streams: vec![Vec::new(); n_streams], n_bytes: 0 })
+    }
+
+    /// Puts a piece behind a stream.
+    pub fn append(&mut self, stream: usize, bytes: &[u8]) -> Result<()> {
+        let file = self.file.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
+        file.write_all(bytes)?;
+        self.streams[stream].push((self.n_bytes, bytes.len()));
+        self.n_bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// The pieces of a stream, in their order.
+    pub fn pieces(&self, stream: usize) -> impl Iterator<Item = Result<Vec<u8>>> {
+        self.streams[stream].iter().map(|&(at, length)| {
+            let mut bytes = vec![0; length];
+            let mut file = self.file.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            file.seek(SeekFrom::Start(at))?;
+            file.read_exact(&mut bytes)?;
+            Ok(bytes)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_come_back_in_pieces_and_leave_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut spool = Spool::new(folder.path(), 2).unwrap();
+        for (stream, bytes) in [(0, &b"ab"[..]), (1, b"x"), (0, b""), (0, b"cde")] {
+            spool.append(stream, bytes).unwrap();
+        }
+        let all = |stream| spool.pieces(stream).collect::<Result<Vec<_>>>().unwrap();
+        assert_eq!(all(0), [&b"ab"[..], b"", b"cde"]);
+        assert_eq!(all(1), [b"x"]);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert!(Spool::new(&folder.path().join("none"), 1).is_err());
+    }
+}
