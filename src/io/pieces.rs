@@ -278,4 +278,30 @@ mod tests {
             assert!(error.contains("only binary PLY and STL and OBJ"), "{name}: {error}");
         }
     }
+
+    #[test]
+    fn damaged_bytes_are_triangles_or_an_error() {
+        use rand_xoshiro::rand_core::{Rng, SeedableRng};
+        let mut random = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
+        let mesh = crate::mesh::shapes::icosphere(1);
+        for format in [Format::Ply, Format::Stl, Format::Obj] {
+            let whole = crate::io::write(&mesh, &Frame::default(), format).unwrap();
+            let (_folder, path) = written(&format!("a.{}", format.name()), &whole);
+            for _ in 0..400 {
+                let mut bytes = whole.clone();
+                for _ in 0..1 + random.next_u32() % 4 {
+                    let at = random.next_u32() as usize % bytes.len();
+                    bytes[at] = random.next_u32() as u8;
+                }
+                bytes.truncate(bytes.len() - (random.next_u32() as usize % 8) * (random.next_u32() as usize % 20));
+                std::fs::write(&path, bytes).unwrap();
+                let mut all_finite = true;
+                let found = Pieces::open(&path).and_then(|pieces| {
+                    let mut check = |it: Triangle| all_finite &= it.as_flattened().iter().all(|x| x.is_finite());
+                    pieces.each_triangle(&Frame::default(), &mut check)
+                });
+                assert!(all_finite && found.err().is_none_or(|error| !error.to_string().contains('\n')));
+            }
+        }
+    }
 }
