@@ -1,12 +1,13 @@
 //! A block: some faces of a mesh, and which of their vertices others use, too.
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use super::FACES;
 use super::plan::{Census, Plan};
-use crate::mesh::TriMesh;
+use crate::mesh::{TriMesh, compact};
 use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_piece};
+use crate::spatial::Bounds;
 
 /// Faces of a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,13 +18,16 @@ pub struct Block {
     pub shared: Vec<bool>,
 }
 
-/// What became of a block; its shared vertices are where they were.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Lighter {
-    /// The lighter block.
-    pub mesh: TriMesh,
-    /// Whether each vertex is one of another block, too, n_vertices.
-    pub shared: Vec<bool>,
+impl Block {
+    /// A share of its vertices, beside those that are shared and stay.
+    pub(super) fn n_left(&self, share: f64) -> usize {
+        self.n_shared() + (share * self.mesh.positions().len() as f64) as usize
+    }
+
+    /// Its vertices that others use, too.
+    pub(super) fn n_shared(&self) -> usize {
+        self.shared.iter().filter(|shared| **shared).count()
+    }
 }
 
 /// The blocks of a mesh in memory, with about [`FACES`] faces each.
@@ -54,7 +58,11 @@ pub(super) fn cut_into(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
         }
     }
     let blocks = faces.into_iter().filter(|faces| !faces.is_empty());
-    blocks.filter_map(|faces| compacted(mesh, faces, |v| users[v as usize].1)).collect()
+    let block = |faces| {
+        let (mesh, sources) = compact(mesh.positions(), faces).ok()?;
+        Some(Block { mesh, shared: sources.iter().map(|&v| users[v as usize].1).collect() })
+    };
+    blocks.filter_map(block).collect()
 }
 
 /// What two vertices in one place have in common.
@@ -63,30 +71,15 @@ pub(super) fn key(position: [f32; 3]) -> [u32; 3] {
 }
 
 fn planned(mesh: &TriMesh, n_blocks: usize) -> Plan {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for (p, axis) in mesh.positions().iter().flat_map(|p| [0, 1, 2].map(|axis| (p, axis))) {
-        (low[axis], high[axis]) = (low[axis].min(p[axis]), high[axis].max(p[axis]));
-    }
+    let Bounds { low, high } = Bounds::of(mesh.positions());
     let mut census = Census::new(low, high);
     mesh.positions().iter().for_each(|&p| census.count(p));
     census.plan(n_blocks)
 }
 
-/// Faces over the vertices that they use, in the order of these.
-fn compacted(mesh: &TriMesh, mut faces: Vec<[u32; 3]>, is_shared: impl Fn(u32) -> bool) -> Option<Block> {
-    let mut used: Vec<u32> = faces.as_flattened().to_vec();
-    used.sort_unstable();
-    used.dedup();
-    let number: FxHashMap<u32, u32> = used.iter().copied().zip(0..).collect();
-    faces.as_flattened_mut().iter_mut().for_each(|v| *v = number[v]);
-    let shared = used.iter().map(|&v| is_shared(v)).collect();
-    let positions = used.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    Some(Block { mesh: TriMesh::new(positions, faces).ok()?, shared })
-}
-
-/// Simplifies a block as long as merges cost no more than `price`, squared distance times area in the unit of the mesh; `share` is about
-/// the share of the vertices that this leaves in the mean of all blocks. Of `options` the scores, the figure to be near in, creases,
-/// seed and frame count.
+/// Simplifies a block, whose shared vertices stay where they are, as long as merges cost no more than `price`, squared distance
+/// times area in the unit of the mesh; `share` is about the share of the vertices that this leaves in the mean of all blocks. Of
+/// `options` the scores, the figure to be near in, creases, seed and frame count.
 ///
 /// # Errors
 /// [`SimplifyError`] as of [`simplify`](crate::simplify::simplify).
@@ -106,13 +99,12 @@ pub fn simplify_block(
     price: f64,
     weights: Option<&Weights>,
     options: &Options,
-) -> Result<Lighter, SimplifyError> {
-    let n_shared = block.shared.iter().filter(|shared| **shared).count();
-    let n_vertices = n_shared + (share * block.mesh.positions().len() as f64) as usize;
-    let piece = simplify_piece(&block.mesh, &block.shared, (n_vertices, Some(price)), weights, options)?;
+) -> Result<Block, SimplifyError> {
+    let asked = (block.n_left(share), Some(price));
+    let piece = simplify_piece(&block.mesh, &block.shared, asked, weights, options)?;
     // By where they lie: where faces of a block meet in a vertex alone, that is several vertices of the result.
     let places = block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| key(p));
     let places: FxHashSet<[u32; 3]> = places.collect();
     let shared = piece.mesh.positions().iter().map(|&p| places.contains(&key(p))).collect();
-    Ok(Lighter { mesh: piece.mesh, shared })
+    Ok(Block { mesh: piece.mesh, shared })
 }

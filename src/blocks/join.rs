@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::block::{Lighter, key};
+use super::block::{Block, key};
 use crate::mesh::{InvalidMesh, TriMesh};
 
 /// Two vertices, the lesser first.
@@ -15,15 +15,14 @@ type Ends = [u32; 2];
 /// [`InvalidMesh`] where there are more vertices than indices.
 ///
 /// ```
-/// use neural_mesh::{blocks::{Lighter, cut, join}, mesh::shapes};
+/// use neural_mesh::{blocks::{cut, join}, mesh::shapes};
 /// let torus = shapes::torus(20, 10, 1.0, 0.3);
-/// let same = cut(&torus).into_iter().map(|block| Lighter { mesh: block.mesh, shared: block.shared });
-/// assert_eq!(join(same).unwrap(), torus);
+/// assert_eq!(join(cut(&torus)).unwrap(), torus);
 /// ```
-pub fn join(blocks: impl IntoIterator<Item = Lighter>) -> Result<TriMesh, InvalidMesh> {
+pub fn join(blocks: impl IntoIterator<Item = Block>) -> Result<TriMesh, InvalidMesh> {
     let mut joined = Joined::default();
     let mut of_blocks = Vec::new();
-    for Lighter { mesh, shared } in blocks {
+    for Block { mesh, shared } in blocks {
         of_blocks.push(joined.add(mesh, &shared));
     }
     let borders: FxHashSet<Ends> = of_blocks.iter().flat_map(|block| block.borders.iter().copied()).collect();
@@ -137,8 +136,7 @@ mod tests {
         for mesh in [shapes::torus(40, 20, 1.0, 0.3), shapes::open_cylinder(30, 20), shapes::icosphere(4)] {
             let blocks = cut_into(&mesh, 9);
             assert!(blocks.len() > 5);
-            let same = blocks.into_iter().map(|block| Lighter { mesh: block.mesh, shared: block.shared });
-            let joined = join(same).unwrap();
+            let joined = join(blocks).unwrap();
             let [before, after] = [&mesh, &joined].map(topology);
             assert_eq!((before, mesh.faces().len()), (after, joined.faces().len()));
         }
@@ -166,15 +164,13 @@ mod tests {
     fn what_two_blocks_made_of_one_border_is_parted() {
         // Two halves of a square's outline, each of two triangles with the same diagonal: a pillow once joined.
         let square = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-        let half = |faces: Vec<[u32; 3]>| Lighter {
-            mesh: TriMesh::new(square.clone(), faces).unwrap(),
-            shared: vec![true; 4],
-        };
+        let half =
+            |faces: Vec<[u32; 3]>| Block { mesh: TriMesh::new(square.clone(), faces).unwrap(), shared: vec![true; 4] };
         let joined = join([half(vec![[0, 1, 2], [0, 2, 3]]), half(vec![[2, 1, 0], [3, 2, 0]])]).unwrap();
         let found = topology(&joined);
         assert!(found.is_closed_manifold() && joined.positions().len() == 5, "{found:?}");
         // A triangle from either side.
-        let side = |face: [u32; 3]| Lighter {
+        let side = |face: [u32; 3]| Block {
             mesh: TriMesh::new(square[..3].to_vec(), vec![face]).unwrap(),
             shared: vec![true; 3],
         };

@@ -17,7 +17,7 @@ mod price;
 #[cfg(feature = "io")]
 mod spooled;
 
-pub use block::{Block, Lighter, cut, simplify_block};
+pub use block::{Block, cut, simplify_block};
 pub use join::join;
 #[cfg(feature = "io")]
 pub use out_of_core::{Heard, OutOfCore, OutOfCoreError, Room, simplify_pieces};

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::block::{Block, Lighter, simplify_block};
+use super::block::{Block, simplify_block};
 use super::join::join;
 use super::plan::Census;
 use super::price::{price_for, sample_block};
@@ -211,7 +211,7 @@ impl Blocks<'_> {
         &self,
         n_at_once: usize,
         hear: &mut dyn FnMut(f64) -> Result<(), SimplifyError>,
-    ) -> Result<(Vec<Lighter>, Told), OutOfCoreError> {
+    ) -> Result<(Vec<Block>, Told), OutOfCoreError> {
         let (price, n_blocks) = (self.price()?, self.spooled.n_blocks());
         let (mut lighter, mut told) = (Vec::new(), Told::default());
         for start in (0..n_blocks).step_by(n_at_once) {
@@ -244,7 +244,7 @@ impl Blocks<'_> {
         Ok(price_for(&samples, self.share))
     }
 
-    fn simplified(&self, number: usize, price: f64) -> Result<(Option<Lighter>, Told), OutOfCoreError> {
+    fn simplified(&self, number: usize, price: f64) -> Result<(Option<Block>, Told), OutOfCoreError> {
         let Read { block, n_own_vertices, counts } = self.read(number)?;
         let n_faces = block.as_ref().map_or(0, |block: &Block| block.mesh.faces().len());
         let told = Told { counts, n_vertices: n_own_vertices, n_faces };
@@ -291,12 +291,11 @@ fn cut(pieces: &Pieces, n_blocks: usize, room: &Room) -> Result<(Frame, Spooled,
     })?;
     let double = pieces.is_double();
     let frame = Frame { origin: if double { origin_within(low, high) } else { [0.0; 3] }, double };
-    let local = |p: [f64; 3]| -> [f32; 3] { std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0) };
-    let mut census = Census::new(local(low), local(high));
+    let mut census = Census::new(frame.to_local(low), frame.to_local(high));
     let mut n_before = 0u64;
     pieces.each_position(&mut |p| {
         if n_before.is_multiple_of(EVERY) {
-            census.count(local(p));
+            census.count(frame.to_local(p));
         }
         n_before += 1;
     })?;

@@ -25,10 +25,9 @@ pub fn sample_block(
     options: &Options,
 ) -> Result<Sample, SimplifyError> {
     let n_vertices = block.mesh.positions().len();
-    let n_shared = block.shared.iter().filter(|shared| **shared).count();
-    let n = n_shared + (share * n_vertices as f64) as usize;
-    let piece = simplify_piece(&block.mesh, &block.shared, (n, None), weights, options)?;
-    Ok(Sample { n_vertices, n_shared, paid: piece.paid })
+    let asked = (block.n_left(share), None);
+    let piece = simplify_piece(&block.mesh, &block.shared, asked, weights, options)?;
+    Ok(Sample { n_vertices, n_shared: block.n_shared(), paid: piece.paid })
 }
 
 impl Sample {

@@ -120,20 +120,14 @@ impl Pieces {
     /// # Errors
     /// As of [`each_position`](Self::each_position); and where there is no memory for the positions.
     pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
-        let local =
-            |p: [f64; 3]| -> [f32; 3] { std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0) };
         let mut n_broken = 0;
         if let Kind::Stl { n_faces } = &self.kind {
             stl::each_triangle(self.open_file()?, *n_faces, |corners| {
-                show(
-                    [Some(corners[0]), Some(corners[1]), Some(corners[2])].map(|p| p.map(|p| local(p.map(f64::from)))),
-                    take,
-                    &mut n_broken,
-                );
+                show(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
             })?;
             return Ok(n_broken);
         }
-        let positions = self.positions(&local)?;
+        let positions = self.positions(frame)?;
         let at = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
         let mut face = |corners: &[i64]| match corners {
             [first, rest @ .., _] if !rest.is_empty() => {
@@ -150,12 +144,12 @@ impl Pieces {
     }
 
     /// All positions, n_vertices x 3.
-    fn positions(&self, local: &dyn Fn([f64; 3]) -> [f32; 3]) -> Result<Vec<[f32; 3]>, ReadError> {
+    fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
         let n = usize::try_from(self.n_held_bytes() / 12).unwrap_or(usize::MAX);
         let what = "its vertices take more memory than there is";
         make_room(&mut positions, n).map_err(|_| ReadError::file(what, "allow more memory or convert it to STL"))?;
-        self.each_position(&mut |p| positions.push(local(p)))?;
+        self.each_position(&mut |p| positions.push(frame.to_local(p)))?;
         Ok(positions)
     }
 

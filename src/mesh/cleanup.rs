@@ -294,8 +294,7 @@ pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
 
 /// Coordinates from the local origin in single precision, n_vertices x 3, without negative zeros.
 pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
-    let shift = |p: &[f64; 3]| std::array::from_fn(|axis| (p[axis] - frame.origin[axis]) as f32 + 0.0);
-    let local: Vec<[f32; 3]> = positions.iter().map(shift).collect();
+    let local: Vec<[f32; 3]> = positions.iter().map(|&p| frame.to_local(p)).collect();
     let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
     match local.iter().zip(used).position(outside) {
         Some(vertex) => Err(CleanError::TooFar { vertex }),

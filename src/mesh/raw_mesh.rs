@@ -51,6 +51,11 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The local coordinates of a position of the file, without negative zeros.
+    pub fn to_local(&self, position: [f64; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| (position[axis] - self.origin[axis]) as f32 + 0.0)
+    }
+
     /// The coordinates that a writer puts down for a local position, rounded as the file rounds them.
     pub fn to_file(&self, local: [f32; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| {

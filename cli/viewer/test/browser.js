@@ -1,5 +1,6 @@
 // A Chromium without a screen and without a graphics card, for tests, measurements and pictures of the page.
 
+import assert from 'node:assert/strict';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright';
 
@@ -32,4 +33,12 @@ export async function open(browser, path, options = {}) {
   await page.goto(url);
   await page.waitForSelector('html[data-state="ready"]');
   return { page, complaints };
+}
+
+/** Opens a page, uses it, and holds that nobody complained. */
+export async function visit(browser, path, options, use) {
+  const { page, complaints } = await open(browser, path, options);
+  await use(page);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
 }

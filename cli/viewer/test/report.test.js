@@ -7,7 +7,7 @@ import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { inflateRawSync } from 'node:zlib';
 import { unpackValues } from '../src/points.js';
-import { launch, open } from './browser.js';
+import { launch, visit } from './browser.js';
 import { opening } from './load_time.js';
 import { makeEye, shoot } from './pixels.js';
 
@@ -23,13 +23,7 @@ before(async () => {
 });
 after(() => browser.close());
 
-/** Opens the page, uses it, and holds that nobody complained. */
-async function withPage(options, use) {
-  const { page, complaints } = await open(browser, REPORT, options);
-  await use(page);
-  assert.deepEqual(complaints, []);
-  await page.context().close();
-}
+const withPage = (options, use) => visit(browser, REPORT, options, use);
 
 /** The numbers of a column of a table, by its title; empty cells as null. */
 function column(page, table, title) {

@@ -4,7 +4,7 @@
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { launch, open } from './browser.js';
+import { launch, open, visit } from './browser.js';
 import { makeEye, shoot } from './pixels.js';
 
 const SEVERAL = `${process.env.PAGES}/several.html`;
@@ -20,13 +20,7 @@ before(async () => {
 });
 after(() => browser.close());
 
-/** Opens a page, uses it, and holds that nobody complained. */
-async function withPage(path, options, use) {
-  const { page, complaints } = await open(browser, path, options);
-  await use(page);
-  assert.deepEqual(complaints, []);
-  await page.context().close();
-}
+const withPage = (path, options, use) => visit(browser, path, options, use);
 
 /** Holds that a view is again what it was. */
 async function isAgain(page, selector, shot) {

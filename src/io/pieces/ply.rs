@@ -142,27 +142,11 @@ impl Layout {
 
     /// Shows the faces up to the first that is no triangle, and gives their number.
     fn usual_faces(&self, file: &mut impl BufRead, take: &mut dyn FnMut(&[i64])) -> Result<usize, ReadError> {
-        let mut n_faces = 0;
-        while n_faces < self.faces.count {
-            let bytes = file.fill_buf().map_err(|error| unreadable(&error))?;
-            let most = self.faces.count - n_faces;
-            let triangles = bytes.as_chunks::<13>().0.iter().take(most).take_while(|face| face[0] == 3);
-            let n_before = n_faces;
-            for face in triangles {
-                take(&triangle(face));
-                n_faces += 1;
-            }
-            file.consume(13 * (n_faces - n_before));
-            if n_faces == n_before {
-                // Another polygon, or one across the end of the buffer.
-                let mut face = [0; 13];
-                if file.fill_buf().map_err(|error| unreadable(&error))?.first() != Some(&3) {
-                    break;
-                }
-                file.read_exact(&mut face).map_err(|error| unreadable(&error))?;
-                take(&triangle(&face));
-                n_faces += 1;
-            }
+        let (mut n_faces, mut face) = (0, [0; 13]);
+        while n_faces < self.faces.count && file.fill_buf().map_err(|error| unreadable(&error))?.first() == Some(&3) {
+            file.read_exact(&mut face).map_err(|error| unreadable(&error))?;
+            take(&triangle(&face));
+            n_faces += 1;
         }
         Ok(n_faces)
     }
