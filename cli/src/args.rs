@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Parser, ValueEnum};
 use neural_mesh::simplify::Assembly;
 
-use crate::numbers::{Count, MOST_SAMPLES, count, n_threads, number, seed, share, texels, view, whole};
+use crate::numbers::{Count, GIB, MOST_SAMPLES, count, n_threads, number, seed, share, texels, view, whole};
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF, GLB and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX and geometry compressed by Draco need the features 3mf, fbx and draco. Vertices at equal positions are one vertex; \
@@ -44,7 +44,7 @@ pub struct SimplifyArgs {
     pub resume: bool,
     /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]. A single PLY
     /// (binary), STL or OBJ that takes more is simplified in pieces, its shape alone
-    #[arg(long, value_name = "GIB", value_parser = number("a number of GiB above 0, like 4", |gib| gib > 0.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true)]
     pub memory: Option<f64>,
     /// Share of the vertices to keep: 0.1 or 10%
     #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]
@@ -345,6 +345,9 @@ pub struct InfoArgs {
     /// Answer in JSON, a line for each mesh
     #[arg(long)]
     pub json: bool,
+    /// Memory that may be used [default: what is free]. A PLY (binary), STL or OBJ that takes more is looked at in pieces
+    #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
+    pub memory: Option<f64>,
 }
 
 const COMPARE_NOTES: &str = "\

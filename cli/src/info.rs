@@ -1,14 +1,19 @@
 //! `neural-mesh info`: what meshes are, one after the other; one that cannot be read does not keep the others from it.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use neural_mesh::mesh::cleanup::Cleaned;
-use neural_mesh::mesh::{Topology, topology};
+use neural_mesh::blocks::{Described, Room, describe_pieces};
+use neural_mesh::io::Pieces;
+use neural_mesh::mesh::cleanup::CleanCounts;
+use neural_mesh::mesh::{Frame, Topology, topology};
+use neural_mesh::spatial::Bounds;
 use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::failure::{Failure, name};
-use crate::names::{check_stdin, format_of};
+use crate::memory::{self, bytes_of, estimate};
+use crate::names::{check_stdin, format_of, is_stream};
 use crate::plain::plain_json;
 use crate::read::{cleaned, read};
 use crate::report;
@@ -45,10 +50,11 @@ const UNKNOWN: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX, or say by
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let format = args.format.as_deref().map(format_of).transpose()?;
     check_stdin(args.inputs.iter().map(PathBuf::as_path))?;
+    memory::bound(args.memory);
     let (mut n_said, mut all_said) = (0, Ok(()));
     for path in &args.inputs {
         let source = Source::new(path.clone(), format, !args.no_weld).unknown(UNKNOWN);
-        match described(&source, args.json) {
+        match described(&source, args) {
             Ok(lines) => {
                 let gap = (n_said > 0 && !args.json).then(String::new);
                 gap.iter().chain(&lines).for_each(|line| Voice::Out.say(line));
@@ -64,26 +70,46 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 }
 
 /// What is said of a mesh: a line of JSON, or a block of lines.
-fn described(source: &Source, as_json: bool) -> Result<Vec<String>, Failure> {
-    let cleaned = cleaned(read(source)?, source)?;
-    let info = of(&source.path, &cleaned);
-    if as_json {
+fn described(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
+    let most =
+        args.memory.map(bytes_of).filter(|most| !is_stream(&source.path) && estimate(&source.path, None) > *most);
+    // What cannot be read in pieces may fit after all.
+    let pieces = most.and_then(|most| Some((Pieces::open(&source.path).ok()?, most)));
+    let (info, counts) = match pieces {
+        Some((pieces, most)) => in_pieces(source, &pieces, most)?,
+        None => whole(source)?,
+    };
+    if args.json {
         let json = serde_json::to_string(&info).map_err(|error| Failure::of(&source.path, error))?;
         return Ok(vec![plain_json(&json)]);
     }
-    Ok(lines(&info, &cleaned.counts.to_string()))
+    Ok(lines(&info, &counts.to_string()))
 }
 
-fn of(path: &Path, cleaned: &Cleaned) -> Info {
-    let figures = topology(&cleaned.mesh);
+fn whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
+    let cleaned = cleaned(read(source)?, source)?;
+    let bounds = Bounds::of(cleaned.mesh.positions());
+    Ok((of(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts), cleaned.counts))
+}
+
+/// What takes more memory than is allowed, block by block, which wait where the system keeps such files.
+fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, CleanCounts), Failure> {
+    let folder = std::env::temp_dir();
+    let room = Room { n_bytes: most, folder: &folder };
+    let found = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
+    let Described { topology, bounds, frame, counts, .. } = found.map_err(|error| Failure::of(&source.path, error))?;
+    Ok((of(&source.path, &topology, (bounds, &frame), &counts), counts))
+}
+
+fn of(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts: &CleanCounts) -> Info {
     Info {
         file: name(path),
         vertices: figures.vertices,
         edges: figures.edges,
         faces: figures.faces,
-        bounds: bounds(cleaned),
+        bounds: [bounds.low, bounds.high].map(|corner| frame.to_file(corner)),
         closed: figures.closed,
-        manifold: is_manifold(&figures),
+        manifold: is_manifold(figures),
         boundary_edges: figures.boundary_edges,
         boundary_loops: figures.boundary_loops,
         non_manifold_edges: figures.non_manifold_edges,
@@ -93,23 +119,13 @@ fn of(path: &Path, cleaned: &Cleaned) -> Info {
         components: figures.components,
         euler: figures.euler,
         genus: figures.genus,
-        cleaned: (&cleaned.counts).into(),
+        cleaned: counts.into(),
     }
 }
 
 /// Edge- and vertex-manifold, with or without boundaries.
 fn is_manifold(figures: &Topology) -> bool {
     figures.non_manifold_edges == 0 && figures.non_manifold_vertices == 0
-}
-
-/// The box around the vertices, in the coordinates of the file.
-fn bounds(cleaned: &Cleaned) -> [[f64; 3]; 2] {
-    let corner = |pick: fn(f32, f32) -> f32| {
-        let all = cleaned.mesh.positions().iter().copied();
-        let local = all.reduce(|a, b| std::array::from_fn(|axis| pick(a[axis], b[axis])));
-        cleaned.frame.to_file(local.unwrap_or_default())
-    };
-    [corner(f32::min), corner(f32::max)]
 }
 
 fn lines(info: &Info, cleaned: &str) -> Vec<String> {

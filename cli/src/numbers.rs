@@ -115,6 +115,9 @@ pub fn seed(text: &str) -> Result<u64, String> {
     whole(0, u64::MAX)(text)
 }
 
+/// What is taken for an amount of memory.
+pub const GIB: &str = "a number of GiB above 0, like 4";
+
 /// A number in range; `taken` says in words which.
 pub fn number(taken: &'static str, is_in_range: fn(f64) -> bool) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| scaled(text, 0).filter(|value| is_in_range(*value)).ok_or_else(|| format!("give {taken}"))

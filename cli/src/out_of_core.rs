@@ -7,6 +7,7 @@ use std::time::Instant;
 use neural_mesh::blocks::{OutOfCore, OutOfCoreError, Room, simplify_pieces};
 use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
 use neural_mesh::mesh::Attributes;
+use neural_mesh::metrics::QuickDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, Hidden, SimplifyError, Target};
 
@@ -15,15 +16,18 @@ use crate::failure::Failure;
 use crate::files;
 use crate::memory::estimate;
 use crate::names::is_stream;
-use crate::plan::Part;
+use crate::plan::{Part, Plan};
 use crate::progress::Progress;
-use crate::report::{self, Output, Report, Seconds, Size};
+use crate::report::{self, Distance, Output, Report, SAMPLES, Seconds, Size};
 use crate::request::{Goal, Request};
 
 /// What to do instead.
 const REMEDY: &str = "allow more with --memory";
 /// Of the memory that is allowed, what the program takes beside.
 const BESIDE: u64 = 16 << 20;
+/// What a face costs in blocks and when they are measured, ns of 100 million.
+const SIMPLIFY: f64 = 870.0;
+const CHECK: f64 = 150.0;
 
 /// Simplifies what takes more memory than is allowed; `None` where it does not.
 pub fn simplified(
@@ -43,16 +47,28 @@ pub fn simplified(
     let room = Room { n_bytes: n_bytes.saturating_sub(BESIDE), folder };
     let mut options = request.options.clone();
     options.target = request.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
-    let found = simplify_pieces(&pieces, weights, &options, &room, &mut move |done| {
-        progress.move_on(Part::Simplify, done);
-        ControlFlow::Continue(())
-    });
-    let found = found.map_err(|error| match error {
+    let check = if request.check { CHECK } else { 0.0 };
+    progress.follow(Plan::new(&[(Part::Simplify, SIMPLIFY), (Part::Check, check)]));
+    let refused = |error| match error {
         OutOfCoreError::Simplify(SimplifyError::Interrupted) => Failure::Interrupted,
         error => Failure::of(path, error),
-    })?;
-    let seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
-    written(request, found, options.target, seconds).map(Some)
+    };
+    let found = simplify_pieces(&pieces, weights, &options, &room, &mut shown(progress, Part::Simplify));
+    let found = found.map_err(refused)?;
+    let mut seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
+    let began = Instant::now();
+    let n_samples = if request.check { SAMPLES } else { 0 };
+    let distance = found.distance(n_samples, 0, &mut shown(progress, Part::Check)).map_err(refused)?;
+    seconds.check = began.elapsed().as_secs_f64();
+    written(request, found, (options.target, distance), seconds).map(Some)
+}
+
+/// Who shows how far a part is.
+fn shown(progress: &mut Progress, part: Part) -> impl FnMut(f64) -> ControlFlow<()> + Send {
+    move |done| {
+        progress.move_on(part, done);
+        ControlFlow::Continue(())
+    }
 }
 
 /// Refuses what needs more of the mesh than its shape, or all of it at once.
@@ -91,11 +107,15 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
 }
 
 /// A result on its way to its file.
-fn written(request: &Request, found: OutOfCore, target: Target, mut seconds: Seconds) -> Result<Done, Failure> {
-    let OutOfCore { simplified, frame, counts, n_vertices, n_faces, n_blocks, .. } = found;
+fn written(
+    request: &Request,
+    found: OutOfCore,
+    (target, distance): (Target, Option<QuickDistance>),
+    mut seconds: Seconds,
+) -> Result<Done, Failure> {
     let began = Instant::now();
     let extra = Extra::default();
-    let model = Model::new(&simplified.mesh, frame, Attributes::NONE, &extra);
+    let model = Model::new(&found.simplified.mesh, found.frame, Attributes::NONE, &extra);
     let path = request.output.as_deref();
     let shown = path.unwrap_or(Path::new("standard output"));
     let written = io::write_attributed(&model, &WriteOptions::new(request.output_format, "mesh"));
@@ -104,29 +124,36 @@ fn written(request: &Request, found: OutOfCore, target: Target, mut seconds: Sec
         path.map(|path| files::prepare(path, &written.bytes, request.force)).transpose()?.into_iter().collect();
     let bytes = path.is_none().then_some(written.bytes);
     seconds.write = began.elapsed().as_secs_f64();
-    let mut output = Output::of(Size::of(&simplified.mesh, request.report.is_some()), &simplified.report);
-    output.vertices_written = written.n_vertices;
-    let in_blocks = format!("in {n_blocks} blocks, for want of memory: the distance is not measured");
-    let report = Report {
-        input: Size { vertices: n_vertices, faces: n_faces, shape: None },
-        output,
+    let in_blocks = format!("in {} blocks, for want of memory", found.n_blocks);
+    let notes = written.notes.into_iter().chain([in_blocks]).collect();
+    let mut report = Report { notes, seconds, ..told(request, &found, target) };
+    report.output.vertices_written = written.n_vertices;
+    report.distance = distance.as_ref().map(Distance::of);
+    let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
+    let cleaned = found.counts.to_string();
+    Ok(Done { report, cleaned, bytes: bytes.or(json), pending, beside: None, force: request.force })
+}
+
+/// What is told of a run whatever became of its file.
+fn told(request: &Request, found: &OutOfCore, target: Target) -> Report {
+    let simplified = &found.simplified;
+    Report {
+        input: Size { vertices: found.n_vertices, faces: found.n_faces, shape: None },
+        output: Output::of(Size::of(&simplified.mesh, request.report.is_some()), &simplified.report),
         target: report::target(&request.goal, target),
         outcome: report::outcome(&simplified.report.outcome),
         scores: report::scores(simplified.report.scores),
         oversample: simplified.report.oversample,
         seed: request.options.seed,
         threads: rayon::current_num_threads(),
-        seconds,
-        cleaned: (&counts).into(),
+        seconds: Seconds::default(),
+        cleaned: (&found.counts).into(),
         repaired: None,
         baked: None,
         distance: None,
         certified: None,
         mirror: None,
         levels: Vec::new(),
-        notes: written.notes.into_iter().chain([in_blocks]).collect(),
-    };
-    let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
-    let cleaned = counts.to_string();
-    Ok(Done { report, cleaned, bytes: bytes.or(json), pending, beside: None, force: request.force })
+        notes: Vec::new(),
+    }
 }

@@ -289,6 +289,9 @@ pub struct Repaired {
     pub components_flipped: usize,
 }
 
+/// Samples on each surface for the distance: enough for its mean within a hundredth.
+pub const SAMPLES: usize = 8000;
+
 /// Two-sided distance in percent of the diagonal of the original's bounding box.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Distance {

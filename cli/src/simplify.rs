@@ -26,13 +26,11 @@ use crate::out_of_core;
 use crate::plan::{Part, Plan};
 use crate::progress::Progress;
 use crate::read::read_weights;
-use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, Seconds, Size};
+use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, SAMPLES, Seconds, Size};
 use crate::request::{Goal, Request};
 use crate::subject::{Meshes, Subject};
 use crate::words::{self, Voice};
 
-/// Samples on each surface for the distance: enough for its mean within a hundredth.
-const SAMPLES: usize = 8000;
 /// Area of a square as high as the screen, over that of the screen.
 const SCREEN: f64 = 9.0 / 16.0;
 /// Share of a distance that rounding may take, before coordinates get more bits.

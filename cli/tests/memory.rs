@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+#[cfg(target_os = "linux")]
+use std::process::Stdio;
 
 use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
+use neural_mesh::metrics::quick_distance;
 
 /// GiB that a mesh of a few hundred vertices needs not, and one of forty thousand exceeds.
 const LITTLE: &str = "0.008";
@@ -111,9 +114,68 @@ fn a_mesh_larger_than_the_memory_is_simplified_in_pieces() {
     assert_eq!(done.code, Some(0), "{}", done.words);
     let report = json(&folder.path().join("r.json"));
     assert_eq!((&report["input"]["faces"], &report["output"]["faces"]), (&1_310_720.into(), &5000.into()));
-    assert_eq!((&report["output"]["closed"], &report["distance"]), (&true.into(), &serde_json::Value::Null));
+    assert_eq!(report["output"]["closed"], true);
+    let mesh = |name: &str| welded(&folder.path().join(name));
+    let whole = quick_distance(&mesh("large.ply"), &mesh("out.ply"), 8000, 0).unwrap();
+    let percent = report["distance"]["mean_percent"].as_f64().unwrap();
+    assert!((percent / (100.0 * whole.mean / whole.diagonal) - 1.0).abs() < 0.02, "{percent} {whole:?}");
+    let said = String::from_utf8(done.out).unwrap();
+    assert!(said.contains("distance  mean"), "{said}");
     assert!(report["notes"][0].as_str().unwrap().starts_with("in 3 blocks"), "{}", report["notes"]);
     assert_eq!(files(folder.path()), ["large.ply", "out.ply", "r.json"]);
+}
+
+#[test]
+fn what_a_mesh_is_that_is_larger_than_the_memory_is_said_all_the_same() {
+    let folder = folder();
+    let memory = large(folder.path());
+    let said = |more: &[&str]| {
+        let done = run(folder.path(), &[&["info", "large.ply"][..], more].concat());
+        assert_eq!(done.code, Some(0), "{}", done.words);
+        String::from_utf8(done.out).unwrap()
+    };
+    assert_eq!(said(&["--memory", memory]), said(&[]));
+    assert_eq!(said(&["--memory", memory, "--json"]), said(&["--json"]));
+    let refused = run(folder.path(), &["info", "large.ply", "--memory", "0.01"]);
+    assert!(the_line(&refused).contains("GiB of memory"), "{}", refused.words);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_waits_on_the_disk_goes_however_the_run_ends() {
+    use nix::sys::signal::Signal::{SIGINT, SIGKILL, SIGTERM};
+    let folder = folder();
+    let memory = large(folder.path());
+    let words = ["simplify", "large.ply", "-o", "out.ply", "--faces", "5000", "--memory", memory, "--threads", "1"];
+    for signal in [SIGINT, SIGTERM, SIGKILL] {
+        let child = program(folder.path(), &words).spawn().unwrap();
+        let open = format!("/proc/{}/fd", child.id());
+        let waits_on_disk = || {
+            let mut links = fs::read_dir(&open).into_iter().flatten().flatten();
+            links
+                .any(|link| fs::read_link(link.path()).is_ok_and(|path| path.to_string_lossy().ends_with(" (deleted)")))
+        };
+        let ended = signal_once(child, signal, waits_on_disk);
+        assert_ne!(ended.code, Some(0), "{signal}: {}", ended.words);
+        assert_eq!(files(folder.path()), ["large.ply"], "{signal}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_is_full_of_what_waits_is_said_in_one_line() {
+    let folder = folder();
+    let memory = large(folder.path());
+    let words = ["simplify", "large.ply", "-o", "out.ply", "--faces", "5000", "--memory", memory];
+    // No file may become longer than a megabyte.
+    let limited = "trap '' XFSZ; ulimit -f 2000; exec \"$0\" \"$@\"";
+    let mut full = std::process::Command::new("sh");
+    full.args(["-c", limited, env!("CARGO_BIN_EXE_neural-mesh")]).args(words).current_dir(folder.path());
+    full.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let ended = finish(full.spawn().unwrap());
+    assert_eq!(ended.code, Some(1), "{}", ended.words);
+    assert!(the_line(&ended).contains("the disk for what waits beside the output failed"), "{}", ended.words);
+    assert_eq!(files(folder.path()), ["large.ply"]);
 }
 
 #[test]

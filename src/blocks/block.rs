@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 
 use super::FACES;
 use super::plan::{Census, Plan};
-use crate::mesh::{TriMesh, compact};
+use crate::mesh::{Place, TriMesh, compact, place};
 use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_piece};
 use crate::spatial::Bounds;
@@ -65,11 +65,6 @@ pub(super) fn cut_into(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
     blocks.filter_map(block).collect()
 }
 
-/// What two vertices in one place have in common.
-pub(super) fn key(position: [f32; 3]) -> [u32; 3] {
-    position.map(|x| (x + 0.0).to_bits())
-}
-
 fn planned(mesh: &TriMesh, n_blocks: usize) -> Plan {
     let Bounds { low, high } = Bounds::of(mesh.positions());
     let mut census = Census::new(low, high);
@@ -103,8 +98,9 @@ pub fn simplify_block(
     let asked = (block.n_left(share), Some(price));
     let piece = simplify_piece(&block.mesh, &block.shared, asked, weights, options)?;
     // By where they lie: where faces of a block meet in a vertex alone, that is several vertices of the result.
-    let places = block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| key(p));
-    let places: FxHashSet<[u32; 3]> = places.collect();
-    let shared = piece.mesh.positions().iter().map(|&p| places.contains(&key(p))).collect();
+    let places =
+        block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| place(p));
+    let places: FxHashSet<Place> = places.collect();
+    let shared = piece.mesh.positions().iter().map(|&p| places.contains(&place(p))).collect();
     Ok(Block { mesh: piece.mesh, shared })
 }

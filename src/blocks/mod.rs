@@ -9,6 +9,8 @@
 //! have made between vertices of a border is parted in one of them.
 
 mod block;
+#[cfg(feature = "io")]
+mod described;
 mod join;
 #[cfg(feature = "io")]
 mod out_of_core;
@@ -18,6 +20,8 @@ mod price;
 mod spooled;
 
 pub use block::{Block, cut, simplify_block};
+#[cfg(feature = "io")]
+pub use described::{Described, describe_pieces};
 pub use join::join;
 #[cfg(feature = "io")]
 pub use out_of_core::{Heard, OutOfCore, OutOfCoreError, Room, simplify_pieces};

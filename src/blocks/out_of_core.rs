@@ -14,8 +14,10 @@ use super::{FACES, TIMES};
 use crate::io::{Pieces, ReadError};
 use crate::mesh::Frame;
 use crate::mesh::cleanup::{CleanCounts, CleanError, origin_within};
+use crate::metrics::{DistanceInPieces, Look, QuickDistance};
 use crate::model::Weights;
 use crate::simplify::{Options, Simplified, SimplifyError, Target, simplify};
+use crate::spatial::Bounds;
 
 /// Bytes that a face takes while it is simplified, about, from above.
 const PER_FACE: u64 = 260;
@@ -45,8 +47,8 @@ pub struct Room<'a> {
     pub folder: &'a Path,
 }
 
-/// What came of a file.
-#[derive(Clone, Debug)]
+/// What came of a file, whose blocks wait on the disk until it is dropped.
+#[derive(Debug)]
 #[non_exhaustive]
 pub struct OutOfCore {
     /// The lighter mesh.
@@ -63,6 +65,47 @@ pub struct OutOfCore {
     pub n_blocks: usize,
     /// Vertices of the joined blocks.
     pub n_joined: usize,
+    spooled: Spooled,
+    /// Blocks that fit into memory side by side.
+    n_at_once: usize,
+}
+
+impl OutOfCore {
+    /// How far the result and the file are apart, by [`DistanceInPieces`]; blocks are read from the disk once more.
+    ///
+    /// # Errors
+    /// [`OutOfCoreError`] where the disk fails, or by `listener`.
+    pub fn distance(
+        &self,
+        n_samples: usize,
+        seed: u64,
+        listener: &mut Heard,
+    ) -> Result<Option<QuickDistance>, OutOfCoreError> {
+        let n = self.spooled.n_blocks();
+        let Some(mut distance) = DistanceInPieces::new(&self.simplified.mesh, [n_samples, n], seed) else {
+            return Ok(None);
+        };
+        let mut boxes = vec![Bounds::EMPTY; n];
+        for again in [false, true] {
+            let shown: Vec<usize> = (0..n).filter(|&number| !again || distance.is_open(&boxes[number])).collect();
+            for some in shown.chunks(self.n_at_once) {
+                heard(listener, if again { 1.0 } else { some[0] as f64 / n as f64 })?;
+                let look = |&number: &usize| self.look(&distance, number, again);
+                for (look, number) in some.par_iter().map(look).collect::<Vec<_>>().into_iter().zip(some) {
+                    let Some(look) = look? else { continue };
+                    boxes[*number] = look.bounds();
+                    distance.add(look);
+                }
+            }
+        }
+        Ok(Some(distance.finish()))
+    }
+
+    fn look(&self, distance: &DistanceInPieces, number: usize, again: bool) -> Result<Option<Look>, OutOfCoreError> {
+        let piece = self.spooled.surface(number)?;
+        let look = if again { DistanceInPieces::look_again } else { DistanceInPieces::look };
+        Ok((!piece.faces().is_empty()).then(|| look(distance, &piece)))
+    }
 }
 
 /// Why there is no result.
@@ -152,16 +195,14 @@ fn in_blocks_of(
     let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
     let share = (TIMES * asked(options.target, n_faces)).min(1.0);
     check_room(pieces, share, room)?;
-    let mut hear = |done: f64| match listener(done) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
-    };
+    let mut hear = |done: f64| heard(listener, done);
     hear(0.0)?;
     let (frame, spooled, n_broken) = cut(pieces, n_faces.div_ceil(faces_of_block).max(1), room)?;
     hear(CUT)?;
     let options = &Options { frame, ..options.clone() };
+    let n_at_once = at_once(room);
     let blocks = Blocks { spooled: &spooled, weights, options, share };
-    let (lighter, mut told) = blocks.all(at_once(room), &mut hear)?;
+    let (lighter, mut told) = blocks.all(n_at_once, &mut hear)?;
     told.counts.dropped_faces += n_broken as usize;
     let n_blocks = lighter.len();
     let joined = join(lighter).map_err(|_| SimplifyError::Overflow)?;
@@ -177,7 +218,16 @@ fn in_blocks_of(
         hear(JOINED + (1.0 - JOINED) * f64::from(event.total)).map_or(ControlFlow::Break(()), ControlFlow::Continue)
     })?;
     let Told { counts, n_vertices, n_faces } = told;
-    Ok(OutOfCore { simplified, frame, counts, n_vertices, n_faces, n_blocks, n_joined: joined.positions().len() })
+    let n_joined = joined.positions().len();
+    Ok(OutOfCore { simplified, frame, counts, n_vertices, n_faces, n_blocks, n_joined, spooled, n_at_once })
+}
+
+/// Says how far it is; stops where that is wished.
+pub(super) fn heard(listener: &mut Heard, done: f64) -> Result<(), SimplifyError> {
+    match listener(done) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
+    }
 }
 
 /// What is known of all blocks.
@@ -265,7 +315,7 @@ fn asked(target: Target, n_faces: usize) -> f64 {
 }
 
 /// Refuses what takes more memory than there is: the vertices of the file, or what the blocks leave.
-fn check_room(pieces: &Pieces, share: f64, room: &Room) -> Result<(), OutOfCoreError> {
+pub(super) fn check_room(pieces: &Pieces, share: f64, room: &Room) -> Result<(), OutOfCoreError> {
     let n_faces = pieces.n_faces();
     let n_blocks = n_faces.div_ceil(FACES as u64);
     let cutting = pieces.n_held_bytes().saturating_add(n_blocks.saturating_mul(PER_BLOCK));
@@ -276,13 +326,13 @@ fn check_room(pieces: &Pieces, share: f64, room: &Room) -> Result<(), OutOfCoreE
 }
 
 /// How many blocks are simplified side by side: as many as there are threads, in half of the memory.
-fn at_once(room: &Room) -> usize {
+pub(super) fn at_once(room: &Room) -> usize {
     let fit = room.n_bytes / 2 / (FACES as u64 * PER_FACE);
     rayon::current_num_threads().min(usize::try_from(fit).unwrap_or(usize::MAX)).max(1)
 }
 
 /// Sorts the triangles of a file into blocks on the disk; beside them how many faces were broken.
-fn cut(pieces: &Pieces, n_blocks: usize, room: &Room) -> Result<(Frame, Spooled, u64), OutOfCoreError> {
+pub(super) fn cut(pieces: &Pieces, n_blocks: usize, room: &Room) -> Result<(Frame, Spooled, u64), OutOfCoreError> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     pieces.each_position(&mut |p| {
         if p.iter().all(|x| x.is_finite()) {
@@ -339,15 +389,19 @@ mod tests {
         let mesh = shapes::wavy_sphere(5, 9.0);
         let options = Options::new(Target::Ratio(0.1));
         let whole = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap().mesh;
-        let distance = |result: &TriMesh| quick_distance(&mesh, result, 20_000, 0).unwrap().mean;
+        let distance = |result: &TriMesh| quick_distance(&mesh, result, 20_000, 0).unwrap();
         let mut first = None;
         for format in [Format::Ply, Format::Stl, Format::Obj] {
             let found = found(&mesh, format, 1 << 30, options.target).unwrap();
+            let measured = found.distance(20_000, 0, &mut |_| ControlFlow::Continue(())).unwrap().unwrap();
             let result = found.simplified.mesh;
             assert!(topology(&result).is_closed_manifold() && found.n_blocks > 10, "{format:?}");
             assert_eq!((found.n_vertices, found.n_faces), (mesh.positions().len(), mesh.faces().len()));
             assert_eq!(result.positions().len(), whole.positions().len());
-            assert!(distance(&result) < 1.05 * distance(&whole), "{} {}", distance(&result), distance(&whole));
+            let [distance, of_whole] = [&result, &whole].map(distance);
+            assert!(distance.mean < 1.05 * of_whole.mean, "{distance:?} {of_whole:?}");
+            assert!((measured.mean / distance.mean - 1.0).abs() < 1e-2, "{measured:?} {distance:?}");
+            assert!((0.98..1.0 + 1e-6).contains(&(measured.max / distance.max)), "{measured:?} {distance:?}");
             // The order of faces and vertices is that of the file in each.
             let first: &TriMesh = first.get_or_insert(result.clone());
             assert!(format == Format::Stl || result.positions().len() == first.positions().len());

@@ -5,16 +5,17 @@ use std::path::Path;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::block::{Block, key};
+use super::block::Block;
 use super::plan::Plan;
 use crate::io::{Spool, Triangle};
-use crate::mesh::RawMesh;
 use crate::mesh::cleanup::{CleanCounts, CleanError, CleanOptions, clean};
+use crate::mesh::{Place, RawMesh, TriMesh, place};
 
 /// Positions of a run at most.
 const RUN: usize = 2048;
 
 /// Blocks on their way to the disk.
+#[derive(Debug)]
 pub struct Spooled {
     spool: Spool,
     plan: Plan,
@@ -22,10 +23,10 @@ pub struct Spooled {
 }
 
 /// What is not yet on the disk of a block.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 struct Run {
     positions: Vec<[f32; 3]>,
-    numbers: FxHashMap<[u32; 3], u16>,
+    numbers: FxHashMap<Place, u16>,
     faces: Vec<[u16; 3]>,
     /// Positions of this block that faces of others use.
     told: Vec<[f32; 3]>,
@@ -76,7 +77,7 @@ impl Spooled {
         if run.positions.len() + 3 < least && run.told.len() < least {
             return Ok(());
         }
-        run.told.sort_unstable_by_key(|&p| key(p));
+        run.told.sort_unstable_by_key(|&p| place(p));
         run.told.dedup();
         self.spool.append(block, &run.to_bytes())?;
         run.clear();
@@ -88,17 +89,31 @@ impl Spooled {
         self.plan.n_blocks()
     }
 
-    /// A block as its faces are after cleaning.
-    pub fn read(&self, number: usize) -> Result<std::result::Result<Read, CleanError>> {
+    /// The faces of a block as they were in the file, and the places in it that faces of others use.
+    fn gathered(&self, number: usize) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>, FxHashSet<Place>)> {
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
         let mut told = FxHashSet::default();
         for piece in self.spool.pieces(number) {
             let run = Run::from_bytes(&piece?).ok_or_else(|| Error::from(ErrorKind::InvalidData))?;
             let start = positions.len() as u32;
-            positions.extend(run.positions.iter().map(|p| p.map(f64::from)));
+            positions.extend(run.positions);
             faces.extend(run.faces.iter().map(|face| face.map(|v| start + u32::from(v))));
-            told.extend(run.told.into_iter().map(key));
+            told.extend(run.told.into_iter().map(place));
         }
+        Ok((positions, faces, told))
+    }
+
+    /// What a block looks like: as its faces were, but for those with a corner twice; vertices may lie in one place.
+    pub fn surface(&self, number: usize) -> Result<TriMesh> {
+        let (positions, mut faces, _) = self.gathered(number)?;
+        faces.retain(|[a, b, c]| a != b && b != c && c != a);
+        TriMesh::new(positions, faces).map_err(|_| Error::from(ErrorKind::InvalidData))
+    }
+
+    /// A block as its faces are after cleaning.
+    pub fn read(&self, number: usize) -> Result<std::result::Result<Read, CleanError>> {
+        let (positions, faces, mut told) = self.gathered(number)?;
+        let positions = positions.into_iter().map(|p| p.map(f64::from)).collect();
         let n_told = told.len();
         let nothing = |counts| Read { block: None, n_own_vertices: n_told, counts };
         if faces.is_empty() {
@@ -108,10 +123,10 @@ impl Spooled {
             Ok(cleaned) => {
                 let is_own = |p: &[f32; 3]| self.plan.home(*p) == number;
                 let places = cleaned.mesh.positions();
-                let shared: Vec<bool> = places.iter().map(|p| !is_own(p) || told.contains(&key(*p))).collect();
+                let shared: Vec<bool> = places.iter().map(|p| !is_own(p) || told.contains(&place(*p))).collect();
                 let n_own = places.iter().filter(|p| is_own(p)).count();
-                for place in places {
-                    told.remove(&key(*place));
+                for p in places {
+                    told.remove(&place(*p));
                 }
                 let counts = CleanCounts { welded_vertices: 0, ..cleaned.counts };
                 let block = Some(Block { mesh: cleaned.mesh, shared });
@@ -125,7 +140,7 @@ impl Spooled {
 
 impl Run {
     fn number(&mut self, position: [f32; 3]) -> u16 {
-        *self.numbers.entry(key(position)).or_insert_with(|| {
+        *self.numbers.entry(place(position)).or_insert_with(|| {
             self.positions.push(position);
             (self.positions.len() - 1) as u16
         })

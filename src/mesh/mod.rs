@@ -14,6 +14,7 @@ mod looks;
 mod manifold;
 mod non_manifold_edges;
 mod one_rings;
+mod patch;
 #[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
 mod placed;
 mod point_cloud;
@@ -47,6 +48,7 @@ pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
+pub(crate) use patch::{Patch, Place, place};
 #[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
 pub(crate) use placed::{PlacedMesh, side_by_side};
 pub use point_cloud::{PointCloud, point_cloud};
@@ -55,6 +57,7 @@ pub use raw_mesh::{Frame, RawMesh};
 pub(crate) use seams::same_values;
 pub use seams::{KeptEdge, creases, seams};
 pub use snap::snap;
+pub(crate) use topology::Patches;
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};
 pub use united::{Piece, United};

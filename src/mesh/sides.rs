@@ -22,6 +22,12 @@ impl Sides {
         self.0.union(2 * f + 1, g_beside_f ^ 1);
         true
     }
+
+    /// The first of all faces that hang together with a face, and whether the face is turned over against it.
+    pub(super) fn first(&mut self, f: u32) -> (u32, bool) {
+        let [as_is, turned] = [2 * f, 2 * f + 1].map(|side| self.0.find(side));
+        (as_is.min(turned) / 2, turned < as_is)
+    }
 }
 
 #[cfg(test)]
@@ -33,6 +39,7 @@ mod tests {
         let mut sides = Sides::new(5);
         assert!(sides.join([0, 1], false) && sides.join([1, 2], true) && sides.join([3, 4], true));
         assert!(!sides.join([0, 2], false) && sides.join([0, 2], true));
+        assert_eq!([0, 1, 2, 3, 4].map(|f| sides.first(f)), [(0, false), (0, false), (0, true), (3, false), (3, true)]);
         assert!(sides.join([4, 2], false) && sides.join([0, 3], false) && !sides.join([0, 3], true));
     }
 }

@@ -1,7 +1,7 @@
 //! What a mesh is as a surface: closed or not, manifold or not, its pieces, holes and handles.
 
 use super::TriMesh;
-use super::half_edges::{HalfEdge, for_each_edge, next, start};
+use super::patch::{Counts, OpenEdge, Patch, Place};
 use super::sides::Sides;
 use super::union_find::UnionFind;
 
@@ -57,133 +57,139 @@ impl Topology {
 /// assert!(topology.is_closed_manifold() && topology.genus == Some(0) && topology.euler == 2);
 /// ```
 pub fn topology(mesh: &TriMesh) -> Topology {
-    let mut links = Links::new(mesh);
-    for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| links.join(half_edges));
-    links.summarise()
+    let mut patches = Patches::default();
+    patches.add(Patch::of(mesh, |_| false));
+    patches.joined()
 }
 
-/// What is gathered edge by edge.
-struct Links<'a> {
-    mesh: &'a TriMesh,
-    /// Sets of faces joined over edges.
-    faces: UnionFind,
-    /// Sets of corners (`3 * face + corner`) at one vertex joined over edges: the fans.
-    corners: UnionFind,
-    /// Pairs of faces over an edge, and whether they disagree on the winding.
-    disagreeing: Vec<[u32; 2]>,
-    boundary: Vec<u32>,
-    edges: usize,
-    non_manifold_edges: usize,
-}
+/// Patches whose faces make up a mesh: counts are sums, and open things have numbers of their own over all patches.
+#[derive(Debug, Default)]
+pub(crate) struct Patches(Patch);
 
-impl<'a> Links<'a> {
-    fn new(mesh: &'a TriMesh) -> Self {
-        let n_faces = mesh.faces().len();
-        Self {
-            mesh,
-            faces: UnionFind::new(n_faces),
-            corners: UnionFind::new(3 * n_faces),
-            disagreeing: Vec::new(),
-            boundary: Vec::new(),
-            edges: 0,
-            non_manifold_edges: 0,
-        }
+impl Patches {
+    /// Takes in a patch.
+    pub fn add(&mut self, patch: Patch) {
+        let all = &mut self.0;
+        let (fans, components, sides) = (all.open_fans.len() as u32, all.n_open_components, all.n_open_sides);
+        all.closed += patch.closed;
+        all.is_one_sided |= patch.is_one_sided;
+        all.n_open_components += patch.n_open_components;
+        all.n_open_sides += patch.n_open_sides;
+        all.open_fans.extend(patch.open_fans);
+        all.curves.extend(patch.curves.into_iter().map(|curve| curve.map(|fan| fans + fan)));
+        all.open_edges.extend(patch.open_edges.into_iter().map(|edge| OpenEdge {
+            fans: edge.fans.map(|fan| fans + fan),
+            component: components + edge.component,
+            side: sides + edge.side,
+            ..edge
+        }));
     }
 
-    /// Takes in the half-edges of one edge.
-    fn join(&mut self, half_edges: &[HalfEdge]) {
-        self.edges += 1;
-        match half_edges {
-            [only] => self.boundary.push(only.half_edge),
-            [_, _] => {}
-            _ => self.non_manifold_edges += 1,
+    /// The figures of all faces, open ones joined over the edges that they share.
+    pub fn joined(self) -> Topology {
+        let Patch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
+        open_edges.sort_unstable_by_key(OpenEdge::places);
+        let mut open = Open {
+            components: UnionFind::new(self.0.n_open_components as usize),
+            fans: UnionFind::new(open_fans.len()),
+            sides: Sides::new(self.0.n_open_sides as usize),
+            curves: self.0.curves,
+            all_agree: !is_one_sided,
+        };
+        for edge in open_edges.chunk_by(|x, y| x.places() == y.places()) {
+            open.join(edge, &mut closed);
         }
-        for pair in half_edges.windows(2) {
-            let [x, y] = [pair[0].half_edge, pair[1].half_edge];
-            self.faces.union(x / 3, y / 3);
-            let agree = start(self.mesh.faces(), x) != start(self.mesh.faces(), y);
-            let (at_start, at_end) = if agree { (next(y), y) } else { (y, next(y)) };
-            self.corners.union(x, at_start);
-            self.corners.union(next(x), at_end);
-            if !agree && half_edges.len() == 2 {
-                self.disagreeing.push([x / 3, y / 3]);
-            }
-        }
-    }
-
-    fn summarise(mut self) -> Topology {
-        let n_vertices = self.mesh.positions().len();
-        let n_faces = self.mesh.faces().len();
-        let (unreferenced_vertices, non_manifold_vertices) = self.count_vertices();
-        let used = n_vertices - unreferenced_vertices;
-        let boundary_loops = self.count_loops();
-        let orientable = self.disagreeing.is_empty() || is_orientable(self.mesh);
-        let holes_filled = self.corners.sets() + n_faces + boundary_loops;
-        let handles = (2 * self.faces.sets() + self.edges).checked_sub(holes_filled).map(|twice| twice / 2);
-        Topology {
-            vertices: n_vertices,
-            unreferenced_vertices,
-            edges: self.edges,
-            faces: n_faces,
-            closed: n_faces > 0 && self.boundary.is_empty(),
-            boundary_edges: self.boundary.len(),
-            boundary_loops,
-            non_manifold_edges: self.non_manifold_edges,
-            non_manifold_vertices,
-            inconsistent_edges: self.disagreeing.len(),
-            orientable,
-            components: self.faces.sets(),
-            euler: used as i64 - self.edges as i64 + n_faces as i64,
-            genus: handles.filter(|_| orientable && self.non_manifold_edges == 0),
-        }
-    }
-
-    /// Vertices that no face uses, and vertices with several fans.
-    fn count_vertices(&mut self) -> (usize, usize) {
-        let mut fans = vec![0u32; self.mesh.positions().len()];
-        for corner in 0..3 * self.mesh.faces().len() as u32 {
-            if self.corners.find(corner) == corner {
-                fans[start(self.mesh.faces(), corner) as usize] += 1;
-            }
-        }
-        let count = |wanted: fn(u32) -> bool| fans.iter().filter(|&&n| wanted(n)).count();
-        (count(|n| n == 0), count(|n| n > 1))
-    }
-
-    /// Pieces of the boundary, where it passes through a vertex once per fan.
-    fn count_loops(&mut self) -> usize {
-        let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
-        for &half_edge in &self.boundary {
-            ends.push([self.corners.find(half_edge), self.corners.find(next(half_edge))]);
-        }
-        let mut fans: Vec<u32> = ends.iter().flatten().copied().collect();
-        fans.sort_unstable();
-        fans.dedup();
-        let mut loops = UnionFind::new(fans.len());
-        let place = |fan: u32| fans.partition_point(|&other| other < fan) as u32;
-        for [a, b] in ends {
-            loops.union(place(a), place(b));
-        }
-        loops.sets()
+        closed.components += open.components.sets();
+        closed.fans += open.fans.sets();
+        closed.loops += n_curves(&open.curves, &mut open.fans);
+        let (vertices, non_manifold_vertices) = shared_vertices(&open_fans, &mut open.fans);
+        closed.vertices += vertices;
+        closed.non_manifold_vertices += non_manifold_vertices;
+        figures(&closed, open.all_agree)
     }
 }
 
-/// Whether the faces can be turned so that all agree over the edges with two.
-fn is_orientable(mesh: &TriMesh) -> bool {
-    let mut sides = Sides::new(mesh.faces().len());
-    let mut all_agree = true;
-    for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| {
-        if let &[g, h] = half_edges {
-            all_agree &= sides.join([g.face(), h.face()], g.runs_up(mesh.faces()) == h.runs_up(mesh.faces()));
+/// What patches have in common.
+struct Open {
+    components: UnionFind,
+    fans: UnionFind,
+    sides: Sides,
+    curves: Vec<[u32; 2]>,
+    all_agree: bool,
+}
+
+impl Open {
+    /// Joins all faces along one edge.
+    fn join(&mut self, edge: &[OpenEdge], counts: &mut Counts) {
+        counts.edges += 1;
+        counts.boundary_edges += usize::from(edge.len() == 1);
+        counts.non_manifold_edges += usize::from(edge.len() > 2);
+        if let [only] = edge {
+            self.curves.push(only.fans);
         }
-    });
-    all_agree
+        for pair in edge.windows(2) {
+            self.components.union(pair[0].component, pair[1].component);
+            let [from, to] = pair[1].fans_along(&pair[0]);
+            self.fans.union(pair[0].fans[0], from);
+            self.fans.union(pair[0].fans[1], to);
+        }
+        if let [x, y] = edge {
+            let against = x.ends == y.ends;
+            counts.inconsistent_edges += usize::from(against);
+            self.all_agree &= self.sides.join([x.side, y.side], against ^ x.is_turned ^ y.is_turned);
+        }
+    }
+}
+
+/// Curves of the boundary, by the fans that they run through.
+fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
+    let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
+    let mut through: Vec<u32> = curves.iter().flatten().copied().collect();
+    through.sort_unstable();
+    through.dedup();
+    let number = |fan: u32| through.partition_point(|&other| other < fan) as u32;
+    let mut sets = UnionFind::new(through.len());
+    for [a, b] in curves {
+        sets.union(number(a), number(b));
+    }
+    sets.sets()
+}
+
+/// Places of fans, and those where several meet.
+fn shared_vertices(open_fans: &[Place], fans: &mut UnionFind) -> (usize, usize) {
+    let mut at: Vec<(Place, u32)> = open_fans.iter().copied().zip((0..).map(|fan| fans.find(fan))).collect();
+    at.sort_unstable();
+    at.dedup();
+    let vertices = at.chunk_by(|(x, _), (y, _)| x == y);
+    vertices.fold((0, 0), |(n, several), fans| (n + 1, several + usize::from(fans.len() > 1)))
+}
+
+fn figures(all: &Counts, orientable: bool) -> Topology {
+    let holes_filled = all.fans + all.faces + all.loops;
+    let handles = (2 * all.components + all.edges).checked_sub(holes_filled).map(|twice| twice / 2);
+    let used = all.vertices - all.unreferenced_vertices;
+    Topology {
+        vertices: all.vertices,
+        unreferenced_vertices: all.unreferenced_vertices,
+        edges: all.edges,
+        faces: all.faces,
+        closed: all.faces > 0 && all.boundary_edges == 0,
+        boundary_edges: all.boundary_edges,
+        boundary_loops: all.loops,
+        non_manifold_edges: all.non_manifold_edges,
+        non_manifold_vertices: all.non_manifold_vertices,
+        inconsistent_edges: all.inconsistent_edges,
+        orientable,
+        components: all.components,
+        euler: used as i64 - all.edges as i64 + all.faces as i64,
+        genus: handles.filter(|_| orientable && all.non_manifold_edges == 0),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{compact, shapes};
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
     use std::collections::{BTreeMap, BTreeSet};
@@ -245,6 +251,57 @@ mod tests {
             assert_eq!(found.unreferenced_vertices, fans.iter().filter(|&&f| f == 0).count());
             let share_edge = |f: usize, g: usize| faces[f].iter().filter(|v| faces[g].contains(v)).count() > 1;
             assert_eq!(found.components, naive_pieces(&(0..faces.len()).collect(), share_edge));
+        }
+    }
+
+    /// Faces in blocks at random, as they are known where vertices lie in places of their own.
+    fn in_blocks(n_vertices: u32, faces: &[[u32; 3]], rng: &mut Xoshiro256PlusPlus) -> Topology {
+        let positions: Vec<[f32; 3]> = (0..n_vertices).map(|v| [v as f32, 0.0, 0.0]).collect();
+        let mut blocks = vec![Vec::new(); 3];
+        faces.iter().for_each(|&face| blocks[rng.next_u32() as usize % 3].push(face));
+        let users = |v: u32| blocks.iter().filter(|block| block.as_flattened().contains(&v)).count();
+        let mut patches = Patches::default();
+        for block in &blocks {
+            let (mesh, sources) = compact(&positions, block.clone()).unwrap();
+            patches.add(Patch::of(&mesh, |v| users(sources[v as usize]) > 1));
+        }
+        patches.joined()
+    }
+
+    #[test]
+    fn blocks_are_joined_to_what_the_whole_is() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+        for round in 0..400 {
+            let n = 5 + round % 9;
+            let faces: Vec<[u32; 3]> = (0..2 + round % 40).map(|_| [0; 3].map(|_| rng.next_u32() % n)).collect();
+            let faces: Vec<_> = faces.into_iter().filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+            let unreferenced = (0..n).filter(|v| !faces.as_flattened().contains(v)).count();
+            let mut whole = topology(&mesh(n as usize, &faces));
+            (whole.vertices, whole.unreferenced_vertices) = (whole.vertices - unreferenced, 0);
+            assert_eq!(in_blocks(n, &faces, &mut rng), whole, "{faces:?}");
+        }
+        for shape in [shapes::torus(8, 6, 1.0, 0.3), shapes::open_cylinder(9, 4), shapes::icosphere(2)] {
+            for turned in [0, 3] {
+                let mut faces = shape.faces().to_vec();
+                faces.iter_mut().take(turned).for_each(|face| face.swap(0, 1));
+                let n = shape.positions().len();
+                assert_eq!(in_blocks(n as u32, &faces, &mut rng), topology(&mesh(n, &faces)));
+            }
+        }
+    }
+
+    #[test]
+    fn a_band_with_one_side_has_one_in_blocks_as_well() {
+        // Squares around a ring, the last joined upside down.
+        let at = |i: u32| if i == 12 { [1, 0] } else { [2 * i, 2 * i + 1] };
+        let square = |i: u32| (at(i), at(i + 1));
+        let faces = (0..12).map(square).flat_map(|([a, b], [c, d])| [[a, b, c], [c, b, d]]);
+        let faces: Vec<[u32; 3]> = faces.collect();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+        let whole = topology(&mesh(24, &faces));
+        assert!(!whole.orientable && whole.boundary_loops == 1);
+        for _ in 0..20 {
+            assert_eq!(in_blocks(24, &faces, &mut rng), whole);
         }
     }
 

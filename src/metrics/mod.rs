@@ -5,6 +5,7 @@ mod certified_distance;
 mod chamfer;
 mod comparison;
 mod curvature_error;
+mod distance_in_pieces;
 mod image_likeness;
 #[cfg(feature = "spectrum")]
 mod laplacian;
@@ -25,6 +26,7 @@ pub use certified_distance::{CertifiedDistance, Sharpness, certified_distance, l
 pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
 pub use curvature_error::curvature_error;
+pub use distance_in_pieces::{DistanceInPieces, Look};
 pub use image_likeness::{psnr, silhouette_iou, ssim};
 #[cfg(feature = "spectrum")]
 pub use laplacian::Laplacian;

@@ -147,24 +147,24 @@ pub fn quick_distance_of_pairs(
 }
 
 /// The area of all faces.
-fn area(mesh: &TriMesh) -> f64 {
+pub(super) fn area(mesh: &TriMesh) -> f64 {
     let corner = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
     mesh.faces().iter().map(|face| 0.5 * area_normal_f64(face.map(corner)).length()).sum()
 }
 
-fn tree(mesh: &TriMesh) -> FaceTree<'_> {
+pub(super) fn tree(mesh: &TriMesh) -> FaceTree<'_> {
     FaceTree::new(mesh.positions(), mesh.faces())
 }
 
 /// What was found from one mesh to another.
-struct OneSided {
-    mean: f64,
-    max: f64,
+pub(super) struct OneSided {
+    pub mean: f64,
+    pub max: f64,
     n_samples: usize,
 }
 
 /// From one mesh to another; the trees are those of the mesh and of the other.
-fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> OneSided {
+pub(super) fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> OneSided {
     let mesh = meshes[0];
     let draw = |n| along_curve(mesh, own.order(), n, seed);
     let samples = draw(n_samples);
@@ -247,14 +247,14 @@ fn spots([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<Spot> {
 }
 
 /// A point of a surface and the place of its face along the curve.
-struct Sample {
-    point: DVec3,
+pub(super) struct Sample {
+    pub point: DVec3,
     place: usize,
 }
 
 /// Samples by area, in the order of the faces along the curve: what is nearest to one is near the next one. Where no face has an
 /// area, by face.
-fn along_curve(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<Sample> {
+pub(super) fn along_curve(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<Sample> {
     let mut areas: Vec<f64> = vec![0.0; order.len()];
     let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));
     tasks.for_each(|(areas, faces)| Isa::best().run(Areas { mesh, faces, areas }));
@@ -290,7 +290,7 @@ fn corners(mesh: &TriMesh, face: u32) -> [DVec3; 3] {
 }
 
 #[inline(always)]
-fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
+pub(super) fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
     let [x, y, z] = mesh.positions()[vertex as usize];
     DVec3::new(x.into(), y.into(), z.into())
 }

@@ -31,6 +31,12 @@ impl Bounds {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
+    /// Length of the diagonal; 0 for the empty one.
+    pub fn diagonal(&self) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|k| (f64::from(self.high[k]) - f64::from(self.low[k])).max(0.0));
+        x.hypot(y).hypot(z)
+    }
+
     /// Half the surface of the box; 0 for the empty one.
     pub(super) fn half_area(&self) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));

@@ -90,13 +90,19 @@ pub fn kill_after(mut child: Child, milliseconds: u64, holds: impl Fn() -> bool)
 /// Sends the program what Ctrl-C sends, once something holds, and waits for its end.
 #[cfg(unix)]
 #[track_caller]
-pub fn interrupt_once(mut child: Child, holds: impl Fn() -> bool) -> Run {
-    use nix::sys::signal::{Signal, kill};
+pub fn interrupt_once(child: Child, holds: impl Fn() -> bool) -> Run {
+    signal_once(child, nix::sys::signal::Signal::SIGINT, holds)
+}
+
+/// Sends the program a signal, once something holds, and waits for its end.
+#[cfg(unix)]
+#[track_caller]
+pub fn signal_once(mut child: Child, signal: nix::sys::signal::Signal, holds: impl Fn() -> bool) -> Run {
     wait_until(|| {
-        assert!(child.try_wait().unwrap().is_none(), "it ended before it was interrupted");
+        assert!(child.try_wait().unwrap().is_none(), "it ended before the signal");
         holds()
     });
-    kill(nix::unistd::Pid::from_raw(child.id() as i32), Signal::SIGINT).unwrap();
+    nix::sys::signal::kill(nix::unistd::Pid::from_raw(child.id() as i32), signal).unwrap();
     finish(child)
 }
 

@@ -1,0 +1,250 @@
+//! Some faces of a mesh, joined over their edges as far as that can be done without the others: what lies at shared vertices stays open.
+
+use rustc_hash::FxHashMap;
+
+use super::TriMesh;
+use super::half_edges::{HalfEdge, for_each_edge, next, start};
+use super::sides::Sides;
+use super::union_find::UnionFind;
+
+/// Where a vertex lies, which is what faces elsewhere know it by.
+pub(crate) type Place = [u32; 3];
+
+/// What is known of some faces. Of pieces of faces, of fans (corners at a vertex whose faces are joined over edges) and of sides, the
+/// closed ones are counted and the open ones have numbers from 0 on.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Patch {
+    pub closed: Counts,
+    /// Whether faces were found that cannot be turned so that they agree.
+    pub is_one_sided: bool,
+    pub n_open_components: u32,
+    pub n_open_sides: u32,
+    /// Where each open fan is.
+    pub open_fans: Vec<Place>,
+    /// Open fans that a curve of the boundary runs through, in pairs.
+    pub curves: Vec<[u32; 2]>,
+    /// Sides of faces between two shared vertices.
+    pub open_edges: Vec<OpenEdge>,
+}
+
+/// What does not depend on other faces.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counts {
+    /// Vertices that are not shared, those of them without a face, and those with several fans.
+    pub vertices: usize,
+    pub unreferenced_vertices: usize,
+    pub non_manifold_vertices: usize,
+    pub faces: usize,
+    /// Edges with an end that is not shared, and those of them with one face, with more than two, and with two that disagree.
+    pub edges: usize,
+    pub boundary_edges: usize,
+    pub non_manifold_edges: usize,
+    pub inconsistent_edges: usize,
+    /// Pieces, fans, and curves of the boundary.
+    pub components: usize,
+    pub fans: usize,
+    pub loops: usize,
+}
+
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        self.vertices += other.vertices;
+        self.unreferenced_vertices += other.unreferenced_vertices;
+        self.non_manifold_vertices += other.non_manifold_vertices;
+        self.faces += other.faces;
+        self.edges += other.edges;
+        self.boundary_edges += other.boundary_edges;
+        self.non_manifold_edges += other.non_manifold_edges;
+        self.inconsistent_edges += other.inconsistent_edges;
+        self.components += other.components;
+        self.fans += other.fans;
+        self.loops += other.loops;
+    }
+}
+
+/// A side of a face between two shared vertices, as it runs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OpenEdge {
+    /// Where it starts and ends.
+    pub ends: [Place; 2],
+    /// The fans there.
+    pub fans: [u32; 2],
+    pub component: u32,
+    pub side: u32,
+    /// Whether the face is turned over against the first of its side.
+    pub is_turned: bool,
+}
+
+impl OpenEdge {
+    /// The two places between which it runs, in an order that faces on both sides share.
+    pub fn places(&self) -> [Place; 2] {
+        let [a, b] = self.ends;
+        [a.min(b), a.max(b)]
+    }
+
+    /// Its fans where another one starts and ends.
+    pub fn fans_along(&self, other: &Self) -> [u32; 2] {
+        let [a, b] = self.fans;
+        if self.ends == other.ends { [a, b] } else { [b, a] }
+    }
+}
+
+/// What two vertices in one place have in common.
+pub(crate) fn place(position: [f32; 3]) -> Place {
+    position.map(|x| (x + 0.0).to_bits())
+}
+
+impl Patch {
+    /// Joins the faces of a mesh; `is_shared` says of which vertices there are faces elsewhere.
+    pub fn of(mesh: &TriMesh, is_shared: impl Fn(u32) -> bool) -> Self {
+        let mut links = Links::new(mesh);
+        for_each_edge(mesh.positions().len(), mesh.faces(), |[a, b], half_edges| {
+            if is_shared(a) && is_shared(b) {
+                links.open.extend(half_edges.iter().map(|of| of.half_edge));
+            } else {
+                links.join(half_edges);
+            }
+        });
+        let mut patch = Self { closed: links.counts, ..Self::default() };
+        let fans = links.open_fans(&mut patch, &is_shared);
+        links.trace_boundary(&mut patch, &fans);
+        links.list_open(&mut patch, &fans);
+        patch
+    }
+}
+
+/// What is gathered edge by edge.
+struct Links<'a> {
+    mesh: &'a TriMesh,
+    /// Sets of faces joined over edges.
+    faces: UnionFind,
+    /// Sets of corners (`3 * face + corner`) at one vertex joined over edges: the fans.
+    corners: UnionFind,
+    /// What is counted on the way.
+    counts: Counts,
+    /// Half-edges along the boundary, and those that wait for others.
+    boundary: Vec<u32>,
+    open: Vec<u32>,
+}
+
+impl<'a> Links<'a> {
+    fn new(mesh: &'a TriMesh) -> Self {
+        let n_faces = mesh.faces().len();
+        Self {
+            mesh,
+            faces: UnionFind::new(n_faces),
+            corners: UnionFind::new(3 * n_faces),
+            counts: Counts { faces: n_faces, ..Counts::default() },
+            boundary: Vec::new(),
+            open: Vec::new(),
+        }
+    }
+
+    /// Takes in the half-edges of one edge.
+    fn join(&mut self, half_edges: &[HalfEdge]) {
+        self.counts.edges += 1;
+        match half_edges {
+            [only] => {
+                self.boundary.push(only.half_edge);
+                self.counts.boundary_edges += 1;
+            }
+            [_, _] => {}
+            _ => self.counts.non_manifold_edges += 1,
+        }
+        for pair in half_edges.windows(2) {
+            let [x, y] = [pair[0].half_edge, pair[1].half_edge];
+            self.faces.union(x / 3, y / 3);
+            let agree = start(self.mesh.faces(), x) != start(self.mesh.faces(), y);
+            let (at_start, at_end) = if agree { (next(y), y) } else { (y, next(y)) };
+            self.corners.union(x, at_start);
+            self.corners.union(next(x), at_end);
+            self.counts.inconsistent_edges += usize::from(!agree && half_edges.len() == 2);
+        }
+    }
+
+    /// Counts fans and vertices; numbers the fans at shared vertices, by their first corners.
+    fn open_fans(&mut self, patch: &mut Patch, is_shared: &impl Fn(u32) -> bool) -> FxHashMap<u32, u32> {
+        let (mut fans, mut open) = (vec![0u32; self.mesh.positions().len()], FxHashMap::default());
+        for corner in 0..3 * self.mesh.faces().len() as u32 {
+            if self.corners.find(corner) != corner {
+                continue;
+            }
+            let vertex = start(self.mesh.faces(), corner);
+            if is_shared(vertex) {
+                open.insert(corner, open.len() as u32);
+                patch.open_fans.push(place(self.mesh.positions()[vertex as usize]));
+            } else {
+                fans[vertex as usize] += 1;
+                patch.closed.fans += 1;
+            }
+        }
+        for (_, n) in (0..).zip(fans).filter(|(vertex, _)| !is_shared(*vertex)) {
+            patch.closed.vertices += 1;
+            patch.closed.unreferenced_vertices += usize::from(n == 0);
+            patch.closed.non_manifold_vertices += usize::from(n > 1);
+        }
+        open
+    }
+
+    /// Counts the curves of the boundary, which passes through a vertex once per fan, and lists those through open fans.
+    fn trace_boundary(&mut self, patch: &mut Patch, open: &FxHashMap<u32, u32>) {
+        let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
+        for &half_edge in &self.boundary {
+            ends.push([self.corners.find(half_edge), self.corners.find(next(half_edge))]);
+        }
+        let mut fans: Vec<u32> = ends.iter().flatten().copied().collect();
+        fans.sort_unstable();
+        fans.dedup();
+        let mut curves = UnionFind::new(fans.len());
+        let number = |fan: u32| fans.partition_point(|&other| other < fan) as u32;
+        for [a, b] in ends {
+            curves.union(number(a), number(b));
+        }
+        let mut first_of: FxHashMap<u32, u32> = FxHashMap::default();
+        for (i, fan) in (0..).zip(&fans) {
+            let Some(&fan) = open.get(fan) else { continue };
+            let first = *first_of.entry(curves.find(i)).or_insert(fan);
+            patch.curves.push([first, fan]);
+        }
+        patch.closed.loops = curves.sets() - first_of.len();
+    }
+
+    /// Lists the half-edges that wait, and numbers their components and sides.
+    fn list_open(mut self, patch: &mut Patch, fans: &FxHashMap<u32, u32>) {
+        let is_needed = self.counts.inconsistent_edges > 0 || !self.open.is_empty();
+        let mut sides = Sides::new(if is_needed { self.mesh.faces().len() } else { 0 });
+        patch.is_one_sided = is_needed && !self.turn(&mut sides);
+        let (mut components, mut numbers) = (FxHashMap::default(), FxHashMap::default());
+        for half_edge in std::mem::take(&mut self.open) {
+            let corners = [half_edge, next(half_edge)];
+            let n = components.len() as u32;
+            let component = *components.entry(self.faces.find(half_edge / 3)).or_insert(n);
+            let (first, is_turned) = sides.first(half_edge / 3);
+            let n = numbers.len() as u32;
+            patch.open_edges.push(OpenEdge {
+                ends: corners.map(|at| place(self.mesh.positions()[start(self.mesh.faces(), at) as usize])),
+                fans: corners.map(|at| fans.get(&self.corners.find(at)).copied().unwrap_or_default()),
+                component,
+                side: *numbers.entry(first).or_insert(n),
+                is_turned,
+            });
+        }
+        (patch.n_open_components, patch.n_open_sides) = (components.len() as u32, numbers.len() as u32);
+        patch.closed.components = self.faces.sets() - components.len();
+    }
+
+    /// Joins the sides of faces over closed edges with two; whether all can be turned so that they agree.
+    fn turn(&self, sides: &mut Sides) -> bool {
+        let mut waits = vec![false; 3 * self.mesh.faces().len()];
+        self.open.iter().for_each(|&half_edge| waits[half_edge as usize] = true);
+        let (faces, mut all_agree) = (self.mesh.faces(), true);
+        for_each_edge(self.mesh.positions().len(), faces, |_, half_edges| {
+            if let &[g, h] = half_edges
+                && !waits[g.half_edge as usize]
+            {
+                all_agree &= sides.join([g.face(), h.face()], g.runs_up(faces) == h.runs_up(faces));
+            }
+        });
+        all_agree
+    }
+}
