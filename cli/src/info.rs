@@ -1,12 +1,13 @@
 //! `neural-mesh info`: what meshes are, one after the other; one that cannot be read does not keep the others from it.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::blocks::{Described, Room, describe_pieces};
-use neural_mesh::io::Pieces;
+use neural_mesh::io::{self, Pieces};
 use neural_mesh::mesh::cleanup::CleanCounts;
-use neural_mesh::mesh::{Frame, Topology, topology};
+use neural_mesh::mesh::{Attributes, Channel, Frame, Role, Topology, topology};
 use neural_mesh::spatial::Bounds;
 use serde::Serialize;
 
@@ -15,7 +16,7 @@ use crate::failure::{Failure, name};
 use crate::memory::{self, bytes_of, estimate};
 use crate::names::{check_stdin, format_of, is_stream};
 use crate::plain::plain_json;
-use crate::read::{cleaned, read};
+use crate::read::{cleaned, parsed};
 use crate::report;
 use crate::request::Source;
 use crate::words::{Voice, complain, grouped};
@@ -41,6 +42,8 @@ struct Info {
     euler: i64,
     genus: Option<usize>,
     cleaned: report::Cleaned,
+    /// What the mesh carries beside its shape, in words.
+    carries: Vec<String>,
 }
 
 /// What to do about a file of unknown format.
@@ -87,9 +90,12 @@ fn described(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
 }
 
 fn whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
-    let cleaned = cleaned(read(source)?, source)?;
+    let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
+    let carries = carries(&read.mesh.attributes);
+    let cleaned = cleaned(read.mesh, source)?;
     let bounds = Bounds::of(cleaned.mesh.positions());
-    Ok((of(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts), cleaned.counts))
+    let info = of(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts);
+    Ok((Info { carries, ..info }, cleaned.counts))
 }
 
 /// What takes more memory than is allowed, block by block, which wait where the system keeps such files.
@@ -98,7 +104,30 @@ fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, Clean
     let room = Room { n_bytes: most, folder: &folder };
     let found = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
     let Described { topology, bounds, frame, counts, .. } = found.map_err(|error| Failure::of(&source.path, error))?;
-    Ok((of(&source.path, &topology, (bounds, &frame), &counts), counts))
+    let carries = pieces.carries().into_iter().collect();
+    Ok((Info { carries, ..of(&source.path, &topology, (bounds, &frame), &counts) }, counts))
+}
+
+/// What corners and faces carry.
+fn carries(attributes: &Attributes) -> Vec<String> {
+    let named = |channel: &Channel| match channel.role {
+        Role::Normal => "normals".into(),
+        Role::Tangent => "tangents".into(),
+        Role::Uv => "texture coordinates".into(),
+        Role::Colour => "colours".into(),
+        Role::Skin => "a skin".into(),
+        Role::MorphPosition | Role::MorphDirection => "morph targets".into(),
+        _ => channel.name.clone(),
+    };
+    let groups: BTreeSet<u32> = attributes.groups.iter().copied().collect();
+    let groups = (groups.len() > 1).then(|| format!("{} materials or groups", grouped(groups.len())));
+    let mut all: Vec<String> = Vec::new();
+    for name in attributes.channels.iter().map(named).chain(groups) {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    all
 }
 
 fn of(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts: &CleanCounts) -> Info {
@@ -120,6 +149,7 @@ fn of(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts
         euler: figures.euler,
         genus: figures.genus,
         cleaned: counts.into(),
+        carries: Vec::new(),
     }
 }
 
@@ -139,6 +169,10 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
         format!("manifold    {}", manifold(info)),
         format!("components  {}", grouped(info.components)),
         format!("genus       {genus} (Euler characteristic {})", info.euler),
+        format!(
+            "carries     {}",
+            if info.carries.is_empty() { "nothing else".into() } else { info.carries.join(", ") }
+        ),
         format!("cleaned     {cleaned}"),
     ]
 }
@@ -154,7 +188,8 @@ fn closed(info: &Info) -> String {
     match info.closed {
         true => "yes".into(),
         false => {
-            format!("no: {} boundary edges in {} loops", grouped(info.boundary_edges), grouped(info.boundary_loops))
+            let loops = if info.boundary_loops == 1 { "loop" } else { "loops" };
+            format!("no: {} boundary edges in {} {loops}", grouped(info.boundary_edges), grouped(info.boundary_loops))
         }
     }
 }

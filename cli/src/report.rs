@@ -102,9 +102,9 @@ pub struct Certified {
 }
 
 impl Certified {
-    /// In both units; in percent of nothing, both are the same.
-    pub fn of(distance: &CertifiedDistance) -> Self {
-        let percent = if distance.diagonal > 0.0 { 100.0 / distance.diagonal } else { 1.0 };
+    /// In both units; in percent of nothing, both are the same. `diagonal` is that of the input, of which less may have been compared.
+    pub fn of(distance: &CertifiedDistance, diagonal: f64) -> Self {
+        let percent = if diagonal > 0.0 { 100.0 / diagonal } else { 1.0 };
         let CertifiedDistance { lower, upper, .. } = *distance;
         Self { lower, upper, lower_percent: lower * percent, upper_percent: upper * percent }
     }

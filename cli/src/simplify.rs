@@ -463,7 +463,7 @@ fn told(
     let several = matches!(request.goal, Goal::Levels(_));
     let is_by_name = request.prune_below.is_some() || request.options.hidden == Hidden::Drop;
     let is_of_rest = matches!(request.goal, Goal::Error(_)) && is_by_name && result.report.components_pruned > 0;
-    let of_rest = is_of_rest.then(|| "the distance is that of what --prune and --hidden left".into());
+    let of_rest = is_of_rest.then(|| "what is certain is the distance of what --prune and --hidden left; the line distance counts what they dropped".into());
     let notes = notes.into_iter().chain(of_rest).collect();
     let Some(first) = levels.first().cloned() else { return Err(Failure::Failed("no result was made".into())) };
     Ok(Report {
@@ -480,7 +480,7 @@ fn told(
         repaired: subject.repaired.as_ref().map(Into::into),
         baked,
         distance: first.distance,
-        certified: certified.map(|distance| Certified::of(&distance)),
+        certified: certified.map(|distance| Certified::of(&distance, subject.mesh().diagonal())),
         mirror: result.report.mirror.map(|plane| subject.plane_of_file(plane).to_string()),
         levels: if several { levels } else { Vec::new() },
         notes,
@@ -508,6 +508,7 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
     match &report.levels[..] {
         [] => {
             voice.say(&words::size(&report.input, &report.output.size));
+            bytes(request).iter().for_each(|bytes| voice.say(&words::bytes(*bytes)));
             words::written(&report.output).iter().for_each(|line| voice.say(line));
             report.certified.iter().for_each(|distance| voice.say(&words::certified(distance)));
             report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
@@ -515,4 +516,13 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
         levels => levels.iter().enumerate().for_each(|(i, level)| voice.say(&words::level(i, &report.input, level))),
     }
     voice.say(&words::time(&report.seconds));
+}
+
+/// Bytes of the input and of the result, where each is one file.
+fn bytes(request: &Request) -> Option<[u64; 2]> {
+    let result = request.output.as_deref().filter(|_| request.output_format != Format::Gltf)?;
+    let is_whole = Format::from_path(&request.source.path) != Some(Format::Gltf);
+    let of = |path: &Path| std::fs::metadata(path).ok().filter(|found| found.is_file()).map(|found| found.len());
+    is_whole.then_some(())?;
+    Some([of(&request.source.path)?, of(result)?])
 }

@@ -87,10 +87,10 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
         notes.push(format!("pruned    {}{all} components{how}", output.components_pruned - output.components_hidden));
     }
     if output.components_at_minimum > 0 {
-        notes.push(format!(
-            "smallest  {} components are as small as their topology allows",
-            output.components_at_minimum
-        ));
+        notes.push(match output.components_at_minimum {
+            1 => "smallest  1 component is as small as its topology allows".into(),
+            n => format!("smallest  {n} components are as small as their topology allows"),
+        });
     }
     if let Some(why) = why_stopped(&report.outcome) {
         notes.push(format!("stopped   {why}"));
@@ -203,6 +203,12 @@ pub fn size(input: &Size, output: &Size) -> String {
     format!("size      {} -> {} ({share:.1} % of the vertices)", counts(input), counts(output))
 }
 
+/// `file      1.75 MB -> 0.369 MB`
+pub fn bytes([before, after]: [u64; 2]) -> String {
+    let megabytes = |bytes: u64| figures(bytes as f64 / 1e6);
+    format!("file      {} MB -> {} MB", megabytes(before), megabytes(after))
+}
+
 /// `distance  mean 0.12 %, max at least 0.85 % of the bounding-box diagonal`
 pub fn distance(distance: &Distance) -> String {
     let [mean, max] = [distance.mean_percent, distance.max_percent].map(figures);
@@ -249,11 +255,11 @@ pub fn grouped(number: usize) -> String {
     text
 }
 
-/// Three significant digits without an exponent; 0 for less than what single precision can tell.
-fn figures(percent: f64) -> String {
-    if percent < 1e-5 {
+/// Three significant digits without an exponent; 0 for less than what single precision can tell of percent.
+fn figures(number: f64) -> String {
+    if number < 1e-5 {
         return "0".into();
     }
-    let decimals = (2.0 - percent.log10().floor()).max(0.0) as usize;
-    format!("{percent:.decimals$}")
+    let decimals = (2.0 - number.log10().floor()).max(0.0) as usize;
+    format!("{number:.decimals$}")
 }

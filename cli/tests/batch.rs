@@ -516,6 +516,26 @@ fn what_makes_no_sense_is_a_usage_error() {
 }
 
 #[test]
+fn a_value_apart_from_its_option_and_a_mesh_for_a_folder_are_refused() {
+    let folder = prepared();
+    for more in
+        [&["--ratio", "0.5", "--fill-holes", "30"][..], &["--error", "0.2", "%"], &["--ratio", "0.5", "--prune", "1%"]]
+    {
+        let words = [&["simplify", "in/a.ply", "-o", "out.ply"], more].concat();
+        let refused = run(folder.path(), &words);
+        assert_eq!(refused.code, Some(2), "{}", refused.words);
+        assert!(the_line(&refused).contains("stands behind =, as in --prune=1%"), "{}", refused.words);
+    }
+    let refused = run(folder.path(), &["simplify", "in", "-o", "out.ply", "--ratio", "0.5"]);
+    assert!(
+        refused.code == Some(2) && the_line(&refused).contains("several meshes go into a folder"),
+        "{}",
+        refused.words
+    );
+    assert!(!folder.path().join("out.ply").exists());
+}
+
+#[test]
 fn little_memory_makes_it_slower_and_nothing_else() {
     let folder = prepared();
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "wide", "--ratio", "0.2"]).code, Some(0));

@@ -146,3 +146,20 @@ fn help_says_what_the_exit_codes_are() {
         assert!(words.contains(said), "{said}: {words}");
     }
 }
+
+#[test]
+fn percent_are_of_the_whole_diagonal_where_crumbs_go() {
+    let folder = folder();
+    let (mut positions, mut faces) = shapes::icosphere(4).into_parts();
+    let crumb = shapes::icosphere(1);
+    let first = positions.len() as u32;
+    positions.extend(crumb.positions().iter().map(|p| [0.01 * p[0] + 9.0, 0.01 * p[1], 0.01 * p[2]]));
+    faces.extend(crumb.faces().iter().map(|face| face.map(|v| first + v)));
+    put(&folder.path().join("in.ply"), &TriMesh::new(positions, faces).unwrap());
+    let (run, outcome) = simplified(folder.path(), &["--error", "0.5%", "--prune=1%"]);
+    assert_eq!((run.code, outcome.as_str()), (Some(0), "reached"), "{}", run.words);
+    let report = json(&folder.path().join("r.json"));
+    let [asked, proved] = [&report["target"]["error_percent"], &report["certified"]["upper_percent"]];
+    assert!(proved.as_f64().unwrap() <= asked.as_f64().unwrap(), "{report}");
+    assert!(proved.as_f64().unwrap() > 0.25, "{report}");
+}

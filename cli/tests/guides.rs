@@ -58,7 +58,7 @@ fn for_people_with_a_scan() {
 
 #[test]
 fn for_people_with_parts_to_print() {
-    holds(&followed("print.md"), &["solid.stl", "part.stl", "edges.stl", "part.html", "front.png"]);
+    holds(&followed("print.md"), &["solid.stl", "part.3mf", "edges.stl", "part.html", "front.png"]);
 }
 
 #[cfg(all(feature = "evaluate", feature = "train"))]

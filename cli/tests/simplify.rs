@@ -25,12 +25,12 @@ fn a_closed_mesh_comes_out_lighter_and_closed() {
 }
 
 #[test]
-fn three_lines_close_the_run() {
+fn four_lines_close_the_run() {
     let folder = folder();
     let run = run_cow(folder.path(), &["-o", "light.ply"]);
     let words = String::from_utf8(run.out).unwrap();
     let starts: Vec<&str> = words.lines().map(|line| line.split(' ').next().unwrap()).collect();
-    assert_eq!(starts, ["size", "distance", "time"], "{words}");
+    assert_eq!(starts, ["size", "file", "distance", "time"], "{words}");
     assert_eq!(run.words, "");
 }
 
@@ -38,7 +38,7 @@ fn three_lines_close_the_run() {
 fn no_check_and_quiet_leave_words_out() {
     let folder = folder();
     let unchecked = run_cow(folder.path(), &["-o", "a.ply", "--no-check", "--report", "a.json"]);
-    assert_eq!(String::from_utf8(unchecked.out).unwrap().lines().count(), 2);
+    assert_eq!(String::from_utf8(unchecked.out).unwrap().lines().count(), 3);
     assert!(json(&folder.path().join("a.json"))["distance"].is_null());
     let quiet = run_cow(folder.path(), &["-o", "b.ply", "--quiet"]);
     assert_eq!((quiet.code, quiet.out.len(), quiet.words.len()), (Some(0), 0, 0));

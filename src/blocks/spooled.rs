@@ -42,6 +42,14 @@ pub struct Read {
     pub counts: CleanCounts,
 }
 
+/// A block as it was put on the disk.
+struct Gathered {
+    positions: Vec<[f32; 3]>,
+    faces: Vec<[u32; 3]>,
+    /// Places in it that faces of others use.
+    told: FxHashSet<Place>,
+}
+
 impl Spooled {
     /// Nothing yet, on the disk of a folder.
     pub fn new(folder: &Path, plan: Plan) -> Result<Self> {
@@ -89,8 +97,7 @@ impl Spooled {
         self.plan.n_blocks()
     }
 
-    /// The faces of a block as they were in the file, and the places in it that faces of others use.
-    fn gathered(&self, number: usize) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>, FxHashSet<Place>)> {
+    fn gathered(&self, number: usize) -> Result<Gathered> {
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
         let mut told = FxHashSet::default();
         for piece in self.spool.pieces(number) {
@@ -100,19 +107,19 @@ impl Spooled {
             faces.extend(run.faces.iter().map(|face| face.map(|v| start + u32::from(v))));
             told.extend(run.told.into_iter().map(place));
         }
-        Ok((positions, faces, told))
+        Ok(Gathered { positions, faces, told })
     }
 
     /// What a block looks like: as its faces were, but for those with a corner twice; vertices may lie in one place.
     pub fn surface(&self, number: usize) -> Result<TriMesh> {
-        let (positions, mut faces, _) = self.gathered(number)?;
+        let Gathered { positions, mut faces, .. } = self.gathered(number)?;
         faces.retain(|[a, b, c]| a != b && b != c && c != a);
         TriMesh::new(positions, faces).map_err(|_| Error::from(ErrorKind::InvalidData))
     }
 
     /// A block as its faces are after cleaning.
     pub fn read(&self, number: usize) -> Result<std::result::Result<Read, CleanError>> {
-        let (positions, faces, mut told) = self.gathered(number)?;
+        let Gathered { positions, faces, mut told } = self.gathered(number)?;
         let positions = positions.into_iter().map(|p| p.map(f64::from)).collect();
         let n_told = told.len();
         let nothing = |counts| Read { block: None, n_own_vertices: n_told, counts };

@@ -46,6 +46,7 @@ pub(super) fn unreadable(error: io::Error) -> ReadError {
         io::ErrorKind::OutOfMemory => {
             ReadError::file("it takes more memory than there is", "give a smaller file or more memory")
         }
+        io::ErrorKind::IsADirectory => ReadError::file("is a folder", "give the mesh files in it, as FOLDER/*.ply"),
         _ => ReadError::file(format!("cannot be read: {error}"), "check the path"),
     }
 }

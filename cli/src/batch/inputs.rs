@@ -23,6 +23,22 @@ pub fn is_pattern(path: &Path) -> bool {
     !path.exists() && path.to_string_lossy().contains(['*', '?', '['])
 }
 
+/// Refuses, before any work, what can be no batch: an option's value among the meshes, and a mesh's name for their folder.
+pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
+    let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
+    let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
+    if let Some(stray) = stray {
+        let what =
+            "no such mesh: a value that may be left out stands behind =, as in --prune=1%, and % without a space";
+        return Err(Failure::Usage(format!("{}: {what}", stray.display())));
+    }
+    if Format::from_path(&args.output).is_some() && !args.output.is_dir() {
+        let what = "is a mesh's name, and several meshes go into a folder: give -o OUTDIR, or one mesh";
+        return Err(Failure::Usage(format!("{}: {what}", args.output.display())));
+    }
+    Ok(())
+}
+
 /// All meshes that are asked for, each once, ordered by their places.
 pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     let asked = match &args.list {

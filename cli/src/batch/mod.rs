@@ -86,6 +86,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
             "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
         );
     }
+    inputs::check(args)?;
     memory::bound(args.memory);
     options(args)?;
     prune_below(args)?;
@@ -278,7 +279,7 @@ impl Batch {
         let ends = self.manifest.ends();
         let voice = if self.args.quiet { Voice::Quiet } else { Voice::Out };
         voice.say(&format!(
-            "meshes    {}: {} at the size asked for, {} stopped before it, {} failed",
+            "meshes    {}: {} as asked, {} stopped before that, {} failed",
             self.inputs.len(),
             ends.reached,
             ends.stopped,
@@ -291,6 +292,7 @@ impl Batch {
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }
             (0, _) => Ok(()),
+            (1, _) => Err(Failure::of(self.manifest.path(), "1 mesh failed: its row says why")),
             (n, _) => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: the rows say why"))),
         }
     }
