@@ -21,6 +21,11 @@ __all__ = [
     "mesh_points",
     "record",
     "train",
+    "cut",
+    "sample_block",
+    "price_for",
+    "simplify_block",
+    "join",
     "estimate",
     "shipped_weights",
     "random_weights",
@@ -191,3 +196,13 @@ def candidate_faces(
     threads: int | None,
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]: ...
 def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int64]) -> NDArray[np.float32]: ...
+
+_Block: TypeAlias = tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.bool_]]
+_Cut: TypeAlias = tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.bool_]]
+_Paid: TypeAlias = tuple[int, int, list[tuple[int, float]]]
+
+def cut(path: str | None, mesh: Any) -> tuple[list[_Cut], list[float], int]: ...
+def sample_block(block: _Block, share: float, scores: str, seed: int, threads: int | None) -> _Paid: ...
+def price_for(samples: Sequence[_Paid], share: float) -> float: ...
+def simplify_block(block: _Block, share: float, price: float, scores: str, seed: int, threads: int | None) -> _Cut: ...
+def join(blocks: Sequence[_Block]) -> tuple[NDArray[np.float32], NDArray[np.int32]]: ...

@@ -17,7 +17,7 @@ import posixpath
 import shutil
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import ray
@@ -26,7 +26,7 @@ from ._native import NeuralMeshError
 from ._result import NotReachedError
 from ._simplify import simplify
 
-__all__ = ["COLUMNS", "simplify_all"]
+__all__ = ["COLUMNS", "each", "simplify_all"]
 
 COLUMNS = (
     "name", "output", "vertices", "faces", "output_vertices", "output_faces", "mean_percent", "max_percent", "seconds", "outcome", "request",
@@ -75,6 +75,17 @@ def simplify_all(
     _write_manifest(manifest, rows.values())
     _remove(_join(out, ".falls"))
     return list(rows.values())
+
+
+def each(function: Callable[[Any], Any], items: Iterable[Any]) -> list[Any]:
+    """What a function gives for each item, made by whoever in the cluster is free, again where a worker falls: for
+    `neural_mesh.blocks.simplify(mesh, ratio=0.01, each=each, threads=1)`."""
+    task = ray.remote(max_retries=-1)(_called)
+    return list(ray.get([task.remote(function, item) for item in items]))
+
+
+def _called(function: Callable[[Any], Any], item: Any) -> Any:
+    return function(item)
 
 
 def _rows(

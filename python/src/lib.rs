@@ -4,6 +4,7 @@
 //! the words of the program's command line, which `neural_mesh_cli::embedded` understands, so that options mean the same.
 
 mod arrays;
+mod blocks;
 mod compare;
 mod failure;
 mod given;
@@ -34,6 +35,11 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(record::record, module)?)?;
     module.add_function(wrap_pyfunction!(learn::train, module)?)?;
     module.add_function(wrap_pyfunction!(learn::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::cut, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::sample_block, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::price_for, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::simplify_block, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::join, module)?)?;
     network::add(module)?;
     graphs::add(module)
 }

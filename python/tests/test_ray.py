@@ -17,7 +17,8 @@ ray = pytest.importorskip("ray")
 
 import neural_mesh as nm  # noqa: E402
 from conftest import torus  # noqa: E402
-from neural_mesh.ray import COLUMNS, simplify_all  # noqa: E402
+from neural_mesh import blocks  # noqa: E402
+from neural_mesh.ray import COLUMNS, each, simplify_all  # noqa: E402
 
 N = 60
 
@@ -103,6 +104,12 @@ def test_what_is_done_stays_and_what_lacks_is_done(folder: Path, tmp_path: Path)
     assert len(rows) == 6 and (out / first[0]["output"]).exists()
     same = [name for name, at in kept.items() if (out / name).stat().st_mtime_ns == at]
     assert len(same) == len(kept) - 1
+
+
+def test_one_mesh_is_made_by_many_workers() -> None:
+    mesh = torus(1200, 500)
+    alone, several = (blocks.simplify(mesh, ratio=0.01, each=how, threads=1) for how in (map, each))
+    assert all((x == y).all() for x, y in zip(alone, several, strict=True))
 
 
 def test_a_mesh_that_takes_too_long_is_a_row(tmp_path: Path) -> None:

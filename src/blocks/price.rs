@@ -6,12 +6,14 @@ use crate::simplify::{Options, SimplifyError, simplify_piece};
 
 /// What a block pays on its way to the size asked for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Sample {
-    /// Vertices of the block, and those of them that stay.
-    n_vertices: usize,
-    n_shared: usize,
+    /// Vertices of the block.
+    pub n_vertices: usize,
+    /// Those of them that stay.
+    pub n_shared: usize,
     /// How many vertices merges left, falling, and what the last of them cost.
-    paid: Vec<(usize, f64)>,
+    pub paid: Vec<(usize, f64)>,
 }
 
 /// Simplifies a block down to a share of its vertices beside those that stay, and tells what that cost.
@@ -31,6 +33,11 @@ pub fn sample_block(
 }
 
 impl Sample {
+    /// What another process was told.
+    pub fn new(n_vertices: usize, n_shared: usize, paid: Vec<(usize, f64)>) -> Self {
+        Self { n_vertices, n_shared, paid }
+    }
+
     /// The vertices that are left where no merge costs more.
     fn left_at(&self, price: f64) -> usize {
         let paid = self.paid.partition_point(|(_, most)| *most <= price);

@@ -1,0 +1,119 @@
+//! A mesh in blocks, each simplified for itself, by whoever has time; what goes between workers are arrays and numbers.
+
+use std::path::PathBuf;
+
+use neural_mesh::blocks::{self, Block, Sample};
+use neural_mesh::io;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::simplify::{Options, ScoreSource, Target};
+use neural_mesh_cli::embedded::Failure;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::arrays::{array, numbers, points, rows, sequence, triples};
+use crate::failure::{raised, refused};
+use crate::given::Given;
+use crate::heard::heard;
+
+/// Vertices, n x 3, faces, n x 3, and whether each vertex is one of other blocks, too.
+#[derive(FromPyObject)]
+pub struct GivenBlock<'py>(PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, u32>, PyReadonlyArray1<'py, bool>);
+
+/// The same on its way to Python.
+type Arrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>);
+
+/// What a block paid, as Python keeps it: vertices, shared ones, and pairs of vertices left and their price.
+type Paid = (usize, usize, Vec<(usize, f64)>);
+
+impl GivenBlock<'_> {
+    fn block(&self) -> PyResult<Block> {
+        let Self(positions, faces, shared) = self;
+        let mesh = TriMesh::new(points(positions, "vertices")?, rows(faces, "faces")?.to_vec());
+        let mesh = mesh.map_err(|error| refused(error.to_string()))?;
+        let shared = numbers(shared, "shared")?.to_vec();
+        if shared.len() != mesh.positions().len() {
+            return Err(refused(format!("shared: {} values: give one for each vertex", shared.len())));
+        }
+        Ok(Block { mesh, shared })
+    }
+}
+
+fn arrays(py: Python, block: Block) -> PyResult<Arrays> {
+    let (positions, faces) = block.mesh.into_parts();
+    Ok((array(py, positions)?, triples(py, faces)?, sequence(py, block.shared)))
+}
+
+fn options(share: f64, scores: &str, seed: u64) -> PyResult<Options> {
+    let mut options = Options::new(Target::Ratio(share));
+    options.seed = seed;
+    options.scores = match scores {
+        "geometry" => ScoreSource::Geometry,
+        "network" => ScoreSource::Network,
+        _ => return Err(raised(&Failure::Usage(format!("scores: {scores}: give network or geometry")))),
+    };
+    Ok(options)
+}
+
+/// The blocks of a mesh, or of a file, in coordinates of their own, where their origin is, how many vertices there are.
+#[pyfunction]
+pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<Given>) -> PyResult<(Vec<Arrays>, [f64; 3], usize)> {
+    let given = mesh.map(|mesh| mesh.read()).transpose()?.map(|read| read.mesh);
+    let (found, frame, n) = heard(py, None, None, move |_| {
+        let path = path.unwrap_or_default();
+        let failed = |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", path.display()));
+        let read = || io::read_path(&path, None).map_err(|error| failed(&error));
+        let raw = given.map_or_else(read, Ok)?;
+        let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(&error))?;
+        Ok((blocks::cut(&cleaned.mesh), cleaned.frame, cleaned.mesh.positions().len()))
+    })?;
+    Ok((found.into_iter().map(|block| arrays(py, block)).collect::<PyResult<_>>()?, frame.origin, n))
+}
+
+/// What a block pays on the way to a share of its vertices.
+#[pyfunction]
+pub fn sample_block(
+    py: Python,
+    block: GivenBlock,
+    share: f64,
+    scores: &str,
+    seed: u64,
+    threads: Option<usize>,
+) -> PyResult<Paid> {
+    let (block, options) = (block.block()?, options(share, scores, seed)?);
+    let sample = heard(py, threads, None, move |_| Ok(blocks::sample_block(&block, share, None, &options)?))?;
+    Ok((sample.n_vertices, sample.n_shared, sample.paid))
+}
+
+/// The price for all blocks.
+#[pyfunction]
+pub fn price_for(samples: Vec<Paid>, share: f64) -> f64 {
+    let samples: Vec<Sample> = samples.into_iter().map(|(n, n_shared, paid)| Sample::new(n, n_shared, paid)).collect();
+    blocks::price_for(&samples, share)
+}
+
+/// A block with what merges up to the price leave.
+#[pyfunction]
+pub fn simplify_block(
+    py: Python,
+    block: GivenBlock,
+    share: f64,
+    price: f64,
+    scores: &str,
+    seed: u64,
+    threads: Option<usize>,
+) -> PyResult<Arrays> {
+    let (block, options) = (block.block()?, options(share, scores, seed)?);
+    let lighter =
+        heard(py, threads, None, move |_| Ok(blocks::simplify_block(&block, share, price, None, &options)?))?;
+    arrays(py, lighter)
+}
+
+/// Blocks as one mesh.
+#[pyfunction]
+pub fn join(py: Python, blocks: Vec<GivenBlock>) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
+    let blocks: Vec<Block> = blocks.iter().map(GivenBlock::block).collect::<PyResult<_>>()?;
+    let joined = blocks::join(blocks).map_err(|error| refused(error.to_string()))?;
+    let (positions, faces) = joined.into_parts();
+    Ok((array(py, positions)?, triples(py, faces)?))
+}
