@@ -104,8 +104,7 @@ pub fn simplify_block(
     threads: Option<usize>,
 ) -> PyResult<Arrays> {
     let (block, options) = (block.block()?, options(share, scores, seed)?);
-    let lighter =
-        heard(py, threads, None, move |_| Ok(blocks::simplify_block(&block, share, price, None, &options)?))?;
+    let lighter = heard(py, threads, None, move |_| Ok(blocks::simplify_block(&block, share, price, None, &options)?))?;
     arrays(py, lighter)
 }
 
