@@ -26,8 +26,8 @@ const REMEDY: &str = "allow more with --memory";
 /// Of the memory that is allowed, what the program takes beside.
 const BESIDE: u64 = 16 << 20;
 /// What a face costs in blocks and when they are measured, ns of 100 million.
-const SIMPLIFY: f64 = 870.0;
-const CHECK: f64 = 150.0;
+const SIMPLIFY: f64 = 740.0;
+const CHECK: f64 = 460.0;
 
 /// Simplifies what takes more memory than is allowed; `None` where it does not.
 pub fn simplified(

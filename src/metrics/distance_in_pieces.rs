@@ -6,8 +6,8 @@ use super::quick_distance::{OneSided, QuickDistance, along_curve, area, one_side
 use crate::mesh::TriMesh;
 use crate::spatial::{Bounds, FaceTree};
 
-/// Samples of a piece at least.
-const LEAST: usize = 16;
+/// Samples of a piece at least: with fewer, few of its vertices can be passed over as nearer than the farthest.
+const LEAST: usize = 512;
 
 /// The distance between a simplified mesh and pieces of its original, as far as they were shown.
 ///
