@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from . import _native
 from ._meshes import given
 from ._native import OptionError
 from ._simplify import simplify as _simplify
+
+Scores = Literal["network", "geometry"]
 
 TIMES = 2.0
 """Vertices that the blocks leave altogether, over those asked for: what is joined is simplified once more."""
@@ -77,7 +79,7 @@ def cut(mesh: Any) -> Cut:
     return Cut([Block(*block) for block in blocks], np.array(origin), n_vertices)
 
 
-def sample(block: Block, share: float, *, scores: str = "network", seed: int = 0, threads: int | None = None) -> Paid:
+def sample(block: Block, share: float, *, scores: Scores = "network", seed: int = 0, threads: int | None = None) -> Paid:
     """What a block pays on the way to a share of its vertices; a few blocks tell the price for all."""
     return Paid(*_native.sample_block(block._arrays, share, scores, seed, threads))
 
@@ -88,7 +90,7 @@ def price(samples: Sequence[Paid], share: float) -> float:
 
 
 def lighten(
-    block: Block, share: float, price: float, *, scores: str = "network", seed: int = 0, threads: int | None = None
+    block: Block, share: float, price: float, *, scores: Scores = "network", seed: int = 0, threads: int | None = None
 ) -> Block:
     """Simplifies a block as long as merges cost no more than the price; `share` is what that leaves in the mean of all blocks."""
     return Block(*_native.simplify_block(block._arrays, share, price, scores, seed, threads))
@@ -100,13 +102,13 @@ def join(blocks: Iterable[Block]) -> tuple[NDArray[np.float32], NDArray[np.int32
 
 
 def simplify(
-    mesh: Any, *, ratio: float, each: Each = map, scores: str = "network", seed: int = 0, threads: int | None = None
+    mesh: Any, *, ratio: float, each: Each = map, scores: Scores = "network", seed: int = 0, threads: int | None = None
 ) -> tuple[NDArray[Any], NDArray[np.int32]]:
     """Simplifies a mesh to a share of its vertices in blocks that `each` gives to workers; vertices and faces of the result."""
     if not 0 < ratio <= 1:
         raise OptionError(f"ratio: {ratio}: give a number above 0 and up to 1")
     whole = mesh if isinstance(mesh, Cut) else cut(mesh)
-    settings = {"scores": scores, "seed": seed, "threads": threads}
+    settings: dict[str, Any] = {"scores": scores, "seed": seed, "threads": threads}
     share = min(TIMES * ratio, 1.0)
     n = len(whole.blocks)
     n_samples = min(-(-n // _ONE_OF), _MOST)

@@ -30,7 +30,7 @@ def test_blocks_make_one_closed_mesh_that_is_near(mesh: tuple[np.ndarray, np.nda
     result = trimesh.Trimesh(vertices, faces, process=False)
     assert result.is_watertight and result.euler_number == 0
     light = nm.simplify(mesh, ratio=0.01)
-    ours, theirs = (result["distance mean"] for result in nm.compare(mesh, (vertices, faces), light).results)
+    ours, theirs = (result["distance_mean"] for result in nm.compare(mesh, (vertices, faces), light).results)
     assert ours is not None and theirs is not None and ours <= 1.1 * theirs
 
 
@@ -61,6 +61,6 @@ def test_what_is_no_block_is_refused() -> None:
     with pytest.raises(nm.NeuralMeshError):
         blocks.join([blocks.Block(corners, face + 1, np.zeros(3, bool))])
     with pytest.raises(nm.OptionError, match="scores"):
-        blocks.sample(blocks.Block(corners, face, np.zeros(3, bool)), 0.1, scores="luck")
+        blocks.sample(blocks.Block(corners, face, np.zeros(3, bool)), 0.1, scores="luck")  # type: ignore[arg-type]
     with pytest.raises(nm.OptionError, match="ratio"):
         blocks.simplify((corners, face), ratio=2)
