@@ -48,7 +48,9 @@ pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
-pub(crate) use patch::{Patch, Place, place};
+#[cfg(feature = "io")]
+pub(crate) use patch::Patch;
+pub(crate) use patch::{Place, place};
 #[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
 pub(crate) use placed::{PlacedMesh, side_by_side};
 pub use point_cloud::{PointCloud, point_cloud};
@@ -57,6 +59,7 @@ pub use raw_mesh::{Frame, RawMesh};
 pub(crate) use seams::same_values;
 pub use seams::{KeptEdge, creases, seams};
 pub use snap::snap;
+#[cfg(feature = "io")]
 pub(crate) use topology::Patches;
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};
