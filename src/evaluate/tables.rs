@@ -30,6 +30,9 @@ const MORE: [Column; 7] = [
     ("curvature", "curvature_error", 1.0),
 ];
 
+/// A result with more than so many times the vertices asked for, and the faces, is not what was asked.
+const LARGER: f64 = 1.1;
+
 /// A column as it is in this table.
 struct Shown {
     title: &'static str,
@@ -69,7 +72,8 @@ fn head(table: &Table) -> String {
         "# Evaluation\n\n{meshes} meshes, seeds {seeds}, {samples} samples on each surface. neural-mesh {versions}. Times: \
          median of {runs} runs on {machines}.\n\nCells are *mean / median* over meshes and seeds; the best mean is \
          bold, lower is better. Each is over the results that have a value: a number in brackets says of how many, where \
-         they are fewer than the results. Distances count in percent of the bounding box's diagonal.\n\n"
+         they are fewer than the results. Results that are more than a tenth larger than asked, by vertices and by faces, are counted \
+         beside: a method with mostly such results is in no contest, and not bold. Distances count in percent of the bounding box's diagonal.\n\n"
     );
     let explained = figures();
     for (title, name, scale) in PAPER.iter().chain(&MORE).filter(|column| has_values(table, column.1)) {
@@ -111,10 +115,12 @@ fn section(page: &mut String, table: &Table, title: &str, columns: &[Shown], rel
         let header: Vec<&str> = columns.iter().map(|column| column.title).collect();
         let _ = writeln!(page, "| method | results | {} |", header.join(" | "));
         let _ = writeln!(page, "|---|---|{}", "---|".repeat(columns.len()));
-        let best: Vec<Option<f64>> = columns.iter().map(|column| best(table, ratio, column.value)).collect();
+        let best_of_all: Vec<Option<f64>> = columns.iter().map(|column| best(table, ratio, column.value)).collect();
         for method in methods(table) {
             let rows = rows_of(table, ratio, method);
-            let cells = columns.iter().zip(&best).map(|(column, best)| cell(&rows, column.value, *best));
+            let best = |best: &Option<f64>| best.filter(|_| does_what_was_asked(&rows));
+            let cells =
+                columns.iter().zip(&best_of_all).map(|(column, of_all)| cell(&rows, column.value, best(of_all)));
             let cells: Vec<String> = cells.collect();
             let _ = writeln!(page, "| {method} | {} | {} |", results(&rows), cells.join(" | "));
         }
@@ -147,18 +153,34 @@ fn quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Shown], ot
     }
 }
 
-/// `28 of 30`: cases with a result; meshes that could not be read are nobody's fault.
+/// `28 of 30, 3 larger`: cases with a result, and those that are larger than asked; meshes that could not be read are nobody's fault.
 fn results(rows: &[&Row]) -> String {
-    format!("{} of {}", n_results(rows), rows.iter().filter(|row| row.vertices_in > 0).count())
+    let n_cases = rows.iter().filter(|row| row.vertices_in > 0).count();
+    let larger = Some(n_larger(rows)).filter(|n| *n > 0).map(|n| format!(", {n} larger")).unwrap_or_default();
+    format!("{} of {n_cases}{larger}", n_results(rows))
 }
 
-/// The least mean of all methods; sizes have none.
+/// Results that have more vertices than asked for, and more faces.
+fn n_larger(rows: &[&Row]) -> usize {
+    let is_larger = |n: usize, asked: usize| n as f64 > LARGER * asked as f64;
+    let larger =
+        |row: &&&Row| is_larger(row.vertices_out, row.vertices_asked) && is_larger(row.faces_out, row.faces_asked);
+    rows.iter().filter(larger).count()
+}
+
+/// Whether most of a method's results are no larger than asked.
+fn does_what_was_asked(rows: &[&Row]) -> bool {
+    2 * n_larger(rows) <= n_results(rows)
+}
+
+/// The least mean of all methods that do what was asked in most cases; sizes have none.
 fn best(table: &Table, ratio: f64, value: Value) -> Option<f64> {
     if matches!(value, Value::Vertices | Value::Faces) {
         return None;
     }
-    let means = methods(table).into_iter().filter_map(|method| mean(&values(&rows_of(table, ratio, method), value)));
-    means.min_by(f64::total_cmp)
+    let of_methods = methods(table).into_iter().map(|method| rows_of(table, ratio, method));
+    let asked = of_methods.filter(|rows| does_what_was_asked(rows));
+    asked.filter_map(|rows| mean(&values(&rows, value))).min_by(f64::total_cmp)
 }
 
 fn cell(rows: &[&Row], value: Value, best: Option<f64>) -> String {
@@ -231,6 +253,19 @@ mod tests {
         assert!(page.contains("| method / better | time |") && page.contains("| worse | 2.00 |"), "{page}");
         assert!(page.contains("| worse | 1 | b, ratio 0.1, seed 0 | a \\| b |"), "{page}");
         assert!(!page.contains("CD |"), "columns without values stay out: {page}");
+    }
+
+    #[test]
+    fn a_method_that_leaves_all_as_it_is_wins_nothing() {
+        let mut table = table();
+        for row in &mut table.rows {
+            (row.vertices_asked, row.faces_asked) = (100, 196);
+            let n = if row.method == "better" { 1000 } else { 101 };
+            (row.vertices_out, row.faces_out) = if row.error.is_empty() { (n, 2 * n) } else { (0, 0) };
+        }
+        let page = page(&table, None);
+        assert!(page.contains("| better | 2 of 2, 2 larger |") && page.contains("| worse | 1 of 2 |"), "{page}");
+        assert!(page.contains("**2.00** / 2.00 |") && page.matches("**").count() == 2 * 2, "{page}");
     }
 
     #[test]
