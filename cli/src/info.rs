@@ -13,10 +13,10 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::failure::{Failure, name};
-use crate::memory::{self, bytes_of, estimate};
-use crate::names::{check_stdin, format_of, is_stream};
+use crate::memory::{self, bytes_of};
+use crate::names::{check_stdin, format_of};
 use crate::plain::plain_json;
-use crate::read::{cleaned, parsed};
+use crate::read::{self, cleaned, parsed};
 use crate::report;
 use crate::request::Source;
 use crate::words::{Voice, complain, grouped};
@@ -74,11 +74,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 
 /// What is said of a mesh: a line of JSON, or a block of lines.
 fn described(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
-    let most =
-        args.memory.map(bytes_of).filter(|most| !is_stream(&source.path) && estimate(&source.path, None) > *most);
-    // What cannot be read in pieces may fit after all.
-    let pieces = most.and_then(|most| Some((Pieces::open(&source.path).ok()?, most)));
-    let (info, counts) = match pieces {
+    let (info, counts) = match read::in_pieces(&source.path, args.memory.map(bytes_of), None) {
         Some((pieces, most)) => in_pieces(source, &pieces, most)?,
         None => whole(source)?,
     };

@@ -14,10 +14,9 @@ use neural_mesh::simplify::{Assembly, Hidden, SimplifyError, Target};
 use crate::done::Done;
 use crate::failure::Failure;
 use crate::files;
-use crate::memory::estimate;
-use crate::names::is_stream;
 use crate::plan::{Part, Plan};
 use crate::progress::Progress;
+use crate::read::in_pieces;
 use crate::report::{self, Distance, Output, Report, SAMPLES, Seconds, Size};
 use crate::request::{Goal, Request};
 
@@ -36,12 +35,8 @@ pub fn simplified(
     progress: &mut Progress,
 ) -> Result<Option<Done>, Failure> {
     let path = &request.source.path;
-    let Some(n_bytes) = request.memory.filter(|most| !is_stream(path) && estimate(path, request.bake) > *most) else {
-        return Ok(None);
-    };
     let began = Instant::now();
-    // What cannot be read in pieces may fit after all.
-    let Ok(pieces) = Pieces::open(path) else { return Ok(None) };
+    let Some((pieces, n_bytes)) = in_pieces(path, request.memory, request.bake) else { return Ok(None) };
     check(request, &pieces)?;
     let folder = request.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     let room = Room { n_bytes: n_bytes.saturating_sub(BESIDE), folder };

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use neural_mesh::io::{self, Format, ReadError};
+use neural_mesh::io::{self, Format, Pieces, ReadError};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::model::Weights;
@@ -10,6 +10,7 @@ use neural_mesh::simplify::Assembly;
 
 use crate::failure::Failure;
 use crate::files;
+use crate::memory::estimate;
 use crate::names::is_stream;
 use crate::request::Source;
 
@@ -51,6 +52,13 @@ pub fn parsed<T>(
         true => Failure::of(&source.path, format!("{}: {}", error.what, source.remedy)),
         false => Failure::of(&source.path, error),
     })
+}
+
+/// A mesh file that takes more memory than is allowed and can be read in pieces, and how much is allowed; what cannot be read so may
+/// fit after all.
+pub fn in_pieces(path: &Path, allowed: Option<u64>, bake: Option<usize>) -> Option<(Pieces, u64)> {
+    let most = allowed.filter(|most| !is_stream(path) && estimate(path, bake) > *most)?;
+    Some((Pieces::open(path).ok()?, most))
 }
 
 /// Welds and cleans a mesh as read.

@@ -520,9 +520,10 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
 
 /// Bytes of the input and of the result, where each is one file.
 fn bytes(request: &Request) -> Option<[u64; 2]> {
-    let result = request.output.as_deref().filter(|_| request.output_format != Format::Gltf)?;
-    let is_whole = Format::from_path(&request.source.path) != Some(Format::Gltf);
+    let (input, result) = (&request.source.path, request.output.as_deref()?);
+    if [Format::from_path(input), Some(request.output_format)].contains(&Some(Format::Gltf)) {
+        return None;
+    }
     let of = |path: &Path| std::fs::metadata(path).ok().filter(|found| found.is_file()).map(|found| found.len());
-    is_whole.then_some(())?;
-    Some([of(&request.source.path)?, of(result)?])
+    Some([of(input)?, of(result)?])
 }

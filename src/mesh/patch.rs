@@ -113,6 +113,19 @@ impl Patch {
     }
 }
 
+/// Fans, ascending, and the curves that lead from one to another, as sets of their places.
+pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
+    let mut fans: Vec<u32> = ends.as_flattened().to_vec();
+    fans.sort_unstable();
+    fans.dedup();
+    let mut curves = UnionFind::new(fans.len());
+    let number = |fan: u32| fans.partition_point(|&other| other < fan) as u32;
+    for &[a, b] in ends {
+        curves.union(number(a), number(b));
+    }
+    (fans, curves)
+}
+
 /// What is gathered edge by edge.
 struct Links<'a> {
     mesh: &'a TriMesh,
@@ -192,14 +205,7 @@ impl<'a> Links<'a> {
         for &half_edge in &self.boundary {
             ends.push([self.corners.find(half_edge), self.corners.find(next(half_edge))]);
         }
-        let mut fans: Vec<u32> = ends.iter().flatten().copied().collect();
-        fans.sort_unstable();
-        fans.dedup();
-        let mut curves = UnionFind::new(fans.len());
-        let number = |fan: u32| fans.partition_point(|&other| other < fan) as u32;
-        for [a, b] in ends {
-            curves.union(number(a), number(b));
-        }
+        let (fans, mut curves) = curves_through(&ends);
         let mut first_of: FxHashMap<u32, u32> = FxHashMap::default();
         for (i, fan) in (0..).zip(&fans) {
             let Some(&fan) = open.get(fan) else { continue };

@@ -1,7 +1,7 @@
 //! What a mesh is as a surface: closed or not, manifold or not, its pieces, holes and handles.
 
 use super::TriMesh;
-use super::patch::{Counts, OpenEdge, Patch, Place};
+use super::patch::{Counts, OpenEdge, Patch, Place, curves_through};
 use super::sides::Sides;
 use super::union_find::UnionFind;
 
@@ -144,15 +144,7 @@ impl Open {
 /// Curves of the boundary, by the fans that they run through.
 fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
     let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
-    let mut through: Vec<u32> = curves.iter().flatten().copied().collect();
-    through.sort_unstable();
-    through.dedup();
-    let number = |fan: u32| through.partition_point(|&other| other < fan) as u32;
-    let mut sets = UnionFind::new(through.len());
-    for [a, b] in curves {
-        sets.union(number(a), number(b));
-    }
-    sets.sets()
+    curves_through(&curves).1.sets()
 }
 
 /// Places of fans, and those where several meet.

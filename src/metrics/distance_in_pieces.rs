@@ -42,9 +42,8 @@ pub struct DistanceInPieces<'a> {
 /// What a piece of the original says.
 pub struct Look {
     bounds: Bounds,
-    area: f64,
-    /// Nothing of a piece that is shown again.
-    forward: Option<OneSided>,
+    /// The area, and what was found from there; nothing of a piece that is shown again.
+    forward: Option<(f64, OneSided)>,
     /// Points for which something nearer was found, and the square of how far.
     nearer: Vec<(usize, f64)>,
 }
@@ -87,7 +86,7 @@ impl<'a> DistanceInPieces<'a> {
         let (own, bounds) = (tree(piece), Bounds::of(piece.positions()));
         let forward = one_sided([piece, self.simplified], [&own, &self.tree], self.n_of_piece, self.seed);
         let nearer = self.nearer(&own, |i| distance2(&bounds, self.points[i]) <= self.near2);
-        Look { bounds, area: area(piece), forward: Some(forward), nearer }
+        Look { bounds, forward: Some((area(piece), forward)), nearer }
     }
 
     /// Whether a piece has to be shown again, once all were: points that are not near to it may have nothing nearer elsewhere.
@@ -99,15 +98,15 @@ impl<'a> DistanceInPieces<'a> {
     pub fn look_again(&self, piece: &TriMesh) -> Look {
         let bounds = Bounds::of(piece.positions());
         let nearer = self.nearer(&tree(piece), |i| self.may_be_nearer(&bounds, i));
-        Look { bounds, area: 0.0, forward: None, nearer }
+        Look { bounds, forward: None, nearer }
     }
 
     /// Takes in what a piece says.
     pub fn add(&mut self, look: Look) {
         self.bounds = self.bounds.union(&look.bounds);
-        if let Some(forward) = look.forward {
-            self.area += look.area;
-            self.sum += look.area * forward.mean;
+        if let Some((area, forward)) = look.forward {
+            self.area += area;
+            self.sum += area * forward.mean;
             self.max = self.max.max(forward.max);
         }
         for (i, distance2) in look.nearer {
