@@ -4,14 +4,14 @@ use crate::common::changed;
 use std::path::Path;
 use std::sync::Arc;
 
-use neural_mesh::autodiff::{Tape, Value};
+use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::io::{Format, write};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 use neural_mesh::model::{Architecture, Vertices, Weights, point_sampler};
 use neural_mesh::simplify::edge_graph;
 use neural_mesh::train::{
-    Ending, Event, Item, Request, Run, Settings, Step, TrainError, Wish, gradients_of, open, train,
+    Ending, Event, Item, Request, Run, Settings, Step, TrainError, Wish, gradients_of, of_network, open, train,
 };
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
@@ -52,7 +52,16 @@ fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Re
 }
 
 /// Mean of the squared scores, and half the square of the mean minus a random number.
-fn step(weights: &Weights, item: &Item, _: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<Step, String> {
+fn step(
+    tensors: &Tensors<Arc<Matrix>>,
+    item: &Item,
+    settings: &Settings,
+    random: &mut Xoshiro256PlusPlus,
+) -> Result<Step, String> {
+    of_network(network_step)(tensors, item, settings, random)
+}
+
+fn network_step(weights: &Weights, item: &Item, _: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<Step, String> {
     let mut tape = Tape::default();
     let parameters = weights.parameters(&mut tape);
     let points = Value::constant(Matrix::from_points(item.mesh.positions()));
@@ -168,12 +177,13 @@ fn what_came_after_the_checkpoint_is_done_again() {
     };
     // Fails like a program that is killed: after steps that the checkpoint knows nothing of.
     let n_made = std::cell::Cell::new(0);
-    let failing = |weights: &Weights, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
-        n_made.set(n_made.get() + 1);
-        let mut made = step(weights, item, settings, random)?;
-        made.terms[0].1 = if n_made.get() == 5 { f64::NAN } else { made.terms[0].1 };
-        Ok(made)
-    };
+    let failing =
+        |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
+            n_made.set(n_made.get() + 1);
+            let mut made = step(tensors, item, settings, random)?;
+            made.terms[0].1 = if n_made.get() == 5 { f64::NAN } else { made.terms[0].1 };
+            Ok(made)
+        };
     assert!(train(&mut run, &failing, &mut checkpoint).is_err());
     drop(run);
     assert_eq!(table(folder.path(), "broken/steps.csv").len(), 1 + 4);
@@ -218,14 +228,15 @@ fn a_loss_that_goes_astray_names_step_mesh_and_term() {
     let folder = folder();
     let led_astray = |name: &str, spoil: &dyn Fn(&mut Step)| {
         let n_made = std::cell::Cell::new(0);
-        let astray = |weights: &Weights, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
-            n_made.set(n_made.get() + 1);
-            let mut made = step(weights, item, settings, random)?;
-            if n_made.get() == 24 + 5 {
-                spoil(&mut made);
-            }
-            Ok(made)
-        };
+        let astray =
+            |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
+                n_made.set(n_made.get() + 1);
+                let mut made = step(tensors, item, settings, random)?;
+                if n_made.get() == 24 + 5 {
+                    spoil(&mut made);
+                }
+                Ok(made)
+            };
         let settings = SETTINGS.replace("epochs = 3", "epochs = 20").replace("held_", "none");
         let mut run = opened(folder.path(), name, Some(&settings), false).unwrap();
         train(&mut run, &astray, &mut go_on).unwrap_err()
@@ -235,16 +246,17 @@ fn a_loss_that_goes_astray_names_step_mesh_and_term() {
     assert!(*step == 29 && mesh.contains('.') && what.contains("`mean` is NaN"), "{error}");
     let error = led_astray("explosion", &|made| made.terms[0].1 = 1e9);
     assert!(error.to_string().contains("explodes") && error.to_string().contains("`square`"), "{error}");
-    let infinite =
-        |made: &mut Step| made.gradients.face_classifier.output.bias = Matrix::new(1, 1, vec![f32::INFINITY]);
+    let infinite = |made: &mut Step| {
+        *made.gradients.get_mut("face_classifier.output.bias").unwrap() = Matrix::new(1, 1, vec![f32::INFINITY])
+    };
     assert!(led_astray("infinite", &infinite).to_string().contains("`face_classifier.output.bias`"));
 }
 
 #[test]
 fn meshes_that_a_step_cannot_use_are_named_and_passed_over() {
     let folder = folder();
-    let choosy = |weights: &Weights, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
-        let made = step(weights, item, settings, random);
+    let choosy = |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
+        let made = step(tensors, item, settings, random);
         if item.name == "sheet.ply" { Err("it is open".to_string()) } else { made }
     };
     let mut named = Vec::new();
@@ -257,7 +269,7 @@ fn meshes_that_a_step_cannot_use_are_named_and_passed_over() {
     train(&mut opened(folder.path(), "run", Some(SETTINGS), false).unwrap(), &choosy, &mut hear).unwrap();
     assert_eq!(named, ["sheet.ply: it is open"; 3]);
     assert_eq!(table(folder.path(), "run/steps.csv").len(), 1 + 3 * 4);
-    let never = |_: &Weights, _: &Item, _: &Settings, _: &mut Xoshiro256PlusPlus| Err("no".to_string());
+    let never = |_: &Tensors<Arc<Matrix>>, _: &Item, _: &Settings, _: &mut Xoshiro256PlusPlus| Err("no".to_string());
     let error = train(&mut opened(folder.path(), "none", Some(SETTINGS), false).unwrap(), &never, &mut go_on);
     assert!(error.unwrap_err().to_string().contains("no mesh of this epoch could be used"));
 }
@@ -272,9 +284,9 @@ fn fine_tuning_starts_from_weights_and_takes_their_sizes() {
     let mut request = Request::new(&data, &run);
     (request.epochs, request.resume, request.init) = (Some(1), true, Some(init.as_slice()));
     let mut run = open(&request).unwrap();
-    assert_eq!(run.weights(), &weights);
+    assert_eq!(run.tensors(), &weights.tensors().named());
     train(&mut run, &step, &mut go_on).unwrap();
-    assert_ne!(run.weights(), &weights);
+    assert_ne!(run.tensors(), &weights.tensors().named());
     drop(run);
     request.init = Some(&other);
     let error = open(&request).unwrap_err();

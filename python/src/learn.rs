@@ -3,9 +3,10 @@
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 
+use neural_mesh::autodiff::Tensors;
+use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::model::Weights;
 use neural_mesh::simplify::Weighed;
 use neural_mesh::train::{
     Ending, Errors, Event, Given as GivenObjective, Item, OWN_OBJECTIVE, Request, Run, Settings, TrainError, Wish,
@@ -156,11 +157,11 @@ fn ended(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wis
         let step = step_function(&run.settings)?;
         return run_training(run, &step, told);
     };
-    let step = |weights: &Weights, item: &Item, settings: &Settings, random: &mut _| {
+    let step = |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut _| {
         let own = GivenObjective(|original: &TriMesh, result: &Weighed| {
             judge.errors(&item.name, item.ratio, original, result)
         });
-        step_by(&own)(weights, item, settings, random)
+        step_by(&own)(tensors, item, settings, random)
     };
     run_training(run, &step, told)
 }

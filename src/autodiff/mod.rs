@@ -8,7 +8,15 @@
 mod dense;
 mod graph;
 mod tape;
+mod tensors;
+#[cfg(feature = "weights")]
+mod tensors_file;
 #[cfg(test)]
 pub(crate) mod test_gradients;
+mod weights_error;
 
 pub use tape::{Gradients, Tape, Value};
+pub use tensors::Tensors;
+#[cfg(feature = "weights")]
+pub use tensors_file::architecture_text;
+pub use weights_error::WeightsError;

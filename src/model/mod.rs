@@ -24,6 +24,7 @@ mod weights;
 #[cfg(feature = "weights")]
 mod weights_file;
 
+pub use crate::autodiff::WeightsError;
 pub use affine::Affine;
 pub use architecture::Architecture;
 pub use candidate_faces::{CandidateFaces, barycenters, candidate_faces, prior};
@@ -45,4 +46,4 @@ pub use passes::{
 pub use point_sampler::{PointSampler, Vertices, inclusion_probabilities, point_sampler};
 pub use sparse_attention::{SparseAttention, sparse_attention};
 pub use tri_conv::{TriConv, tri_conv, triangle_positions};
-pub use weights::{Weights, WeightsError};
+pub use weights::Weights;

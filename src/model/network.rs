@@ -1,6 +1,7 @@
 //! The three stages together, and the one walk over all their tensors.
 
 use super::{EdgePredictor, FaceClassifier, PointSampler};
+use crate::autodiff::{Tensors, WeightsError};
 use std::convert::Infallible;
 
 /// The network: `T` is a shape, a stored matrix, or a value on a tape.
@@ -40,6 +41,29 @@ impl<T> Network<T> {
             Ok(network) => network,
             Err(never) => match never {},
         }
+    }
+
+    /// The network of these names' tensors.
+    ///
+    /// # Errors
+    /// [`WeightsError::Missing`] names the first that is not there.
+    pub fn of<U: Clone>(&self, tensors: &Tensors<U>) -> Result<Network<U>, WeightsError> {
+        self.try_map(|name, _| tensors.named(name).cloned())
+    }
+}
+
+impl<T: Clone> Network<T> {
+    /// The tensors by name, in the order of the walk.
+    ///
+    /// ```
+    /// use neural_mesh::model::Architecture;
+    /// let shapes = Architecture::default().shapes();
+    /// assert_eq!(shapes.of(&shapes.named()), Ok(shapes));
+    /// ```
+    pub fn named(&self) -> Tensors<T> {
+        let mut tensors = Tensors::default();
+        self.map(|name, tensor| tensors.push(name, tensor.clone()));
+        tensors
     }
 }
 

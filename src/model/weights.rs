@@ -1,11 +1,8 @@
 //! The network's weights: drawn from a seed or made of tensors; `weights_file` reads and writes them.
 
 use super::{Architecture, Network};
-use crate::autodiff::{Tape, Value};
+use crate::autodiff::{Tape, Tensors, Value, WeightsError};
 use crate::linalg::Matrix;
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Finite weights whose shapes are those of their architecture.
@@ -24,52 +21,7 @@ pub struct Weights {
     objective: Option<String>,
 }
 
-/// Why bytes are not weights.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum WeightsError {
-    /// Not a safetensors file; the text says where it fails.
-    NotSafetensors(String),
-    /// The metadata do not state the sizes of the network; the text says what is wrong.
-    BadArchitecture(String),
-    /// A tensor is missing.
-    Missing(String),
-    /// A tensor is not made of `f32`.
-    NotF32(String),
-    /// A tensor has another shape than the sizes ask for.
-    WrongShape {
-        /// Name of the tensor.
-        name: String,
-        /// Rows and columns asked for.
-        expected: [usize; 2],
-        /// The shape in the file.
-        found: Vec<usize>,
-    },
-    /// A tensor holds an infinite entry or one that is not a number.
-    NotFinite(String),
-}
-
-impl std::fmt::Display for WeightsError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotSafetensors(why) => write!(f, "not a safetensors file ({why}): give weights of this program"),
-            Self::BadArchitecture(why) => write!(f, "the weights' metadata `{ARCHITECTURE_KEY}` {why}"),
-            Self::Missing(name) => write!(f, "the tensor `{name}` is missing: these weights belong to another network"),
-            Self::NotF32(name) => write!(f, "the tensor `{name}` is not of type F32: convert the weights"),
-            Self::WrongShape { name, expected, found } => {
-                write!(f, "the tensor `{name}` has shape {found:?}, the architecture needs {expected:?}")
-            }
-            Self::NotFinite(name) => write!(f, "the tensor `{name}` has entries that are not finite: train again"),
-        }
-    }
-}
-
-impl std::error::Error for WeightsError {}
-
-/// The entry of a file's metadata that states the sizes.
-pub(super) const ARCHITECTURE_KEY: &str = "architecture";
-
-/// How the word in that entry begins that says what was learned.
+/// How the word in the text of an architecture begins that says what was learned.
 pub(super) const OBJECTIVE: &str = "objective=";
 
 impl Weights {
@@ -84,21 +36,13 @@ impl Weights {
     /// to their number: its weights are divided by it. The classifier's own last layer starts at a tenth, for
     /// probabilities near one half: a sigmoid that starts at 0 or 1 hardly lets a gradient through.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut uniform = || (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
-        let tensors = architecture.shapes().map(|name, &[n_in, n_out]| {
-            if name.ends_with(".bias") {
-                return Arc::new(Matrix::zeros(n_in, n_out));
-            }
-            let is_summed = name.contains("tri_conv") && name.ends_with(".output.weights");
-            let share = match name {
-                _ if is_summed => 1.0 / architecture.face_knn as f32,
-                "face_classifier.output.weights" => 0.1,
-                _ => 1.0,
-            };
-            let limit = share * (6.0 / n_in as f32).sqrt();
-            Arc::new(Matrix::from_fn(n_in, n_out, |_, _| limit * uniform()))
-        });
+        let share = |name: &str| match name {
+            _ if name.contains("tri_conv") && name.ends_with(".output.weights") => 1.0 / architecture.face_knn as f32,
+            "face_classifier.output.weights" => 0.1,
+            _ => 1.0,
+        };
+        let drawn = architecture.shapes().named().drawn_by(seed, share);
+        let tensors = architecture.shapes().of(&drawn).expect("all that were drawn");
         Self { architecture, tensors: looking_at_itself(tensors), objective: None }
     }
 
@@ -114,16 +58,22 @@ impl Weights {
     /// assert_eq!(same, Ok(weights));
     /// ```
     pub fn from_tensors(architecture: Architecture, tensors: Network<Arc<Matrix>>) -> Result<Self, WeightsError> {
-        let mut found: HashMap<String, Arc<Matrix>> = HashMap::new();
-        tensors.map(|name, matrix| found.insert(name.into(), matrix.clone()));
-        let tensors = architecture.shapes().try_map(|name, &expected| match found.remove(name) {
-            None => Err(WeightsError::Missing(name.into())),
-            Some(matrix) if matrix.shape() != expected => {
-                Err(WeightsError::WrongShape { name: name.into(), expected, found: matrix.shape().to_vec() })
-            }
-            Some(matrix) if !matrix.data().iter().all(|x| x.is_finite()) => Err(WeightsError::NotFinite(name.into())),
-            Some(matrix) => Ok(matrix),
-        })?;
+        Self::from_named(architecture, &tensors.named())
+    }
+
+    /// The same of tensors by name, in any order; others are passed over.
+    ///
+    /// # Errors
+    /// [`WeightsError`] names the first tensor that is wrong.
+    ///
+    /// ```
+    /// use neural_mesh::model::Weights;
+    /// let weights = Weights::random(7);
+    /// assert_eq!(Weights::from_named(*weights.architecture(), &weights.tensors().named()), Ok(weights));
+    /// ```
+    pub fn from_named(architecture: Architecture, tensors: &Tensors<Arc<Matrix>>) -> Result<Self, WeightsError> {
+        let shapes = architecture.shapes();
+        let tensors = shapes.of(&tensors.checked(&shapes.named())?)?;
         Ok(Self { architecture, tensors, objective: None })
     }
 

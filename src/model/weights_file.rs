@@ -1,11 +1,8 @@
 //! Weights as the bytes of a safetensors file.
 
-use super::weights::{ARCHITECTURE_KEY, OBJECTIVE};
-use super::{Architecture, Network, Weights, WeightsError};
-use crate::linalg::Matrix;
-use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
-use std::collections::HashMap;
-use std::sync::Arc;
+use super::weights::OBJECTIVE;
+use super::{Architecture, Weights, WeightsError};
+use crate::autodiff::{Tensors, architecture_text};
 
 impl Weights {
     /// Reads a safetensors file, checking sizes, shapes and numbers. Tensors of other names are passed over.
@@ -20,35 +17,17 @@ impl Weights {
     /// assert!(Weights::from_bytes(b"no weights").is_err());
     /// ```
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
-        let not_safetensors = |error: safetensors::SafeTensorError| WeightsError::NotSafetensors(error.to_string());
-        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
-        let text = metadata.metadata().as_ref().and_then(|entries| entries.get(ARCHITECTURE_KEY));
-        let text = text.ok_or(WeightsError::BadArchitecture("is missing: another program wrote them".into()))?;
-        let architecture = Architecture::from_text(text).map_err(WeightsError::BadArchitecture)?;
-        let file = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
-        let tensors = architecture.shapes().try_map(|name, &shape| read_tensor(&file, name, shape))?;
-        Ok(Self::from_tensors(architecture, tensors)?.with_objective_of(text))
+        let text = architecture_text(bytes)?;
+        let architecture = Architecture::from_text(&text).map_err(WeightsError::BadArchitecture)?;
+        let tensors = Tensors::from_bytes(bytes, &architecture.shapes().named())?;
+        Ok(Self::from_named(architecture, &tensors)?.with_objective_of(&text))
     }
 
     /// Writes a safetensors file: `f32` tensors, n_in x n_out, with the sizes in the metadata. Equal weights give
     /// equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        bytes(&text(self), self.tensors())
+        self.tensors().named().to_bytes(&text(self))
     }
-}
-
-fn bytes(text: &str, tensors: &Network<Arc<Matrix>>) -> Vec<u8> {
-    let mut parts: Vec<(String, [usize; 2], Vec<u8>)> = Vec::new();
-    tensors.map(|name, matrix| {
-        let bytes = matrix.data().iter().flat_map(|x| x.to_le_bytes()).collect();
-        parts.push((name.to_string(), matrix.shape(), bytes));
-    });
-    let views = parts.iter().map(|(name, shape, bytes)| {
-        let view = TensorView::new(Dtype::F32, shape.to_vec(), bytes).expect("as many bytes as the shape says");
-        (name, view)
-    });
-    let metadata = HashMap::from([(ARCHITECTURE_KEY.to_string(), text.to_string())]);
-    serialize(views, Some(metadata)).expect("tensors that fit their shapes")
 }
 
 /// The sizes as `name=size` words, and what was learned as one more: two entries would come in any order, and bytes would vary.
@@ -57,22 +36,13 @@ fn text(weights: &Weights) -> String {
     weights.objective().map_or(sizes.clone(), |objective| format!("{sizes} {OBJECTIVE}{objective}"))
 }
 
-fn read_tensor(file: &SafeTensors, name: &str, expected: [usize; 2]) -> Result<Arc<Matrix>, WeightsError> {
-    let tensor = file.tensor(name).map_err(|_| WeightsError::Missing(name.into()))?;
-    if tensor.dtype() != Dtype::F32 {
-        return Err(WeightsError::NotF32(name.into()));
-    }
-    if tensor.shape() != expected {
-        return Err(WeightsError::WrongShape { name: name.into(), expected, found: tensor.shape().to_vec() });
-    }
-    let (words, _) = tensor.data().as_chunks();
-    let entries = words.iter().map(|word| f32::from_le_bytes(*word)).collect();
-    Ok(Arc::new(Matrix::new(expected[0], expected[1], entries)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::Matrix;
+    use safetensors::tensor::{Dtype, TensorView, serialize};
+    use std::collections::HashMap;
+    use std::sync::Arc;
 
     fn small() -> Weights {
         let sizes = Architecture {
@@ -92,8 +62,7 @@ mod tests {
 
     /// The bytes of `weights` after a change of one tensor.
     fn bytes_with(weights: &Weights, change: impl Fn(&str, &Matrix) -> Matrix) -> Vec<u8> {
-        let tensors = weights.tensors().map(|name, matrix| Arc::new(change(name, matrix)));
-        bytes(&text(weights), &tensors)
+        weights.tensors().named().map(|name, matrix| Arc::new(change(name, matrix))).to_bytes(&text(weights))
     }
 
     #[test]
@@ -123,7 +92,7 @@ mod tests {
         let view = || TensorView::new(Dtype::F32, vec![2], &bytes).unwrap();
         let without_metadata = serialize([("x", view())], None).unwrap();
         assert!(matches!(Weights::from_bytes(&without_metadata), Err(WeightsError::BadArchitecture(_))));
-        let metadata = HashMap::from([(ARCHITECTURE_KEY.into(), text(&Weights::random(1)))]);
+        let metadata = HashMap::from([("architecture".into(), text(&Weights::random(1)))]);
         let without_tensors = serialize([("x", view())], Some(metadata)).unwrap();
         let missing = WeightsError::Missing("point_sampler.dev_conv_0.theta".into());
         assert_eq!(Weights::from_bytes(&without_tensors), Err(missing));

@@ -1,24 +1,24 @@
 //! Adam (Kingma and Ba 2015), Algorithm 1, with bias correction, and the clipping of gradients.
 
 use super::Settings;
+use crate::autodiff::Tensors;
 use crate::linalg::Matrix;
-use crate::model::Network;
 use std::sync::Arc;
 
 /// Running means of the gradients and of their squares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moments {
     /// m, one matrix per tensor.
-    pub first: Network<Matrix>,
+    pub first: Tensors<Matrix>,
     /// v, one matrix per tensor.
-    pub second: Network<Matrix>,
+    pub second: Tensors<Matrix>,
     /// t, the number of steps done.
     pub steps: u64,
 }
 
 impl Moments {
-    /// Before the first step, for a network of these shapes.
-    pub fn zero(shapes: &Network<[usize; 2]>) -> Self {
+    /// Before the first step, for tensors of these shapes.
+    pub fn zero(shapes: &Tensors<[usize; 2]>) -> Self {
         let zeros = || shapes.map(|_, &[n_rows, n_cols]| Matrix::zeros(n_rows, n_cols));
         Self { first: zeros(), second: zeros(), steps: 0 }
     }
@@ -32,26 +32,27 @@ impl Moments {
 /// - `tensors`, `gradients` and `moments`: the same
 ///
 /// # Panics
-/// When they are networks of other sizes.
+/// When they are of other sizes.
 ///
 /// ```
-/// use neural_mesh::{linalg::Matrix, model::Weights, train::{Moments, Settings, adam_step}};
-/// let weights = Weights::random(1);
-/// let gradients = weights.tensors().map(|_, w| Matrix::from_fn(w.n_rows(), w.n_cols(), |_, _| 7.0));
-/// let mut moments = Moments::zero(&weights.architecture().shapes());
+/// use neural_mesh::{autodiff::Tensors, linalg::Matrix, train::{Moments, Settings, adam_step}};
+/// let shapes: Tensors<[usize; 2]> = [("score.bias", [1, 1]), ("score.weights", [64, 1])].into_iter().collect();
+/// let tensors = shapes.drawn(1);
+/// let gradients = tensors.map(|_, w| Matrix::from_fn(w.n_rows(), w.n_cols(), |_, _| 7.0));
+/// let mut moments = Moments::zero(&shapes);
 /// let settings = Settings::from_toml("").unwrap();
-/// let after = adam_step(weights.tensors(), &gradients, &mut moments, &settings, 0.5);
+/// let after = adam_step(&tensors, &gradients, &mut moments, &settings, 0.5);
 /// // Whatever the size of the gradient, the first step is as long as the learning rate.
-/// let [before, after] = [weights.tensors(), &after].map(|net| net.point_sampler.score.bias.data()[0]);
+/// let [before, after] = [&tensors, &after].map(|tensors| tensors.get("score.weights").unwrap().data()[0]);
 /// assert!((before - after - 0.5).abs() < 1e-6);
 /// ```
 pub fn adam_step(
-    tensors: &Network<Arc<Matrix>>,
-    gradients: &Network<Matrix>,
+    tensors: &Tensors<Arc<Matrix>>,
+    gradients: &Tensors<Matrix>,
     moments: &mut Moments,
     settings: &Settings,
     learning_rate: f64,
-) -> Network<Arc<Matrix>> {
+) -> Tensors<Arc<Matrix>> {
     moments.steps += 1;
     let (beta1, beta2) = (settings.adam_beta1, settings.adam_beta2);
     moments.first = blended(&moments.first, gradients, |m, g| beta1 * m + (1.0 - beta1) * g);
@@ -59,9 +60,9 @@ pub fn adam_step(
     let [first, second] = [beta1, beta2].map(|beta| 1.0 - beta.powf(moments.steps as f64));
     let direction =
         blended(&moments.first, &moments.second, |m, v| (m / first) / ((v / second).sqrt() + settings.adam_epsilon));
-    let mut directions = matrices(&direction).into_iter();
+    let mut directions = direction.iter();
     tensors.map(|_, matrix| {
-        let direction = directions.next().unwrap_or_default();
+        let (_, direction) = directions.next().expect("as many directions as tensors");
         let moved = |(&w, &d): (&f32, &f32)| (f64::from(w) - learning_rate * f64::from(d)) as f32;
         let data = matrix.data().iter().zip(direction.data()).map(moved).collect();
         Arc::new(Matrix::new(matrix.n_rows(), matrix.n_cols(), data))
@@ -69,14 +70,13 @@ pub fn adam_step(
 }
 
 /// The length of the gradients over all tensors together.
-pub(super) fn gradient_norm(gradients: &Network<Matrix>) -> f64 {
-    let mut square = 0.0;
-    gradients.map(|_, matrix| square += matrix.data().iter().map(|&g| f64::from(g).powi(2)).sum::<f64>());
-    square.sqrt()
+pub(super) fn gradient_norm(gradients: &Tensors<Matrix>) -> f64 {
+    let squares = gradients.iter().map(|(_, matrix)| matrix.data().iter().map(|&g| f64::from(g).powi(2)).sum::<f64>());
+    squares.sum::<f64>().sqrt()
 }
 
 /// The gradients, shortened to the length `limit` where `norm` is larger; 0 is no limit.
-pub(super) fn clipped(gradients: Network<Matrix>, norm: f64, limit: f64) -> Network<Matrix> {
+pub(super) fn clipped(gradients: Tensors<Matrix>, norm: f64, limit: f64) -> Tensors<Matrix> {
     if limit == 0.0 || norm <= limit {
         return gradients;
     }
@@ -85,45 +85,41 @@ pub(super) fn clipped(gradients: Network<Matrix>, norm: f64, limit: f64) -> Netw
 }
 
 /// `f(a, b)` entry by entry.
-fn blended(a: &Network<Matrix>, b: &Network<Matrix>, f: impl Fn(f64, f64) -> f64) -> Network<Matrix> {
-    let mut others = matrices(b).into_iter();
+fn blended(a: &Tensors<Matrix>, b: &Tensors<Matrix>, f: impl Fn(f64, f64) -> f64) -> Tensors<Matrix> {
+    assert_eq!(a.len(), b.len(), "as many tensors");
+    let mut others = b.iter();
     a.map(|_, matrix| {
-        let other = others.next().unwrap_or_default();
-        assert_eq!(matrix.shape(), other.shape(), "networks of the same sizes");
+        let (_, other) = others.next().expect("as many tensors");
+        assert_eq!(matrix.shape(), other.shape(), "tensors of the same sizes");
         let entries = matrix.data().iter().zip(other.data()).map(|(&a, &b)| f(f64::from(a), f64::from(b)) as f32);
         Matrix::new(matrix.n_rows(), matrix.n_cols(), entries.collect())
     })
 }
 
-/// Copies of all tensors in the order of the walk.
-fn matrices(network: &Network<Matrix>) -> Vec<Matrix> {
-    let mut all = Vec::new();
-    network.map(|_, matrix| all.push(matrix.clone()));
-    all
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Architecture, Weights};
 
     fn settings() -> Settings {
         Settings::from_toml("").unwrap()
     }
 
-    /// A network all of whose entries are `value`.
-    fn filled(value: f32) -> Network<Matrix> {
-        let shapes = Architecture { point_sampler_layers: 1, face_classifier_layers: 1, ..Default::default() }.shapes();
-        shapes.map(|_, &[n_rows, n_cols]| Matrix::from_fn(n_rows, n_cols, |_, _| value))
+    fn shapes() -> Tensors<[usize; 2]> {
+        [("a.weights", [7, 5]), ("a.bias", [1, 5]), ("b.weights", [5, 1])].into_iter().collect()
     }
 
-    fn entry(network: &Network<Arc<Matrix>>) -> f64 {
-        f64::from(network.point_sampler.score.bias.data()[0])
+    /// Tensors all of whose entries are `value`.
+    fn filled(value: f32) -> Tensors<Matrix> {
+        shapes().map(|_, &[n_rows, n_cols]| Matrix::from_fn(n_rows, n_cols, |_, _| value))
+    }
+
+    fn entry(tensors: &Tensors<Arc<Matrix>>) -> f64 {
+        f64::from(tensors.get("a.bias").unwrap().data()[0])
     }
 
     #[test]
     fn three_steps_follow_the_naive_formula() {
-        let mut moments = Moments::zero(&filled(0.0).map(|_, matrix| matrix.shape()));
+        let mut moments = Moments::zero(&shapes());
         let mut tensors = filled(1.0).map(|_, matrix| Arc::new(matrix.clone()));
         let (mut w, mut m, mut v) = (1.0f64, 0.0f64, 0.0f64);
         for (t, g) in [(1, 0.5f64), (2, -0.25), (3, 4.0)] {
@@ -139,7 +135,7 @@ mod tests {
     #[test]
     fn the_least_of_a_square_is_found() {
         let mut tensors = filled(3.0).map(|_, matrix| Arc::new(matrix.clone()));
-        let mut moments = Moments::zero(&filled(0.0).map(|_, matrix| matrix.shape()));
+        let mut moments = Moments::zero(&shapes());
         for _ in 0..150 {
             let gradient = 2.0 * (entry(&tensors) - 2.5) as f32;
             tensors = adam_step(&tensors, &filled(gradient), &mut moments, &settings(), 0.05);
@@ -149,13 +145,13 @@ mod tests {
 
     #[test]
     fn long_gradients_are_shortened_and_keep_their_direction() {
-        let gradients = Weights::random(3).tensors().map(|_, matrix| matrix.as_ref().clone());
+        let gradients = shapes().drawn(3).map(|_, matrix| matrix.as_ref().clone());
         let norm = gradient_norm(&gradients);
         assert_eq!(clipped(gradients.clone(), norm, 0.0), gradients);
         assert_eq!(clipped(gradients.clone(), norm, 2.0 * norm), gradients);
         let short = clipped(gradients.clone(), norm, 0.5);
         assert!((gradient_norm(&short) - 0.5).abs() < 1e-6);
-        let [long, short] = [&gradients, &short].map(|net| net.point_sampler.score.weights.data()[5]);
+        let [long, short] = [&gradients, &short].map(|tensors| tensors.get("a.weights").unwrap().data()[5]);
         assert!((f64::from(long) * 0.5 / norm - f64::from(short)).abs() < 1e-6);
     }
 }

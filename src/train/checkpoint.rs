@@ -4,9 +4,9 @@
 use super::data::DataFile;
 use super::watch::Watch;
 use super::{Moments, TrainError};
+use crate::autodiff::Tensors;
 use crate::io::write_path;
 use crate::linalg::Matrix;
-use crate::model::{Architecture, Network, Weights};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,8 @@ pub(super) struct Position {
 pub(super) struct Checkpoint {
     pub origin: Origin,
     pub position: Position,
-    pub weights: Weights,
+    /// Of the network that the settings train.
+    pub tensors: Tensors<Arc<Matrix>>,
     pub moments: Moments,
 }
 
@@ -78,10 +79,10 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
     write_path(path, &bytes, true).map_err(|error| TrainError::file(path, error))
 }
 
-/// Reads a checkpoint; `architecture` gives the sizes of the network from its origin.
+/// Reads a checkpoint; `shapes` gives those of the tensors from its origin.
 pub(super) fn read_checkpoint(
     path: &Path,
-    architecture: impl FnOnce(&Origin) -> Result<Architecture, TrainError>,
+    shapes: impl FnOnce(&Origin) -> Result<Tensors<[usize; 2]>, TrainError>,
 ) -> Result<Checkpoint, TrainError> {
     let broken = |what: String| TrainError::file(path, format!("is not a complete checkpoint ({what}): start over"));
     let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
@@ -90,36 +91,36 @@ pub(super) fn read_checkpoint(
     let state = state.ok_or_else(|| broken("it holds no training state".into()))?;
     let State { origin, position, adam_steps } =
         serde_json::from_str(state).map_err(|error| broken(error.to_string()))?;
-    let sizes = architecture(&origin)?;
+    let shapes = shapes(&origin)?;
     let file = SafeTensors::deserialize(&bytes).map_err(|error| broken(error.to_string()))?;
-    let network = |prefix: &str| read_network(&file, prefix, &sizes).map_err(broken);
-    let tensors = network("weights")?.map(|_, matrix| Arc::new(matrix.clone()));
-    let weights = Weights::from_tensors(sizes, tensors).map_err(|error| broken(error.to_string()))?;
-    let moments = Moments { first: network("first")?, second: network("second")?, steps: adam_steps };
-    Ok(Checkpoint { origin, position, weights, moments })
+    let read = |prefix: &str| read_tensors(&file, prefix, &shapes).map_err(broken);
+    let tensors = read("weights")?.map(|_, matrix| Arc::new(matrix.clone()));
+    let tensors = tensors.checked(&shapes).map_err(|error| broken(error.to_string()))?;
+    let moments = Moments { first: read("first")?, second: read("second")?, steps: adam_steps };
+    Ok(Checkpoint { origin, position, tensors, moments })
 }
 
 fn to_bytes(checkpoint: &Checkpoint) -> Result<Vec<u8>, String> {
-    let Checkpoint { origin, position, weights, moments } = checkpoint;
-    let mut tensors: Vec<(String, [usize; 2], Vec<u8>)> = Vec::new();
+    let Checkpoint { origin, position, tensors, moments } = checkpoint;
+    let mut parts: Vec<(String, [usize; 2], Vec<u8>)> = Vec::new();
     let mut add = |prefix: &str, name: &str, matrix: &Matrix| {
         let bytes = matrix.data().iter().flat_map(|x| x.to_le_bytes()).collect();
-        tensors.push((format!("{prefix}.{name}"), matrix.shape(), bytes));
+        parts.push((format!("{prefix}.{name}"), matrix.shape(), bytes));
     };
-    weights.tensors().map(|name, matrix| add("weights", name, matrix));
+    tensors.map(|name, matrix| add("weights", name, matrix));
     moments.first.map(|name, matrix| add("first", name, matrix));
     moments.second.map(|name, matrix| add("second", name, matrix));
     let state = State { origin: origin.clone(), position: position.clone(), adam_steps: moments.steps };
     let state = serde_json::to_string(&state).map_err(|error| error.to_string())?;
-    let views = tensors.iter().map(|(name, shape, bytes)| {
+    let views = parts.iter().map(|(name, shape, bytes)| {
         TensorView::new(Dtype::F32, shape.to_vec(), bytes).map(|view| (name, view)).map_err(|error| error.to_string())
     });
     let views = views.collect::<Result<Vec<_>, _>>()?;
     serialize(views, Some(HashMap::from([(STATE_KEY.to_string(), state)]))).map_err(|error| error.to_string())
 }
 
-fn read_network(file: &SafeTensors, prefix: &str, sizes: &Architecture) -> Result<Network<Matrix>, String> {
-    sizes.shapes().try_map(|name, &[n_rows, n_cols]| {
+fn read_tensors(file: &SafeTensors, prefix: &str, shapes: &Tensors<[usize; 2]>) -> Result<Tensors<Matrix>, String> {
+    shapes.try_map(|name, &[n_rows, n_cols]| {
         let name = format!("{prefix}.{name}");
         let tensor = file.tensor(&name).map_err(|_| format!("it lacks {name}"))?;
         if tensor.dtype() != Dtype::F32 || tensor.shape() != [n_rows, n_cols] {
@@ -135,10 +136,13 @@ mod tests {
     use super::*;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
+    fn shapes() -> Tensors<[usize; 2]> {
+        [("b.weights", [7, 5]), ("a.bias", [1, 5])].into_iter().collect()
+    }
+
     fn checkpoint() -> Checkpoint {
-        let sizes = Architecture { point_sampler_layers: 1, face_classifier_layers: 1, ..Default::default() };
-        let weights = Weights::random_of(sizes, 1);
-        let moments = |seed| Weights::random_of(sizes, seed).tensors().map(|_, matrix| matrix.as_ref().clone());
+        let tensors = shapes().drawn(1);
+        let moments = |seed| shapes().drawn(seed).map(|_, matrix| matrix.as_ref().clone());
         let moments = Moments { first: moments(2), second: moments(3), steps: 9 };
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         random.next_u64();
@@ -157,7 +161,7 @@ mod tests {
         };
         let files = vec![DataFile { name: "a \"quoted\".ply".into(), sha256: "00".into() }];
         let origin = Origin { version: "1".into(), settings: "epochs = 3\n".into(), files, init: None };
-        Checkpoint { origin, position, weights, moments }
+        Checkpoint { origin, position, tensors, moments }
     }
 
     #[test]
@@ -167,7 +171,7 @@ mod tests {
         let written = checkpoint();
         write_checkpoint(&path, &written).unwrap();
         write_checkpoint(&path, &written).unwrap();
-        let mut read = read_checkpoint(&path, |_| Ok(*written.weights.architecture())).unwrap();
+        let mut read = read_checkpoint(&path, |_| Ok(shapes())).unwrap();
         assert_eq!(read, written);
         assert_eq!(read.position.random.next_u64(), written.position.random.clone().next_u64());
         assert_eq!(read.position.sums[0].to_bits(), written.position.sums[0].to_bits());
@@ -179,9 +183,9 @@ mod tests {
         let path = folder.path().join("checkpoint.safetensors");
         let written = checkpoint();
         let bytes = to_bytes(&written).unwrap();
-        for broken in [&bytes[..bytes.len() / 2], b"", &written.weights.to_bytes()] {
+        for broken in [&bytes[..bytes.len() / 2], b"", &written.tensors.to_bytes("")] {
             std::fs::write(&path, broken).unwrap();
-            let error = read_checkpoint(&path, |_| Ok(*written.weights.architecture())).unwrap_err();
+            let error = read_checkpoint(&path, |_| Ok(shapes())).unwrap_err();
             assert!(error.to_string().contains("not a complete checkpoint"), "{error}");
         }
     }

@@ -5,9 +5,9 @@ use super::augment::augmented;
 use super::event::{Ending, Event, Wish};
 use super::random::{log_uniform, shuffled};
 use super::rows::quoted;
+use super::trained::Trained;
 use super::validation::{Validation, validated};
 use super::{Item, Mesh, Run, Settings, Step, StepFunction, TrainError};
-use crate::model::Weights;
 
 /// Trains until all epochs are done, or until `progress` wishes to stop.
 ///
@@ -111,7 +111,7 @@ fn one_step(run: &mut Run, mesh: &Mesh, step: &StepFunction) -> Result<Made, Tra
         Ok(changed) => Item { name: mesh.name.clone(), mesh: changed, ratio },
         Err(why) => return Ok(Err(why.to_string())),
     };
-    let found = match step(&state.weights, &item, settings, random) {
+    let found = match step(&state.tensors, &item, settings, random) {
         Ok(found) => found,
         Err(why) => return Ok(Err(why)),
     };
@@ -125,9 +125,9 @@ fn one_step(run: &mut Run, mesh: &Mesh, step: &StepFunction) -> Result<Made, Tra
     let (settings, state) = (&run.settings, &mut run.state);
     let Step { terms, gradients } = found;
     let gradients = clipped(gradients, norm, settings.gradient_clip);
-    let tensors = adam_step(state.weights.tensors(), &gradients, &mut state.moments, settings, learning_rate);
-    let weights = Weights::from_tensors(*state.weights.architecture(), tensors);
-    state.weights = weights.map_err(|error| diverged(state.position.step, error.to_string()))?;
+    let tensors = adam_step(&state.tensors, &gradients, &mut state.moments, settings, learning_rate);
+    let checked = tensors.checked(&Trained::of(settings).shapes());
+    state.tensors = checked.map_err(|error| diverged(state.position.step, error.to_string()))?;
     Ok(Ok(terms))
 }
 

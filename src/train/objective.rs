@@ -4,7 +4,7 @@ use super::bending_step::bending_step;
 use super::measured_step::measured_step;
 use super::paper_step::paper_step;
 use super::uniform_step::uniform_step;
-use super::{Objective, Settings, Shape, StepFunction, TrainError};
+use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 
 /// What the setting `objective` is called where the step is one's own, by [`step_by`].
 pub const OWN_OBJECTIVE: &str = "own";
@@ -29,10 +29,10 @@ pub const OBJECTIVES: [(&str, &str); 4] = [
 /// ```
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
     match settings.objective.as_str() {
-        "bending" => Ok(Box::new(bending_step)),
-        "paper" => Ok(Box::new(paper_step)),
+        "bending" => Ok(of_network(bending_step)),
+        "paper" => Ok(of_network(paper_step)),
         "shape" => Ok(step_by(&Shape)),
-        "uniform" => Ok(Box::new(uniform_step)),
+        "uniform" => Ok(of_network(uniform_step)),
         other => {
             let names = OBJECTIVES.map(|(name, _)| format!("\"{name}\"")).join(", ");
             Err(TrainError::Settings(format!("`objective` is \"{other}\": it must be one of {names}")))
@@ -47,5 +47,5 @@ pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, 
 /// let _step = step_by(&Shape);
 /// ```
 pub fn step_by<'a>(objective: &'a dyn Objective) -> Box<StepFunction<'a>> {
-    Box::new(|weights, item, settings, random| measured_step(objective, weights, item, settings, random))
+    of_network(|weights, item, settings, random| measured_step(objective, weights, item, settings, random))
 }

@@ -3,13 +3,16 @@
 use super::checkpoint::{Checkpoint, Origin, Position, read_checkpoint, write_checkpoint};
 use super::data::{changed_file, data_table, sha256};
 use super::rows::Rows;
+use super::trained::Trained;
 use super::watch::Watch;
 use super::{DataSet, Moments, OWN_OBJECTIVE, Settings, TrainError, read_data, step_function};
+use crate::autodiff::Tensors;
 use crate::io::write_path;
-use crate::model::Weights;
+use crate::linalg::Matrix;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// How the names of files begin that were being written when the program was killed.
 const TEMPORARY: &str = ".neural-mesh-";
@@ -102,9 +105,9 @@ impl Run {
         (self.state.position.epoch, self.state.position.n_done)
     }
 
-    /// The weights as they are.
-    pub fn weights(&self) -> &Weights {
-        &self.state.weights
+    /// The weights as they are: the tensors of the network that the objective trains.
+    pub fn tensors(&self) -> &Tensors<Arc<Matrix>> {
+        &self.state.tensors
     }
 
     /// Writes the checkpoint and the weights as they are; the tables reach the disk first.
@@ -119,7 +122,8 @@ impl Run {
     /// Writes the weights as they are.
     pub(super) fn write_weights(&self, name: &str) -> Result<(), TrainError> {
         let path = self.folder.join(name);
-        let bytes = self.state.weights.clone().learned(&self.settings.objective).to_bytes();
+        let bytes = Trained::of(&self.settings).to_bytes(&self.state.tensors, &self.settings.objective);
+        let bytes = bytes.map_err(|error| TrainError::file(&path, error))?;
         write_path(&path, &bytes, true).map_err(|error| TrainError::file(&path, error))
     }
 }
@@ -129,12 +133,9 @@ impl Run {
 fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     check_is_empty(request.folder)?;
     let settings = asked(request, Settings::from_toml(request.settings.unwrap_or_default())?)?;
-    let (settings, weights) = match request.init {
-        Some(bytes) => {
-            let weights = Weights::from_bytes(bytes).map_err(|error| TrainError::Settings(error.to_string()))?;
-            (settings.with_architecture(weights.architecture())?, weights)
-        }
-        None => (settings.clone(), Weights::random_of(settings.architecture(), settings.seed)),
+    let (settings, tensors) = match request.init {
+        Some(bytes) => Trained::read(bytes, &settings)?,
+        None => (settings.clone(), Trained::of(&settings).random(settings.seed)),
     };
     // What is wrong with the settings is found before anything is written.
     if request.objective != Some(OWN_OBJECTIVE) {
@@ -147,8 +148,8 @@ fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, 
         files: data.files.clone(),
         init: request.init.map(sha256),
     };
-    let moments = Moments::zero(&settings.architecture().shapes());
-    let state = Checkpoint { origin, position: start(settings.seed), weights, moments };
+    let moments = Moments::zero(&Trained::of(&settings).shapes());
+    let state = Checkpoint { origin, position: start(settings.seed), tensors, moments };
     let problem =
         |error| TrainError::file(request.folder, format!("cannot be created: {error}: choose another folder"));
     std::fs::create_dir_all(request.folder).map_err(problem)?;
@@ -174,15 +175,16 @@ fn start(seed: u64) -> Position {
 
 /// A training from its checkpoint, if nothing that it was made with has changed but the number of epochs.
 fn taken_up(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
-    let sizes = |origin: &Origin| Settings::from_toml(&origin.settings).map(|settings| settings.architecture());
-    let mut state = read_checkpoint(checkpoint, sizes)?;
+    let shapes =
+        |origin: &Origin| Settings::from_toml(&origin.settings).map(|settings| Trained::of(&settings).shapes());
+    let mut state = read_checkpoint(checkpoint, shapes)?;
     let origin = &state.origin;
     let before = Settings::from_toml(&origin.settings)?;
     let mut settings = before.clone();
     if let Some(text) = request.settings {
         settings = Settings::from_toml(text)?;
         if origin.init.is_some() {
-            settings = settings.with_architecture(&before.architecture())?;
+            settings = Trained::with_sizes_of(&settings, &before)?;
         }
     }
     let settings = asked(request, settings)?;

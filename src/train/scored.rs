@@ -1,7 +1,7 @@
 //! The Point Sampler over a mesh on a tape: where every objective that learns scores begins.
 
 use super::gradients_of;
-use crate::autodiff::{Tape, Value};
+use crate::autodiff::{Tape, Tensors, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::mesh::TriMesh;
 use crate::model::{Network, Vertices, Weights, in_edge_lengths, point_sampler};
@@ -46,7 +46,7 @@ pub(super) fn scored_along(weights: &Weights, positions: &[[f32; 3]], normals: V
 
 impl Scored {
     /// The gradients of all tensors from that of the scores, n.
-    pub fn backward(&self, gradient: Vec<f32>) -> Network<Matrix> {
+    pub fn backward(&self, gradient: Vec<f32>) -> Tensors<Matrix> {
         let gradient = Matrix::new(gradient.len(), 1, gradient);
         gradients_of(&self.net, &self.tape.backward(&[(&self.scores, gradient)]))
     }

@@ -47,7 +47,7 @@ fn measured(run: &Run, at: usize, step: &StepFunction) -> Result<Vec<Step>, Trai
     let random = Xoshiro256PlusPlus::seed_from_u64(run.settings.seed.wrapping_add(at as u64));
     let at_ratio = |&ratio: &f64| {
         let item = Item { name: mesh.name.clone(), mesh: mesh.mesh.clone(), ratio };
-        step(&run.state.weights, &item, &run.settings, &mut random.clone()).ok()
+        step(&run.state.tensors, &item, &run.settings, &mut random.clone()).ok()
     };
     let found: Vec<Step> = run.settings.validation_ratios.iter().filter_map(at_ratio).collect();
     let mut terms = found.iter().flat_map(|step| &step.terms);

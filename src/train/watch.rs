@@ -47,12 +47,12 @@ fn not_finite(step: &Step) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::autodiff::Tensors;
     use crate::linalg::Matrix;
-    use crate::model::Architecture;
 
     fn step(total: f64) -> Step {
-        let shapes = Architecture { point_sampler_layers: 1, face_classifier_layers: 1, ..Default::default() }.shapes();
-        let gradients = shapes.map(|_, &[n_rows, n_cols]| Matrix::zeros(n_rows, n_cols));
+        let gradients: Tensors<Matrix> =
+            ["a.weights", "a.bias"].map(|name| (name, Matrix::zeros(1, 1))).into_iter().collect();
         Step { terms: vec![("small", 0.1 * total), ("large", 0.9 * total)], gradients }
     }
 
@@ -62,8 +62,8 @@ mod tests {
         let bad = Step { terms: vec![("fine", 1.0), ("bad", f64::NAN)], ..step(1.0) };
         assert!(watch.trouble(&bad, 0.0).unwrap().contains("`bad` is NaN"));
         let mut bad = step(1.0);
-        bad.gradients.point_sampler.score.bias = Matrix::new(1, 1, vec![f32::INFINITY]);
-        assert!(watch.trouble(&bad, 0.0).unwrap().contains("`point_sampler.score.bias`"));
+        *bad.gradients.get_mut("a.bias").unwrap() = Matrix::new(1, 1, vec![f32::INFINITY]);
+        assert!(watch.trouble(&bad, 0.0).unwrap().contains("`a.bias`"));
     }
 
     #[test]
