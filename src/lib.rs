@@ -63,6 +63,7 @@
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
 //! | `spectrum` | no | the Laplacian's eigenpairs and distances along the surface in [`metrics::compare`] |
 //! | `loss`, `train` | no | the terms that training minimises; training |
+//! | `learned-baselines` | no | methods of others that learn: networks, losses, inference; part of `train` and `evaluate` |
 //! | `baselines`, `evaluate` | no | methods of others; rows and tables of methods x sizes x meshes; need a C++ compiler |
 //!
 //! # Machinery
@@ -85,6 +86,8 @@ pub mod evaluate;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
+#[cfg(feature = "learned-baselines")]
+pub mod learned_baselines;
 pub mod linalg;
 #[cfg(feature = "loss")]
 pub mod loss;

@@ -77,6 +77,13 @@ impl Tape {
         })
     }
 
+    /// `a + b`, entry by entry, both n x n_cols.
+    pub fn plus(&mut self, a: &Value, b: &Value) -> Value {
+        assert_eq!(a.matrix.shape(), b.matrix.shape(), "matrices of one shape");
+        let result = entrywise(&a.matrix, &b.matrix, |a, b| a + b);
+        self.record(result, [a, b], |gradient, needed| needed.map(|is_needed| is_needed.then(|| gradient.clone())))
+    }
+
     /// The rows of one matrix above those of another: n_a x n_cols and n_b x n_cols to (n_a + n_b) x n_cols.
     pub fn stacked(&mut self, a: &Value, b: &Value) -> Value {
         let [n_a, n_b] = [a, b].map(|value| value.matrix.n_rows());
@@ -219,6 +226,7 @@ mod tests {
         let inputs = [random(12, 3, 1)];
         check_gradients(&inputs, |tape, v| tape.gather(&v[0], &[3, 3, 0, 11, 3]));
         check_gradients(&[random(4, 3, 1), random(2, 3, 2)], |tape, v| tape.stacked(&v[0], &v[1]));
+        check_gradients(&[random(4, 3, 1), random(4, 3, 2)], |tape, v| tape.plus(&v[0], &v[1]));
         check_gradients(&inputs, |tape, v| tape.triple_extremes(&v[0], &[[0, 1, 2], [2, 7, 11], [2, 0, 3]]));
     }
 

@@ -78,6 +78,27 @@ impl Tape {
         })
     }
 
+    /// For each row of the graph the sum of what its entries have, each times its weight: n_entries x 1 and
+    /// n_entries x n_cols to n_rows x n_cols.
+    pub fn entry_sums(&mut self, weights: &Value, x: &Value, graph: &Arc<Csr>) -> Value {
+        let result = entry_sums(weights.matrix.data(), &x.matrix, graph);
+        let (weights_kept, x_kept, graph) = (weights.matrix.clone(), x.matrix.clone(), graph.clone());
+        self.record(result, [weights, x], move |gradient, _| {
+            let mut to_weights = vec![0.0; graph.n_entries()];
+            let mut to_x = Matrix::zeros(graph.n_entries(), gradient.n_cols());
+            let columns = gradient.n_cols().max(1);
+            for row in 0..graph.n_rows() {
+                for at in graph.range(row) {
+                    let products = gradient.row(row).iter().zip(x_kept.row(at));
+                    to_weights[at] = products.map(|(g, x)| g * x).sum();
+                    let to_entry = to_x.data_mut()[at * columns..].iter_mut().zip(gradient.row(row));
+                    to_entry.for_each(|(to, g)| *to = g * weights_kept.data()[at]);
+                }
+            }
+            [Some(column(to_weights)), Some(to_x)]
+        })
+    }
+
     /// `S A S^T` on the entries of `graph`, which are also those of S: n_entries x 1 to n_entries x 1.
     pub fn sparse_product(&mut self, s: &Value, graph: &Arc<Csr>, adjacency: &Arc<Csr>) -> Value {
         let result = column(linalg::sparse_product(s.matrix.data(), graph, adjacency));
@@ -129,6 +150,18 @@ impl Tape {
             ]
         })
     }
+}
+
+fn entry_sums(weights: &[f32], x: &Matrix, graph: &Csr) -> Matrix {
+    assert_eq!([weights.len(), x.n_rows()], [graph.n_entries(); 2], "a weight and a row for each entry");
+    let mut sums = Matrix::zeros(graph.n_rows(), x.n_cols());
+    for row in 0..graph.n_rows() {
+        for at in graph.range(row) {
+            let sum = sums.data_mut()[row * x.n_cols()..].iter_mut().zip(x.row(at));
+            sum.for_each(|(sum, x)| *sum += weights[at] * x);
+        }
+    }
+    sums
 }
 
 /// The dot products, less half the squared length of either row.
@@ -193,6 +226,17 @@ mod tests {
         check_gradients(&[random(25, 6, 1), random(25, 6, 2)], |tape, v| {
             tape.neighbour_closeness(&v[0], &v[1], &graph)
         });
+        let inputs = [random(graph.n_entries(), 1, 1), random(graph.n_entries(), 3, 2)];
+        check_gradients(&inputs, |tape, v| tape.entry_sums(&v[0], &v[1], &graph));
+    }
+
+    #[test]
+    fn sums_over_entries_have_their_golden_values() {
+        let graph = Arc::new(Csr::from_entries(3, 9, [[0, 4], [0, 8], [2, 1]].into_iter()));
+        let [weights, x] =
+            [Matrix::new(3, 1, vec![1.0, -2.0, 0.5]), Matrix::new(3, 2, vec![1.0, 2.0, 3.0, 4.0, 6.0, 8.0])];
+        let sums = Tape::default().entry_sums(&Value::constant(weights), &Value::constant(x), &graph);
+        assert_eq!(sums.matrix(), &Matrix::new(3, 2, vec![-5.0, -6.0, 0.0, 0.0, 3.0, 4.0]));
     }
 
     #[test]

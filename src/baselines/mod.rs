@@ -2,7 +2,6 @@
 //!
 //! One file or folder per method. Each takes the mesh and a size, and stops short where it can go no further.
 
-mod ball_pivoting;
 mod clustering;
 mod error;
 mod meshoptimizer;
@@ -15,7 +14,7 @@ use clustering::clustering;
 use qem::qem;
 use sampled::{farthest_ball_pivoting, uniform_ball_pivoting};
 
-pub use ball_pivoting::ball_pivoting;
+pub use crate::spatial::ball_pivoting;
 pub use error::BaselineError;
 pub use meshoptimizer::meshoptimizer_faces;
 

@@ -3,9 +3,9 @@
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::{BaselineError, ball_pivoting};
+use super::BaselineError;
 use crate::mesh::{TriMesh, compact, vertex_normals};
-use crate::spatial::farthest_points;
+use crate::spatial::{ball_pivoting, farthest_points};
 
 /// Farthest points, the first at random, and balls over them.
 pub(super) fn farthest_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {

@@ -9,6 +9,7 @@ use std::time::Duration;
 use super::foreign::{self, Foreign};
 use super::job::{self, Job, Work};
 use super::limited::{Unfinished, run_limited, with_last_words, words_in};
+use super::settings::LearnedFile;
 use super::tool::Placeholders;
 use super::{Method, Tool};
 use crate::baselines::Size;
@@ -32,6 +33,8 @@ pub(super) struct Engine<'a> {
     pub threads: usize,
     /// Weights for the closed assembly and for the paper's.
     pub weights: [Option<&'a Path>; 2],
+    /// Weights of learned baselines that are not those that ship.
+    pub learned: &'a [LearnedFile],
     /// A folder that is nobody else's, which holds the mesh at hand.
     pub scratch: &'a Path,
 }
@@ -101,7 +104,6 @@ impl Engine<'_> {
         wait: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Done, Unfinished> {
         let output = self.scratch.join("result.ply");
-        let [closed, paper] = self.weights;
         let job = Job {
             input: self.input().with_extension("ply"),
             output: output.clone(),
@@ -109,7 +111,7 @@ impl Engine<'_> {
             vertices: asked.size.vertices,
             faces: asked.size.faces,
             seed: asked.seed,
-            weights: if *method == Method::Paper { paper } else { closed }.map(Path::to_path_buf),
+            weights: self.weights_of(method).map(Path::to_path_buf),
             threads: self.threads,
         };
         let seconds = match self.worker {
@@ -118,6 +120,18 @@ impl Engine<'_> {
         };
         let mesh = job::read_mesh(&output).and_then(with_faces).map_err(Unfinished::Failed)?;
         Ok(Done { mesh, seconds, timed: Timed::Method })
+    }
+
+    /// The file of the weights that a method uses; none for those that ship.
+    fn weights_of(&self, method: &Method) -> Option<&Path> {
+        let [closed, paper] = self.weights;
+        match method {
+            Method::Paper => paper,
+            Method::Learned(baseline) => {
+                self.learned.iter().find(|file| file.baseline == *baseline).map(|file| file.path.as_path())
+            }
+            _ => closed,
+        }
     }
 
     /// Has a worker do the work.

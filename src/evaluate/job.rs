@@ -12,6 +12,7 @@ use super::clock::Moment;
 use super::foreign::{self, Foreign};
 use crate::baselines::{Size, simplify_by};
 use crate::io::{Format, read_path, write, write_path};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 use crate::mesh::{Frame, TriMesh};
 use crate::model::Weights;
 use crate::simplify::{Assembly, Optimize, Options, ScoreSource, Target, simplify};
@@ -63,21 +64,19 @@ pub fn answer(line: &str) -> String {
 pub(super) fn run(job: &Job) -> Result<f64, String> {
     let mesh = read_mesh(&job.input)?;
     let method = Method::from_name(&job.method).ok_or_else(|| format!("unknown method {}", job.method))?;
-    let weights = job.weights.as_deref().map(read_weights).transpose()?;
-    // Those that ship are parsed when first asked for: not while the clock runs.
-    let _ = (Weights::shipped_default(), Weights::shipped_paper_open());
+    let weights = weights(&method, job.weights.as_deref())?;
     let threads =
         rayon::ThreadPoolBuilder::new().num_threads(job.threads).build().map_err(|error| error.to_string())?;
     let (result, seconds) = threads.install(|| {
         let began = Moment::now();
-        let result = simplified(&method, &mesh, job, weights.as_ref());
+        let result = simplified(&method, &mesh, job, &weights);
         (result, began.seconds(job.threads))
     });
     write_mesh(&job.output, &result?)?;
     Ok(seconds)
 }
 
-fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: Option<&Weights>) -> Result<TriMesh, String> {
+fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: &Loaded) -> Result<TriMesh, String> {
     let options = Options { seed: job.seed, ..Options::new(Target::Vertices(job.vertices)) };
     let options = match method {
         Method::Network => options,
@@ -90,15 +89,37 @@ fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: Option<&Weigh
             let size = Size { vertices: job.vertices, faces: job.faces };
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());
         }
+        Method::Learned(baseline) => {
+            let weights = weights.learned.as_ref().unwrap_or_else(|| LearnedWeights::shipped(*baseline));
+            let simplified = simplify_by_learned(weights, mesh, job.vertices, job.seed);
+            return simplified.map_err(|error| error.to_string());
+        }
         Method::Tool(tool) => return Err(format!("{} is a program of its own", tool.name)),
     };
-    let simplified = simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()));
+    let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
 }
 
-fn read_weights(path: &Path) -> Result<Weights, String> {
+/// Weights from a file, where a job has one.
+#[derive(Default)]
+struct Loaded {
+    ours: Option<Weights>,
+    learned: Option<LearnedWeights>,
+}
+
+/// The weights of a job. Those that ship are parsed when first asked for, which is done here and not while the clock runs.
+fn weights(method: &Method, path: Option<&Path>) -> Result<Loaded, String> {
+    let _ = (Weights::shipped_default(), Weights::shipped_paper_open());
+    LearnedBaseline::ALL.into_iter().for_each(|baseline| _ = LearnedWeights::shipped(baseline));
+    let Some(path) = path else { return Ok(Loaded::default()) };
     let bytes = std::fs::read(path).map_err(|error| format!("{}: cannot be read: {error}", path.display()))?;
-    Weights::from_bytes(&bytes).map_err(|error| format!("{}: {error}", path.display()))
+    let wrong = |error| format!("{}: {error}", path.display());
+    Ok(match method {
+        Method::Learned(_) => {
+            Loaded { learned: Some(LearnedWeights::from_bytes(&bytes).map_err(wrong)?), ..Loaded::default() }
+        }
+        _ => Loaded { ours: Some(Weights::from_bytes(&bytes).map_err(wrong)?), ..Loaded::default() },
+    })
 }
 
 /// Writes a mesh so that [`read_mesh`] gives back its very bits.

@@ -2,6 +2,7 @@
 
 use super::{EvaluateError, Tool};
 use crate::baselines::Baseline;
+use crate::learned_baselines::LearnedBaseline;
 
 /// One of the methods that are compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub enum Method {
     Paper,
     /// A method of others that the library has.
     Baseline(Baseline),
+    /// A method of others that learns, with the weights that ship.
+    Learned(LearnedBaseline),
     /// A program of others.
     Tool(Tool),
 }
@@ -36,6 +39,7 @@ impl Method {
         ["network", "geometry", "mean", "max", "normals", "paper"]
             .into_iter()
             .chain(Baseline::ALL.map(Baseline::name))
+            .chain(LearnedBaseline::ALL.map(LearnedBaseline::name))
             .collect()
     }
 
@@ -53,7 +57,10 @@ impl Method {
             "max" => Some(Self::Max),
             "normals" => Some(Self::Normals),
             "paper" => Some(Self::Paper),
-            _ => Baseline::from_name(name).map(Self::Baseline),
+            _ => {
+                let learned = || LearnedBaseline::from_name(name).map(Self::Learned);
+                Baseline::from_name(name).map(Self::Baseline).or_else(learned)
+            }
         }
     }
 
@@ -71,6 +78,7 @@ impl Method {
             Self::Normals => "normals",
             Self::Paper => "paper",
             Self::Baseline(baseline) => baseline.name(),
+            Self::Learned(baseline) => baseline.name(),
             Self::Tool(tool) => &tool.name,
         }
     }
@@ -82,7 +90,7 @@ impl Method {
     /// assert!(Method::Paper.is_ours() && !Method::from_name("qem").unwrap().is_ours());
     /// ```
     pub fn is_ours(&self) -> bool {
-        !matches!(self, Self::Baseline(_) | Self::Tool(_))
+        !matches!(self, Self::Baseline(_) | Self::Learned(_) | Self::Tool(_))
     }
 }
 

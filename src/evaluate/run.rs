@@ -13,7 +13,7 @@ use super::meshes::{MeshFile, checksums, mesh_files, read_mesh};
 use super::rehearsal::rehearse;
 use super::row::How;
 use super::rows_file::RowsFile;
-use super::settings::{Origin, weights_name};
+use super::settings::{LearnedFile, Origin, learned_files, learned_names, weights_name};
 use super::worst::Keeper;
 use super::{EvaluateError, Method, Row, Settings, Table, Tool, hardware};
 use crate::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
@@ -38,6 +38,8 @@ pub struct Request {
     pub weights: Option<PathBuf>,
     /// File of the paper assembly's weights; without, those that ship.
     pub paper_weights: Option<PathBuf>,
+    /// Files of weights of learned baselines, each of which says whose they are; without, those that ship.
+    pub learned_weights: Vec<PathBuf>,
     /// Whether to go on with the rows that are there.
     pub resume: bool,
     /// Runs the methods of the library in a process of its own, which can be stopped. Without, they run in this one,
@@ -54,6 +56,7 @@ impl Request {
             settings: Settings::default(),
             weights: None,
             paper_weights: None,
+            learned_weights: Vec::new(),
             resume: false,
             worker: None,
         }
@@ -122,6 +125,7 @@ pub enum Ending {
 pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<Ending, EvaluateError> {
     let methods = request.settings.checked()?;
     let files = mesh_files(&request.data, &request.settings.only)?;
+    let learned = learned_files(&request.learned_weights)?;
     let origin = Origin {
         version: env!("CARGO_PKG_VERSION").into(),
         settings: request.settings.clone(),
@@ -129,6 +133,7 @@ pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()
             weights_name(request.weights.as_ref(), Weights::shipped_default())?,
             weights_name(request.paper_weights.as_ref(), Weights::shipped_paper_open())?,
         ],
+        learned: learned_names(&learned),
         meshes: checksums(&files),
     };
     let figures: Vec<String> = figures().iter().map(|figure| figure.name.to_string()).collect();
@@ -139,7 +144,8 @@ pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()
     let rows = open_folder(&request.folder, &origin, &found, &figures)?;
     let keeper = Keeper::new(&request.folder, &rows.table);
     let scratch = scratch_in(&request.folder)?;
-    let mut run = Run { request, methods, origin, rows, keeper, n_figures: figures.len(), scratch: scratch.path() };
+    let (n_figures, scratch) = (figures.len(), scratch.path());
+    let mut run = Run { request, methods, origin, learned, rows, keeper, n_figures, scratch };
     for (index, file) in files.iter().enumerate() {
         if run.mesh(file, index, files.len(), hear)?.is_break() {
             return Ok(Ending::Stopped);
@@ -167,17 +173,18 @@ fn try_tools(
 ) -> Result<ControlFlow<()>, EvaluateError> {
     let problem = |error| EvaluateError::Tool(format!("a place to try tools cannot be had: {error}: check TMPDIR"));
     let place = tempfile::tempdir().map_err(problem)?;
-    rehearse(&engine(request, place.path()), tools, &mut |tool| hear(Event::Trying(tool)))
+    rehearse(&engine(request, &[], place.path()), tools, &mut |tool| hear(Event::Trying(tool)))
 }
 
 /// How methods are run, in a folder of their own.
-fn engine<'a>(request: &'a Request, scratch: &'a Path) -> Engine<'a> {
+fn engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Path) -> Engine<'a> {
     let Request { worker, settings, weights, paper_weights, .. } = request;
     Engine {
         worker: worker.as_ref(),
         time_limit: Duration::try_from_secs_f64(settings.time_limit).unwrap_or(Duration::MAX),
         threads: settings.threads,
         weights: [weights.as_deref(), paper_weights.as_deref()],
+        learned,
         scratch,
     }
 }
@@ -207,6 +214,7 @@ struct Run<'a> {
     request: &'a Request,
     methods: Vec<Method>,
     origin: Origin,
+    learned: Vec<LearnedFile>,
     rows: RowsFile,
     keeper: Keeper,
     n_figures: usize,
@@ -284,7 +292,7 @@ impl Run<'_> {
 
     fn made_ready(&self, file: &MeshFile) -> Result<Subject, String> {
         let mesh = read_mesh(&file.path)?;
-        engine(self.request, self.scratch).prepare(&mesh, &self.methods)?;
+        engine(self.request, &self.learned, self.scratch).prepare(&mesh, &self.methods)?;
         Ok(Subject { original: Original::new(&mesh, &self.judging()), mesh })
     }
 
@@ -335,7 +343,7 @@ impl Run<'_> {
         let case = Case { mesh: &subject.mesh, ratio, seed, leader, n_faces };
         let repeats = self.request.settings.repeats;
         let mut wait = |method: &Method, round| hear(Event::Running { method, round });
-        let outcomes = contest(&engine(self.request, self.scratch), &case, methods, repeats, &mut wait)?;
+        let outcomes = contest(&engine(self.request, &self.learned, self.scratch), &case, methods, repeats, &mut wait)?;
         if hear(Event::Judging).is_break() {
             return None;
         }
@@ -384,6 +392,7 @@ impl Run<'_> {
         let weights = match method {
             Method::Network | Method::Max | Method::Normals => closed.as_str(),
             Method::Paper => paper,
+            Method::Learned(baseline) => self.origin.learned.get(baseline.name()).map_or("", String::as_str),
             _ => "",
         };
         How {

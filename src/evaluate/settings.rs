@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::meshes::sha256;
 use super::method::chosen;
 use super::{EvaluateError, Method, Tool};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use crate::model::Weights;
 
 /// What is measured and how.
@@ -98,6 +99,9 @@ pub(super) struct Origin {
     pub settings: Settings,
     /// SHA-256 of the weights of the closed assembly and of the paper's.
     pub weights: [String; 2],
+    /// SHA-256 of the weights of learned baselines, by their names.
+    #[serde(default)]
+    pub learned: BTreeMap<String, String>,
     /// SHA-256 of the mesh files, by name.
     pub meshes: BTreeMap<String, String>,
 }
@@ -112,6 +116,9 @@ impl Origin {
             if self.weights[index] != now.weights[index] {
                 return Some(format!("other {kind}"));
             }
+        }
+        if self.learned != now.learned {
+            return Some("other learned-weights".into());
         }
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
     }
@@ -160,6 +167,41 @@ pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<
     Ok(sha256(&bytes))
 }
 
+/// A file with the weights of a learned baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LearnedFile {
+    pub baseline: LearnedBaseline,
+    pub path: PathBuf,
+    pub sha256: String,
+}
+
+/// Files of weights, each of which says whose they are.
+pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, EvaluateError> {
+    let mut files: Vec<LearnedFile> = Vec::new();
+    for path in paths {
+        let bytes = std::fs::read(path)
+            .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
+        let weights = LearnedWeights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
+        let baseline = weights.baseline();
+        if files.iter().any(|file| file.baseline == baseline) {
+            let what = format!("holds weights of {}, as another file does: give one", baseline.name());
+            return Err(EvaluateError::file(path, what));
+        }
+        files.push(LearnedFile { baseline, path: path.clone(), sha256: sha256(&bytes) });
+    }
+    Ok(files)
+}
+
+/// The checksums of the weights of all learned baselines, from files or those that ship, by their names.
+pub(super) fn learned_names(files: &[LearnedFile]) -> BTreeMap<String, String> {
+    let name = |baseline: LearnedBaseline| {
+        let file = files.iter().find(|file| file.baseline == baseline);
+        let shipped = || sha256(&LearnedWeights::shipped(baseline).to_bytes());
+        (baseline.name().to_string(), file.map_or_else(shipped, |file| file.sha256.clone()))
+    };
+    LearnedBaseline::ALL.into_iter().map(name).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,6 +212,7 @@ mod tests {
             version: "1".into(),
             settings: Settings::default(),
             weights: ["1".into(), "2".into()],
+            learned: BTreeMap::new(),
             meshes: [("a".to_string(), "1".to_string())].into(),
         };
         assert_eq!(origin.difference(&origin), None);
@@ -182,6 +225,20 @@ mod tests {
         other.meshes.insert("b".into(), "2".into());
         assert!(origin.difference(&other).unwrap().contains("b is new"));
         assert!(other.difference(&origin).unwrap().contains("b is gone"));
+    }
+
+    #[test]
+    fn files_of_learned_weights_say_whose_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let [one, other, none] = ["one", "other", "none"].map(|name| folder.path().join(name));
+        let bytes = LearnedWeights::random(LearnedBaseline::Potamias, 0.25, 1).to_bytes();
+        std::fs::write(&one, &bytes).unwrap();
+        std::fs::write(&other, &bytes).unwrap();
+        std::fs::write(&none, "words").unwrap();
+        let files = learned_files(std::slice::from_ref(&one)).unwrap();
+        assert_eq!((files[0].baseline, &files[0].sha256), (LearnedBaseline::Potamias, &sha256(&bytes)));
+        assert!(learned_files(&[one, other]).unwrap_err().to_string().contains("give one"));
+        assert!(learned_files(&[none]).is_err());
     }
 
     #[test]

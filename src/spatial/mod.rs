@@ -1,8 +1,9 @@
-//! Near and far points: k-nn over points and what follows from it, farthest points, nearest point on triangles, also along a
-//! line; knows no meshes.
+//! Near and far points: k-nn over points and what follows from it, farthest points, triangles over points by
+//! balls, nearest point on triangles, also along a line; knows no meshes.
 //!
 //! Machinery: what the modules that users call stand on; see the front page of the crate.
 
+mod ball_pivoting;
 mod bounds;
 mod curve_order;
 mod face_tree;
@@ -18,10 +19,11 @@ mod triangle_pieces;
 mod triangle_tree;
 mod views;
 
+pub use ball_pivoting::ball_pivoting;
 pub use bounds::Bounds;
 pub(crate) use curve_order::curve_order;
 pub use face_tree::{FaceTree, Looks};
-pub use farthest_points::farthest_points;
+pub use farthest_points::{farthest_latent_points, farthest_points};
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use occluders::Occluders;

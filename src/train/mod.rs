@@ -18,6 +18,7 @@ mod objective;
 mod objectives;
 mod paper_step;
 mod patch;
+mod potamias_step;
 mod random;
 mod rows;
 mod run;

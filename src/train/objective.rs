@@ -3,6 +3,7 @@
 use super::bending_step::bending_step;
 use super::measured_step::measured_step;
 use super::paper_step::paper_step;
+use super::potamias_step::potamias_step;
 use super::uniform_step::uniform_step;
 use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 
@@ -10,9 +11,10 @@ use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 pub const OWN_OBJECTIVE: &str = "own";
 
 /// What the setting `objective` may be called, and what each learns.
-pub const OBJECTIVES: [(&str, &str); 4] = [
+pub const OBJECTIVES: [(&str, &str); 5] = [
     ("bending", "how much the surface bends: scores for the closed assembly"),
     ("paper", "the paper's network by its losses, for --assembly paper and mesh-points"),
+    ("potamias", "the point-cloud simplification of Potamias et al. 2022, which evaluate compares with"),
     ("shape", "distance, normals and largest distance of results: scores for the closed assembly"),
     ("uniform", "equal scores, which try out a machine and a data set"),
 ];
@@ -31,6 +33,7 @@ pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, 
     match settings.objective.as_str() {
         "bending" => Ok(of_network(bending_step)),
         "paper" => Ok(of_network(paper_step)),
+        "potamias" => Ok(Box::new(potamias_step)),
         "shape" => Ok(step_by(&Shape)),
         "uniform" => Ok(of_network(uniform_step)),
         other => {

@@ -5,8 +5,8 @@
 
 use super::drawn::{classified, draw};
 use super::face_terms::{Faces, face_terms, judges_faces};
-use super::patch::patch;
-use super::random::{below, uniform};
+use super::patch::piece;
+use super::random::uniform;
 use super::sampler_terms::{Surface, sampler_terms};
 use super::scored::{Scored, scored, scored_along};
 use super::{Item, Settings, Step, gradients_of};
@@ -15,7 +15,7 @@ use crate::linalg::Matrix;
 use crate::loss::{NamedTerm, total};
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use crate::simplify::{cloud_graph, edge_graph, scattered_samples};
+use crate::simplify::{cloud_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
@@ -54,16 +54,6 @@ pub(super) fn paper_step(
     let terms = terms.map(|term| (term.name, term.weight * term.term.value)).collect();
     let gradients: Vec<_> = results.iter().map(|(values, terms)| (values, gradient(values, terms))).collect();
     Ok(Step { terms, gradients: gradients_of(&net, &tape.backward(&gradients)) })
-}
-
-/// The mesh, or a piece of it where it would have too many samples.
-fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
-    let most = settings.max_samples as f64 / item.ratio;
-    if settings.max_samples == 0 || item.mesh.positions().len() as f64 <= most {
-        return Ok(item.mesh.clone());
-    }
-    let start = below(random, item.mesh.positions().len());
-    patch(&item.mesh, &edge_graph(&item.mesh), most as usize, start as u32).ok_or("has no face in one piece".into())
 }
 
 fn unknown_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {

@@ -1,15 +1,29 @@
 //! A piece of a mesh, so that a step at a large ratio costs no more than one at a small ratio.
 
+use super::random::below;
+use super::{Item, Settings};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
+use crate::simplify::edge_graph;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::VecDeque;
+
+/// The mesh, or a piece of it where it would have too many samples.
+pub(super) fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
+    let most = settings.max_samples as f64 / item.ratio;
+    if settings.max_samples == 0 || item.mesh.positions().len() as f64 <= most {
+        return Ok(item.mesh.clone());
+    }
+    let start = below(random, item.mesh.positions().len());
+    patch(&item.mesh, &edge_graph(&item.mesh), most as usize, start as u32).ok_or("has no face in one piece".into())
+}
 
 /// The faces between the `n_vertices` vertices that a walk over the edges from `start` reaches first; the whole mesh
 /// where it has no more, and `None` where that leaves no face.
 ///
 /// # Shapes
 /// - `rings`: the edges of the mesh
-pub(super) fn patch(mesh: &TriMesh, rings: &Csr, n_vertices: usize, start: u32) -> Option<TriMesh> {
+fn patch(mesh: &TriMesh, rings: &Csr, n_vertices: usize, start: u32) -> Option<TriMesh> {
     let n = mesh.positions().len();
     if n_vertices >= n {
         return Some(mesh.clone());
@@ -37,7 +51,6 @@ pub(super) fn patch(mesh: &TriMesh, rings: &Csr, n_vertices: usize, start: u32) 
 mod tests {
     use super::*;
     use crate::mesh::{shapes, topology};
-    use crate::simplify::edge_graph;
 
     #[test]
     fn a_patch_is_one_piece_of_the_surface() {

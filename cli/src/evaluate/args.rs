@@ -8,7 +8,8 @@ use crate::numbers::{n_threads, number, seed, share, whole};
 
 const EVALUATE_NOTES: &str = "\
 Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
-assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; tools; all.
+assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; potamias (a \
+point-cloud simplification that learns, and balls); tools; all.
 
 In the command of a tool, {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on for other formats), \
 {ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one. A line `seconds: 0.25` on its \
@@ -69,6 +70,9 @@ pub struct EvaluateArgs {
     /// Weights for the method paper [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub paper_weights: Option<PathBuf>,
+    /// Weights for methods of others that learn; each file says for which [default: those that come with the program]
+    #[arg(long, value_name = "FILE,FILE", value_delimiter = ',')]
+    pub learned_weights: Vec<PathBuf>,
     /// Also measure the spectrum (the paper's LE), which takes longer than all the rest
     #[arg(long)]
     pub spectrum: bool,

@@ -68,6 +68,7 @@ fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Fail
     request.settings = settings(args)?;
     request.weights = args.weights.clone();
     request.paper_weights = args.paper_weights.clone();
+    request.learned_weights = args.learned_weights.clone();
     request.resume = args.resume;
     request.worker = Some(Worker { program, arguments: vec![WORKER.into()] });
     Ok(request)

@@ -13,8 +13,7 @@ mod sheet;
 
 use glam::DVec3;
 
-use super::planes::in_double;
-use crate::spatial::nearest_neighbours;
+use super::knn::nearest_neighbours;
 use ball::Ball;
 use rolling::{extended, reopened, roll};
 use seed::seed;
@@ -36,7 +35,7 @@ const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 /// When there is not one normal per point.
 ///
 /// ```
-/// use neural_mesh::baselines::ball_pivoting;
+/// use neural_mesh::spatial::ball_pivoting;
 /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0]];
 /// assert_eq!(ball_pivoting(&points, &[[0.0, 0.0, 1.0]; 3]), [[0, 1, 2]]);
 /// ```
@@ -57,6 +56,10 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
         }
     }
     sheet.into_faces()
+}
+
+fn in_double(rows: &[[f32; 3]]) -> Vec<DVec3> {
+    rows.iter().map(|row| DVec3::from_array(row.map(f64::from))).collect()
 }
 
 /// The mean distance of a point to its nearest one; none where all points are one.
