@@ -1,15 +1,16 @@
 //! The step of the objective "potamias": a cloud simplified by the network of `learned_baselines::potamias`, judged by
 //! the adaptive Chamfer distance and the preservation of curvature.
 //!
-//! Which points are drawn is held; the gradient reaches all tensors through the refinement, which looks at the latent space.
+//! Which points are drawn is held; the gradient reaches all tensors through the refinement, which looks at the latent space, and
+//! the projection through the likeness of points in that space.
 
 use super::patch::piece;
 use super::random::below;
 use super::{Item, Settings, Step};
 use crate::autodiff::{Tape, Tensors};
 use crate::learned_baselines::potamias::{
-    Cloud, PointLoss, Potamias, adaptive_chamfer, adaptive_weights, curvature_preservation, mean_curvature, projection,
-    refinement, selection,
+    Cloud, PointLoss, Potamias, adaptive_chamfer, adaptive_weights, curvature_preservation, latent_likeness,
+    mean_curvature, projection, refinement, selection,
 };
 use crate::linalg::Matrix;
 use crate::spatial::nearest_to;
@@ -20,6 +21,10 @@ use std::sync::Arc;
 const LEAST_SAMPLES: usize = 16;
 /// Weight of the curvature against the distance, chosen so that both fall: the paper's is not in the text at hand.
 const CURVATURE: f64 = 10.0;
+/// Weight of the likeness in the latent space, so that its gradient, which is larger than the others', leaves them room.
+const LIKENESS: f64 = 0.1;
+/// Others that each point's row of the latent space is compared with.
+const PARTNERS: usize = 4;
 
 /// One step: distances in units of the samples' own, about, so that all ratios count alike.
 pub(super) fn potamias_step(
@@ -41,20 +46,24 @@ pub(super) fn potamias_step(
     let latent = projection(&mut tape, &net, &cloud);
     let samples = selection(&cloud, latent.matrix(), n_samples, below(random, n) as u32);
     let refined = refinement(&mut tape, &net, &cloud, &latent, &samples);
-    let losses = losses(&refined.points(), &cloud, item.ratio);
-    let gradient = refined.backward(&sum(&losses.each_ref().map(|(_, loss)| loss)));
-    let gradients = parameters.gradients(&tape.backward(&[(&refined.displacement, gradient)]));
-    Ok(Step { terms: losses.map(|(name, loss)| (name, loss.value)).into(), gradients })
+    let curvature = mean_curvature(&cloud.points);
+    let [chamfer, kept] = losses(&refined.points(), &cloud, &curvature, item.ratio);
+    let of_points = refined.backward(&sum(&chamfer, &kept));
+    let offsets: Vec<usize> = (0..PARTNERS).map(|_| 1 + below(random, n - 1)).collect();
+    let (likeness, mut of_latent) = latent_likeness(latent.matrix(), &curvature, &offsets);
+    of_latent.data_mut().iter_mut().for_each(|g| *g *= LIKENESS as f32);
+    let gradients = tape.backward(&[(&refined.displacement, of_points), (&latent, of_latent)]);
+    let terms = vec![("chamfer", chamfer.value), ("curvature", kept.value), ("likeness", LIKENESS * likeness)];
+    Ok(Step { terms, gradients: parameters.gradients(&gradients) })
 }
 
-/// Both losses with their weights.
-fn losses(samples: &[[f32; 3]], cloud: &Cloud, ratio: f64) -> [(&'static str, PointLoss); 2] {
-    let curvature = mean_curvature(&cloud.points);
+/// The losses of the samples, with their weights.
+fn losses(samples: &[[f32; 3]], cloud: &Cloud, curvature: &[f64], ratio: f64) -> [PointLoss; 2] {
     let nearest = nearest_to(&cloud.points, samples, 1);
     let wanted: Vec<f64> = nearest.iter().map(|&at| curvature[at as usize]).collect();
-    let chamfer = adaptive_chamfer(samples, &cloud.points, &adaptive_weights(&curvature));
+    let chamfer = adaptive_chamfer(samples, &cloud.points, &adaptive_weights(curvature));
     let kept = curvature_preservation(samples, &wanted);
-    [("chamfer", times(chamfer, ratio)), ("curvature", times(kept, CURVATURE))]
+    [times(chamfer, ratio), times(kept, CURVATURE)]
 }
 
 fn times(loss: PointLoss, factor: f64) -> PointLoss {
@@ -63,8 +72,8 @@ fn times(loss: PointLoss, factor: f64) -> PointLoss {
 }
 
 /// The sum of the gradients.
-fn sum(losses: &[&PointLoss; 2]) -> Vec<[f64; 3]> {
-    let rows = losses[0].gradient.iter().zip(&losses[1].gradient);
+fn sum(one: &PointLoss, other: &PointLoss) -> Vec<[f64; 3]> {
+    let rows = one.gradient.iter().zip(&other.gradient);
     rows.map(|(a, b)| std::array::from_fn(|axis| a[axis] + b[axis])).collect()
 }
 

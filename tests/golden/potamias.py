@@ -24,7 +24,7 @@ for layer in range(3):
     shapes += [(3 if layer == 0 else WIDTH, WIDTH), (WIDTH, WIDTH)]
     if layer > 0:
         shapes += [(2 * WIDTH, WIDTH), (1, WIDTH)]
-shapes += [(WIDTH, LATENT), (LATENT, WIDTH), (LATENT, WIDTH), (3, WIDTH), (1, WIDTH), (WIDTH, 1), (WIDTH, 3)]
+shapes += [(WIDTH, LATENT), (LATENT, WIDTH), (LATENT, WIDTH), (4, WIDTH), (1, WIDTH), (WIDTH, 1), (WIDTH, 3)]
 tensors = iter([tensor(number, *shape) for number, shape in enumerate(shapes)])
 
 points = np.array([[np.sin(1.3 * i), np.cos(0.7 * i), np.sin(0.4 * i * i)] for i in range(N)])
@@ -46,10 +46,11 @@ for layer in range(3):
 latent = features @ next(tensors)
 
 own, near, offset, bias, attention, moved = tensors
-result = []
+closeness, result = np.sqrt(len(SAMPLES) / N), []
 for s in SAMPLES:
     hidden = [
-        relu(latent[s] @ own + latent[j] @ near + (x[j] - x[s]) / radii[s] @ offset + bias[0]) for j in neighbours[s]
+        relu(latent[s] @ own + latent[j] @ near + np.append((x[j] - x[s]) / radii[s], closeness) @ offset + bias[0])
+        for j in neighbours[s]
     ]
     logits = np.array([(h @ attention)[0] for h in hidden])
     shares = np.exp(logits - logits.max()) / np.exp(logits - logits.max()).sum()

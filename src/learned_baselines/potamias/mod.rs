@@ -11,6 +11,7 @@
 mod adaptive_chamfer;
 mod cloud;
 mod curvature_preservation;
+mod latent_likeness;
 mod network;
 mod projection;
 mod refinement;
@@ -28,6 +29,7 @@ use std::sync::Arc;
 pub use adaptive_chamfer::{adaptive_chamfer, adaptive_weights};
 pub use cloud::{Cloud, NEIGHBOURS};
 pub use curvature_preservation::{curvature_preservation, mean_curvature};
+pub use latent_likeness::latent_likeness;
 pub use network::{Potamias, drawn, shapes};
 pub use projection::projection;
 pub use refinement::{Refinement, refinement};

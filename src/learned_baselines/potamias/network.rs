@@ -43,7 +43,7 @@ pub struct RefinementWeights<T> {
     pub own: T,
     /// n_latent x width, over a neighbour.
     pub near: T,
-    /// 3 x width, over where the neighbour lies.
+    /// 4 x width, over where the neighbour lies and how many points stay.
     pub offset: T,
     /// 1 x width.
     pub bias: T,
@@ -105,7 +105,7 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     shapes.push("latent", [width, latent]);
     shapes.push("refinement.own", [latent, width]);
     shapes.push("refinement.near", [latent, width]);
-    shapes.push("refinement.offset", [3, width]);
+    shapes.push("refinement.offset", [4, width]);
     shapes.push("refinement.bias", [1, width]);
     shapes.push("refinement.attention", [width, 1]);
     shapes.push("refinement.moved", [width, 3]);

@@ -18,8 +18,11 @@ pub struct Refinement {
 
 /// Moves each sample by what its 15 nearest points say, each as much as attention has it:
 ///
-/// `h_ij = ReLU(W_o z_i + W_n z_j + W_r (x_j - x_i) / r_i + b)`,
+/// `h_ij = ReLU(W_o z_i + W_n z_j + W_r [(x_j - x_i) / r_i | c] + b)`,
 /// `d_i = r_i sum_j softmax_j(w_a . h_ij) W_m h_ij`.
+///
+/// With c, the root of the share of the points that are samples: where nearly all stay they need not move. Ours, as one
+/// network serves all sizes.
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent, z; `samples`: indices of points
@@ -70,15 +73,16 @@ fn neighbourhoods(graph: &Csr, samples: &[u32]) -> Arc<Csr> {
     Csr::from_entries(samples.len(), graph.n_cols(), entries).into()
 }
 
-/// `(x_j - x_i) / r_i` for every entry, n_entries x 3; zero where all neighbours lie at the point itself.
+/// `[(x_j - x_i) / r_i | c]` for every entry, n_entries x 4; no way where all neighbours lie at the point itself.
 fn offsets(cloud: &Cloud, samples: &[u32], graph: &Csr) -> Matrix {
+    let closeness = (samples.len() as f32 / cloud.points.len() as f32).sqrt();
     let offset = |[row, j]: [u32; 2]| {
         let s = samples[row as usize] as usize;
-        let [from, to, radius] =
-            [cloud.points[s], cloud.points[j as usize], [cloud.radii[s].max(f32::MIN_POSITIVE); 3]];
-        std::array::from_fn(|axis| (to[axis] - from[axis]) / radius[axis])
+        let ([from, to], radius) = ([cloud.points[s], cloud.points[j as usize]], cloud.radii[s].max(f32::MIN_POSITIVE));
+        let [x, y, z] = std::array::from_fn(|axis| (to[axis] - from[axis]) / radius);
+        [x, y, z, closeness]
     };
-    Matrix::of_points(graph.entries().map(offset).collect())
+    Matrix::new(graph.n_entries(), 4, graph.entries().flat_map(offset).collect())
 }
 
 impl Refinement {

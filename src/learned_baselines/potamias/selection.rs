@@ -4,7 +4,8 @@ use super::Cloud;
 use crate::linalg::Matrix;
 use crate::spatial::farthest_latent_points;
 
-/// Weight of what the network learned against the position.
+/// Weight of what the network learned against the position. On six meshes for validation, in the mean of three sizes, 1 takes
+/// 11 % off the curvature error and adds 15 % to the Chamfer distance; 2 takes off 17 % and adds 43 %.
 const UNLIKENESS: f64 = 1.0;
 
 /// Draws `n` points, `first` first, each the farthest from those before it in the latent space; in ascending order.
@@ -12,7 +13,8 @@ const UNLIKENESS: f64 = 1.0;
 /// A row of the space is the position beside what the network says of the point. Positions are in units of the distance
 /// that the samples will have, about; the network's numbers vary by [`UNLIKENESS`] over the cloud, whatever the
 /// weights: the samples cover the shape, more closely where points are unlike each other. No gradient goes through
-/// the choice; what the latent space says is learned through the refinement, which sees it.
+/// the choice; what the latent space says is learned by [`latent_likeness`](super::latent_likeness), and by the refinement,
+/// which sees it.
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent; `first` is one of the points
