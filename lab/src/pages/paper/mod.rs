@@ -14,7 +14,7 @@ use crate::root;
 
 /// The classes of TOSCA that the weights have not seen.
 pub const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
-pub const METHODS: [&str; 6] = ["network", "paper", "qem", "meshopt", "farthest-bpa", "uniform-bpa"];
+pub const METHODS: [&str; 7] = ["network", "paper", "potamias", "qem", "meshopt", "farthest-bpa", "uniform-bpa"];
 /// Columns of the paper's Table 1.
 const COLUMNS: [&str; 5] = ["CD", "WA", "LE", "NE", "time"];
 /// Seconds that a run may take.
