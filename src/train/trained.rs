@@ -42,10 +42,10 @@ impl Trained {
     }
 
     /// The file of its weights, which says by which objective they were learned.
-    pub fn to_bytes(&self, tensors: &Tensors<Arc<Matrix>>, objective: &str) -> Result<Vec<u8>, WeightsError> {
+    pub fn to_bytes(self, tensors: &Tensors<Arc<Matrix>>, objective: &str) -> Result<Vec<u8>, WeightsError> {
         match self {
-            Self::Paper(sizes) => Ok(Weights::from_named(*sizes, tensors)?.learned(objective).to_bytes()),
-            Self::Learned(baseline, share) => Ok(LearnedWeights::from_tensors(*baseline, *share, tensors)?.to_bytes()),
+            Self::Paper(sizes) => Ok(Weights::from_named(sizes, tensors)?.learned(objective).to_bytes()),
+            Self::Learned(baseline, share) => Ok(LearnedWeights::from_tensors(baseline, share, tensors)?.to_bytes()),
         }
     }
 
