@@ -1,6 +1,6 @@
 """The network of `src/learned_baselines/potamias` in plain NumPy, pair by pair, in double precision.
 
-`python3 potamias.py` prints the numbers that `src/learned_baselines/potamias/test_golden.rs` holds. Needs NumPy only.
+`python3 potamias.py` prints the numbers that the tests of `src/learned_baselines/potamias/mod.rs` hold. Needs NumPy only.
 Points and weights are sines of their indices, so that both sides make the same ones.
 """
 
