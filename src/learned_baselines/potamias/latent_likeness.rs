@@ -11,8 +11,8 @@ const LEAST: f64 = 1e-6;
 /// of each point and those that stand `offsets` behind it, and its gradient to the latent rows.
 ///
 /// Ours: farthest points let no gradient through, so that the refinement alone teaches the latent space nothing that the
-/// choice of points could use. Measured so on TOSCA it made the choice worse than positions alone do; distances of
-/// curvature make it better in the curvature error and hardly worse in the Chamfer distance.
+/// choice of points could use: on four meshes of TOSCA it then was worse than by positions alone. Distances of curvature
+/// lower the curvature error of what is chosen, and raise its Chamfer distance, as in the paper's Table 2.
 ///
 /// # Shapes
 /// - `latent`: n x n_latent; `curvature`: n, 0 or above
