@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
 use neural_mesh::metrics::quick_distance;
-use neural_mesh::simplify::{Axis, Input, Options, Simplified, SimplifyError, Symmetry, Target, simplify_input};
+use neural_mesh::simplify::{
+    Axis, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify_input,
+};
 
 /// Where bending a slab into three quarters of a ring takes a place.
 fn around([x, y, z]: [f32; 3]) -> [f32; 3] {
@@ -44,7 +46,7 @@ fn bent(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
 fn what_is_flat_here_keeps_the_vertices_that_it_needs_where_it_bends() {
     let (mesh, attributes) = slab();
     let plain = Options::new(Target::Vertices(60));
-    let distances = [plain.clone(), changed(plain, |options| options.for_poses = true)].map(|options| {
+    let distances = [plain.clone(), changed(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
         let result = simplified(&mesh, &attributes, &options).unwrap();
         assert_eq!(result.mesh.positions().len(), 60);
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -65,7 +67,7 @@ fn a_pose_that_nobody_knows_is_nearer_where_every_place_may_bend() {
     let ring = |mesh: &TriMesh| moved(mesh, around);
     let plain = Options::new(Target::Vertices(150));
     let [in_pose, in_pose_bending] =
-        [plain.clone(), changed(plain, |options| options.for_poses = true)].map(|options| {
+        [plain.clone(), changed(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
             let result = simplified(&limb, &Attributes::default(), &options).unwrap();
             assert_eq!(result.mesh.positions().len(), 150);
             assert!(quick_distance(&limb, &result.mesh, 20_000, 0).unwrap().mean < 0.02);
@@ -78,19 +80,20 @@ fn a_pose_that_nobody_knows_is_nearer_where_every_place_may_bend() {
 fn a_mesh_without_area_bends_nowhere() {
     let line =
         TriMesh::new((0..9).map(|i| [i as f32, 0.0, 0.0]).collect(), vec![[0, 3, 8], [1, 4, 7], [2, 5, 6]]).unwrap();
-    let options = changed(Options::new(Target::Ratio(0.5)), |options| options.for_poses = true);
+    let options = changed(Options::new(Target::Ratio(0.5)), |options| options.purpose = Purpose::Poses);
     let result = simplified(&line, &Attributes::default(), &options).unwrap();
     assert!(result.mesh.positions().iter().flatten().all(|x| x.is_finite()));
 }
 
 #[test]
-fn poses_and_symmetry_are_refused_together() {
+fn purposes_and_symmetry_are_refused_together() {
     let (mesh, attributes) = slab();
     let symmetric = Some(Symmetry::Across(Axis::X));
-    let options = changed(Options::new(Target::Vertices(200)), |options| {
-        options.for_poses = true;
-        options.symmetric = symmetric;
-    });
-    let error = simplified(&mesh, &attributes, &options).unwrap_err();
-    assert_eq!(error, SimplifyError::NotWithSymmetry("poses"));
+    for purpose in [Purpose::Poses, Purpose::Spectrum] {
+        let options = changed(Options::new(Target::Vertices(200)), |options| {
+            (options.purpose, options.symmetric) = (purpose, symmetric);
+        });
+        let error = simplified(&mesh, &attributes, &options).unwrap_err();
+        assert_eq!(error, SimplifyError::NotWithSymmetry("a purpose beside the shape"));
+    }
 }

@@ -4,7 +4,7 @@ use crate::common::changed;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::simplify::{Options, Record, Simplified, Target, simplify, simplify_recorded};
+use neural_mesh::simplify::{Options, Purpose, Record, Simplified, Target, simplify, simplify_recorded};
 
 fn recorded(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
     simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -47,7 +47,10 @@ fn results_are_functions_of_the_input() {
         check(&shapes::torus(32, 14, 1.0, 0.3), &Options::new(target));
     }
     check(&shapes::icosphere(2), &Options::new(Target::Ratio(1.0)));
-    check(&shapes::wavy_sphere(3, 5.0), &changed(Options::new(Target::Ratio(0.2)), |options| options.for_poses = true));
+    check(
+        &shapes::wavy_sphere(3, 5.0),
+        &changed(Options::new(Target::Ratio(0.2)), |options| options.purpose = Purpose::Poses),
+    );
 }
 
 #[test]

@@ -137,8 +137,7 @@ pub struct SimplifyArgs {
     /// What becomes of what no ray from outside reaches, as inner shells
     #[arg(long, value_enum, default_value = "keep")]
     pub hidden: HiddenArg,
-    /// What the result is for: to be near as it stands, or in the poses as well that its morph targets and its skin take it to, without
-    /// them in any
+    /// What the result is for
     #[arg(long = "for", value_enum, value_name = "WHAT", default_value = "shape")]
     pub purpose: PurposeArg,
     /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
@@ -266,8 +265,10 @@ pub enum OptimizeArg {
 pub enum PurposeArg {
     /// The shape as it stands
     Shape,
-    /// Poses as well
+    /// Poses as well, those of its morph targets and its skin, without them any
     Poses,
+    /// The spectrum of its Laplacian: vibrations, distances along the surface, matching; faces of like areas
+    Spectrum,
 }
 
 /// What becomes of what no ray from outside reaches.

@@ -9,7 +9,7 @@ use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
 use neural_mesh::mesh::Attributes;
 use neural_mesh::metrics::QuickDistance;
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, Hidden, SimplifyError, Target};
+use neural_mesh::simplify::{Assembly, Hidden, Purpose, SimplifyError, Target};
 
 use crate::done::Done;
 use crate::failure::Failure;
@@ -85,7 +85,7 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         ("--compress", request.compress.is_some()),
         ("--prune", request.prune_below.is_some()),
         ("--hidden", options.hidden != Hidden::Keep),
-        ("--for poses", options.for_poses),
+        ("--for", options.purpose != Purpose::Shape),
         ("--no-weld or --weld", !request.source.weld || request.source.weld_near.is_some()),
     ];
     let whole = "the mesh takes more memory than is allowed and is simplified in pieces";

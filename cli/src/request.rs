@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use neural_mesh::io::{Format, PackOptions};
-use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, ScoreSource, Symmetry, Target};
+use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target};
 
 use crate::args::{AssemblyArg, CompressArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
 use crate::bake;
@@ -289,7 +289,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.seed = args.seed;
     options.prune = !args.keep_parts;
     options.hidden = hidden(args.hidden);
-    options.for_poses = args.purpose == PurposeArg::Poses;
+    options.purpose = purpose(args.purpose);
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
     options.map = args.map.is_some();
@@ -317,6 +317,14 @@ fn hidden(what: HiddenArg) -> Hidden {
     }
 }
 
+fn purpose(of: PurposeArg) -> Purpose {
+    match of {
+        PurposeArg::Shape => Purpose::Shape,
+        PurposeArg::Poses => Purpose::Poses,
+        PurposeArg::Spectrum => Purpose::Spectrum,
+    }
+}
+
 /// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
 fn symmetry(text: Option<&str>) -> Result<Symmetry, Failure> {
     let Some(text) = text else { return Ok(Symmetry::Found) };
@@ -338,7 +346,7 @@ fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--prune", args.prune.is_some()),
         ("--hidden", args.hidden != HiddenArg::Keep),
         ("--map", args.map.is_some()),
-        ("--for poses", args.purpose == PurposeArg::Poses),
+        ("--for", args.purpose != PurposeArg::Shape),
     ];
     match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
         Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric cannot be combined: leave one out"))),
@@ -359,7 +367,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--optimize", args.optimize != OptimizeArg::Balanced),
         ("--map", args.map.is_some()),
         ("--printable", args.printable.is_some()),
-        ("--for poses", args.purpose == PurposeArg::Poses),
+        ("--for", args.purpose != PurposeArg::Shape),
         ("--symmetric", args.symmetric.is_some()),
         ("--error", args.error.is_some()),
         ("--size", args.size.is_some()),

@@ -10,8 +10,8 @@ use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
-    Hidden, Listener, Options, SEAM_ERROR, Simplified, SimplifyError, importance_of_channel, importance_of_groups,
-    simplify_input, simplify_levels_of_detail,
+    Hidden, Listener, Options, Purpose, SEAM_ERROR, Simplified, SimplifyError, importance_of_channel,
+    importance_of_groups, simplify_input, simplify_levels_of_detail,
 };
 
 use crate::bake;
@@ -241,7 +241,7 @@ fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure>
 fn no_poses(subject: &Subject, request: &Request) -> Option<String> {
     let has_poses = subject.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
     let what = "--for poses: no skin or morph target is kept: as if every place might bend alike";
-    (request.options.for_poses && !has_poses).then(|| what.into())
+    (request.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
 /// How far the file may round vertices, which has to be less than the distance asked for.

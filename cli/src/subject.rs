@@ -15,7 +15,7 @@ use neural_mesh::mesh::{
 use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
 use neural_mesh::picture::image_size;
 use neural_mesh::repair::{RepairCounts, fill_holes, printable};
-use neural_mesh::simplify::{Input, MirrorPlane, Simplified, Symmetry, importance_of_channel};
+use neural_mesh::simplify::{Input, MirrorPlane, Purpose, Simplified, Symmetry, importance_of_channel};
 
 use crate::args::IgnoreArg;
 use crate::dress::Dress;
@@ -206,7 +206,7 @@ impl Subject {
         let source = &request.source;
         let mut options = CleanOptions::default();
         options.weld = source.weld;
-        let poses = if request.options.for_poses { asset.poses() } else { Ok(Vec::new()) };
+        let poses = if request.options.purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
         let poses = poses.map_err(|error| Failure::of(&source.path, error))?;
         let cleaned = |(i, part): (usize, &io::Part)| {
             let mut raw = part.mesh.clone();

@@ -38,7 +38,7 @@ def simplify(
     keep_parts: bool = False,
     prune: bool | float | str = False,
     hidden: Literal["keep", "cheap", "drop"] | None = None,
-    for_: Literal["shape", "poses"] | None = None,
+    for_: Literal["shape", "poses", "spectrum"] | None = None,
     fill_holes: bool | int = False,
     printable: bool | float | str = False,
     weld: bool | float | str = True,

@@ -10,7 +10,7 @@ use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
 use super::map;
-use super::options::{Assembly, Hidden, Options, Parts, Report, ScoreSource, Simplified, SimplifyError};
+use super::options::{Assembly, Hidden, Options, Parts, Purpose, Report, ScoreSource, Simplified, SimplifyError};
 use super::paper;
 use super::progress::Progress;
 
@@ -136,12 +136,13 @@ fn levels_as_shaded(
     let Task { options, differentiable, half, .. } = *task;
     let Input { mesh, attributes, importance } = *input;
     let aim = Aim::of(options.optimize);
-    let scores = if aim.strength > 0.0 { options.scores } else { ScoreSource::Geometry };
+    let asks_network = aim.strength > 0.0 && (options.purpose != Purpose::Spectrum || weights.is_some());
+    let scores = if asks_network { options.scores } else { ScoreSource::Geometry };
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),
         locked: &locked_vertices(mesh, options),
         subset: options.subset,
-        poses: options.for_poses,
+        purpose: options.purpose,
         attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
         map: options.map,
         parts: may_go(options, half, n_settled),

@@ -76,9 +76,8 @@ pub struct Options {
     /// How far a seam of texture coordinates may leave its place at a low price, in shares of the texture's side (closed assembly
     /// only). At 0 seams are held like creases: curves that lose no more than vertices.
     pub seam_error: f64,
-    /// Whether the result is to be near in the poses, too, that morph targets of the input take the mesh to, each alone; without targets,
-    /// in poses that nobody knows, as if every place might bend alike (closed assembly only). All vertices are samples then.
-    pub for_poses: bool,
+    /// What the result is for (closed assembly only).
+    pub purpose: Purpose,
     /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
     pub crease_angle: Option<f32>,
     /// Whether the result says where it comes from, vertex by vertex and corner by corner (closed assembly only).
@@ -87,6 +86,28 @@ pub struct Options {
     pub symmetric: Option<Symmetry>,
     /// How the coordinates will be rounded when written: no two vertices of the result share a rounded position.
     pub frame: Frame,
+}
+
+/// What a result is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Purpose {
+    /// To be near as it stands.
+    #[default]
+    Shape,
+    /// To be near in the poses, too, that morph targets of the input take the mesh to, each alone; without targets, in poses that
+    /// nobody knows, as if every place might bend alike. All vertices are samples then.
+    Poses,
+    /// To have the eigenfunctions of the Laplacian of the original (LE): faces of like areas, whatever the surface does. All
+    /// vertices are samples then.
+    Spectrum,
+}
+
+impl Purpose {
+    /// Whether what is flat counts, too: there all vertices are samples, and no scores of a network are asked for.
+    pub(super) fn counts_flat(self) -> bool {
+        matches!(self, Self::Poses | Self::Spectrum)
+    }
 }
 
 /// What becomes of surfaces that no ray from outside reaches ([`hidden_faces`](super::hidden_faces)).
@@ -124,7 +145,7 @@ impl Options {
             lock_boundaries: false,
             subset: false,
             seam_error: SEAM_ERROR,
-            for_poses: false,
+            purpose: Purpose::default(),
             crease_angle: None,
             map: false,
             symmetric: None,

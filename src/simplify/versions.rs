@@ -30,8 +30,8 @@ mod tests {
     use crate::linalg::golden::{Hash, Results, Tied, check};
     use crate::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes};
     use crate::simplify::{
-        Assembly, Input, Options, ScoreSource, Simplified, Symmetry, Target, simplify_input, simplify_levels_of_detail,
-        simplify_recorded,
+        Assembly, Input, Options, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify_input,
+        simplify_levels_of_detail, simplify_recorded,
     };
 
     #[test]
@@ -77,7 +77,7 @@ mod tests {
         let plain = Options::new(Target::Ratio(0.2));
         let cases = [
             ("subset", shapes::wavy_sphere(4, 8.0), Options { subset: true, ..plain.clone() }),
-            ("poses unknown", shapes::wavy_sphere(4, 8.0), Options { for_poses: true, ..plain.clone() }),
+            ("poses unknown", shapes::wavy_sphere(4, 8.0), Options { purpose: Purpose::Poses, ..plain.clone() }),
             (
                 "mirrored",
                 shapes::torus(48, 24, 2.0, 0.7),
@@ -211,7 +211,7 @@ mod tests {
         let target = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
         let attributes = Attributes { groups: Vec::new(), wedges: mesh.faces().to_vec(), channels: vec![target] };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options { for_poses: true, ..Options::new(Target::Ratio(0.2)) };
+        let options = Options { purpose: Purpose::Poses, ..Options::new(Target::Ratio(0.2)) };
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 

@@ -124,7 +124,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.subset.then(|| " --subset".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
-        (args.purpose != PurposeArg::Shape).then(|| " --for poses".into()),
+        (args.purpose != PurposeArg::Shape).then(|| format!(" --for {:?}", args.purpose).to_ascii_lowercase()),
         args.seam_error.map(|texels| format!(" --seam-error {texels}")),
         (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
         args.symmetric.as_ref().map(|plane| option_words("--symmetric", plane.as_ref())),

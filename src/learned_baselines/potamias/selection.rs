@@ -11,7 +11,7 @@ const UNLIKENESS: f64 = 1.0;
 /// Draws `n` points, `first` first, each the farthest from those before it in the latent space; in ascending order.
 ///
 /// A row of the space is the position beside what the network says of the point. Positions are in units of the distance
-/// that the samples will have, about; the network's numbers vary by [`UNLIKENESS`] over the cloud, whatever the
+/// that the samples will have, about; the network's numbers vary by `UNLIKENESS` over the cloud, whatever the
 /// weights: the samples cover the shape, more closely where points are unlike each other. No gradient goes through
 /// the choice; what the latent space says is learned by [`latent_likeness`](super::latent_likeness), and by the refinement,
 /// which sees it.

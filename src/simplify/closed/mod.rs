@@ -185,7 +185,8 @@ fn cluster<'a>(
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
     let colours = request.keep.attributes.map(|it| of_colours(&original, &assignment, &placed, it)).unwrap_or_default();
     let poses = Poses::new(&original, &request.keep);
-    let collapse = if request.differentiable || constraints.is_some() || !colours.is_empty() || request.keep.poses {
+    let is_plain = constraints.is_none() && colours.is_empty() && !request.keep.purpose.counts_flat();
+    let collapse = if request.differentiable || !is_plain {
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
         Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, poses, history)
     } else {

@@ -2,7 +2,7 @@
 
 use crate::mesh::{Attributes, Frame, KeptEdge, Role};
 use crate::model::Weights;
-use crate::simplify::options::Parts;
+use crate::simplify::options::{Parts, Purpose};
 
 use super::aim::Aim;
 
@@ -59,8 +59,8 @@ pub struct Keep<'a> {
     pub locked: &'a [bool],
     /// Whether the vertices of the result have to be vertices of the mesh.
     pub subset: bool,
-    /// Whether the poses that morph targets are count, or, without targets, poses that nobody knows.
-    pub poses: bool,
+    /// What the result is for.
+    pub purpose: Purpose,
     /// What corners and faces carry.
     pub attributes: Option<&'a Attributes>,
     /// Whether it is to be known where on the mesh the result's corners stand.
@@ -75,7 +75,7 @@ impl<'a> Keep<'a> {
     /// The attributes whose morph targets are poses that count.
     pub fn posed(&self) -> Option<&'a Attributes> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
-        self.attributes.filter(|_| self.poses).filter(has_targets)
+        self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)
     }
 }
 

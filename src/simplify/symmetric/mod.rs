@@ -21,7 +21,7 @@ use super::closed::{Closed, Half};
 use super::components::count_components;
 use super::input::Input;
 use super::limits::resolve_levels;
-use super::options::{Assembly, Hidden, Options, Report, Simplified, SimplifyError, Symmetry, Target};
+use super::options::{Assembly, Hidden, Options, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
 use super::used::Used;
 use pairs::Pairs;
@@ -76,7 +76,7 @@ fn check(task: &Task) -> Result<(), SimplifyError> {
         ("pruning", options.prune_below > 0.0),
         ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
         ("a map", options.map),
-        ("poses", options.for_poses),
+        ("a purpose beside the shape", options.purpose != Purpose::Shape),
         ("a record", task.differentiable),
     ];
     match refused.into_iter().find(|(_, is_asked)| *is_asked) {

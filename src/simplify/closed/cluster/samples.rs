@@ -40,7 +40,7 @@ impl SampleCount {
         let wanted = (limit.size() as f64 * oversample).max(least as f64);
         let nearly_all = wanted >= NEARLY_ALL * surface.n_vertices() as f64;
         // Regions could meet across the plane of a half; what is flat here may bend in a pose.
-        let takes_all = nearly_all || request.keep.half.is_some() || request.keep.poses;
+        let takes_all = nearly_all || request.keep.half.is_some() || request.keep.purpose.counts_flat();
         let n = if takes_all { surface.n_vertices() } else { wanted as usize };
         Self { oversample, n, n_darts: ((n as f64 * DARTS) as usize).max(least) }
     }

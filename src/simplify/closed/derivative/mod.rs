@@ -143,10 +143,10 @@ mod tests {
     use crate::simplify::closed::aim::Aim;
     use crate::simplify::closed::request::{Importance, Keep, Request};
     use crate::simplify::limits::Limit;
-    use crate::simplify::options::Parts;
+    use crate::simplify::options::{Parts, Purpose};
     use crate::simplify::progress::Progress;
 
-    fn run(mesh: &TriMesh, vertices: usize, poses: bool) -> (Closed, Derivative) {
+    fn run(mesh: &TriMesh, vertices: usize, purpose: Purpose) -> (Closed, Derivative) {
         let limit = Limit::of_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
         let request = Request {
@@ -159,7 +159,7 @@ mod tests {
             seed: 1,
             frame: Frame::default(),
             differentiable: true,
-            keep: Keep { poses, ..Keep::default() },
+            keep: Keep { purpose, ..Keep::default() },
             price: None,
         };
         let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD).unwrap().made;
@@ -196,8 +196,10 @@ mod tests {
     }
 
     /// The same as they stand, and for poses that nobody knows.
-    fn cases_and_poses() -> impl Iterator<Item = (TriMesh, usize, bool)> {
-        cases().into_iter().flat_map(|(mesh, n)| [false, true].map(|poses| (mesh.clone(), n, poses)))
+    fn cases_and_poses() -> impl Iterator<Item = (TriMesh, usize, Purpose)> {
+        cases()
+            .into_iter()
+            .flat_map(|(mesh, n)| [Purpose::Shape, Purpose::Poses].map(|purpose| (mesh.clone(), n, purpose)))
     }
 
     fn in_doubles(mesh: &TriMesh) -> Vec<[f64; 3]> {
@@ -213,9 +215,9 @@ mod tests {
 
     #[test]
     fn gradients_are_slopes_of_the_function() {
-        for (mesh, n, poses) in cases_and_poses() {
+        for (mesh, n, purpose) in cases_and_poses() {
             let mesh = shaken(&mesh);
-            let (closed, derivative) = run(&mesh, n, poses);
+            let (closed, derivative) = run(&mesh, n, purpose);
             let input = gather(&derivative.scale, &in_doubles(&mesh), &derivative.sources);
             let g = directions(closed.mesh.positions().len(), 7);
             let gradient = derivative.back(&derivative.evaluate(input.clone()), g.clone());
@@ -237,8 +239,8 @@ mod tests {
 
     #[test]
     fn the_function_is_what_the_simplifier_computed() {
-        for (mesh, n, poses) in cases_and_poses() {
-            let (closed, derivative) = run(&mesh, n, poses);
+        for (mesh, n, purpose) in cases_and_poses() {
+            let (closed, derivative) = run(&mesh, n, purpose);
             let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
             // The collapse carries its quadrics in single precision: within flat parts, where nothing says where a vertex
             // belongs but a pull of a millionth, that moves it.

@@ -1,0 +1,49 @@
+//! Each `Purpose` is better by its own error than results for the shape alone, and keeps what is promised of a result.
+
+use std::ops::ControlFlow;
+
+use crate::common::{assert_closed_manifold, assert_same_topology, changed};
+use neural_mesh::mesh::{TriMesh, shapes};
+use neural_mesh::simplify::{Options, Purpose, ScoreSource, Target, simplify, vertex_areas};
+
+fn to(mesh: &TriMesh, n: usize, purpose: Purpose) -> TriMesh {
+    let options = changed(Options::new(Target::Vertices(n)), |options| options.purpose = purpose);
+    let result = simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let by_network = cfg!(feature = "weights") && purpose != Purpose::Spectrum;
+    assert_eq!(result.report.scores, if by_network { ScoreSource::Network } else { ScoreSource::Geometry });
+    assert_eq!(result.mesh.positions().len(), n);
+    result.mesh
+}
+
+#[test]
+fn faces_for_the_spectrum_are_of_like_areas() {
+    let mesh = shapes::wavy_sphere(5, 6.0);
+    let spread = |purpose| {
+        let result = to(&mesh, 300, purpose);
+        assert_closed_manifold(&result);
+        assert_same_topology(&mesh, &result);
+        let areas = vertex_areas(&result);
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        (areas.iter().map(|area| (area / mean - 1.0).powi(2)).sum::<f64>() / areas.len() as f64).sqrt()
+    };
+    let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(spread);
+    assert!(spectrum < 0.7 * shape, "{spectrum} {shape}");
+}
+
+#[cfg(all(feature = "io", feature = "spectrum"))]
+#[test]
+fn the_spectrum_stays() {
+    use neural_mesh::io::read_path;
+    use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+    use neural_mesh::metrics::{Judging, Original, compare};
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes/spot.ply");
+    let mesh = clean(read_path(&path, None).unwrap(), &CleanOptions::default()).unwrap().mesh;
+    let judging = changed(Judging::default(), |judging| (judging.eigenpairs, judging.geodesics) = (60, false));
+    let original = Original::new(&mesh, &judging);
+    let error = |purpose| {
+        let figures = compare(&original, &to(&mesh, 290, purpose), 290);
+        figures.iter().find(|figure| figure.name == "laplacian_functions").unwrap().value.unwrap()
+    };
+    let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(error);
+    assert!(spectrum < 0.9 * shape, "{spectrum} {shape}");
+}
