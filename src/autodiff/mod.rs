@@ -7,6 +7,7 @@
 
 mod dense;
 mod graph;
+mod pooled;
 mod tape;
 mod tensors;
 #[cfg(feature = "weights")]

@@ -8,6 +8,8 @@
 mod bits;
 mod csr;
 mod gather;
+mod group_layers;
+mod group_max;
 mod isa;
 mod matrix;
 mod neighbour_max;
@@ -24,6 +26,8 @@ mod two_layers;
 pub(crate) use bits::golden;
 pub use csr::{Csr, InvalidCsr};
 pub use gather::{gather, gather_backward, triple_extremes, triple_extremes_backward};
+pub use group_layers::{layers_group_max, layers_of_groups};
+pub use group_max::{GroupMax, group_max, group_max_affine, group_max_affine_backward, group_max_backward};
 pub(crate) use isa::{Isa, Work};
 pub use matrix::Matrix;
 pub use neighbour_max::{neighbour_max, neighbour_max_backward, neighbour_max_product_relu};
