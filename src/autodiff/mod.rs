@@ -7,6 +7,7 @@
 
 mod dense;
 mod graph;
+mod group_distances;
 mod pooled;
 mod tape;
 mod tensors;

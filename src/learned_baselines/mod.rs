@@ -5,6 +5,7 @@
 //!
 //! Machinery: what the modules that users call stand on; see the front page of the crate.
 
+pub mod dse;
 mod error;
 pub mod potamias;
 mod weights;
@@ -21,13 +22,15 @@ pub use weights::LearnedWeights;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum LearnedBaseline {
+    /// Points drawn from the mesh, Delaunay triangulations of learned logarithmic maps at them (Rakotosaona et al. 2021).
+    Dse,
     /// Points drawn in a latent space and moved (Potamias, Bouritsas and Zafeiriou 2022), meshed by ball pivoting.
     Potamias,
 }
 
 impl LearnedBaseline {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Potamias];
+    pub const ALL: [Self; 2] = [Self::Dse, Self::Potamias];
 
     /// The name in tables and arguments, and that of the objective which trains it.
     ///
@@ -36,6 +39,7 @@ impl LearnedBaseline {
     /// ```
     pub fn name(self) -> &'static str {
         match self {
+            Self::Dse => "dse",
             Self::Potamias => "potamias",
         }
     }
@@ -60,6 +64,7 @@ impl LearnedBaseline {
     /// ```
     pub fn shapes(self, width_share: f64) -> Tensors<[usize; 2]> {
         match self {
+            Self::Dse => dse::shapes(width_share),
             Self::Potamias => potamias::shapes(width_share),
         }
     }
@@ -67,6 +72,7 @@ impl LearnedBaseline {
     /// The tensors that its training begins with.
     pub fn drawn(self, width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
         match self {
+            Self::Dse => dse::drawn(width_share, seed),
             Self::Potamias => potamias::drawn(width_share, seed),
         }
     }
@@ -93,6 +99,7 @@ pub fn simplify_by_learned(
     seed: u64,
 ) -> Result<TriMesh, LearnedBaselineError> {
     let lighter = match weights.baseline() {
+        LearnedBaseline::Dse => dse::remeshed(mesh, n_vertices, seed, dse::Maps::Learned(weights.tensors())),
         LearnedBaseline::Potamias => potamias::simplified(mesh, n_vertices, seed, weights.tensors()),
     }?;
     if lighter.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(lighter) }

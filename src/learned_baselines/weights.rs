@@ -5,8 +5,10 @@ use crate::autodiff::{Tensors, WeightsError, architecture_text};
 use crate::linalg::Matrix;
 use std::sync::{Arc, LazyLock};
 
+const DSE_FILE: &[u8] = include_bytes!("../../weights/dse.safetensors");
 const POTAMIAS_FILE: &[u8] = include_bytes!("../../weights/potamias.safetensors");
 
+static DSE: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(DSE_FILE));
 static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POTAMIAS_FILE));
 
 /// Finite weights whose shapes are those of a method's network.
@@ -65,6 +67,7 @@ impl LearnedWeights {
     /// Those that ship.
     pub fn shipped(baseline: LearnedBaseline) -> &'static Self {
         match baseline {
+            LearnedBaseline::Dse => &DSE,
             LearnedBaseline::Potamias => &POTAMIAS,
         }
     }

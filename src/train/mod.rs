@@ -9,6 +9,7 @@ mod bending_step;
 mod checkpoint;
 mod data;
 mod drawn;
+mod dse_step;
 mod epochs;
 mod error;
 mod event;

@@ -1,6 +1,7 @@
 //! The one place where the settings choose what a step learns.
 
 use super::bending_step::bending_step;
+use super::dse_step::dse_step;
 use super::measured_step::measured_step;
 use super::paper_step::paper_step;
 use super::potamias_step::potamias_step;
@@ -11,8 +12,9 @@ use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 pub const OWN_OBJECTIVE: &str = "own";
 
 /// What the setting `objective` may be called, and what each learns.
-pub const OBJECTIVES: [(&str, &str); 5] = [
+pub const OBJECTIVES: [(&str, &str); 6] = [
     ("bending", "how much the surface bends: scores for the closed assembly"),
+    ("dse", "the Delaunay surface elements of Rakotosaona et al. 2021, which evaluate compares with"),
     ("paper", "the paper's network by its losses, for --assembly paper and mesh-points"),
     ("potamias", "the point-cloud simplification of Potamias et al. 2022, which evaluate compares with"),
     ("shape", "distance, normals and largest distance of results: scores for the closed assembly"),
@@ -32,6 +34,7 @@ pub const OBJECTIVES: [(&str, &str); 5] = [
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
     match settings.objective.as_str() {
         "bending" => Ok(of_network(bending_step)),
+        "dse" => Ok(Box::new(dse_step)),
         "paper" => Ok(of_network(paper_step)),
         "potamias" => Ok(Box::new(potamias_step)),
         "shape" => Ok(step_by(&Shape)),
