@@ -1,6 +1,6 @@
 """The networks of `src/learned_baselines/dse` and their losses in plain NumPy, point by point, in double precision.
 
-`python3 dse.py` prints the numbers that `src/learned_baselines/dse/test_golden.rs` holds. Needs NumPy only.
+`python3 dse.py` prints the numbers that `src/learned_baselines/dse/mod.rs` holds. Needs NumPy only.
 Places and weights are sines of their indices, so that both sides make the same ones. What was pooled is put beside each
 point here, as the paper has it, and the best turn comes from a singular value decomposition.
 """
