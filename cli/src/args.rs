@@ -75,6 +75,9 @@ pub struct SimplifyArgs {
     /// Do not move vertices: those of the result are vertices of the input
     #[arg(long)]
     pub subset: bool,
+    /// Close the holes that the network leaves (--assembly paper)
+    #[arg(long)]
+    pub close: bool,
     /// Keep edges where faces meet at more than 30 degrees
     #[arg(long)]
     pub keep_features: bool,

@@ -292,6 +292,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.purpose = purpose(args.purpose);
     options.lock_boundaries = args.lock_boundaries;
     options.subset = args.subset;
+    options.close = args.close;
     options.map = args.map.is_some();
     options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle.map(|x| x as f32));
     options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
@@ -373,6 +374,11 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--size", args.size.is_some()),
         ("--lods", args.lods.len() > 1),
     ];
+    if args.close && !matches!(args.assembly, AssemblyArg::Paper) {
+        return Err(Failure::Usage(
+            "--close is for --assembly paper: leave it out, the closed assembly leaves no holes".into(),
+        ));
+    }
     match named.into_iter().find(|(_, is_given)| *is_given && matches!(args.assembly, AssemblyArg::Paper)) {
         Some((name, _)) => Err(Failure::Usage(format!("{name}: not available with --assembly paper: leave one out"))),
         None => Ok(()),

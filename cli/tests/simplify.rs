@@ -183,6 +183,21 @@ fn the_paper_assembly_works_without_weights_and_keeps_positions_of_the_input() {
 }
 
 #[test]
+fn the_holes_that_the_network_leaves_are_closed() {
+    use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+    let folder = folder();
+    let open_edges = |rest: &[&str]| {
+        let run = run_cow(folder.path(), &[&["-o", "a.ply", "--force", "--assembly", "paper"], rest].concat());
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        let raw = neural_mesh::io::read_path(&folder.path().join("a.ply"), None).unwrap();
+        let mesh = clean(raw, &CleanOptions::default()).unwrap().mesh;
+        neural_mesh::mesh::topology(&mesh).boundary_edges
+    };
+    let [before, after] = [open_edges(&[]), open_edges(&["--close"])];
+    assert!(before > 10 && after < before / 10, "{before} {after}");
+}
+
+#[test]
 fn coordinates_far_from_the_origin_keep_their_precision() {
     let folder = folder();
     let moved: String = OCTAHEDRON

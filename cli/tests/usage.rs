@@ -70,6 +70,7 @@ fn other_settings_are_checked_too() {
         &["--crease-angle", "200"],
         &["--map", "a.ply"],
         &["--importance", "x", "--assembly", "paper"],
+        &["--close"],
         &["--symmetric=w"],
         &["--symmetric=x=far"],
         &["--symmetric", "--map", "b.json"],

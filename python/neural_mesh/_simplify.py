@@ -32,6 +32,7 @@ def simplify(
     importance: str | ArrayLike | None = None,
     lock_boundaries: bool = False,
     subset: bool = False,
+    close: bool = False,
     keep_features: bool = False,
     crease_angle: float | None = None,
     seam_error: float | None = None,

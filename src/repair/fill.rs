@@ -41,8 +41,18 @@ pub(super) struct Holes {
 /// assert!(topology(&filled.mesh).is_closed_manifold());
 /// ```
 pub fn fill_holes(mesh: &TriMesh, attributes: &Attributes, most_edges: usize) -> Repaired {
+    fill_some_holes(mesh, attributes, most_edges, |_| true)
+}
+
+/// The same with those loops alone that are wanted, whose vertices are given in their order.
+pub fn fill_some_holes(
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    most_edges: usize,
+    is_wanted: impl Fn(&[u32]) -> bool,
+) -> Repaired {
     let mut faces = Faces::new(mesh, attributes);
-    let holes = fill(&mut faces, most_edges, |_| true);
+    let holes = fill(&mut faces, most_edges, |rims| is_wanted(&rims.iter().map(|rim| rim.vertex).collect::<Vec<_>>()));
     let counts = RepairCounts { holes_filled: holes.n_filled, holes_left: holes.n_left, ..RepairCounts::default() };
     faces.into_repaired(attributes, counts)
 }

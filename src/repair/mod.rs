@@ -29,7 +29,7 @@ mod solid;
 
 use crate::mesh::{Attributes, TriMesh};
 
-pub use fill::fill_holes;
+pub use fill::{fill_holes, fill_some_holes};
 pub use solid::printable;
 
 /// What a repair did.

@@ -176,7 +176,7 @@ pub(super) fn paper_result(
 ) -> Result<Simplified, SimplifyError> {
     let weights = weights.unwrap_or_else(|| Weights::shipped_paper_open());
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
-    let result = paper::simplified(mesh, n_target, weights, options.seed, progress)?;
+    let result = paper::simplified(mesh, n_target, weights, options.seed, options.close, progress)?;
     let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
     let report = Report::of(progress.pulse, &mesh);
     let attributes = Attributes::default();

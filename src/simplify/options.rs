@@ -73,6 +73,8 @@ pub struct Options {
     pub lock_boundaries: bool,
     /// Whether the vertices of the result are vertices of the input (closed assembly; the paper's always are).
     pub subset: bool,
+    /// Whether the holes that the network leaves are closed (paper assembly only; the closed one leaves none).
+    pub close: bool,
     /// How far a seam of texture coordinates may leave its place at a low price, in shares of the texture's side (closed assembly
     /// only). At 0 seams are held like creases: curves that lose no more than vertices.
     pub seam_error: f64,
@@ -144,6 +146,7 @@ impl Options {
             hidden: Hidden::default(),
             lock_boundaries: false,
             subset: false,
+            close: false,
             seam_error: SEAM_ERROR,
             purpose: Purpose::default(),
             crease_angle: None,

@@ -1,13 +1,15 @@
 //! The paper's pipeline from end to end: sample, connect, classify, assemble (Secs. 3.1 to 3.3 and 4).
 //!
-//! Vertices stay where they were in the input. Nothing here promises a closed surface.
+//! Vertices stay where they were in the input. Nothing here promises a closed surface; what closes it comes after the network.
 
 mod assembly;
 mod assignment;
+mod close;
 mod quotient;
 
 pub use assembly::{choose_faces, oriented};
 pub use assignment::{NO_SAMPLE, assign_to_samples};
+pub use close::closed;
 pub use quotient::{Quotient, quotient};
 
 use super::network_scores::edge_graph;
@@ -68,15 +70,16 @@ pub fn simplify_paper(
     seed: u64,
     progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
-    listened(progress, &PAPER, |progress| simplified(mesh, n_target_vertices, weights, seed, progress))
+    listened(progress, &PAPER, |progress| simplified(mesh, n_target_vertices, weights, seed, false, progress))
 }
 
-/// As [`simplify_paper`], within a run.
+/// As [`simplify_paper`], within a run; then [`closed`], if it is to be.
 pub(super) fn simplified(
     mesh: &TriMesh,
     n_target_vertices: usize,
     weights: &Weights,
     seed: u64,
+    close: bool,
     progress: Progress,
 ) -> Result<PaperResult, SimplifyError> {
     let stages = stages(mesh, n_target_vertices, weights, seed, progress)?;
@@ -85,6 +88,7 @@ pub(super) fn simplified(
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
     }
+    let faces = if close { closed(mesh, &stages.samples, &stages.assignment, faces) } else { faces };
     Ok(PaperResult { vertices: stages.samples, faces })
 }
 

@@ -1,5 +1,6 @@
 //! The paper's tables: Table 1, simplified meshes; Table 2, samplers; Figure 6, distances along the surface.
 
+mod maps;
 mod samplers;
 
 use std::path::PathBuf;
@@ -14,7 +15,7 @@ use crate::root;
 
 /// The classes of TOSCA that the weights have not seen.
 pub const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
-pub const METHODS: [&str; 7] = ["network", "paper", "potamias", "qem", "meshopt", "farthest-bpa", "uniform-bpa"];
+pub const METHODS: [&str; 8] = ["network", "paper", "dse", "potamias", "qem", "meshopt", "farthest-bpa", "uniform-bpa"];
 /// Columns of the paper's Table 1.
 const COLUMNS: [&str; 5] = ["CD", "WA", "LE", "NE", "time"];
 /// Seconds that a run may take.
@@ -25,8 +26,9 @@ pub fn page(bench: &Bench) -> Result<String> {
         "The cats, gorillas, victorias and wolves of TOSCA (Bronstein, Bronstein and Kimmel 2008): classes that the weights of `paper`, \
          `weights/paper-tosca.safetensors`, have not seen. `network` is the closed assembly with its usual weights, which have seen no \
          mesh of TOSCA. The others: [evaluate.md](../evaluate.md).\n\n## Table 1: simplified meshes\n\n{}\n\
-         ## Table 2: samplers\n\n{}\n## Figure 6: distances along the surface\n\n{}",
+         ## Learned and exact maps\n\n{}\n## Table 2: samplers\n\n{}\n## Figure 6: distances along the surface\n\n{}",
         table_1(bench)?,
+        maps::section(bench)?,
         samplers::table_2(bench)?,
         figure_6(bench)?
     ))

@@ -1,0 +1,131 @@
+//! Closes the holes that the network left: what it chose becomes a surface that ends where the mesh does.
+
+use super::NO_SAMPLE;
+use crate::mesh::half_edges::for_each_edge;
+use crate::mesh::{Attributes, TriMesh};
+use crate::repair::fill_some_holes;
+
+/// Rounds, at most: loops that touch are filled one by one, and what is left of them may be found whole the next time.
+const ROUNDS: usize = 4;
+
+/// The faces of a result, with others over its holes; corners are samples, as before.
+///
+/// Where the mesh itself ends, so does the result: a loop stays open of which at least half of the edges run between samples whose
+/// regions the boundary of the mesh crosses. A face that shares no edge with another is no surface, and goes.
+///
+/// # Shapes
+/// - `samples`: n_samples vertices of the mesh; `assignment`: n_vertices indices into them, or [`NO_SAMPLE`]
+/// - `faces`: n_faces x 3 vertices of the mesh that are samples; returns the same
+///
+/// ```
+/// use neural_mesh::{mesh::shapes, simplify::paper::closed};
+/// let sphere = shapes::icosphere(2);
+/// let all: Vec<u32> = (0..162).collect();
+/// assert_eq!(closed(&sphere, &all, &all, sphere.faces()[3..].to_vec()).len(), 320);
+/// ```
+pub fn closed(mesh: &TriMesh, samples: &[u32], assignment: &[u32], faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+    let ends = ends_in_region(mesh, samples, assignment);
+    let is_hole = |of: &[u32]| {
+        let next = of.iter().cycle().skip(1);
+        let n_ends = of.iter().zip(next).filter(|(a, b)| ends[**a as usize] && ends[**b as usize]).count();
+        2 * n_ends < of.len()
+    };
+    let mut faces = without_lone(mesh.positions().len(), faces);
+    for _ in 0..ROUNDS {
+        let Ok(open) = TriMesh::new(mesh.positions().to_vec(), faces.clone()) else { break };
+        let filled = fill_some_holes(&open, Attributes::NONE, usize::MAX, is_hole);
+        if filled.counts.holes_filled == 0 {
+            break;
+        }
+        let n_before = faces.len();
+        faces = filled.mesh.faces().iter().map(|face| face.map(|v| filled.sources[v as usize])).collect();
+        faces = without_third(mesh.positions().len(), faces, n_before);
+    }
+    faces
+}
+
+/// The faces without those among the new ones that would be a third at an edge: two holes were given the same one.
+fn without_third(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) -> Vec<[u32; 3]> {
+    let mut goes = vec![false; faces.len()];
+    for_each_edge(n_vertices, &faces, |_, half_edges| {
+        let later = half_edges.iter().skip(2).map(|side| side.half_edge as usize / 3);
+        later.filter(|&face| face >= n_before).for_each(|face| goes[face] = true);
+    });
+    let mut goes = goes.into_iter();
+    faces.into_iter().filter(|_| goes.next() == Some(false)).collect()
+}
+
+/// Whether the mesh ends in the region of a vertex that is a sample, n_vertices.
+fn ends_in_region(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bool> {
+    let n = mesh.positions().len();
+    let mut ends = vec![false; n];
+    for_each_edge(n, mesh.faces(), |edge, half_edges| {
+        let regions = edge.map(|v| assignment[v as usize]).into_iter().filter(|&region| region != NO_SAMPLE);
+        if half_edges.len() == 1 {
+            regions.for_each(|region| ends[samples[region as usize] as usize] = true);
+        }
+    });
+    ends
+}
+
+/// The faces that share an edge with another.
+fn without_lone(n_vertices: usize, faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+    let mut is_joined = vec![false; faces.len()];
+    for_each_edge(n_vertices, &faces, |_, half_edges| {
+        if half_edges.len() > 1 {
+            half_edges.iter().for_each(|side| is_joined[side.half_edge as usize / 3] = true);
+        }
+    });
+    let mut joined = is_joined.into_iter();
+    faces.into_iter().filter(|_| joined.next() == Some(true)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+
+    fn all(mesh: &TriMesh) -> Vec<u32> {
+        (0..mesh.positions().len() as u32).collect()
+    }
+
+    /// The faces but for some, with numbers that these tests need not say.
+    fn holed(mesh: &TriMesh, every: usize) -> Vec<[u32; 3]> {
+        let numbered = mesh.faces().iter().enumerate();
+        numbered.filter(|(at, _)| at % every != 0).map(|(_, face)| *face).collect()
+    }
+
+    #[test]
+    fn a_torus_full_of_holes_is_closed_again_over_the_same_vertices() {
+        let torus = shapes::torus(24, 12, 2.0, 1.0);
+        for every in [3, 5, 17] {
+            let faces = closed(&torus, &all(&torus), &all(&torus), holed(&torus, every));
+            let mesh = TriMesh::new(torus.positions().to_vec(), faces).unwrap();
+            let open = topology(&mesh).boundary_edges;
+            assert!(open == 0, "{every}: {open}");
+        }
+    }
+
+    #[test]
+    fn where_the_mesh_ends_the_result_does() {
+        let tube = shapes::open_cylinder(24, 10);
+        let faces = closed(&tube, &all(&tube), &all(&tube), holed(&tube, 11));
+        let mesh = TriMesh::new(tube.positions().to_vec(), faces).unwrap();
+        // A face that is missing at an end leaves a notch there.
+        let found = topology(&mesh);
+        assert!(found.boundary_loops == 2 && found.boundary_edges < 48 + 24, "{found:?}");
+    }
+
+    #[test]
+    fn of_three_faces_at_an_edge_the_newest_goes() {
+        let fan = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        assert_eq!(without_third(5, fan.clone(), 2), fan[..2]);
+        assert_eq!(without_third(5, fan.clone(), 3), fan);
+    }
+
+    #[test]
+    fn a_lone_face_goes() {
+        let (strip, lone) = (vec![[0, 1, 2], [1, 3, 2]], [4, 5, 6]);
+        assert_eq!(without_lone(7, [strip.clone(), vec![lone]].concat()), strip);
+    }
+}
