@@ -7,6 +7,7 @@
 
 pub mod dse;
 mod error;
+pub mod pointtrinet;
 pub mod potamias;
 mod weights;
 
@@ -26,11 +27,13 @@ pub enum LearnedBaseline {
     Dse,
     /// Points drawn in a latent space and moved (Potamias, Bouritsas and Zafeiriou 2022), meshed by ball pivoting.
     Potamias,
+    /// Triangles over points, classified and proposed by turns (Sharp and Ovsjanikov 2020).
+    PointTriNet,
 }
 
 impl LearnedBaseline {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Dse, Self::Potamias];
+    pub const ALL: [Self; 3] = [Self::Dse, Self::Potamias, Self::PointTriNet];
 
     /// The name in tables and arguments, and that of the objective which trains it.
     ///
@@ -41,6 +44,7 @@ impl LearnedBaseline {
         match self {
             Self::Dse => "dse",
             Self::Potamias => "potamias",
+            Self::PointTriNet => "pointtrinet",
         }
     }
 
@@ -66,6 +70,7 @@ impl LearnedBaseline {
         match self {
             Self::Dse => dse::shapes(width_share),
             Self::Potamias => potamias::shapes(width_share),
+            Self::PointTriNet => pointtrinet::shapes(width_share),
         }
     }
 
@@ -74,6 +79,7 @@ impl LearnedBaseline {
         match self {
             Self::Dse => dse::drawn(width_share, seed),
             Self::Potamias => potamias::drawn(width_share, seed),
+            Self::PointTriNet => pointtrinet::drawn(width_share, seed),
         }
     }
 }
@@ -101,6 +107,7 @@ pub fn simplify_by_learned(
     let lighter = match weights.baseline() {
         LearnedBaseline::Dse => dse::remeshed(mesh, n_vertices, seed, dse::Maps::Learned(weights.tensors())),
         LearnedBaseline::Potamias => potamias::simplified(mesh, n_vertices, seed, weights.tensors()),
+        LearnedBaseline::PointTriNet => pointtrinet::simplified(mesh, n_vertices, seed, weights.tensors()),
     }?;
     if lighter.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(lighter) }
 }

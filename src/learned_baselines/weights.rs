@@ -8,8 +8,12 @@ use std::sync::{Arc, LazyLock};
 const DSE_FILE: &[u8] = include_bytes!("../../weights/dse.safetensors");
 const POTAMIAS_FILE: &[u8] = include_bytes!("../../weights/potamias.safetensors");
 
+const POINTTRINET_FILE: &[u8] = include_bytes!("../../weights/pointtrinet.safetensors");
+
 static DSE: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(DSE_FILE));
 static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POTAMIAS_FILE));
+
+static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POINTTRINET_FILE));
 
 /// Finite weights whose shapes are those of a method's network.
 ///
@@ -69,6 +73,7 @@ impl LearnedWeights {
         match baseline {
             LearnedBaseline::Dse => &DSE,
             LearnedBaseline::Potamias => &POTAMIAS,
+            LearnedBaseline::PointTriNet => &POINTTRINET,
         }
     }
 

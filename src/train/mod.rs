@@ -19,6 +19,7 @@ mod objective;
 mod objectives;
 mod paper_step;
 mod patch;
+mod pointtrinet_step;
 mod potamias_step;
 mod random;
 mod rows;

@@ -8,8 +8,9 @@ use crate::numbers::{n_threads, number, seed, share, whole};
 
 const EVALUATE_NOTES: &str = "\
 Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
-assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; dse, potamias \
-(Delaunay surface elements and a point-cloud simplification with balls, which learn); tools; all.
+assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; dse (Delaunay surface \
+elements of learned maps), pointtrinet (farthest points, triangulated by networks), potamias (a point-cloud \
+simplification that learns, and balls); tools; all.
 
 In the command of a tool, {in} and {out} are PLY files ({in.obj}, {out.stl}, {in.off} and so on for other formats), \
 {ratio}, {faces}, {vertices} the size. No shell runs it, but quotes work as in one. A line `seconds: 0.25` on its \
