@@ -13,7 +13,7 @@ use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 pub const OWN_OBJECTIVE: &str = "own";
 
 /// What the setting `objective` may be called, and what each learns.
-pub const OBJECTIVES: [(&str, &str); 6] = [
+pub const OBJECTIVES: [(&str, &str); 7] = [
     ("bending", "how much the surface bends: scores for the closed assembly"),
     ("dse", "the Delaunay surface elements of Rakotosaona et al. 2021, which evaluate compares with"),
     ("paper", "the paper's network by its losses, for --assembly paper and mesh-points"),

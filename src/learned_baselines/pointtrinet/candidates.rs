@@ -35,8 +35,8 @@ impl Candidates {
         Self::of((0..).zip(near.as_chunks().0).map(seed).collect())
     }
 
-    /// These and new ones with their probabilities, each triangle with the largest probability that it has anywhere; of them the most likely, 12
-    /// per vertex.
+    /// These and new ones with their probabilities, each triangle with the largest probability that it has anywhere; of
+    /// them the most likely, 12 per vertex.
     pub fn with(&self, new: impl IntoIterator<Item = ([u32; 3], f32)>, n_vertices: usize) -> Self {
         let own = self.triangles.iter().copied().zip(self.probabilities.iter().copied());
         let all = Self::of(own.chain(new).collect());
