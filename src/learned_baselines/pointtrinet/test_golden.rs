@@ -86,10 +86,15 @@ fn both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
     [p, of_points]
 }
 
+/// The networks of these tensors, which are not to change.
+fn constant(tensors: &Tensors<Arc<Matrix>>) -> PointTriNet<Value> {
+    PointTriNet::of(&tensors.constants()).expect("all tensors")
+}
+
 #[test]
 fn both_networks_agree_with_numpy() {
     let tape = &mut Tape::default();
-    let [p, of_points] = both(tape, &PointTriNet::of(&tensors().constants()).unwrap());
+    let [p, of_points] = both(tape, &constant(&tensors()));
     let first_two = |edge: usize| [0, 1].map(|place| of_points.matrix().data()[20 * edge + place]);
     let found: Vec<f32> = p.matrix().data().iter().copied().chain((0..3).flat_map(first_two)).collect();
     let expected = CLASSIFIED.into_iter().chain(PROPOSED.into_iter().flatten());
@@ -114,12 +119,10 @@ fn weighted_sum(outputs: &[Value; 2]) -> (f64, [Matrix; 2]) {
 #[test]
 fn gradients_of_both_networks() {
     let tensors = tensors();
-    let loss = |tensors: &Tensors<Arc<Matrix>>| {
-        weighted_sum(&both(&mut Tape::default(), &PointTriNet::of(&tensors.constants()).unwrap())).0
-    };
+    let loss = |tensors: &Tensors<Arc<Matrix>>| weighted_sum(&both(&mut Tape::default(), &constant(tensors))).0;
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let outputs = both(&mut tape, &PointTriNet::of(&parameters).unwrap());
+    let outputs = both(&mut tape, &PointTriNet::of(&parameters).expect("all tensors"));
     let [to_p, to_points] = weighted_sum(&outputs).1;
     let gradients = parameters.gradients(&tape.backward(&[(&outputs[0], to_p), (&outputs[1], to_points)]));
     for (name, gradient) in gradients.iter() {
@@ -127,7 +130,7 @@ fn gradients_of_both_networks() {
         let moved = |step: f64| {
             let mut moved = tensors.clone();
             let entry = |i: usize, j: usize, w: &Matrix| w.row(i)[j] + (step / length) as f32 * gradient.row(i)[j];
-            let tensor = moved.get_mut(name).unwrap();
+            let tensor = moved.get_mut(name).expect("a name of theirs");
             *tensor = Arc::new(Matrix::from_fn(gradient.n_rows(), gradient.n_cols(), |i, j| entry(i, j, tensor)));
             loss(&moved)
         };
@@ -139,7 +142,7 @@ fn gradients_of_both_networks() {
 
 #[test]
 fn moving_turning_and_scaling_the_points_changes_no_probability() {
-    let net = PointTriNet::of(&drawn(SHARE, 2).constants()).unwrap();
+    let net = constant(&drawn(SHARE, 2));
     let candidates = candidates();
     let of = |vertices: &[[f32; 3]]| {
         let neighbourhoods = Neighbourhoods::new(vertices, &candidates);
