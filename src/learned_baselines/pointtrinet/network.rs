@@ -67,7 +67,8 @@ impl<T: Clone> PointTriNet<T> {
     /// ```
     /// use neural_mesh::learned_baselines::pointtrinet::{PointTriNet, shapes};
     /// let net = PointTriNet::of(&shapes(1.0)).unwrap();
-    /// assert_eq!(net.classifier.decision.map(|[weights, _]| weights), [[2048, 512], [512, 256], [256, 1]]);
+    /// let decision: Vec<[usize; 2]> = net.classifier.decision.iter().map(|&[weights, _]| weights).collect();
+    /// assert_eq!(decision, [[2048, 512], [512, 256], [256, 1]]);
     /// ```
     pub fn of(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
         let layer = |name: &str, i: usize| -> Result<Layer<T>, WeightsError> {
