@@ -126,7 +126,7 @@ impl Engine<'_> {
     fn weights_of(&self, method: &Method) -> Option<&Path> {
         let [closed, paper] = self.weights;
         match method {
-            Method::Paper => paper,
+            _ if method.is_paper() => paper,
             Method::Learned(baseline) => {
                 self.learned.iter().find(|file| file.baseline == *baseline).map(|file| file.path.as_path())
             }

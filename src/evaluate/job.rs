@@ -85,6 +85,7 @@ fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: &Loaded) -> R
         Method::Max => Options { optimize: Optimize::Max, ..options },
         Method::Normals => Options { optimize: Optimize::Normals, ..options },
         Method::Paper => Options { assembly: Assembly::Paper, ..options },
+        Method::PaperClosed => Options { assembly: Assembly::Paper, close: true, ..options },
         Method::Baseline(baseline) => {
             let size = Size { vertices: job.vertices, faces: job.faces };
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());

@@ -20,6 +20,8 @@ pub enum Method {
     Normals,
     /// The paper's assembly with a network of the paper's sizes.
     Paper,
+    /// The same, the holes closed that its network leaves.
+    PaperClosed,
     /// A method of others that the library has.
     Baseline(Baseline),
     /// A method of others that learns, with the weights that ship.
@@ -27,6 +29,17 @@ pub enum Method {
     /// A program of others.
     Tool(Tool),
 }
+
+/// This library's own, by name.
+const OURS: [(&str, Method); 7] = [
+    ("network", Method::Network),
+    ("geometry", Method::Geometry),
+    ("mean", Method::Mean),
+    ("max", Method::Max),
+    ("normals", Method::Normals),
+    ("paper", Method::Paper),
+    ("paper-closed", Method::PaperClosed),
+];
 
 impl Method {
     /// Names of all methods but tools, ours first.
@@ -36,11 +49,9 @@ impl Method {
     /// assert_eq!(Method::names()[..4], ["network", "geometry", "mean", "max"]);
     /// ```
     pub fn names() -> Vec<&'static str> {
-        ["network", "geometry", "mean", "max", "normals", "paper"]
-            .into_iter()
-            .chain(Baseline::ALL.map(Baseline::name))
-            .chain(LearnedBaseline::ALL.map(LearnedBaseline::name))
-            .collect()
+        let baselines = Baseline::ALL.map(Baseline::name);
+        let learned = LearnedBaseline::ALL.map(LearnedBaseline::name);
+        OURS.iter().map(|&(name, _)| name).chain(baselines).chain(learned).collect()
     }
 
     /// The method of that name; `None` for tools and unknown names.
@@ -50,18 +61,10 @@ impl Method {
     /// assert_eq!(Method::from_name("paper"), Some(Method::Paper));
     /// ```
     pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "network" => Some(Self::Network),
-            "geometry" => Some(Self::Geometry),
-            "mean" => Some(Self::Mean),
-            "max" => Some(Self::Max),
-            "normals" => Some(Self::Normals),
-            "paper" => Some(Self::Paper),
-            _ => {
-                let learned = || LearnedBaseline::from_name(name).map(Self::Learned);
-                Baseline::from_name(name).map(Self::Baseline).or_else(learned)
-            }
-        }
+        let ours = OURS.into_iter().find(|(its, _)| *its == name).map(|(_, method)| method);
+        let baseline = || Baseline::from_name(name).map(Self::Baseline);
+        let learned = || LearnedBaseline::from_name(name).map(Self::Learned);
+        ours.or_else(baseline).or_else(learned)
     }
 
     /// The name in tables and arguments.
@@ -71,16 +74,16 @@ impl Method {
     /// ```
     pub fn name(&self) -> &str {
         match self {
-            Self::Network => "network",
-            Self::Geometry => "geometry",
-            Self::Mean => "mean",
-            Self::Max => "max",
-            Self::Normals => "normals",
-            Self::Paper => "paper",
             Self::Baseline(baseline) => baseline.name(),
             Self::Learned(baseline) => baseline.name(),
             Self::Tool(tool) => &tool.name,
+            ours => OURS.iter().find(|(_, method)| method == ours).map_or("", |(name, _)| name),
         }
+    }
+
+    /// Whether it is the paper's assembly, with the network of that.
+    pub(super) fn is_paper(&self) -> bool {
+        matches!(self, Self::Paper | Self::PaperClosed)
     }
 
     /// Whether it is one of this library's own.

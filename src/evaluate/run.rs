@@ -391,7 +391,7 @@ impl Run<'_> {
         let [closed, paper] = &self.origin.weights;
         let weights = match method {
             Method::Network | Method::Max | Method::Normals => closed.as_str(),
-            Method::Paper => paper,
+            _ if method.is_paper() => paper,
             Method::Learned(baseline) => self.origin.learned.get(baseline.name()).map_or("", String::as_str),
             _ => "",
         };

@@ -7,8 +7,8 @@ use clap::Parser;
 use crate::numbers::{n_threads, number, seed, share, whole};
 
 const EVALUATE_NOTES: &str = "\
-Methods: network, geometry, paper (ours: closed with the scores of the network, closed without a network, the paper's \
-assembly); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; dse (Delaunay surface \
+Methods: network, geometry, paper, paper-closed (ours: closed with the scores of the network, closed without a network, \
+the paper's assembly, the same with its holes closed); qem, meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa; dse (Delaunay surface \
 elements of learned maps), pointtrinet (farthest points, triangulated by networks), potamias (a point-cloud \
 simplification that learns, and balls); tools; all.
 

@@ -14,6 +14,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
+use super::print::TABLE_2;
 use super::{CLASSES, weights};
 use crate::bench::Bench;
 use crate::clock::timed;
@@ -35,16 +36,18 @@ enum Sampler {
     Potamias,
     Scattered,
     Network,
+    Independent,
 }
 
 impl Sampler {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::WithReplacement,
         Self::WithoutReplacement,
         Self::Farthest,
         Self::Potamias,
         Self::Scattered,
         Self::Network,
+        Self::Independent,
     ];
 
     fn name(self) -> &'static str {
@@ -55,6 +58,7 @@ impl Sampler {
             Self::Potamias => "potamias",
             Self::Scattered => "evenly apart",
             Self::Network => "network",
+            Self::Independent => "network, drawn independently",
         }
     }
 
@@ -71,6 +75,7 @@ impl Sampler {
                 return simplified_points(mesh.positions(), n, 0, weights.tensors());
             }
             Self::Network => apart(mesh, &network_scores(mesh, weights), n),
+            Self::Independent => gumbel_top_k(&network_scores(mesh, weights), n, 0),
         };
         drawn.iter().map(|&v| mesh.positions()[v as usize]).collect()
     }
@@ -114,7 +119,8 @@ pub fn table_2(bench: &Bench) -> Result<String> {
     let sections: String = NOISE.iter().map(|&noise| section(&drawn, noise)).collect();
     Ok(format!(
         "The drawn vertices as a set of points against all vertices of the input without noise: means over {n_meshes} of the meshes; in \
-         brackets over those of uniform sampling with replacement, where vertices drawn twice count once.\n\n\
+         brackets over those of uniform sampling with replacement, where vertices drawn twice count once, and the same of the print, \
+         whose noise is of one unit.\n\n\
          - *CD*: mean squared distance to the nearest point of the other set, both ways added, 1e-6 of the squared diagonal.\n\
          - *curvature*: mean squared difference of the smoothed surface variation at nearest points, both ways added, 1e-4.\n\
          - *ms*: scores and drawing, of the processor on one thread.\n\n\
@@ -185,17 +191,29 @@ fn section(drawn: &[Drawn], noise: f64) -> String {
     let line = |&sampler: &Sampler| {
         let mut cells = vec![sampler.name().to_owned()];
         for ratio in RATIOS {
-            let compared = |scale: f64, figure: fn(&Drawn) -> f64| {
+            let compared = |scale: f64, figure: fn(&Drawn) -> f64, column: usize| {
                 let own = mean(sampler, ratio, figure);
                 let over = own.zip(mean(Sampler::WithReplacement, ratio, figure)).map(|(own, other)| own / other);
-                format!("{} ({})", number(own.map(|own| scale * own)), number(over))
+                let print = printed(sampler, noise, ratio, column).map(|print| format!("; print {print:.2}"));
+                format!("{} ({}{})", number(own.map(|own| scale * own)), number(over), print.unwrap_or_default())
             };
             let ms = number(mean(sampler, ratio, |drawn| 1e3 * drawn.seconds));
-            cells.extend([compared(1e6, |drawn| drawn.chamfer), compared(1e4, |drawn| drawn.curvature), ms]);
+            cells.extend([compared(1e6, |drawn| drawn.chamfer, 0), compared(1e4, |drawn| drawn.curvature, 1), ms]);
         }
         cells
     };
     format!("\n### Noise {noise} %\n\n{}", table(&head, &Sampler::ALL.iter().map(line).collect::<Vec<_>>()))
+}
+
+/// A column of the paper's Table 2 over that of uniform sampling; `None` for what it does not have.
+fn printed(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
+    let [of_noise, at] =
+        [[NOISE[0], NOISE[2]].iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
+    let of = |sampler: Sampler| {
+        let row = TABLE_2.iter().find(|(name, _)| *name == sampler.name())?;
+        Some(row.1[of_noise][2 * at + column])
+    };
+    Some(of(sampler)? / of(Sampler::WithReplacement)?)
 }
 
 #[cfg(test)]
@@ -224,6 +242,6 @@ mod tests {
         let drawn =
             |sampler, chamfer| Drawn { sampler, ratio: 0.2, noise: 0.0, chamfer, curvature: 1e-4, seconds: 0.002 };
         let text = section(&[drawn(Sampler::WithReplacement, 4e-6), drawn(Sampler::Network, 2e-6)], 0.0);
-        assert!(text.contains("| network | - (-) | - (-) | - | 2.00 (0.50) | 1.00 (1.00) | 2.00 |"), "{text}");
+        assert!(text.contains("| network | - (-; print 0.76) | - (-; print 0.92) | - | 2.00 (0.50; print 0.66) | 1.00 (1.00; print 0.92) | 2.00 |"), "{text}");
     }
 }
