@@ -132,7 +132,7 @@ pub struct SimplifyArgs {
     pub threads: Option<usize>,
     /// Keep all components, also those that cost more vertices than they show
     #[arg(long)]
-    pub keep_parts: bool,
+    pub keep_components: bool,
     /// Drop components whose bounding box has a smaller diagonal than SIZE, in the unit of the mesh, or with % in percent of its
     /// diagonal; without SIZE, with --error, than the bound. The bound is then that of what stays
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]

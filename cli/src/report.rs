@@ -186,6 +186,9 @@ pub struct Output {
     pub components_pruned: usize,
     /// How many of these `--hidden drop` named.
     pub components_hidden: usize,
+    /// The components dropped, in the order of the input's faces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub dropped: Vec<Dropped>,
     /// Edges of the input that had to stay edges: seams, boundaries between materials, creases.
     pub kept_edges: usize,
     /// Vertices of the input that had to stay where they are.
@@ -198,6 +201,15 @@ pub struct Output {
     pub flipped_edges: usize,
     /// Vertices moved apart because their written positions would have been the same.
     pub separated_vertices: usize,
+}
+
+/// A component that was dropped.
+#[derive(Clone, Debug, Serialize)]
+pub struct Dropped {
+    /// The mesh of the scene, or the object, and its material; as far as the file names them.
+    pub name: String,
+    /// Faces that it had.
+    pub faces: usize,
 }
 
 /// What was asked for: `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"faces_percent": 10.0}`, `{"error": 0.01}`, `{"error_percent": 0.5}`,
@@ -335,6 +347,7 @@ impl Output {
             components_at_minimum: done.components_at_minimum,
             components_pruned: done.components_pruned,
             components_hidden: done.components_hidden,
+            dropped: Vec::new(),
             kept_edges: done.kept_edges,
             locked_vertices: done.locked_vertices,
             split_vertices: done.split_vertices,

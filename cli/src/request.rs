@@ -287,7 +287,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     }
     options.oversample = args.oversample;
     options.seed = args.seed;
-    options.prune = !args.keep_parts;
+    options.prune = !args.keep_components;
     options.hidden = hidden(args.hidden);
     options.purpose = purpose(args.purpose);
     options.lock_boundaries = args.lock_boundaries;
@@ -361,7 +361,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--lock-boundaries", args.lock_boundaries),
         ("--prune", args.prune.is_some()),
         ("--hidden", args.hidden != HiddenArg::Keep),
-        ("--keep-parts", args.keep_parts),
+        ("--keep-components", args.keep_components),
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),
         ("--importance", args.importance.is_some()),

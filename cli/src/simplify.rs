@@ -204,7 +204,7 @@ fn lighter(
             Ok(Lighter::of(results, request))
         }
         Goal::Error(bound) => {
-            let error = bound.over(subject.mesh().diagonal());
+            let error = bound.over(subject.diagonal());
             let pack = pack_below(error, subject, request);
             let rounding = rounding_below(error, pack.as_ref(), subject, request)?;
             let found = simplify_to_error(&input, weights, &options, error - rounding, tell).map_err(refused)?;
@@ -225,7 +225,7 @@ fn lighter(
 
 /// What is asked of the simplifier, now that the mesh is known.
 fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure> {
-    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.mesh().diagonal()));
+    let prune_below = request.prune_below.map_or(0.0, |size| size.over(subject.diagonal()));
     let symmetric = request.options.symmetric.map(|symmetry| subject.symmetry(symmetry)).transpose()?;
     let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
     let mut options = request.options.clone();
@@ -440,7 +440,8 @@ fn files_of(
 /// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
 fn measured(subject: &Subject, result: &Simplified, packing: Option<&Packing>, request: &Request) -> Level {
     let distance = || subject.distance(result, packing, SAMPLES).as_ref().map(Distance::of);
-    let output = Output::of(Size::of(&result.mesh, request.report.is_some()), &result.report);
+    let mut output = Output::of(Size::of(&result.mesh, request.report.is_some()), &result.report);
+    output.dropped = subject.dropped(&result.report);
     Level::new(output, report::outcome(&result.report.outcome), request.check.then(distance).flatten())
 }
 
@@ -480,7 +481,7 @@ fn told(
         repaired: subject.repaired.as_ref().map(Into::into),
         baked,
         distance: first.distance,
-        certified: certified.map(|distance| Certified::of(&distance, subject.mesh().diagonal())),
+        certified: certified.map(|distance| Certified::of(&distance, subject.diagonal())),
         mirror: result.report.mirror.map(|plane| subject.plane_of_file(plane).to_string()),
         levels: if several { levels } else { Vec::new() },
         notes,

@@ -12,16 +12,17 @@ use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{
     Attributes, Channel, Frame, Grid, Looks, Piece, RawMesh, Role, TriMesh, United, longest_side, snap,
 };
-use neural_mesh::metrics::{QuickDistance, quick_distance, quick_distance_of_pairs};
+use neural_mesh::metrics::{QuickDistance, quick_distance};
 use neural_mesh::picture::image_size;
 use neural_mesh::repair::{RepairCounts, fill_holes, printable};
-use neural_mesh::simplify::{Input, MirrorPlane, Purpose, Simplified, Symmetry, importance_of_channel};
+use neural_mesh::simplify::{self, Input, MirrorPlane, Purpose, Simplified, Symmetry, importance_of_channel};
 
 use crate::args::IgnoreArg;
 use crate::dress::Dress;
 use crate::failure::Failure;
 use crate::names::{alone, without_level};
 use crate::read::{cleaned, parsed};
+use crate::report::Dropped;
 use crate::request::{Bound, Goal, Repair, Request, Source, check_packed};
 use crate::textures::{self, Textures};
 
@@ -38,6 +39,8 @@ pub struct Subject {
     kind: Kind,
     /// What of the attributes the result is to have, where that is not all.
     wanted: Option<Attributes>,
+    /// The diagonal of the box of the mesh, of a scene where a viewer sees it.
+    diagonal: f64,
     /// How much each vertex counts as it was read, where the caller says so.
     factors: Option<Vec<f32>>,
     /// Who makes its textures smaller, where that is asked for.
@@ -131,13 +134,15 @@ impl Subject {
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
         let textures = request.textures.map(Textures::new);
-        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
+        let diagonal = 0.0;
+        Self { frame, counts, notes, repaired: None, kind, wanted: None, diagonal, factors: None, textures }
             .repaired(request)?
             .wanting(request)
     }
 
     /// The same, held back by nothing that the result does not need or its format does not hold.
     fn wanting(mut self, request: &Request) -> Result<Self, Failure> {
+        self.diagonal = self.view_of(self.mesh(), self.attributes()).diagonal();
         if request.output_format.is_bare() || request.bake.is_some() {
             self.wanted = Some(Attributes::default());
             return Ok(self);
@@ -222,9 +227,10 @@ impl Subject {
             n_pieces += usize::from(part.is_ok());
             part.iter().for_each(|part| counts += part.counts);
         }
-        let scaled = parts.iter().zip(asset.parts()).filter_map(|(cleaned, part)| {
+        let places = asset.places().map_err(|error| Failure::of(&source.path, error))?;
+        let scaled = parts.iter().zip(asset.parts()).zip(&places).filter_map(|((cleaned, part), places)| {
             let cleaned = cleaned.as_ref().ok()?;
-            Some(Piece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale })
+            Some(Piece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale, places })
         });
         let scaled: Vec<Piece> = scaled.collect();
         if scaled.is_empty() {
@@ -235,7 +241,7 @@ impl Subject {
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
         let (frame, textures) = (Frame::default(), request.textures.map(Textures::new));
-        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
+        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, diagonal: 0.0, factors: None, textures })
     }
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
@@ -252,6 +258,19 @@ impl Subject {
         let reach = |p: &[f32; 3]| frame.to_file(*p).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let reach = self.mesh().positions().iter().map(reach).fold(0.0, f64::max);
         0.5 * 3f64.sqrt() * f64::from(f32::EPSILON) * reach
+    }
+
+    /// The diagonal of the box of the mesh, of a scene where a viewer sees it.
+    pub fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    /// Puts the mesh, or what became of it, where a viewer sees it.
+    fn view_of<'a>(&self, mesh: &'a TriMesh, attributes: &Attributes) -> Cow<'a, TriMesh> {
+        match &self.kind {
+            Kind::Mesh { .. } => Cow::Borrowed(mesh),
+            Kind::Scene { united, .. } => Cow::Owned(united.view(mesh, attributes).mesh),
+        }
     }
 
     /// The mesh, or all of them.
@@ -284,6 +303,32 @@ impl Subject {
                 named.map(|(name, group)| (name.clone(), group)).collect()
             }
         }
+    }
+
+    /// Names the components that a result lacks: by the mesh of a scene, or the object, and the material.
+    pub fn dropped(&self, report: &simplify::Report) -> Vec<Dropped> {
+        let name = |face: u32| {
+            let group = self.attributes().group(face);
+            match &self.kind {
+                Kind::Mesh { extra, .. } => extra.groups.get(group as usize).map_or_else(String::new, |group| {
+                    named(group.object.as_ref().or(group.name.as_ref()), group.material.as_ref())
+                }),
+                Kind::Scene { asset, united, pieces } => {
+                    let piece = united.piece_of(group);
+                    let part = pieces.iter().position(|of_part| *of_part == Some(piece));
+                    part.map_or_else(String::new, |part| {
+                        let part = &asset.parts()[part];
+                        named(Some(&part.name), part.materials.get((group - united.first_group(piece)) as usize))
+                    })
+                }
+            }
+        };
+        let dropped = |component: &simplify::DroppedComponent| {
+            let name = Some(name(component.face)).filter(|name| !name.is_empty());
+            let name = name.unwrap_or_else(|| format!("the one of face {}", component.face));
+            Dropped { name, faces: component.n_faces }
+        };
+        report.dropped.iter().map(dropped).collect()
     }
 
     /// What the groups of its faces look like; beside it what could not be had of that, in one line each.
@@ -338,6 +383,9 @@ impl Subject {
         let mut input = Input::bare(self.mesh());
         input.attributes = self.wanted.as_ref().unwrap_or(self.attributes());
         input.importance = importance;
+        if let Kind::Scene { united, .. } = &self.kind {
+            input.scene = Some(united);
+        }
         input
     }
 
@@ -503,7 +551,10 @@ impl Subject {
             Kind::Mesh { cleaned, .. } => longest_side(cleaned.mesh.positions().iter().map(|p| p.map(f64::from))),
             Kind::Scene { asset, united, pieces } => {
                 let sides = asset.packing_sides().into_iter().zip(pieces);
-                let scaled = sides.filter_map(|(side, piece)| Some(side * united.scale((*piece)?)));
+                let scaled = sides.filter_map(|(side, piece)| {
+                    let piece = (*piece)?;
+                    Some(side * united.scale(piece) * united.stretch(piece))
+                });
                 scaled.fold(0.0, f64::max)
             }
         };
@@ -512,24 +563,50 @@ impl Subject {
         Grid { origin: [0.0; 3], step }.rounding()
     }
 
-    /// How far a result is from the original, as it is packed; the meshes of a scene are measured each against what became of it.
+    /// Measures how far a result, as it is packed, is from the original; of a scene all of it, where a viewer sees it. `None` where
+    /// nothing is seen of one of the two.
     pub fn distance(&self, result: &Simplified, packing: Option<&Packing>, n_samples: usize) -> Option<QuickDistance> {
-        let Kind::Scene { united, pieces, .. } = &self.kind else {
-            let grid = packing.and_then(|packing| packing.grid(0));
-            let around = if self.frame.double { [0.0; 3] } else { self.frame.origin };
-            return quick_distance(self.mesh(), &on_grid(&result.mesh, grid, around), n_samples, 0);
-        };
-        let before = united.split(&united.mesh, &united.attributes);
-        let mut after = united.split(&result.mesh, &result.attributes);
-        for (part, piece) in pieces.iter().enumerate() {
-            let grid = packing.and_then(|packing| packing.grid(part));
-            if let Some((mesh, _)) = piece.and_then(|piece| after.get_mut(piece)) {
-                *mesh = on_grid(mesh, grid, [0.0; 3]).into_owned();
+        let packed = match &self.kind {
+            Kind::Mesh { .. } => {
+                let around = if self.frame.double { [0.0; 3] } else { self.frame.origin };
+                on_grid(&result.mesh, packing.and_then(|packing| packing.grid(0)), around)
             }
+            Kind::Scene { united, pieces, .. } => on_grids(result, united, pieces, packing),
+        };
+        let original = self.view_of(self.mesh(), self.attributes());
+        quick_distance(&original, &self.view_of(&packed, &result.attributes), n_samples, 0)
+    }
+}
+
+/// A result with the vertices of each piece on the grid of its part, where it has one.
+fn on_grids<'a>(
+    result: &'a Simplified,
+    united: &United,
+    pieces: &[Option<usize>],
+    packing: Option<&Packing>,
+) -> Cow<'a, TriMesh> {
+    let Some(packing) = packing else { return Cow::Borrowed(&result.mesh) };
+    let mut positions = result.mesh.positions().to_vec();
+    let mut grid_of = vec![None; pieces.iter().flatten().count()];
+    for (part, piece) in pieces.iter().enumerate().filter_map(|(part, piece)| Some((part, (*piece)?))) {
+        grid_of[piece] = packing.grid(part);
+    }
+    for (face, f) in result.mesh.faces().iter().zip(0..) {
+        let piece = united.piece_of(result.attributes.group(f));
+        let (Some(grid), scale) = (grid_of[piece], united.scale(piece)) else { continue };
+        for &v in face {
+            let own = result.mesh.positions()[v as usize].map(|x| f64::from(x) / scale);
+            positions[v as usize] = grid.point(grid.round(own)).map(|x| (x * scale) as f32);
         }
-        let pairs = before.iter().zip(&after).enumerate();
-        let pairs: Vec<_> = pairs.map(|(piece, (before, after))| (&before.0, &after.0, united.scale(piece))).collect();
-        quick_distance_of_pairs(&pairs, n_samples, 0)
+    }
+    TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
+}
+
+/// `door (oak)`, as far as there are names.
+fn named(object: Option<&String>, material: Option<&String>) -> String {
+    match (object, material) {
+        (Some(object), Some(material)) => format!("{object} ({material})"),
+        (object, material) => object.or(material).cloned().unwrap_or_default(),
     }
 }
 

@@ -7,7 +7,12 @@ use crate::closed::is_closed;
 use crate::dress::Baked;
 use crate::failure::Failure;
 use crate::plain::plain;
-use crate::report::{Certified, Distance, Level, Output, Repaired, Report, Seconds, Size, TargetWords, why_stopped};
+use crate::report::{
+    Certified, Distance, Dropped, Level, Output, Repaired, Report, Seconds, Size, TargetWords, why_stopped,
+};
+
+/// Names of dropped components in one line, at most.
+const MOST_NAMES: usize = 4;
 
 /// Where words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,8 +88,9 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
         // Those of the input are fewer where its sheets came apart.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
-        let how = "; --keep-parts keeps what --prune does not name";
-        notes.push(format!("pruned    {}{all} components{how}", output.components_pruned - output.components_hidden));
+        let how = "; --keep-components keeps what --prune does not name";
+        let n = output.components_pruned - output.components_hidden;
+        notes.push(format!("pruned    {n}{all} components: {}{how}", names_of(&output.dropped, MOST_NAMES)));
     }
     if output.components_at_minimum > 0 {
         notes.push(match output.components_at_minimum {
@@ -100,6 +106,21 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
+}
+
+/// Components by name, those of one name once with their number; of many the first ones.
+fn names_of(dropped: &[Dropped], most: usize) -> String {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for Dropped { name, .. } in dropped {
+        match counts.iter_mut().find(|(known, _)| known == name) {
+            Some((_, n)) => *n += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    let of_one = |(name, n): &(&str, usize)| if *n > 1 { format!("{n} of {name}") } else { (*name).to_owned() };
+    let mut names: Vec<String> = counts.iter().take(most).map(of_one).collect();
+    names.extend((counts.len() > most).then(|| format!("{} other names (--explain lists all)", counts.len() - most)));
+    names.join(", ")
 }
 
 /// Which options free what holds a result that was to be smaller.
@@ -151,6 +172,9 @@ pub fn explained(report: &Report) -> Vec<String> {
     ];
     let mut lines: Vec<String> =
         held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("held      {} {what}", grouped(n))).collect();
+    if !output.dropped.is_empty() {
+        lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
+    }
     if lines.is_empty() {
         lines.push("held      by nothing but its shape".into());
     }

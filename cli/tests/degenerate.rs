@@ -159,7 +159,7 @@ fn parts_that_touch_at_a_vertex_are_dropped_and_counted_as_the_report_counts_the
     let touching = large + &tetrahedron(n_large + 1, 0.01) + &tetrahedron(n_large + 4, -0.02);
     for size in ["--ratio=1", "--ratio=0.5", "--ratio=0.1"] {
         for (prune, n_left) in [("--prune=1%", 1), ("--prune=0.6%", 2), ("--prune=0.1%", 3)] {
-            let (code, report, info) = simplified(&touching, &[size, prune, "--keep-parts"]);
+            let (code, report, info) = simplified(&touching, &[size, prune, "--keep-components"]);
             assert_eq!(report["input"]["components"], 3);
             assert_eq!((code, &info["components"]), (Some(0), &n_left.into()), "{size} {prune}");
             assert_eq!(report["output"]["components_pruned"], 3 - n_left, "{size} {prune}");
@@ -210,7 +210,7 @@ fn a_tiny_component_goes_where_it_costs_more_than_it_shows() {
         (&["--ratio", "0.02", "--prune"], 1),
         (&["--error", "5%"], 2),
         (&["--error", "5%", "--prune"], 1),
-        (&["--ratio", "0.1", "--keep-parts"], 2),
+        (&["--ratio", "0.1", "--keep-components"], 2),
         (&["--ratio", "0.1", "--subset"], 2),
         (&["--ratio", "1"], 2),
     ] {

@@ -36,7 +36,7 @@ class SimplifyMesh:
                 "fill_holes": ("BOOLEAN", {"default": False, "tooltip": "Close holes first."}),
                 "printable": ("BOOLEAN", {"default": False, "tooltip": "Make a solid of a messy mesh first."}),
                 "lock_boundaries": ("BOOLEAN", {"default": False, "tooltip": "Keep open edges bit for bit."}),
-                "keep_parts": ("BOOLEAN", {"default": False, "tooltip": "Keep small parts that cost more than they show."}),
+                "keep_components": ("BOOLEAN", {"default": False, "tooltip": "Keep small parts that cost more than they show."}),
                 "seed": ("INT", {"default": 0, "min": 0, "max": 0xFFFFFFFF}),
             },
         }

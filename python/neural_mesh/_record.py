@@ -108,7 +108,7 @@ def record(
     scores: Literal["network", "geometry"] | None = None,
     assembly: Literal["closed", "paper"] | None = None,
     weights: str | None = None,
-    keep_parts: bool = False,
+    keep_components: bool = False,
     lock_boundaries: bool = False,
     subset: bool = False,
     oversample: float | None = None,
@@ -123,7 +123,7 @@ def record(
     if len(said) != 1:
         raise _native.OptionError("record: give exactly one of ratio, n_vertices, n_faces")
     options = {
-        **said, "optimize": optimize, "scores": scores, "assembly": assembly, "weights": weights, "keep_parts": keep_parts,
+        **said, "optimize": optimize, "scores": scores, "assembly": assembly, "weights": weights, "keep_components": keep_components,
         "lock_boundaries": lock_boundaries, "subset": subset, "oversample": oversample, "seed": seed, "threads": threads,
     }  # fmt: skip
     if isinstance(vertices, (list, tuple)) and len(vertices) > 0 and hasattr(vertices[0], "shape"):

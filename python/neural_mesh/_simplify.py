@@ -36,7 +36,7 @@ def simplify(
     keep_features: bool = False,
     crease_angle: float | None = None,
     seam_error: float | None = None,
-    keep_parts: bool = False,
+    keep_components: bool = False,
     prune: bool | float | str = False,
     hidden: Literal["keep", "cheap", "drop"] | None = None,
     for_: Literal["shape", "poses", "spectrum"] | None = None,

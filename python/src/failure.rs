@@ -27,7 +27,7 @@ pub fn refused(what: impl Into<String>) -> PyErr {
     NeuralMeshError::new_err(what.into())
 }
 
-/// Options as Python spells them: `--keep-parts` is `keep_parts`.
+/// Options as Python spells them: `--keep-components` is `keep_components`.
 fn as_keywords(text: &str) -> String {
     let mut parts = text.split("--");
     let first = parts.next().unwrap_or_default().to_string();

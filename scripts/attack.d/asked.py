@@ -173,7 +173,7 @@ CHECKS = {
     "--lock-boundaries": of_locked,
     "--symmetric": of_mirrored,
     "--prune": of_pruned,
-    "--keep-parts": of_kept_parts,
+    "--keep-components": of_kept_parts,
     "--error": of_error,
     "--size": of_bytes,
 }

@@ -72,7 +72,7 @@ def broken():
     yield "subset", BALL, moved, [*whole, "--subset"], {}
     yield "locked", OPEN, ([(x, y, z + 1e-3) for x, y, z in OPEN[0]], OPEN[1]), [*whole, "--lock-boundaries"], {}
     yield "pruned", TWO, TWO, [*half, "--prune=80%"], {}
-    yield "pruned", TWO, BALL, [*half, "--keep-parts"], {"output": {"components_pruned": 1}}
+    yield "pruned", TWO, BALL, [*half, "--keep-components"], {"output": {"components_pruned": 1}}
     yield "error", BALL, moved, ["--error", "1%"], {}
     yield "bytes", BALL, BALL, ["--size", "100"], {}
     yield "closed even", EDGE, (EDGE[0], EDGE[1][1:]), half, {"output": {"split_vertices": 9}}

@@ -209,7 +209,7 @@ def options(rng, drawn):
     elif rng.random() < 0.45:
         some += rng.choice([
             ["--subset"], ["--subset"], ["--lock-boundaries"], ["--subset", "--lock-boundaries"],
-            ["--prune"], ["--prune=3%"], ["--keep-parts"], ["--weld", "0.1%"],
+            ["--prune"], ["--prune=3%"], ["--keep-components"], ["--weld", "0.1%"],
         ])
     if rng.random() < 0.3:
         some += rng.choice([["--optimize", "mean"], ["--optimize", "max"], ["--optimize", "normals"], ["--scores", "geometry"]])

@@ -29,7 +29,7 @@ PROMISES = {
     "subset": "assets.md: with --subset vertices of the result are vertices of the input",
     "locked": "assets.md: with --lock-boundaries vertices and edges of the boundary stay, bit for bit",
     "mirrored": "assets.md: with --symmetric each vertex and face of the result has its image",
-    "pruned": "assets.md: --prune=SIZE drops the components smaller than that, the largest by area stays; --keep-parts drops none",
+    "pruned": "assets.md: --prune=SIZE drops the components smaller than that, the largest by area stays; --keep-components drops none",
     "solid": "assets.md: with --printable the result is closed, manifold and wound one way, or the mesh is refused in a line",
     "filled": "assets.md: --fill-holes closes holes, makes none, and leaves those with more edges than were given",
     "error": "assets.md: with --error nothing is farther than asked, or exit code 3 says so",

@@ -6,6 +6,7 @@
 mod accessor;
 mod asset;
 mod bare;
+mod bones;
 mod buffers;
 #[cfg(feature = "meshopt")]
 mod compressed;
@@ -19,6 +20,7 @@ mod draco;
 #[path = "gltf/no_draco.rs"]
 mod draco;
 mod draft;
+mod emptied;
 mod extensions;
 mod files;
 mod images;
@@ -75,7 +77,7 @@ pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadErr
     let container = Container::open(bytes, fetch)?;
     refuse(&container.root)?;
     let mut scene = Scene { data: container.data(), mesh: RawMesh::default(), budget: container.budget(bytes.len()) };
-    for placed in placements::placements(&container.root)? {
+    for placed in placements::placements(&container.data())? {
         scene.add_mesh(placed.mesh, placed.transform)?;
     }
     let mut mesh = scene.mesh;

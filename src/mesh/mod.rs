@@ -63,6 +63,6 @@ pub use snap::snap;
 pub(crate) use topology::Patches;
 pub use topology::{Topology, topology};
 pub use tri_mesh::{InvalidMesh, TriMesh};
-pub use united::{Piece, United};
+pub use united::{Piece, SceneView, United};
 pub use vertex_normals::vertex_normals;
 pub use winding::consistently_wound;

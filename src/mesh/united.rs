@@ -1,6 +1,11 @@
-//! Several meshes as one, so that they share what is done to it, and one as several again.
+//! Several meshes as one, so that they share what is done to it, one as several again, and where a viewer sees them.
+
+use glam::{DMat4, DVec3};
 
 use super::{Attributes, Channel, Role, TriMesh, compact};
+
+/// Faces of a scene with all of its repeated pieces, at most; beyond, a piece is shown at its largest place alone.
+const MOST_VIEWED: usize = 1 << 24;
 
 /// A mesh to be united with others.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +16,8 @@ pub struct Piece<'a> {
     pub attributes: &'a Attributes,
     /// How large it is against the others; rounded to a power of two, so that nothing else is rounded.
     pub scale: f64,
+    /// From its coordinates to those of the scene, at each place where a viewer sees it.
+    pub places: &'a [DMat4],
 }
 
 /// Meshes side by side in one, each to its scale. They share no vertices, wherever they lie.
@@ -26,6 +33,21 @@ pub struct United {
     channels: Vec<Vec<String>>,
     scales: Vec<f32>,
     has_groups: Vec<bool>,
+    /// For each mesh the transforms from its coordinates here to those of the scene around `origin`.
+    places: Vec<Vec<DMat4>>,
+    /// The middle of the scene, in its own coordinates.
+    origin: DVec3,
+    /// The diagonal of the scene's box.
+    diagonal: f64,
+}
+
+/// The meshes of a scene where a viewer sees them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneView {
+    /// All of them, at all of their places, around the origin of [`United::view`].
+    pub mesh: TriMesh,
+    /// The face of the united mesh that each face shows, n_faces.
+    pub faces: Vec<u32>,
 }
 
 impl United {
@@ -34,7 +56,7 @@ impl United {
     /// ```
     /// use neural_mesh::mesh::{Attributes, Piece, United, shapes};
     /// let (mesh, attributes) = (shapes::icosphere(1), Attributes::default());
-    /// let piece = Piece { mesh: &mesh, attributes: &attributes, scale: 2.0 };
+    /// let piece = Piece { mesh: &mesh, attributes: &attributes, scale: 2.0, places: &[] };
     /// let united = United::new(&[piece, piece]).unwrap();
     /// assert_eq!(united.mesh.faces().len(), 160);
     /// let pieces = united.split(&united.mesh, &united.attributes);
@@ -45,7 +67,7 @@ impl United {
         let mut attributes =
             Attributes { channels: all_channels(pieces.iter().map(|piece| piece.attributes)), ..Attributes::default() };
         let (mut first_groups, mut scales) = (vec![0], Vec::new());
-        for Piece { mesh, attributes: own, scale } in pieces {
+        for Piece { mesh, attributes: own, scale, .. } in pieces {
             let scale = Some(scale.log2().round().exp2() as f32).filter(|scale| scale.is_normal())?;
             let (first, first_wedge) = (u32::try_from(positions.len()).ok()?, attributes.n_wedges() as u32);
             positions.extend(mesh.positions().iter().map(|p| p.map(|x| x * scale)));
@@ -68,14 +90,105 @@ impl United {
             return None;
         }
         let names = |piece: &Piece| piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect();
-        Some(Self {
+        let united = Self {
             mesh: TriMesh::new(positions, faces).ok()?,
             attributes,
             first_groups,
             channels: pieces.iter().map(names).collect(),
+            places: places(pieces, &scales),
             scales,
             has_groups: pieces.iter().map(|piece| !piece.attributes.groups.is_empty()).collect(),
-        })
+            origin: DVec3::ZERO,
+            diagonal: 0.0,
+        };
+        Some(united.around_its_middle())
+    }
+
+    /// Moves the origin of the scene to its middle, where single precision is finest.
+    fn around_its_middle(mut self) -> Self {
+        let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let faces = self.faces_of_pieces(&self.mesh, &self.attributes);
+        for (places, faces) in self.places.iter().zip(&faces) {
+            for (place, &face) in places.iter().flat_map(|place| faces.iter().map(move |face| (place, face))) {
+                for v in self.mesh.faces()[face as usize] {
+                    let p = place.transform_point3(point(&self.mesh, v));
+                    bounds = (bounds.0.min(p), bounds.1.max(p));
+                }
+            }
+        }
+        let middle = 0.5 * (bounds.0 + bounds.1);
+        if middle.is_finite() {
+            (self.origin, self.diagonal) = (middle, (bounds.1 - bounds.0).length());
+            self.places.iter_mut().flatten().for_each(|place| *place = DMat4::from_translation(-middle) * *place);
+        }
+        self
+    }
+
+    /// The transforms from this mesh's coordinates to the scene's around its origin, at each place of a piece.
+    pub fn places(&self, piece: usize) -> &[DMat4] {
+        &self.places[piece]
+    }
+
+    /// Returns by how much lengths of this mesh grow in the scene at most, at any place of a piece; 0 where it has none.
+    pub fn stretch(&self, piece: usize) -> f64 {
+        let columns = |place: &DMat4| [place.x_axis, place.y_axis, place.z_axis].map(|column| column.length());
+        self.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
+    }
+
+    /// The diagonal of the box of the scene, as a viewer sees it.
+    pub fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    /// The piece that a group of faces belongs to.
+    pub fn piece_of(&self, group: u32) -> usize {
+        (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
+    }
+
+    /// Puts what became of the united mesh, whose groups say which piece each face belongs to, where a viewer sees it. All meshes are
+    /// shown around one origin, the middle of the scene.
+    ///
+    /// ```
+    /// use glam::{DMat4, DVec3};
+    /// use neural_mesh::mesh::{Attributes, Piece, United, shapes};
+    /// let (mesh, attributes) = (shapes::icosphere(1), Attributes::default());
+    /// let places = [-5.0, 5.0].map(|x| DMat4::from_translation(DVec3::new(x, 0.0, 0.0)));
+    /// let united = United::new(&[Piece { mesh: &mesh, attributes: &attributes, scale: 1.0, places: &places }]).unwrap();
+    /// let view = united.view(&united.mesh, &united.attributes);
+    /// assert_eq!((united.mesh.faces().len(), view.mesh.faces().len()), (80, 160));
+    /// assert!(view.mesh.diagonal() > 12.0);
+    /// ```
+    pub fn view(&self, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
+        let (mut positions, mut faces, mut sources) = (Vec::new(), Vec::new(), Vec::new());
+        let mut number = vec![u32::MAX; mesh.positions().len()];
+        for (places, own) in self.places.iter().zip(self.faces_of_pieces(mesh, attributes)) {
+            for place in places {
+                let first = positions.len() as u32;
+                let mut vertices = Vec::new();
+                for v in own.iter().flat_map(|&face| mesh.faces()[face as usize]) {
+                    if number[v as usize] == u32::MAX {
+                        number[v as usize] = first + vertices.len() as u32;
+                        vertices.push(v);
+                    }
+                }
+                positions.extend(vertices.iter().map(|&v| finite(place.transform_point3(point(mesh, v)))));
+                let is_mirrored = place.determinant() < 0.0;
+                let turn = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
+                faces.extend(own.iter().map(|&face| turn(mesh.faces()[face as usize].map(|v| number[v as usize]))));
+                sources.extend(&own);
+                vertices.iter().for_each(|&v| number[v as usize] = u32::MAX);
+            }
+        }
+        SceneView { mesh: TriMesh::new(positions, faces).unwrap_or_default(), faces: sources }
+    }
+
+    /// The faces of each piece, as the groups say.
+    fn faces_of_pieces(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<Vec<u32>> {
+        let mut faces = vec![Vec::new(); self.scales.len()];
+        for f in 0..mesh.faces().len() as u32 {
+            faces[self.piece_of(attributes.group(f))].push(f);
+        }
+        faces
     }
 
     /// The scale of a mesh among the others.
@@ -91,13 +204,7 @@ impl United {
     /// What became of each mesh when all of them became `mesh` with these attributes, whose groups say where its faces
     /// come from.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
-        let mut faces = vec![Vec::new(); self.scales.len()];
-        for f in 0..mesh.faces().len() as u32 {
-            let piece = self.first_groups.partition_point(|&first| first <= attributes.group(f)) - 1;
-            if let Some(list) = faces.get_mut(piece) {
-                list.push(f);
-            }
-        }
+        let faces = self.faces_of_pieces(mesh, attributes);
         faces.iter().enumerate().map(|(piece, faces)| self.piece(piece, faces, mesh, attributes)).collect()
     }
 
@@ -118,6 +225,32 @@ impl United {
         }
         (own, carried)
     }
+}
+
+/// The transforms from the united mesh's coordinates to the scene's, for each piece; where all would show too many faces, that of
+/// the largest place alone.
+fn places(pieces: &[Piece], scales: &[f32]) -> Vec<Vec<DMat4>> {
+    let n_viewed: usize = pieces.iter().map(|piece| piece.places.len().saturating_mul(piece.mesh.faces().len())).sum();
+    let of_piece = |(piece, &scale): (&Piece, &f32)| {
+        let own = DMat4::from_scale(DVec3::splat(1.0 / f64::from(scale)));
+        let mut places: Vec<DMat4> = piece.places.iter().map(|place| *place * own).collect();
+        if n_viewed > MOST_VIEWED {
+            let size = |place: &DMat4| place.determinant().abs();
+            let largest = places.iter().copied().reduce(|a, b| if size(&b) > size(&a) { b } else { a });
+            places = largest.into_iter().collect();
+        }
+        places
+    };
+    pieces.iter().zip(scales).map(of_piece).collect()
+}
+
+fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
+    DVec3::from(mesh.positions()[vertex as usize].map(f64::from))
+}
+
+/// The point in single precision; what that does not hold is drawn nowhere far out.
+fn finite(point: DVec3) -> [f32; 3] {
+    point.to_array().map(|x| if (x as f32).is_finite() { x as f32 } else { 0.0 })
 }
 
 /// The channels of these names, at the wedges that these faces use.
@@ -207,9 +340,9 @@ mod tests {
         };
         let bare = Attributes::default();
         let pieces = [
-            Piece { mesh: &sphere, attributes: &painted, scale: 0.3 },
-            Piece { mesh: &box_, attributes: &bare, scale: 1.0 },
-            Piece { mesh: &box_, attributes: &other, scale: 100.0 },
+            Piece { mesh: &sphere, attributes: &painted, scale: 0.3, places: &[] },
+            Piece { mesh: &box_, attributes: &bare, scale: 1.0, places: &[] },
+            Piece { mesh: &box_, attributes: &other, scale: 100.0, places: &[] },
         ];
         let united = United::new(&pieces).unwrap();
         assert!(united.attributes.fit(united.mesh.faces().len()));
@@ -237,7 +370,7 @@ mod tests {
     #[test]
     fn a_mesh_of_which_nothing_is_left_is_empty() {
         let (sphere, bare) = (shapes::icosphere(0), Attributes::default());
-        let piece = Piece { mesh: &sphere, attributes: &bare, scale: 1.0 };
+        let piece = Piece { mesh: &sphere, attributes: &bare, scale: 1.0, places: &[] };
         let united = United::new(&[piece, piece]).unwrap();
         let attributes = Attributes { groups: vec![1; 20], ..Attributes::default() };
         let split = united.split(&sphere, &attributes);

@@ -1,12 +1,15 @@
 //! The smallest result found whose distance from the original is proved to be small enough.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 
-use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
+use crate::mesh::{TriMesh, United};
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified_within};
 use crate::model::Weights;
-use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, levels_from_all, pruned};
+use crate::simplify::{
+    Input, Listener, Options, Outcome, Pruned, Simplified, SimplifyError, Target, levels_from_all, pruned,
+};
 
 use super::part::Search;
 
@@ -78,9 +81,12 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let pruned = pruned(Pulse::NONE, input.mesh, options);
-    let original = pruned.as_ref().map_or(input.mesh, |pruned| &pruned.mesh);
-    let options = &Options { prune_within: options.prune_within.min(error), ..options.clone() };
+    let pruned = pruned(Pulse::NONE, input, options);
+    let original = Original::of(input, pruned.as_ref())?;
+    // What placing in single precision may move points by, on both sides.
+    let rounding = 2.0 * original.rounding();
+    let bound = (error - rounding).max(0.0);
+    let options = &Options { prune_within: options.prune_within.min(bound), ..options.clone() };
     let mut search = Search::new(progress, OF_RUN);
     let mut levels = |sizes: &[usize], in_place: bool| {
         let options = Options { subset: in_place || options.subset, ..options.clone() };
@@ -88,29 +94,30 @@ pub fn simplify_to_error(
         search.look("proof")?;
         Ok(made)
     };
-    let prover = Prover::new(original, error);
+    let prover = Prover::new(&original, bound);
     let (best, n_tries) = smallest_that_holds(&prover, &mut |sizes| levels(sizes, false))?;
     let (mut simplified, distance) = match best {
         Some(best) => {
-            let sharp = measured(original, &best.mesh, error);
-            (best, CertifiedDistance { upper: sharp.upper.min(error), ..sharp })
+            let sharp = measured(&original, &best, bound);
+            (best, CertifiedDistance { upper: sharp.upper.min(bound), ..sharp })
         }
-        None => nearest(original, error, options, &mut levels)?,
+        None => nearest(&original, bound, options, &mut levels)?,
     };
+    let distance = widened(distance, rounding);
     simplified.report.outcome = outcome(&distance, error);
     Ok(Bounded { simplified, distance, n_tries, ended_early: prover.is_any_open.get() })
 }
 
 /// Where no smaller result holds the error: the mesh at its own size, with its vertices in place if it is too far otherwise.
 fn nearest(
-    original: &TriMesh,
+    original: &Original,
     error: f64,
     options: &Options,
     levels: &mut dyn FnMut(&[usize], bool) -> Made,
 ) -> Result<(Simplified, CertifiedDistance), SimplifyError> {
     let mut whole = |in_place: bool| {
-        let result = levels(&[original.positions().len()], in_place)?.pop().ok_or(SimplifyError::Empty)?;
-        let distance = measured(original, &result.mesh, error);
+        let result = levels(&[original.n_vertices], in_place)?.pop().ok_or(SimplifyError::Empty)?;
+        let distance = measured(original, &result, error);
         Ok::<_, SimplifyError>((result, distance))
     };
     let moved = whole(false)?;
@@ -123,7 +130,8 @@ fn nearest(
 }
 
 /// The bounds for a result that was asked to lie within `error`.
-fn measured(original: &TriMesh, simplified: &TriMesh, error: f64) -> CertifiedDistance {
+fn measured(original: &Original, simplified: &Simplified, error: f64) -> CertifiedDistance {
+    let (original, simplified) = (&*original.view, &*original.view_of(simplified));
     if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
         return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
     }
@@ -182,7 +190,7 @@ fn at_sizes(
 fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<Simplified>, usize), SimplifyError> {
     let mut range = Range {
         too_few: 0,
-        enough: prover.original.positions().len(),
+        enough: prover.original.n_vertices,
         holding: Vec::new(),
         were_foretold: false,
         was_reopened: false,
@@ -199,7 +207,7 @@ fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<S
         let mut results = levels(&sizes)?;
         n_tries += results.len();
         let n_hold = holding(&results, |result| {
-            let distance = prover.distance(&result.mesh);
+            let distance = prover.distance(result);
             range.holding.extend(distance.map(|distance| (result.mesh.positions().len(), distance / prover.error)));
             distance.is_some()
         });
@@ -231,9 +239,56 @@ fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -
     low
 }
 
+/// What results are compared with: the mesh where a viewer sees it.
+struct Original<'a> {
+    view: Cow<'a, TriMesh>,
+    scene: Option<&'a United>,
+    /// Vertices of the mesh that is simplified.
+    n_vertices: usize,
+}
+
+impl<'a> Original<'a> {
+    /// All of the input, or what was left of it before it is simplified.
+    fn of(input: &Input<'a>, pruned: Option<&'a Pruned>) -> Result<Self, SimplifyError> {
+        let mesh = pruned.map_or(input.mesh, |pruned| &pruned.mesh);
+        let (scene, n_vertices) = (input.scene, mesh.positions().len());
+        let view = match (scene, pruned) {
+            (None, _) => Cow::Borrowed(mesh),
+            (Some(scene), None) => Cow::Owned(scene.view(mesh, input.attributes).mesh),
+            (Some(scene), Some(pruned)) => {
+                let left = input.attributes.clone().of_faces(&pruned.faces).ok_or(SimplifyError::BadInput)?;
+                Cow::Owned(scene.view(mesh, &left).mesh)
+            }
+        };
+        Ok(Self { view, scene, n_vertices })
+    }
+
+    /// A result where a viewer sees it.
+    fn view_of<'b>(&self, result: &'b Simplified) -> Cow<'b, TriMesh> {
+        match self.scene {
+            Some(scene) => Cow::Owned(scene.view(&result.mesh, &result.attributes).mesh),
+            None => Cow::Borrowed(&result.mesh),
+        }
+    }
+
+    /// How far a point may be moved where a viewer sees it: by rounding to single precision, where there is a scene.
+    fn rounding(&self) -> f64 {
+        let reach = self.view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
+        if self.scene.is_some() { 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
+    }
+}
+
+/// Bounds of a distance between surfaces that may have been moved so far; those of the same surface stay.
+fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
+    match distance.upper {
+        0.0 => distance,
+        upper => CertifiedDistance { lower: (distance.lower - rounding).max(0.0), upper: upper + rounding, ..distance },
+    }
+}
+
 /// What proves the results of one search.
 struct Prover<'a> {
-    original: &'a TriMesh,
+    original: &'a Original<'a>,
     error: f64,
     /// Triangles and boxes that may still be looked at.
     left: Cell<u64>,
@@ -242,16 +297,17 @@ struct Prover<'a> {
 }
 
 impl<'a> Prover<'a> {
-    fn new(original: &'a TriMesh, error: f64) -> Self {
-        let most = MOST_LOOKS[0] * original.faces().len() as u64 + MOST_LOOKS[1];
+    fn new(original: &'a Original<'a>, error: f64) -> Self {
+        let most = MOST_LOOKS[0] * original.view.faces().len() as u64 + MOST_LOOKS[1];
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
     /// A distance that some point has at least, if the largest is certainly at most the error. What may not be looked at proves
     /// nothing.
-    fn distance(&self, simplified: &TriMesh) -> Option<f64> {
+    fn distance(&self, simplified: &Simplified) -> Option<f64> {
         let asked = Sharpness { enough: self.error, too_much: self.error, gap: 0.0 };
-        let (distance, n_looks) = certified_within(self.original, simplified, &asked, self.left.get());
+        let (distance, n_looks) =
+            certified_within(&self.original.view, &self.original.view_of(simplified), &asked, self.left.get());
         self.left.set(self.left.get().saturating_sub(n_looks));
         let is_open = |distance: &CertifiedDistance| distance.lower <= self.error && distance.upper > self.error;
         self.is_any_open.set(self.is_any_open.get() || distance.as_ref().is_some_and(is_open));

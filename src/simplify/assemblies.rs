@@ -4,7 +4,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, shaded_flat};
 use crate::model::Weights;
 
-use super::closed::{Aim, Closed, Half, Importance, Keep, Levels, MayGo, Request, simplify_levels};
+use super::closed::{Aim, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
 use super::components::{Pruned, pruned, without};
 use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
@@ -49,7 +49,7 @@ pub(super) fn closed_levels(
     sizes: &Sizes,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Some(pruned) = pruned(progress.pulse, input.mesh, task.options) else {
+    let Some(pruned) = pruned(progress.pulse, input, task.options) else {
         return levels_of(input, weights, task, sizes, 0, progress);
     };
     of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, 0, progress))
@@ -62,12 +62,13 @@ fn of_part(
     make: impl FnOnce(&Input) -> Result<Vec<Closed>, SimplifyError>,
 ) -> Result<Vec<Closed>, SimplifyError> {
     let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
-    let mut levels = make(&Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance })?;
+    let (mesh, scene) = (&pruned.mesh, input.scene);
+    let mut levels = make(&Input { mesh, attributes: &attributes, importance: &importance, scene })?;
     levels.iter_mut().for_each(|closed| closed.widen(input.mesh, pruned));
     Ok(levels)
 }
 
-/// The closed assembly's results of a mesh without the parts that cost more than they show, which is settled for so many levels. A
+/// The closed assembly's results of a mesh without the components that cost more than a viewer would miss, which is settled for so many levels. A
 /// level at which some go begins anew from what stays.
 fn levels_of(
     input: &Input,
@@ -77,18 +78,18 @@ fn levels_of(
     n_settled: usize,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Levels { mut made, gone } = levels_of_whole(input, weights, task, sizes, n_settled, progress)?;
-    let Some(gone) = gone else { return Ok(made) };
-    let Some(pruned) = without(input.mesh, gone.n_parts, |face| gone.faces[face]) else { return Ok(made) };
+    let Levels { mut made, dropped } = levels_of_whole(input, weights, task, sizes, n_settled, progress)?;
+    let Some(dropped) = dropped else { return Ok(made) };
+    let Some(pruned) = without(input.mesh, dropped.n_components, |face| dropped.faces[face]) else { return Ok(made) };
     let left = Sizes { limits: &sizes.limits[made.len()..], oversample: sizes.oversample };
     made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, 1, progress))?);
     Ok(made)
 }
 
-/// Which parts may go, once it is settled for so many levels; `None` where what is asked for keeps all.
-fn may_go(options: &Options, half: Option<Half>, from_level: usize) -> Option<MayGo> {
+/// Which components may be dropped, once it is settled for so many levels; `None` where what is asked for keeps all.
+fn drop_rules(options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
     let keeps = !options.prune || options.subset || options.lock_boundaries || half.is_some();
-    (!keeps).then_some(MayGo { within: options.prune_within, from_level })
+    (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
 /// How much the vertices count where scores come from there, if nothing was given.
@@ -134,7 +135,7 @@ fn levels_as_shaded(
     progress: Progress,
 ) -> Result<Levels, SimplifyError> {
     let Task { options, differentiable, half, .. } = *task;
-    let Input { mesh, attributes, importance } = *input;
+    let Input { mesh, attributes, importance, scene } = *input;
     let aim = Aim::of(options.optimize);
     let asks_network = aim.strength > 0.0 && (options.purpose != Purpose::Spectrum || weights.is_some());
     let scores = if asks_network { options.scores } else { ScoreSource::Geometry };
@@ -145,14 +146,15 @@ fn levels_as_shaded(
         purpose: options.purpose,
         attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
         map: options.map,
-        parts: may_go(options, half, n_settled),
+        scene,
+        drop: drop_rules(options, half, n_settled),
         half,
     };
     let request = Request {
         oversample: sizes.oversample,
         all_if_uneven: options.oversample.is_none(),
         importance: importance_by(importance, scores, weights),
-        hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(mesh) } else { Vec::new() },
+        hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
         aim,
         parts: Parts::default(),
         seed: options.seed,
@@ -203,14 +205,14 @@ pub(super) fn unchanged_but_pruned(
     options: &Options,
     oversample: f64,
 ) -> Result<Simplified, SimplifyError> {
-    let Some(pruned) = pruned(pulse, input.mesh, options) else {
+    let Some(pruned) = pruned(pulse, input, options) else {
         return Ok(unchanged(pulse, input, options, oversample));
     };
     let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
-    let part = Input { mesh: &pruned.mesh, attributes: &attributes, importance: &importance };
+    let (mesh, scene) = (&pruned.mesh, input.scene);
+    let part = Input { mesh, attributes: &attributes, importance: &importance, scene };
     let mut result = unchanged(pulse, &part, options, oversample);
-    result.report.components_pruned = pruned.n_dropped;
-    result.report.components_hidden = pruned.n_hidden;
+    pruned.note(&mut result.report);
     result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);
     Ok(result)

@@ -5,7 +5,8 @@ use crate::mesh::union_find::{UnionFind, faces_joined};
 use crate::mesh::{TriMesh, compact};
 
 use super::hidden::hidden_components;
-use super::options::{Hidden, Options};
+use super::input::Input;
+use super::options::{DroppedComponent, Hidden, Options, Report};
 
 /// Faces of the smallest closed surface, a tetrahedron.
 const TETRAHEDRON: usize = 4;
@@ -45,21 +46,36 @@ pub(crate) struct Pruned {
     pub n_dropped: usize,
     /// How many of these because nothing of them shows.
     pub n_hidden: usize,
+    /// What was dropped.
+    pub dropped: Vec<DroppedComponent>,
+}
+
+impl Pruned {
+    /// Notes in a report about what was left what was dropped before; the faces of its own list become those of the whole.
+    pub fn note(&self, report: &mut Report) {
+        report.components_pruned += self.n_dropped;
+        report.components_hidden += self.n_hidden;
+        report.dropped.iter_mut().for_each(|component| component.face = self.faces[component.face as usize]);
+        report.dropped.extend(&self.dropped);
+        report.dropped.sort_unstable_by_key(|component| component.face);
+    }
 }
 
 /// Drops the components that the options let go whatever they are worth: those that are hidden, and those whose bounding box has a
-/// diagonal below `prune_below`; of what shows, the largest by area always stays. `None` where nothing is dropped.
-pub(crate) fn pruned(pulse: Pulse, mesh: &TriMesh, options: &Options) -> Option<Pruned> {
-    let (least, drops_hidden) = (options.prune_below, options.hidden == Hidden::Drop);
+/// diagonal below `prune_below`, as a viewer sees them; of what shows, the largest by area always stays. `None` where nothing is dropped.
+pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<Pruned> {
+    let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
         return None;
     }
     let (component, n) = components(pulse, mesh);
-    let hidden = if drops_hidden && n > 1 { hidden_components(mesh, &component, n) } else { vec![false; n] };
-    let areas = areas(mesh, &component, n);
+    let view = input.view();
+    let seen: Vec<u32> = view.faces.iter().map(|&face| component[face as usize]).collect();
+    let hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
+    let areas = areas(&view.mesh, &seen, n);
     let shown = (0..n).filter(|&c| !hidden[c]);
     let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
-    let diagonals = diagonals(mesh, &component, n);
+    let diagonals = diagonals(&view.mesh, &seen, n);
     let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && diagonals[c] < least).collect();
     let [n_dropped, n_hidden] = [&dropped, &hidden].map(|flags| flags.iter().filter(|&&flag| flag).count());
     without(mesh, n_dropped, |face| dropped[component[face] as usize]).map(|pruned| Pruned { n_hidden, ..pruned })
@@ -95,7 +111,21 @@ pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usiz
     }
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| !is_dropped(f as usize)).collect();
     let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
-    compact(mesh.positions(), kept).ok().map(|(mesh, sources)| Pruned { mesh, sources, faces, n_dropped, n_hidden: 0 })
+    let dropped = dropped_components(mesh, is_dropped);
+    let pruned = |(mesh, sources)| Pruned { mesh, sources, faces, n_dropped, n_hidden: 0, dropped };
+    compact(mesh.positions(), kept).ok().map(pruned)
+}
+
+/// The components that the dropped faces are, ascending by their first faces.
+fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec<DroppedComponent> {
+    let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| is_dropped(f as usize)).collect();
+    let corners: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
+    let (component, n) = faces_joined(mesh.positions().len(), &corners, |_| true).numbered(Pulse::NONE);
+    let mut dropped: Vec<Option<DroppedComponent>> = vec![None; n];
+    for (&face, component) in faces.iter().zip(component) {
+        dropped[component as usize].get_or_insert(DroppedComponent { face, n_faces: 0 }).n_faces += 1;
+    }
+    dropped.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
@@ -118,12 +148,15 @@ mod tests {
         let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
         let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
         let options = Options { hidden: Hidden::Drop, ..dropping_below(0.0) };
-        let left = pruned(Pulse::NONE, &mesh, &options).unwrap();
+        let left = pruned(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
         assert_eq!((left.n_dropped, left.n_hidden, left.faces.len()), (2, 2, 2 * sphere.faces().len()));
         assert_eq!(left.faces.last(), Some(&(mesh.faces().len() as u32 - 1)));
-        let both = pruned(Pulse::NONE, &mesh, &Options { prune_below: 4.0, ..options }).unwrap();
+        let both = pruned(Pulse::NONE, &Input::bare(&mesh), &Options { prune_below: 4.0, ..options }).unwrap();
         assert_eq!((both.n_dropped, both.n_hidden), (3, 2));
-        assert!(pruned(Pulse::NONE, &sphere, &Options { hidden: Hidden::Drop, ..dropping_below(0.0) }).is_none());
+        assert!(
+            pruned(Pulse::NONE, &Input::bare(&sphere), &Options { hidden: Hidden::Drop, ..dropping_below(0.0) })
+                .is_none()
+        );
     }
 
     #[test]
@@ -137,7 +170,7 @@ mod tests {
         }
         let cubes = TriMesh::new(positions, faces).unwrap();
         assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
-        let below = |side: f64| pruned(Pulse::NONE, &cubes, &dropping_below(side * 3f64.sqrt()));
+        let below = |side: f64| pruned(Pulse::NONE, &Input::bare(&cubes), &dropping_below(side * 3f64.sqrt()));
         assert!(below(0.99).is_none() && below(0.0).is_none() && below(f64::NAN).is_none());
         let two = below(1.01).unwrap();
         assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
@@ -156,7 +189,7 @@ mod tests {
         let faces = faces.chain(large.faces().iter().map(|face| face.map(|v| if v == 0 { 0 } else { v + 3 })));
         assert_eq!(large.positions()[0], [0.0; 3]);
         let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
-        let one = pruned(Pulse::NONE, &touching, &dropping_below(0.5)).unwrap();
+        let one = pruned(Pulse::NONE, &Input::bare(&touching), &dropping_below(0.5)).unwrap();
         assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
     }
 

@@ -11,6 +11,8 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::spatial::{Occluders, seen_from_outside};
 
+use super::input::Input;
+
 /// Axes of views where faces are told apart, and where components are, of which rays tell more.
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
@@ -38,22 +40,23 @@ const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706
 /// assert!(hidden[..320].iter().all(|hidden| !hidden) && hidden[320..].iter().all(|hidden| *hidden));
 /// ```
 pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
-    let shows = vertices_that_show(mesh);
+    let shows = vertices_that_show(&Input::bare(mesh));
     mesh.faces().iter().map(|face| face.iter().all(|&v| !shows[v as usize])).collect()
 }
 
 /// Whether each vertex is on no face that shows, n_vertices; empty where all show.
-pub(super) fn hidden_vertices(mesh: &TriMesh) -> Vec<bool> {
-    let hidden: Vec<bool> = vertices_that_show(mesh).into_iter().map(|shows| !shows).collect();
+pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
+    let hidden: Vec<bool> = vertices_that_show(input).into_iter().map(|shows| !shows).collect();
     if hidden.contains(&true) { hidden } else { Vec::new() }
 }
 
 /// Whether each vertex is one of a face that a view shows.
-fn vertices_that_show(mesh: &TriMesh) -> Vec<bool> {
-    let mut shows = vec![false; mesh.positions().len()];
-    let seen = seen_from_outside(mesh.positions(), mesh.faces(), AXES);
-    for (corners, _) in mesh.faces().iter().zip(seen).filter(|(_, seen)| *seen) {
-        corners.iter().for_each(|&v| shows[v as usize] = true);
+fn vertices_that_show(input: &Input) -> Vec<bool> {
+    let view = input.view();
+    let mut shows = vec![false; input.mesh.positions().len()];
+    let seen = seen_from_outside(view.mesh.positions(), view.mesh.faces(), AXES);
+    for (&face, _) in view.faces.iter().zip(seen).filter(|(_, seen)| *seen) {
+        input.mesh.faces()[face as usize].iter().for_each(|&v| shows[v as usize] = true);
     }
     shows
 }
@@ -153,7 +156,7 @@ mod tests {
         let grid = shapes::grid(20, 20);
         for mesh in [&grid, &shapes::open_cylinder(24, 8), &shapes::torus(40, 20, 2.0, 0.7), &shapes::bolt(20)] {
             assert!(hidden_faces(mesh).iter().all(|hidden| !hidden));
-            assert!(hidden_vertices(mesh).is_empty());
+            assert!(hidden_vertices(&Input::bare(mesh)).is_empty());
         }
     }
 

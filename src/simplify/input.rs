@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::mesh::{Attributes, Channel, KeptEdge, TriMesh, creases, edges, seams};
+use crate::mesh::{Attributes, Channel, KeptEdge, SceneView, TriMesh, United, creases, edges, seams};
 
 use super::options::{Options, SimplifyError};
 
@@ -16,12 +16,19 @@ pub struct Input<'a> {
     pub attributes: &'a Attributes,
     /// How much more than its area each vertex counts, n_vertices positive factors; empty where the scores decide.
     pub importance: &'a [f32],
+    /// Where a viewer sees the mesh, if it unites those of a scene: components, hidden surfaces and distances are judged there.
+    pub scene: Option<&'a United>,
 }
 
 impl<'a> Input<'a> {
     /// A mesh alone.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: Attributes::NONE, importance: &[] }
+        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None }
+    }
+
+    /// Returns the mesh where a viewer sees it; each face of the view shows a face of the mesh.
+    pub(crate) fn view(&self) -> SceneView {
+        view_of(self.scene, self.mesh, self.attributes)
     }
 
     /// Refuses rows that are not those of the mesh.
@@ -46,6 +53,14 @@ impl<'a> Input<'a> {
     pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<(Attributes, Vec<f32>), SimplifyError> {
         let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
         Ok((attributes, self.importance_of(Some(sources)).into_owned()))
+    }
+}
+
+/// Returns a mesh with these attributes where a viewer of the scene sees it, or as it is where there is no scene.
+fn view_of(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
+    match scene {
+        Some(united) => united.view(mesh, attributes),
+        None => SceneView { mesh: mesh.clone(), faces: (0..mesh.faces().len() as u32).collect() },
     }
 }
 

@@ -33,7 +33,7 @@ use driver::run;
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
-pub(crate) use components::pruned;
+pub(crate) use components::{Pruned, pruned};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
 pub(crate) use levels::levels_from_all;
@@ -41,8 +41,8 @@ pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts, Purpose, Report,
-    SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
+    Assembly, Axis, DroppedComponent, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts,
+    Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
 pub(crate) use piece::simplify_piece;
 pub use record::Record;

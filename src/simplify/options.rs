@@ -283,6 +283,8 @@ pub struct Report {
     pub components_pruned: usize,
     /// How many of these were hidden.
     pub components_hidden: usize,
+    /// The components dropped, each by its first face.
+    pub dropped: Vec<DroppedComponent>,
     /// Edges of the input that had to stay edges: seams and creases.
     pub kept_edges: usize,
     /// Vertices of the input that had to stay where they are.
@@ -297,6 +299,16 @@ pub struct Report {
     pub separated_vertices: usize,
     /// The plane that the result is mirrored about, if it was to be. What was done is then counted on one of the halves.
     pub mirror: Option<MirrorPlane>,
+}
+
+/// A component of the input that the result lacks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct DroppedComponent {
+    /// Its first face in the input.
+    pub face: u32,
+    /// Faces that it had.
+    pub n_faces: usize,
 }
 
 /// The result: a mesh and what was done.

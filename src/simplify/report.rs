@@ -17,6 +17,7 @@ impl Report {
             components_at_minimum: count_components(pulse, mesh).1,
             components_pruned: 0,
             components_hidden: 0,
+            dropped: Vec::new(),
             kept_edges: 0,
             locked_vertices: 0,
             split_vertices: 0,

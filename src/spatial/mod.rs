@@ -6,6 +6,7 @@
 mod ball_pivoting;
 mod bounds;
 mod curve_order;
+mod exposure;
 mod face_tree;
 mod farthest_points;
 mod knn;
@@ -22,6 +23,7 @@ mod views;
 pub use ball_pivoting::ball_pivoting;
 pub use bounds::Bounds;
 pub(crate) use curve_order::curve_order;
+pub use exposure::{Exposure, Labels, exposures};
 pub use face_tree::{FaceTree, Looks};
 pub use farthest_points::{farthest_latent_points, farthest_points};
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};

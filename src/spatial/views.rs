@@ -1,4 +1,5 @@
-//! Which triangles show in parallel projections: of each pixel the first and the last one, seen along an axis from both its ends.
+//! What shows in parallel projections, seen along axes from both their ends: which triangles, and what a viewer would miss of each
+//! component were it gone.
 //!
 //! A pixel is a ray from outside, and thirty times cheaper than one through a tree.
 
@@ -21,16 +22,8 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// assert_eq!(seen_from_outside(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
 /// ```
 pub fn seen_from_outside(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
-    let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
-    let (low, high) = positions
-        .iter()
-        .map(point)
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
-    let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };
-    let scaled: Vec<Vec3> =
-        positions.par_iter().with_min_len(4096).map(|p| ((point(p) - middle) * scale).as_vec3()).collect();
+    let (scaled, _) = in_pixels(positions, side);
     let seen = |number: usize| View::new(side, axis(number, n_axes)).seen(&scaled, faces);
     let none = || vec![false; faces.len()];
     (0..n_axes).into_par_iter().map(seen).reduce(none, |mut all, one| {
@@ -39,8 +32,22 @@ pub fn seen_from_outside(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usi
     })
 }
 
+/// Positions in the unit of pixels around the middle of their box, so that they fit into views of so many pixels a side whatever the
+/// axis; and how many pixels a length of one takes.
+pub(super) fn in_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
+    let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+    let (low, high) = positions
+        .iter()
+        .map(point)
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };
+    let scaled = positions.par_iter().with_min_len(4096).map(|p| ((point(p) - middle) * scale).as_vec3()).collect();
+    (scaled, scale)
+}
+
 /// One of the axes, evenly spread over half a sphere.
-fn axis(number: usize, n_axes: usize) -> Vec3 {
+pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
     let height = (number as f64 + 0.5) / n_axes as f64;
     let angle = std::f64::consts::TAU * (number as f64 * GOLDEN + 0.1);
     let radius = (1.0 - height * height).sqrt();
@@ -67,6 +74,37 @@ struct View {
     pixels: Vec<Pixel>,
 }
 
+/// Calls `visit` with the number and the depth of each pixel whose middle, at whole numbers, lies in a projected triangle; views have
+/// `side` pixels a side.
+pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
+    let area = (b - a).truncate().perp_dot((c - a).truncate());
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let last = (side - 1) as f32;
+    let first_of = |x: f32| x.ceil().clamp(0.0, last) as usize;
+    let last_of = |x: f32| x.floor().clamp(-1.0, last) as isize;
+    if area == 0.0 || !area.is_finite() {
+        return;
+    }
+    // Weights of b and c, and depth, are linear over the picture.
+    let slope = |p: Vec3| Vec3::new(p.y, -p.x, 0.0) / area;
+    let (to_b, to_c) = (slope(c - a), slope(a - b));
+    let weights = |x: f32, y: f32| [to_b, to_c].map(|to| to.x * (x - a.x) + to.y * (y - a.y));
+    for y in first_of(low.y) as isize..=last_of(high.y) {
+        for x in first_of(low.x) as isize..=last_of(high.x) {
+            let [v, w] = weights(x as f32, y as f32);
+            if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
+                visit(y as usize * side + x as usize, a.z + v * (b.z - a.z) + w * (c.z - a.z));
+            }
+        }
+    }
+}
+
+/// Projects positions in the unit of pixels to a view of `side` pixels a side: right, up and along.
+pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3; 3]) -> Vec<Vec3> {
+    let half = 0.5 * (side - 1) as f32;
+    positions.iter().map(|p| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along))).collect()
+}
+
 impl View {
     fn new(side: usize, along: Vec3) -> Self {
         let (right, up) = along.any_orthonormal_pair();
@@ -75,10 +113,7 @@ impl View {
 
     /// Whether each face is the first or the last at some pixel.
     fn seen(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<bool> {
-        let half = 0.5 * (self.side - 1) as f32;
-        let [right, up, along] = self.frame;
-        let project = |p: &Vec3| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along));
-        let projected: Vec<Vec3> = positions.iter().map(project).collect();
+        let projected = project(positions, self.side, self.frame);
         for (face, corners) in (0..).zip(faces) {
             self.draw(face, corners.map(|v| projected[v as usize]));
         }
@@ -90,36 +125,18 @@ impl View {
         seen
     }
 
-    /// Draws a triangle over the pixels whose middles, at whole numbers, lie in it.
-    fn draw(&mut self, face: u32, [a, b, c]: [Vec3; 3]) {
-        let area = (b - a).truncate().perp_dot((c - a).truncate());
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let last = (self.side - 1) as f32;
-        let first_of = |x: f32| x.ceil().clamp(0.0, last) as usize;
-        let last_of = |x: f32| x.floor().clamp(-1.0, last) as isize;
-        if area == 0.0 || !area.is_finite() {
-            return;
-        }
-        // Weights of b and c, and depth, are linear over the picture.
-        let slope = |p: Vec3| Vec3::new(p.y, -p.x, 0.0) / area;
-        let (to_b, to_c) = (slope(c - a), slope(a - b));
-        let weights = |x: f32, y: f32| [to_b, to_c].map(|to| to.x * (x - a.x) + to.y * (y - a.y));
-        for y in first_of(low.y) as isize..=last_of(high.y) {
-            for x in first_of(low.x) as isize..=last_of(high.x) {
-                let [v, w] = weights(x as f32, y as f32);
-                if v < 0.0 || w < 0.0 || v + w > 1.0 {
-                    continue;
-                }
-                let depth = a.z + v * (b.z - a.z) + w * (c.z - a.z);
-                let pixel = &mut self.pixels[y as usize * self.side + x as usize];
-                if depth < pixel.near {
-                    (pixel.near, pixel.first) = (depth, face);
-                }
-                if depth > pixel.far {
-                    (pixel.far, pixel.last) = (depth, face);
-                }
+    /// Draws a triangle over the pixels whose middles lie in it.
+    fn draw(&mut self, face: u32, corners: [Vec3; 3]) {
+        let pixels = &mut self.pixels;
+        rasterize(self.side, corners, |at, depth| {
+            let pixel = &mut pixels[at];
+            if depth < pixel.near {
+                (pixel.near, pixel.first) = (depth, face);
             }
-        }
+            if depth > pixel.far {
+                (pixel.far, pixel.last) = (depth, face);
+            }
+        });
     }
 }
 

@@ -111,7 +111,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
         args.prune.as_ref().map(|size| option_words("--prune", size.as_ref())),
-        args.keep_parts.then(|| " --keep-parts".into()),
+        args.keep_components.then(|| " --keep-components".into()),
         args.fill_holes.map(|most| option_words("--fill-holes", most)),
         args.printable.as_ref().map(|size| option_words("--printable", size.as_ref())),
         args.bake.map(|size| format!(" --bake {size}")),

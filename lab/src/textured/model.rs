@@ -36,7 +36,7 @@ impl Model {
         let parts: Vec<Cleaned> = asset.parts().iter().map(cleaned).collect::<Result<_, _>>()?;
         let piece = |(part, of): (_, &neural_mesh::io::Part)| {
             let Cleaned { mesh, attributes, .. }: &Cleaned = part;
-            Piece { mesh, attributes, scale: of.scale }
+            Piece { mesh, attributes, scale: of.scale, places: &[] }
         };
         let pieces: Vec<Piece> = parts.iter().zip(asset.parts()).map(piece).collect();
         let united = United::new(&pieces).context("its meshes are too far apart in size")?;

@@ -132,11 +132,11 @@ fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Resu
 /// The largest scale at which each mesh is placed, n_meshes.
 fn scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     let mut scales = vec![0f64; data.root.meshes.len()];
-    for placed in placements(data.root)? {
+    for placed in placements(data)? {
         let of_instances = placed.instances.and_then(|names| names.get("SCALE"));
         let of_instances = of_instances.map_or(Ok(1.0), |&accessor| largest_scale(data, accessor, limit))?;
         let of_node = placed.transform.determinant().abs().cbrt();
-        let scale = if placed.skinned { 1.0 } else { of_node * of_instances };
+        let scale = of_node * of_instances;
         if let Some(largest) = scales.get_mut(placed.mesh).filter(|_| scale.is_finite()) {
             *largest = scale.max(*largest);
         }

@@ -18,7 +18,7 @@ const MOST: usize = 1 << 26;
 impl Asset {
     /// The scene as one mesh: `meshes`, those of the [parts](Asset::parts) or what became of them, in their order, at
     /// all places where nodes put them; what no node places is not seen. Groups are numbered through, as
-    /// [`Asset::scene_looks`] has them. Skins do not move it.
+    /// [`Asset::scene_looks`] has them. What a skin moves lies in the pose that the skin was bound in.
     ///
     /// # Errors
     /// [`ReadError`] where nodes repeat meshes to an extreme size.
@@ -31,7 +31,8 @@ impl Asset {
     /// ```
     pub fn placed(&self, meshes: &[RawMesh]) -> Result<RawMesh, ReadError> {
         let first_groups = self.first_groups();
-        let places = self.places(meshes)?;
+        let cost = |mesh: &RawMesh| mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges();
+        let places = self.places_at_cost(|part| meshes.get(part).map_or(0, cost))?;
         let laid: Vec<_> = meshes.iter().enumerate().map(|(part, mesh)| self.with_transforms(part, mesh)).collect();
         let placed = places.into_iter().filter_map(|(part, transform)| {
             Some(PlacedMesh { mesh: laid.get(part)?, transform, first_group: first_groups[part] })
@@ -58,17 +59,36 @@ impl Asset {
         self.parts().iter().map(&mut next).collect()
     }
 
-    /// Parts, by their number, and from their coordinates to the scene's at each place where they stand. What the places cost is
-    /// spent before they are made.
-    fn places(&self, meshes: &[RawMesh]) -> Result<Vec<(usize, DMat4)>, ReadError> {
+    /// Returns for each of the [parts](Asset::parts) the transforms from its coordinates to the scene's, one for each node or instance
+    /// that places it. Where no part has a place, all stand as they are.
+    ///
+    /// # Errors
+    /// [`ReadError`] where nodes repeat meshes to an extreme size.
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// assert_eq!(asset.places().unwrap()[0].len(), 1);
+    /// ```
+    pub fn places(&self) -> Result<Vec<Vec<DMat4>>, ReadError> {
+        let mut places = vec![Vec::new(); self.parts().len()];
+        let all = self.places_at_cost(|_| 0)?;
+        if all.is_empty() {
+            places.fill(vec![DMat4::IDENTITY]);
+        }
+        all.into_iter().for_each(|(part, place)| places[part].push(place));
+        Ok(places)
+    }
+
+    /// The number of a part and its transform, for each of its places; what they cost is spent before they are made: `cost` of a part for each of its places.
+    fn places_at_cost(&self, cost: impl Fn(usize) -> usize) -> Result<Vec<(usize, DMat4)>, ReadError> {
         let data = self.container.data();
         let mut budget = MOST.min(REPEATS.0.saturating_mul(self.n_bytes).saturating_add(REPEATS.1));
         let mut places = Vec::new();
-        for placed in placements(&self.container.root)? {
+        for placed in placements(&data)? {
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
-            let cost = |mesh: &RawMesh| mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges();
             let n_places = placed.n_instances(&data)?;
-            spend(&mut budget, n_places.saturating_mul(1 + meshes.get(part).map_or(0, cost)))?;
+            spend(&mut budget, n_places.saturating_mul(1 + cost(part)))?;
             let transforms = placed.transforms(&data, MOST)?;
             places.extend(transforms.into_iter().filter(DMat4::is_finite).map(|transform| (part, transform)));
         }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DMat4, DQuat, DVec3};
 
 use super::accessor::Data;
+use super::bones::{Bones, world_transforms};
 use super::schema::{Node, Root};
 use super::{REMEDY, missing};
 use crate::io::ReadError;
@@ -13,16 +14,18 @@ use crate::io::ReadError;
 pub(super) struct Placed<'a> {
     /// Index of the mesh, unchecked.
     pub mesh: usize,
-    /// From the mesh's coordinates to the scene's.
+    /// From the mesh's coordinates to the scene's; of a mesh with a skin in the pose that it was bound in.
     pub transform: DMat4,
-    /// Whether a skin moves it, so that the transform does not count.
+    /// Whether a skin moves it.
     pub skinned: bool,
     /// The accessors of further places at which the node repeats it, by name, if it does so.
     pub instances: Option<&'a BTreeMap<String, usize>>,
 }
 
 /// All meshes that nodes below the roots place, parents before children.
-pub(super) fn placements(root: &Root) -> Result<Vec<Placed<'_>>, ReadError> {
+pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadError> {
+    let root = data.root;
+    let bound = bind_transforms(data)?;
     let mut placed = Vec::new();
     let mut visited = vec![false; root.nodes.len()];
     let mut open: Vec<(usize, DMat4)> = roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
@@ -33,10 +36,27 @@ pub(super) fn placements(root: &Root) -> Result<Vec<Placed<'_>>, ReadError> {
         }
         let transform = outer * local_transform(node);
         let (skinned, instances) = (node.skin.is_some(), node.instances());
-        placed.extend(node.mesh.map(|mesh| Placed { mesh, transform, skinned, instances }));
+        let of_skin = node.skin.and_then(|skin| *bound.get(skin)?);
+        placed.extend(node.mesh.map(|mesh| Placed {
+            mesh,
+            transform: of_skin.unwrap_or(transform),
+            skinned,
+            instances,
+        }));
         open.extend(node.children.iter().rev().map(|&child| (child, transform)));
     }
     Ok(placed)
+}
+
+/// Where each skin puts its mesh in the pose that it was bound in, n_skins; nothing where its matrices say nothing.
+fn bind_transforms(data: &Data) -> Result<Vec<Option<DMat4>>, ReadError> {
+    let root = data.root;
+    if root.skins.is_empty() {
+        return Ok(Vec::new());
+    }
+    let local: Vec<DMat4> = root.nodes.iter().map(local_transform).collect();
+    let world = world_transforms(&root.nodes, &local);
+    root.skins.iter().map(|skin| Ok(Bones::of(data, skin)?.bind_transform(&world))).collect()
 }
 
 /// The nodes to start from: those of the default or first scene, else all that are nobody's child.

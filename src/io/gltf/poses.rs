@@ -6,8 +6,8 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::Deserialize;
 
 use super::asset::Asset;
+use super::bones::{Bones, world_transforms};
 use super::placements::local_transform;
-use super::schema::Node;
 use crate::io::ReadError;
 use crate::mesh::{Channel, RawMesh, Role};
 
@@ -17,13 +17,6 @@ const POSES: usize = 12;
 const BENT: f64 = std::f64::consts::FRAC_PI_3;
 /// How the names of the channels of poses begin.
 const POSE: &str = "POSE_";
-
-#[derive(Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Skin {
-    joints: Vec<usize>,
-    inverse_bind_matrices: Option<usize>,
-}
 
 #[derive(Default, Deserialize)]
 #[serde(default)]
@@ -52,12 +45,6 @@ struct Sampler {
     interpolation: String,
 }
 
-/// A skin, ready to be bent.
-struct Bones {
-    joints: Vec<usize>,
-    inverse_bind: Vec<DMat4>,
-}
-
 impl Asset {
     /// Where the skins of each part take its vertices, in the order of [`Asset::parts`]: for each part as many channels of the role
     /// [`Role::MorphPosition`], `POSE_0` and on, at the wedges of its mesh; none where nothing in the asset has a skin.
@@ -74,9 +61,9 @@ impl Asset {
     /// assert_eq!(asset.poses().unwrap(), [vec![]]);
     /// ```
     pub fn poses(&self) -> Result<Vec<Vec<Channel>>, ReadError> {
-        let skins: Vec<Bones> =
-            self.listed("skins").into_iter().map(|skin| self.bones(skin)).collect::<Result<_, _>>()?;
-        let nodes = &self.container.root.nodes;
+        let (data, nodes) = (self.container.data(), &self.container.root.nodes);
+        let skins = self.container.root.skins.iter().map(|skin| Bones::of(&data, skin));
+        let skins: Vec<Bones> = skins.collect::<Result<_, _>>()?;
         let skin_of = |mesh: usize| nodes.iter().find(|node| node.mesh == Some(mesh))?.skin;
         let bones_of: Vec<Option<&Bones>> = self.meshes.iter().map(|&mesh| skins.get(skin_of(mesh)?)).collect();
         if bones_of.iter().all(Option::is_none) {
@@ -84,7 +71,8 @@ impl Asset {
         }
         let rest: Vec<DMat4> = nodes.iter().map(local_transform).collect();
         let poses = self.local_poses(&rest, &skins)?;
-        let worlds: Vec<Vec<DMat4>> = std::iter::once(&rest).chain(&poses).map(|local| self.worlds(local)).collect();
+        let worlds: Vec<Vec<DMat4>> =
+            std::iter::once(&rest).chain(&poses).map(|local| world_transforms(nodes, local)).collect();
         let of_part = |(part, bones): (&super::Part, &Option<&Bones>)| {
             let places = places(&part.mesh);
             let moved = |world: &Vec<DMat4>| bones.map(|bones| skinned(&part.mesh, &places, bones, world));
@@ -98,19 +86,6 @@ impl Asset {
             worlds[1..].iter().enumerate().map(channel).collect()
         };
         Ok(self.parts().iter().zip(&bones_of).map(of_part).collect())
-    }
-
-    /// A skin with its matrices.
-    fn bones(&self, skin: Skin) -> Result<Bones, ReadError> {
-        let n = skin.joints.len();
-        let matrices = skin.inverse_bind_matrices.map(|index| self.container.data().floats(index, 16 * n.max(1)));
-        let inverse_bind = match matrices.transpose()? {
-            Some((16, values)) => {
-                values.as_chunks::<16>().0.iter().map(|m| DMat4::from_cols_array(&m.map(f64::from))).collect()
-            }
-            _ => vec![DMat4::IDENTITY; n],
-        };
-        Ok(Bones { joints: skin.joints, inverse_bind })
     }
 
     /// The transforms of all nodes, each against its parent, in each pose.
@@ -158,27 +133,6 @@ impl Asset {
         let values = values.chunks_exact(width).skip(n_of_key / 2).step_by(n_of_key).map(row).collect();
         let times = times.into_iter().map(f64::from).collect();
         Ok(Track { times, values, is_stepped: sampler.interpolation == "STEP" })
-    }
-
-    /// The transforms of all nodes in the scene.
-    fn worlds(&self, local: &[DMat4]) -> Vec<DMat4> {
-        let nodes = &self.container.root.nodes;
-        let mut parent = vec![None; nodes.len()];
-        let of = |(i, node): (usize, &Node)| node.children.iter().map(move |&child| (child, i)).collect::<Vec<_>>();
-        for (child, i) in nodes.iter().enumerate().flat_map(of) {
-            parent.get_mut(child).into_iter().for_each(|parent| *parent = Some(i));
-        }
-        let world = |mut node: usize| {
-            let mut world = local[node];
-            // No node is its own ancestor but in a broken file.
-            for _ in 0..nodes.len() {
-                let Some(above) = parent[node] else { break };
-                world = local[above] * world;
-                node = above;
-            }
-            world
-        };
-        (0..nodes.len()).map(world).collect()
     }
 }
 

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::Asset;
 use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, vector};
+use super::emptied::take_from_nodes;
 use super::extensions::{drop_unused_names, forget_compression, forget_faces, name_extension};
 use super::files::{Layout, files};
 use super::levels;
@@ -52,7 +53,7 @@ impl Asset {
     /// `name` in `format`, then what it refers to, by paths beside it.
     ///
     /// A GLB holds all buffers; of JSON the buffer is a file beside it, unless the asset was one file of JSON. Images
-    /// that were files stay files. Primitives without faces go; a mesh that would have none keeps one that draws nothing.
+    /// that were files stay files. Primitives without faces go; nodes whose mesh has none draw nothing.
     ///
     /// # Errors
     /// [`WriteError`] where parts are missing or do not fit, and where the format cannot hold the result.
@@ -141,6 +142,8 @@ impl Asset {
             }
             coarser.extend((level > 0).then_some(replaced));
         }
+        let finest = levels.first().copied().unwrap_or_default();
+        take_from_nodes(&mut draft.document, &self.emptied_meshes(finest));
         levels::offer(&mut draft, &coarser, options.coverage);
         self.undo(&mut draft, &pack_with, &grids);
         let images = self.put_images(&mut draft, options.images);
@@ -149,6 +152,16 @@ impl Asset {
         let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();
         let buffer = pack_as(&mut draft, limit, options.packing)?;
         files(draft.document, buffer, layout, options.name, &images)
+    }
+
+    /// The meshes of parts that have no face left, and nothing else to draw.
+    fn emptied_meshes(&self, lighter: &[LighterPart]) -> Vec<usize> {
+        let is_emptied = |(part, &mesh): (&LighterPart, &usize)| {
+            let described = self.container.root.meshes.get(mesh)?;
+            let has_triangles = |it: &Primitive| it.triangle_positions().is_some();
+            (part.faces.is_empty() && described.primitives.iter().all(has_triangles)).then_some(mesh)
+        };
+        lighter.iter().zip(&self.meshes).filter_map(is_emptied).collect()
     }
 
     /// Says in the document what undoes the grids, by the indices of meshes, where numbers are packed.

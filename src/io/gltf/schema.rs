@@ -15,6 +15,7 @@ pub(super) struct Root {
     pub buffers: Vec<Buffer>,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
+    pub skins: Vec<Skin>,
     pub scenes: Vec<Scene>,
     pub scene: Option<usize>,
     pub images: Vec<Image>,
@@ -222,6 +223,14 @@ impl Node {
     pub fn instances(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.instancing.as_ref().map(|instancing| &instancing.attributes)
     }
+}
+
+/// The joints that move a mesh, and the accessor of the matrices that take the mesh to each joint's coordinates.
+#[derive(Clone, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Skin {
+    pub joints: Vec<usize>,
+    pub inverse_bind_matrices: Option<usize>,
 }
 
 /// Whether a node repeats its mesh.

@@ -68,7 +68,7 @@ fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMe
     let laid: Vec<_> =
         asset.parts().iter().enumerate().map(|(at, part)| asset.with_transforms(at, &part.mesh)).collect();
     let mut placed = Vec::new();
-    for Placed { mesh, transform, .. } in placements(&asset.container.root)? {
+    for Placed { mesh, transform, .. } in placements(&asset.container.data())? {
         let Some(part) = asset.meshes.iter().position(|&of_part| of_part == mesh) else { continue };
         let (mesh, first_group): (&RawMesh, u32) = (&laid[part], first_groups[part]);
         let n_wedges = mesh.attributes.n_wedges().max(1);

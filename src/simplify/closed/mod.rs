@@ -5,15 +5,16 @@
 
 mod aim;
 mod attributes;
+mod ceilings;
 mod cluster;
 mod collapse;
 mod derivative;
 mod diamond;
+mod dropping;
 mod faces_around;
 mod held;
 mod original;
 mod output;
-mod parts;
 mod pins;
 mod prepare;
 mod refine;
@@ -32,10 +33,10 @@ use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
 use cluster::{importance, quotient};
 use collapse::{Collapse, Constraints, End, Poses, first_quadrics, merges_to, of_colours};
+use dropping::Cost;
 use held::Beginning;
 use original::Original;
 use output::Output;
-use parts::Cost;
 use prepare::prepare;
 use refine::points::Points;
 use refine::{duplicate_positions, fit, flips, foldovers, nested, without_area};
@@ -43,12 +44,13 @@ use trace::Trace;
 
 pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
+pub(super) use ceilings::Ceiling;
 pub use cluster::importance::importance_of_scores;
 pub(super) use derivative::Derivative;
-pub(super) use parts::Gone;
+pub(super) use dropping::Dropped;
 pub(super) use refine::duplicate_positions::separate_twins;
 pub use request::Importance;
-pub(super) use request::{Half, Keep, MayGo, Request};
+pub(super) use request::{DropRules, Half, Keep, Request};
 pub(super) use result::Closed;
 
 /// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen
@@ -56,12 +58,12 @@ pub(super) use result::Closed;
 /// 1.7 % at 60; without flips 2.6 %.
 const COARSE: usize = 15;
 
-/// Levels of detail as far as all parts of the mesh are to stay, and those that are not.
+/// Levels of detail as far as all components of the mesh stay.
 pub(super) struct Levels {
-    /// The levels that were made: all that were asked for, or those before parts go.
+    /// The levels that were made: all that were asked for, or those before components are dropped.
     pub made: Vec<Closed>,
-    /// What goes at the next one.
-    pub gone: Option<Gone>,
+    /// What is dropped at the next one.
+    pub dropped: Option<Dropped>,
 }
 
 /// Simplifies `mesh` to the first of the limits, then on to each further one, from where the collapse stood before. The first
@@ -72,7 +74,7 @@ pub(super) fn simplify_levels(
     limits: &[Limit],
     progress: Progress,
 ) -> Result<Levels, SimplifyError> {
-    let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), gone: None }) };
+    let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), dropped: None }) };
     let (clustered, collapse) = cluster(mesh, request, first, progress)?;
     let beginning = request.price.is_none().then(|| Beginning::of(&collapse, limits)).flatten();
     let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
@@ -90,11 +92,11 @@ pub(super) fn simplify_levels(
         anew.into_iter().for_each(|anew| (running, end) = anew);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
-        if let Some(may_go) = request.keep.parts.filter(|may_go| made.len() >= may_go.from_level) {
-            let cost = Cost { paid: running.paid(), limit, must_fit: end == End::Smallest };
-            let gone = parts::gone(&clustered.original, &output, &cost, may_go.within, &request.shown());
-            if gone.is_some() {
-                return Ok(Levels { made, gone });
+        if let Some(rules) = request.keep.drop.filter(|rules| made.len() >= rules.from_level) {
+            let cost = Cost { paid: running.paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) };
+            let dropped = dropping::dropped(&clustered.original, &output, &cost, &rules, &request.shown());
+            if dropped.is_some() {
+                return Ok(Levels { made, dropped });
             }
         }
         let paid = clustered.paid(&running);
@@ -104,7 +106,7 @@ pub(super) fn simplify_levels(
         }
         made.push(refine(&clustered, request, output, end, trace, progress)?.having_paid(paid));
     }
-    Ok(Levels { made, gone: None })
+    Ok(Levels { made, dropped: None })
 }
 
 /// What the collapse began with.
@@ -185,17 +187,27 @@ fn cluster<'a>(
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
     let colours = request.keep.attributes.map(|it| of_colours(&original, &assignment, &placed, it)).unwrap_or_default();
     let poses = Poses::new(&original, &request.keep);
+    let ceilings = ceilings_of_regions(&original, &assignment, &request.keep);
     let is_plain = constraints.is_none() && colours.is_empty() && !request.keep.purpose.counts_flat();
     let collapse = if request.differentiable || !is_plain {
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
-        Collapse::new(progress.pulse, &placed, &quotient.rings).under(constraints, colours, poses, history)
+        let collapse = Collapse::new(progress.pulse, &placed, &quotient.rings).below(ceilings);
+        collapse.under(constraints, colours, poses, history)
     } else {
-        Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings)
+        Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings, ceilings)
     };
     let n_refined = quotient.n_refined;
     // Nothing that follows asks for these.
     (original.surface.quadrics, assignment.samples) = (Vec::new(), Vec::new());
     Ok((Clustered { original, assignment, oversample: count.oversample, n_refined, cases }, collapse))
+}
+
+/// What merges of each region's vertex may do; empty where there is one component.
+fn ceilings_of_regions(original: &Original, assignment: &Assignment, keep: &Keep) -> Vec<Ceiling> {
+    let ceilings = ceilings::ceilings(original, keep);
+    let mut of_regions = vec![Ceiling::NONE; if ceilings.is_empty() { 0 } else { assignment.n_regions }];
+    assignment.region.iter().zip(ceilings).for_each(|(&region, ceiling)| of_regions[region as usize] = ceiling);
+    of_regions
 }
 
 /// What constrains the collapse beside the topology; in the end the regions' vertices lie where they have to.
@@ -234,7 +246,7 @@ fn refine(
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     if request.parts.fit && !subset && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
-        nested::move_back(original, &mut output);
+        nested::move_back(original, &mut output, |face| request.keep.piece_of(face));
     }
     progress.enter("finish", output.faces().len())?;
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };

@@ -1,6 +1,6 @@
 //! What the closed assembly is asked: plain data, resolved by the driver before anything runs.
 
-use crate::mesh::{Attributes, Frame, KeptEdge, Role};
+use crate::mesh::{Attributes, Frame, KeptEdge, Role, United};
 use crate::model::Weights;
 use crate::simplify::options::{Parts, Purpose};
 
@@ -33,20 +33,22 @@ pub struct Request<'a> {
     pub price: Option<f64>,
 }
 
-/// What counts of a part beside its shape.
+/// What counts of a component beside its shape.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown<'a> {
     /// What corners and faces carry.
     pub attributes: Option<&'a Attributes>,
+    /// Where a viewer sees the mesh, if it unites those of a scene.
+    pub scene: Option<&'a United>,
     /// Whether areas count by the importance of the vertices: where it was asked for, and not told by the network.
     pub is_weighed: bool,
 }
 
 impl<'a> Request<'a> {
-    /// By what parts count.
+    /// By what components count.
     pub fn shown(&self) -> Shown<'a> {
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
-        Shown { attributes: self.keep.attributes, is_weighed }
+        Shown { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
     }
 }
 
@@ -65,13 +67,21 @@ pub struct Keep<'a> {
     pub attributes: Option<&'a Attributes>,
     /// Whether it is to be known where on the mesh the result's corners stand.
     pub map: bool,
-    /// Where parts may go that cost more than they show.
-    pub parts: Option<MayGo>,
+    /// Where a viewer sees the mesh, if it unites those of a scene.
+    pub scene: Option<&'a United>,
+    /// Where components may be dropped that cost more than a viewer would miss.
+    pub drop: Option<DropRules>,
     /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
     pub half: Option<Half<'a>>,
 }
 
 impl<'a> Keep<'a> {
+    /// The piece of the scene that a face of the mesh belongs to; 0 of a mesh that is none.
+    pub fn piece_of(&self, face: u32) -> usize {
+        let of = |scene: &United| scene.piece_of(self.attributes.unwrap_or(Attributes::NONE).group(face));
+        self.scene.map_or(0, of)
+    }
+
     /// The attributes whose morph targets are poses that count.
     pub fn posed(&self) -> Option<&'a Attributes> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
@@ -79,12 +89,12 @@ impl<'a> Keep<'a> {
     }
 }
 
-/// Which parts of a mesh may go.
+/// Which components of a mesh may be dropped.
 #[derive(Clone, Copy, Debug)]
-pub struct MayGo {
-    /// Those that lie no farther than this from what stays, in the unit of the mesh.
+pub struct DropRules {
+    /// Largest distance from what stays, in the unit of the scene.
     pub within: f64,
-    /// From this level of detail on; at those before it was decided already.
+    /// First level of detail at which it is decided; at those before it was decided already.
     pub from_level: usize,
 }
 

@@ -75,8 +75,7 @@ impl Closed {
 
     /// Takes the result over to the vertices and faces of `mesh`, of which some components had been dropped.
     pub fn widen(&mut self, mesh: &TriMesh, pruned: &Pruned) {
-        self.report.components_pruned += pruned.n_dropped;
-        self.report.components_hidden += pruned.n_hidden;
+        pruned.note(&mut self.report);
         self.map.iter_mut().for_each(|map| map::widen_pruned(map, mesh, pruned));
         self.source_vertices.iter_mut().flatten().for_each(|v| *v = pruned.sources[*v as usize]);
         self.derivative = self.derivative.take().map(|derivative| derivative.within(&pruned.sources));

@@ -48,7 +48,7 @@ pub(super) fn levels(
     let (attributes, groups) = twofold::twofold(input.attributes, &pairs);
     let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
     twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
-    let input = Input { mesh: &half.mesh, attributes: &half.attributes, importance: &half.importance };
+    let input = Input { mesh: &half.mesh, attributes: &half.attributes, importance: &half.importance, scene: None };
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
     let halves = closed_levels(&input, weights, &task, &Sizes { limits: &limits, oversample: 1.0 }, progress)?;
     halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()

@@ -96,7 +96,7 @@ impl Asset {
     /// Joins the parts that stand alike and have a position in common, so that they go on to meet there.
     fn join_by_positions(&self, sets: &mut UnionFind) {
         let mut first_at: FxHashMap<([u64; 16], [u64; 3]), u32> = FxHashMap::default();
-        for placed in placements(&self.container.root).unwrap_or_default() {
+        for placed in placements(&self.container.data()).unwrap_or_default() {
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
             let transform = if placed.skinned { DMat4::IDENTITY } else { placed.transform };
             let transform = transform.to_cols_array().map(|x| (x + 0.0).to_bits());

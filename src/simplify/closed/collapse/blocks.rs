@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::mesh::OneRings;
 use crate::mesh::pulse::Pulse;
+use crate::simplify::closed::ceilings::Ceiling;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::limits::Limit;
 use crate::spatial::curve_order;
@@ -28,11 +29,18 @@ const LEFT: f64 = 0.02;
 
 impl<'a> Collapse<'a> {
     /// As [`Collapse::new`], and on the way down to the limit as far as blocks go, if there are enough vertices for them.
-    pub fn toward(pulse: Pulse<'a>, limit: Limit, last_stretch: f64, placed: &Placement, rings: &OneRings) -> Self {
+    pub fn toward(
+        pulse: Pulse<'a>,
+        limit: Limit,
+        last_stretch: f64,
+        placed: &Placement,
+        rings: &OneRings,
+        ceilings: Vec<Ceiling>,
+    ) -> Self {
         if rings.n_vertices() >= LEAST_BLOCKS * BLOCK {
-            return collapse_in_blocks(pulse, placed, rings, [limit.times(last_stretch), limit]);
+            return collapse_in_blocks(pulse, placed, rings, [limit.times(last_stretch), limit], &ceilings);
         }
-        Self::new(pulse, placed, rings)
+        Self::new(pulse, placed, rings).below(ceilings)
     }
 }
 
@@ -42,13 +50,14 @@ fn collapse_in_blocks<'a>(
     placed: &Placement,
     rings: &OneRings,
     [stretch, limit]: [Limit; 2],
+    ceilings: &[Ceiling],
 ) -> Collapse<'a> {
     let n_vertices = rings.n_vertices();
     let (ghosts, n_faces) = ghosts(rings);
     let order = curve_order(n_vertices, |v| placed.position(v).as_vec3().to_array(), || pulse.beat(0));
     let split = Split::new(pulse.counting_if(false), order, n_vertices.div_ceil(BLOCK));
     pulse.beat(0);
-    let block = |i| split.block(i, placed, rings);
+    let block = |i| split.block(i, placed, rings).below(split.of_block(i, ceilings));
     let mut blocks: Vec<Collapse> = (0..split.n_blocks()).into_par_iter().map(block).collect();
     blocks.par_iter_mut().for_each(Collapse::price);
     let n_free = blocks.iter().flat_map(|block| &block.frozen).filter(|frozen| !**frozen).count();
@@ -108,6 +117,11 @@ impl Split {
 
     fn n_blocks(&self) -> usize {
         self.starts.len() - 1
+    }
+
+    /// The ceilings of a block's vertices; empty where there are none.
+    fn of_block(&self, block: usize, ceilings: &[Ceiling]) -> Vec<Ceiling> {
+        self.vertices(block).iter().filter_map(|&v| ceilings.get(v as usize).copied()).collect()
     }
 
     fn vertices(&self, block: usize) -> &[u32] {
@@ -174,12 +188,13 @@ impl Split {
 /// The complex of these parts and the ghost vertices, with so many vertices and faces.
 fn whole_of(pulse: Pulse<'_>, parts: Vec<Part>, ghosts: Vec<Node>, n_inner: usize, n_faces: usize) -> Collapse<'_> {
     let (mut nodes_of, mut links_of, mut n_blocks) = (Vec::new(), Vec::new(), 0);
-    let (mut least, mut unpriced) = (Vec::with_capacity(n_inner), Vec::new());
+    let (mut least, mut unpriced, mut ceilings) = (Vec::with_capacity(n_inner), Vec::new(), Vec::new());
     for part in parts {
         nodes_of.push((n_blocks, part.nodes));
         n_blocks += part.links.n_blocks();
         links_of.push(part.links);
         least.extend(part.least);
+        ceilings.extend(part.ceilings);
         unpriced.extend(part.unpriced);
     }
     let all_nodes = || {
@@ -202,6 +217,7 @@ fn whole_of(pulse: Pulse<'_>, parts: Vec<Part>, ghosts: Vec<Node>, n_inner: usiz
     let (nodes, links) = rayon::join(all_nodes, all_links);
     Collapse {
         least,
+        ceilings,
         unpriced: Some(unpriced),
         is_last_stretch: true,
         ..Collapse::of(pulse, nodes, links, n_inner, n_faces)
@@ -213,6 +229,7 @@ struct Part {
     nodes: Vec<Node>,
     links: Links,
     least: Vec<f32>,
+    ceilings: Vec<Ceiling>,
     /// The vertices with neighbours that were frozen: their prices are not known.
     unpriced: Vec<u32>,
 }
@@ -234,7 +251,8 @@ impl Collapse<'_> {
         let is_known = |v: u32| !self.is_frozen(v) && !self.ring(v).any(|w| self.is_frozen(w));
         let unpriced = self.living().filter(|&v| !is_known(v)).map(|v| numbers[v as usize]).collect();
         let least = self.living().map(|v| self.least[v as usize]).collect();
-        Part { nodes, links, least, unpriced }
+        let ceilings = self.living().filter_map(|v| self.ceilings.get(v as usize).copied()).collect();
+        Part { nodes, links, least, ceilings, unpriced }
     }
 
     /// The number of each vertex, merged ones that of what they became, when those that live are counted from `first`.
@@ -264,7 +282,7 @@ mod tests {
         let placed = Placement::new(&surface, Places::default(), &[]);
         let limit = Limit::of_vertices(n_vertices / 5);
         let mut whole = Collapse::new(Pulse::NONE, &placed, &surface.rings);
-        let mut in_blocks = collapse_in_blocks(Pulse::NONE, &placed, &surface.rings, [limit.times(1.1), limit]);
+        let mut in_blocks = collapse_in_blocks(Pulse::NONE, &placed, &surface.rings, [limit.times(1.1), limit], &[]);
         let left = in_blocks.n_vertices - limit.vertices;
         assert!((0.002..0.2).contains(&(left as f64 / n_vertices as f64)), "{left}");
         assert_eq!([whole.run(limit, 1.1), in_blocks.run(limit, 1.1)], [End::Reached; 2]);

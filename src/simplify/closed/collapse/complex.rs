@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::mesh::OneRings;
 use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::shares::indices_where;
+use crate::simplify::closed::ceilings::Ceiling;
 use crate::simplify::closed::cluster::assignment::Assignment;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::output::Output;
@@ -44,6 +45,10 @@ pub struct Collapse<'a> {
     pub(super) turn: Vec<u32>,
     /// Whether each vertex belongs to no edge that may go; empty where all may.
     pub(super) frozen: Vec<bool>,
+    /// What merges at each vertex may do, n_inner; empty where any may be done.
+    pub(super) ceilings: Vec<Ceiling>,
+    /// Whether a ceiling kept an edge that could go.
+    pub(super) ceiling_met: bool,
     /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
     pub(super) begun: Vec<u32>,
     pub(super) turn_forbidden: bool,
@@ -74,6 +79,8 @@ pub enum End {
     SmallestMirrored,
     /// The edges that could go would turn a face over.
     WouldTurn,
+    /// The edges that could go would take the shape of their component.
+    LosesShape,
     /// What has to stay leaves no edge that could go.
     Held,
     /// Before what has to stay would take the vertices that the surface needs: so many of so many vertices.
@@ -93,6 +100,7 @@ impl End {
             Self::WouldRuin(held, all) => Outcome::Stopped(format!(
                 "{held} of {all} vertices are on edges that are held or locked, and with fewer the rest would be ruined"
             )),
+            Self::LosesShape => Outcome::Stopped("with fewer vertices components would lose their shape".into()),
             Self::WouldTurn => Outcome::Stopped("every remaining merge would turn a face over".into()),
         }
     }
@@ -132,6 +140,11 @@ impl<'a> Collapse<'a> {
         Self::of(pulse, nodes, links, n_inner, n_faces)
     }
 
+    /// The same, where no merge may do more than the ceilings of its vertices, n_inner, allow; any may where they are empty.
+    pub fn below(self, ceilings: Vec<Ceiling>) -> Self {
+        Self { ceilings, ..self }
+    }
+
     /// The same under constraints, with a price on colours and on other poses, and with a history if there is one to be written.
     pub fn under(
         self,
@@ -165,6 +178,8 @@ impl<'a> Collapse<'a> {
             unpriced: None,
             turn: Vec::new(),
             frozen: Vec::new(),
+            ceilings: Vec::new(),
+            ceiling_met: false,
             begun: Vec::new(),
             turn_forbidden: false,
             paid: Vec::new(),

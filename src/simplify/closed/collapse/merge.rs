@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::triangle::{area_normal, has_area};
+use crate::geometry::triangle::{area_normal, has_area, nearest_point};
 
 use super::complex::Collapse;
 use super::history::{Event, Merge};
@@ -75,6 +75,10 @@ impl Collapse<'_> {
             self.turn_forbidden = true;
             return false;
         }
+        if self.loses_shape(u, v, x) {
+            self.ceiling_met = true;
+            return false;
+        }
         self.history.iter_mut().for_each(|history| history.push(Event::Merge(Merge { kept: u, gone: v, place })));
         self.merge(u, v, opposite);
         self.constraints.iter_mut().for_each(|constraints| constraints.merge(u, v, place));
@@ -105,6 +109,33 @@ impl Collapse<'_> {
             && opposite.iter().all(|&w| self.nodes[w as usize].ring.len() > 3)
             && !bridges();
         ok.then_some(opposite)
+    }
+
+    /// Whether one of two vertices would be too far from the surface, for their component, when both go to `x`.
+    #[inline(always)]
+    fn loses_shape(&self, u: u32, v: u32, x: Vec3) -> bool {
+        let most = self.ceilings.get(u as usize).map_or(f32::INFINITY, |ceiling| ceiling.distance);
+        most < f32::INFINITY
+            && [u, v].iter().any(|&w| self.distance_after([u, v], x, self.positions[w as usize]) > most)
+    }
+
+    /// The distance of a point from the faces around two vertices when both have gone to `x`.
+    #[inline(never)]
+    fn distance_after(&self, [u, v]: [u32; 2], x: Vec3, point: Vec3) -> f32 {
+        let mut least = f32::INFINITY;
+        for (own, other) in [(u, v), (v, u)] {
+            let ring = self.nodes[own as usize].ring;
+            let at = self.links.position(ring, other).unwrap_or(0);
+            let mut before: Option<Vec3> = None;
+            for w in self.links.beyond(ring, at) {
+                let here = self.positions.get(w as usize).copied();
+                if let (Some(q), Some(r)) = (before, here) {
+                    least = least.min(nearest_point(point, [x, q, r]).distance(point));
+                }
+                before = here;
+            }
+        }
+        least
     }
 
     /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.

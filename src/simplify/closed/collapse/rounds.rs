@@ -92,6 +92,7 @@ impl Collapse<'_> {
             most = self.leap(price_of_round(to_do, most, [&*self]), n_in_vain).min(limit.price);
             if most == f32::INFINITY || n_in_vain > 0 && self.all_were_tried(most, last_merge) {
                 return match (&self.constraints, self.turn_forbidden) {
+                    _ if self.ceiling_met => End::LosesShape,
                     (Some(constraints), _) if constraints.hold_more_than_plane() => End::Held,
                     (_, true) => End::WouldTurn,
                     (Some(_), _) => End::SmallestMirrored,
@@ -252,6 +253,7 @@ impl Collapse<'_> {
     #[inline(always)]
     fn price_around(&mut self, u: u32) {
         let ring = self.nodes[u as usize].ring;
+        let ceiling = self.ceilings.get(u as usize).map_or(f32::INFINITY, |ceiling| ceiling.price);
         for (i, block) in ring.blocks().enumerate() {
             let ends = *self.links.block(block);
             let n = ring.len() - i * WIDTH;
@@ -263,7 +265,8 @@ impl Collapse<'_> {
             };
             for (price, w) in prices.iter_mut().zip(ends) {
                 let may_go = !self.is_ghost(w) && !self.is_frozen(w) && *price < f32::INFINITY;
-                *price = if may_go { *price } else { f32::INFINITY };
+                self.ceiling_met |= may_go && *price > ceiling;
+                *price = if may_go && *price <= ceiling { *price } else { f32::INFINITY };
             }
             *self.links.prices_mut(block) = prices;
         }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::Quadric;
@@ -94,6 +94,11 @@ impl Normalisation {
     /// The local coordinates of a normalised point.
     pub fn restore(&self, point: DVec3) -> [f32; 3] {
         self.restore_exactly(point).map(|x| x as f32)
+    }
+
+    /// Returns the transform from normalised to local coordinates.
+    pub fn to_local(self) -> DMat4 {
+        DMat4::from_translation(self.centre) * DMat4::from_scale(DVec3::splat(1.0 / self.factor))
     }
 
     /// The local coordinates of a normalised point in double precision.

@@ -1,19 +1,21 @@
-//! Parts that lie close within others: what would poke through stays inside.
+//! Components that lie close within others: what would poke through stays inside.
 //!
 //! The fit knows of one surface at a time, and where two lie closer together than the error, the faces of one pass through the other.
 //! On which side of the other part a face belongs is known: that on which the original has it. Where it is on the wrong one, it goes
 //! back, half as far from there as it was. Of the two the one that shrinks its part moves: what shows stays where it is. No move turns
 //! a face, and each leaves fewer faces that cross others.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::unit_normal;
+use crate::simplify::closed::dropping::{components, components_of};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::simplify::closed::parts::{parts, parts_of};
-use crate::spatial::NearestOnTriangles;
+use crate::spatial::{Hit, NearestOnTriangles};
 
 /// Least cosine between the way to another part and the normal there at which it is clear on which side a point is.
 const CLEAR: f32 = 0.5;
@@ -29,6 +31,8 @@ const ROUNDS: usize = 20;
 /// Pairs of faces looked at for whether they cross, however few the faces are, and for each of these: a few dozen are usual, and all
 /// pairs where needles share a corner.
 const LOOKS: [usize; 2] = [100_000, 200];
+/// The same for finding out where a face that crosses belongs: five searches from each of seven points.
+const LOOKS_OF_CROSSING: usize = 35;
 /// Faces that are looked at together.
 const TOGETHER: usize = 256;
 /// Where a face is asked on which side it is: weights of its corners.
@@ -54,25 +58,32 @@ struct Crossing {
 /// Vertices of a face that move together, and by how much.
 type Moves = [(u32, Vec3); 3];
 
-/// Moves faces of parts that poke through others back.
-pub fn move_back(original: &Original, output: &mut Output) {
-    let (part_of, n_parts) = parts_of(output);
+/// Moves faces of components that poke through others back; `piece_of` says for the faces of the original which of them share a
+/// space: those of other pieces of a scene stand elsewhere.
+pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
+    let (part_of, n_parts) = components_of(output);
     if n_parts < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
     let pulse = original.surface.pulse.counting_if(false);
     let middles = middles(output, &part_of, n_parts);
+    let mut piece = vec![0; n_parts];
+    for (face, f) in original.surface.faces.iter().zip(0..) {
+        piece[part_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
+    }
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
     let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
     let mut before = None;
     for _ in 0..ROUNDS {
         let tree = output.tree();
-        let crossings = crossings(output, &tree, &part_of, &faces, &mut n_looks);
+        let crossings = crossings(output, &tree, (&part_of, &piece), &faces, &mut n_looks);
         if crossings.is_empty() {
             break;
         }
         let before = before.get_or_insert_with(|| Before::new(original, output));
-        let nested = Nested { before, output, tree: &tree, part_of: &part_of, middles: &middles };
+        let of_faces = output.faces().iter().map(|face| part_of[face[0] as usize]);
+        let now = ComponentTrees::new(of_faces, n_parts);
+        let nested = Nested { before, output, now: &now, part_of: &part_of, middles: &middles };
         let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
         let n_moved = moves.iter().flatten().filter(|moves| go(output, &tree, moves, &mut n_looks)).count();
         if n_moved == 0 {
@@ -87,7 +98,7 @@ pub fn move_back(original: &Original, output: &mut Output) {
 fn crossings(
     output: &Output,
     tree: &NearestOnTriangles,
-    part_of: &[u32],
+    (part_of, piece): (&[u32], &[usize]),
     faces: &[u32],
     n_looks: &mut usize,
 ) -> Vec<Crossing> {
@@ -98,7 +109,8 @@ fn crossings(
         let (own, along, here) = (part(face), normal(face), output.coordinates(face));
         tree.visit_met(&here, |other| {
             n += 1;
-            let may = part(other) != own && along.dot(normal(other)).abs() > ALONG;
+            let is_beside = part(other) != own && piece[part(other) as usize] == piece[own as usize];
+            let may = is_beside && along.dot(normal(other)).abs() > ALONG;
             if may && triangles_cross(here, output.coordinates(other)) {
                 crossed.push(Crossing { face, part: part(other), other });
             }
@@ -113,7 +125,7 @@ fn crossings(
             break;
         }
         for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
-            *n_looks = n_looks.saturating_sub(n);
+            *n_looks = n_looks.saturating_sub(n + LOOKS_OF_CROSSING * crossed.len());
             all.extend(crossed);
         }
     }
@@ -122,11 +134,9 @@ fn crossings(
 
 /// The original's parts as they lay. On parts with long faces a walk from a vertex nearby ends far from what is nearest, so that all
 /// faces are searched.
-struct Before {
-    tree: NearestOnTriangles,
-    /// Of each face of the original.
-    normals: Vec<Vec3>,
-    part_of: Vec<u32>,
+struct Before<'a> {
+    original: &'a Original<'a>,
+    trees: ComponentTrees,
     /// The original's part that each output vertex is of.
     part_before: Vec<u32>,
 }
@@ -138,39 +148,69 @@ struct Place {
     distance: f32,
 }
 
-impl Before {
-    fn new(original: &Original, output: &Output) -> Self {
+impl<'a> Before<'a> {
+    fn new(original: &'a Original, output: &Output) -> Self {
         let surface = &original.surface;
-        let corners = |face: &[u32; 3]| face.map(|v| surface.positions[v as usize]);
-        let triangles: Vec<[[f32; 3]; 3]> =
-            surface.faces.iter().map(|face| corners(face).map(|corner| corner.to_array())).collect();
-        let (of_vertex, _) = parts(surface.positions.len(), &surface.faces);
+        let (of_vertex, n) = components(surface.positions.len(), &surface.faces);
         let part = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
         let all = vec![true; output.positions.len()];
         let anchors = original.anchors(&output.positions, &output.vertex_of, &all);
         Self {
-            tree: NearestOnTriangles::new(&triangles),
-            normals: surface.faces.iter().map(|face| unit_normal(corners(face))).collect(),
-            part_of: surface.faces.iter().map(|face| part(face[0])).collect(),
+            original,
+            trees: ComponentTrees::new(surface.faces.iter().map(|face| part(face[0])), n),
             part_before: anchors.into_iter().map(part).collect(),
         }
     }
 
     /// The place nearest to a point on the part that an output vertex is of.
     fn nearest(&self, point: Vec3, vertex: u32) -> Option<Place> {
-        let part = self.part_before[vertex as usize];
-        let hit = self.tree.nearest_of(point.as_dvec3(), |f| self.part_of[f as usize] == part)?;
-        let normal = self.normals[hit.triangle as usize];
+        let surface = &self.original.surface;
+        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
+        let triangle = |f: u32| corners(f).map(|corner| corner.to_array());
+        let hit = self.trees.nearest(self.part_before[vertex as usize], point, f64::INFINITY, &triangle)?;
+        let normal = unit_normal(corners(hit.triangle));
         Some(Place { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
+    }
+}
+
+/// Faces, each component to be searched by itself: where many lie in one place, a search of all would look at each.
+struct ComponentTrees {
+    /// The faces of each component.
+    faces: Vec<Vec<u32>>,
+    /// Made where they are asked for.
+    trees: Vec<OnceLock<NearestOnTriangles>>,
+}
+
+impl ComponentTrees {
+    /// Of the components of all faces, in their order, `n` of them.
+    fn new(of_faces: impl Iterator<Item = u32>, n: usize) -> Self {
+        let mut faces = vec![Vec::new(); n];
+        (0..).zip(of_faces).for_each(|(f, component)| faces[component as usize].push(f));
+        Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
+    }
+
+    /// Finds the nearest point of a component within a distance; `triangle` gives the corners of a face.
+    fn nearest(
+        &self,
+        component: u32,
+        point: Vec3,
+        within: f64,
+        triangle: &dyn Fn(u32) -> [[f32; 3]; 3],
+    ) -> Option<Hit> {
+        let faces = &self.faces[component as usize];
+        let tree = self.trees[component as usize]
+            .get_or_init(|| NearestOnTriangles::new(&faces.iter().map(|&f| triangle(f)).collect::<Vec<_>>()));
+        let hit = tree.nearest_within(point.as_dvec3(), within, |_| true)?;
+        Some(Hit { triangle: faces[hit.triangle as usize], ..hit })
     }
 }
 
 /// Parts as they lie now.
 struct Nested<'a> {
-    before: &'a Before,
+    before: &'a Before<'a>,
     output: &'a Output,
     /// The output's faces, to be searched.
-    tree: &'a NearestOnTriangles,
+    now: &'a ComponentTrees,
     part_of: &'a [u32],
     /// The middle of each part's box.
     middles: &'a [Vec3],
@@ -188,9 +228,8 @@ impl Nested<'_> {
         let output = self.output;
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
-        let accept = |f: u32| self.part(f) == crossing.part;
         let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
-        let hit = self.tree.nearest_within(place.as_dvec3(), f64::from(reach), accept)?;
+        let hit = self.now.nearest(crossing.part, place, f64::from(reach), &|f| output.coordinates(f))?;
         let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
@@ -327,7 +366,7 @@ mod tests {
                 (n..2 * n).filter(is_out).count()
             };
             let before = outside(&output);
-            move_back(&original, &mut output);
+            move_back(&original, &mut output, |_| 0);
             assert!(before > n / 2 && outside(&output) == 0, "{before} {}", outside(&output));
             assert_eq!(output.positions[..n], places[..n]);
         }
@@ -345,7 +384,7 @@ mod tests {
             let original = Original::bare(&mesh);
             let places = original.surface.positions.clone();
             let mut output = Output::over(&places, places.clone(), faces.clone());
-            move_back(&original, &mut output);
+            move_back(&original, &mut output, |_| 0);
             assert_eq!(output.positions, places);
         }
     }

@@ -1,0 +1,113 @@
+//! Bounds of merges within components: beyond them a component would lose its shape, a pane half of itself, a box a corner.
+//!
+//! A surface alone is taken down to whatever size is asked. Of several components each is a thing that a viewer knows: a size that
+//! cannot be had without ruining one of them is not for the collapse to reach.
+
+use glam::{DVec3, Vec3};
+
+use super::dropping::components;
+use super::original::Original;
+use super::request::Keep;
+use crate::geometry::triangle::area_normal;
+
+/// Price of a merge over the component's area times its squared diagonal, at most. A corner of a cube costs 0.007, the next vertex of a
+/// sphere of eight 0.001, half of a square pane 0.5.
+const MOST_PRICE: f64 = 0.001;
+/// Distance of a merged vertex from the surface after its merge over the component's diagonal, at most. A corner of a cube goes 0.2,
+/// a vertex of a sphere of twelve 0.06.
+const MOST_DISTANCE: f64 = 0.08;
+/// Diagonal of a component over that of all, as a viewer sees them, below which it may lose its shape: a thousandth of the pixels.
+const LEAST_SIZE: f64 = 0.03;
+
+/// What a merge may do to the component of a vertex at most.
+#[derive(Clone, Copy, Debug)]
+pub struct Ceiling {
+    /// Highest price: squared distance times area.
+    pub price: f32,
+    /// Largest distance of a merged vertex from the surface after the merge.
+    pub distance: f32,
+}
+
+impl Ceiling {
+    /// Any merge may be done.
+    pub const NONE: Self = Self { price: f32::INFINITY, distance: f32::INFINITY };
+}
+
+/// Returns what merges at each vertex of the surface may do, n_vertices; empty where there is one component.
+pub fn ceilings(original: &Original, keep: &Keep) -> Vec<Ceiling> {
+    let surface = &original.surface;
+    let (of_vertex, n) = components(surface.n_vertices(), &surface.faces);
+    if n < 2 || keep.half.is_some() {
+        return Vec::new();
+    }
+    let mut sums = vec![Extent::default(); n];
+    for (face, f) in surface.faces.iter().zip(0..) {
+        let corners = face.map(|v| surface.positions[v as usize]);
+        sums[of_vertex[face[0] as usize] as usize].add(corners, f);
+    }
+    let stretch = |extent: &Extent| keep.scene.map_or(1.0, |scene| scene.stretch(keep.piece_of(extent.face)));
+    let whole = match keep.scene {
+        Some(scene) => scene.diagonal() * f64::from(surface.length(1.0)),
+        None => f64::from(surface.length(original.mesh.diagonal() as f32)),
+    };
+    let ceiling = |extent: &Extent| {
+        let size = extent.size();
+        if size * stretch(extent) < LEAST_SIZE * whole {
+            return Ceiling::NONE;
+        }
+        Ceiling { price: (MOST_PRICE * extent.area * size * size) as f32, distance: (MOST_DISTANCE * size) as f32 }
+    };
+    let ceilings: Vec<Ceiling> = sums.iter().map(ceiling).collect();
+    of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()
+}
+
+/// How large a component is.
+#[derive(Clone, Copy)]
+struct Extent {
+    area: f64,
+    low: Vec3,
+    high: Vec3,
+    /// One of its faces.
+    face: u32,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { area: 0.0, low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, face: 0 }
+    }
+}
+
+impl Extent {
+    fn add(&mut self, corners: [Vec3; 3], face: u32) {
+        self.area += 0.5 * f64::from(area_normal(corners).length());
+        self.low = corners.into_iter().fold(self.low, Vec3::min);
+        self.high = corners.into_iter().fold(self.high, Vec3::max);
+        self.face = face;
+    }
+
+    /// The diagonal of its box.
+    fn size(&self) -> f64 {
+        DVec3::from(self.high - self.low).length()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+
+    #[test]
+    fn one_surface_has_none_and_dust_beside_a_large_one_neither() {
+        assert!(ceilings(&Original::bare(&shapes::icosphere(2)), &Keep::default()).is_empty());
+        let (large, n) = (shapes::icosphere(2), shapes::icosphere(2).positions().len());
+        for (side, has_ceiling) in [(0.2, true), (0.01, false)] {
+            let small = shapes::cuboid([side; 3], 1);
+            let positions = large.positions().iter().chain(small.positions()).copied().collect();
+            let faces = small.faces().iter().map(|face| face.map(|v| v + n as u32));
+            let mesh = TriMesh::new(positions, large.faces().iter().copied().chain(faces).collect()).unwrap();
+            let found = ceilings(&Original::bare(&mesh), &Keep::default());
+            assert!(found[..n].iter().all(|ceiling| ceiling.price.is_finite()));
+            assert!(found[n..].iter().all(|ceiling| ceiling.price.is_finite() == has_ceiling), "{side}");
+        }
+    }
+}

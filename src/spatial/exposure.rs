@@ -1,0 +1,221 @@
+//! What a viewer would miss of each component were it gone: views from all around, each pixel with the component that it shows and the
+//! nearest surface of another one behind it.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::triangle::unit_normal;
+
+use super::views::{axis, in_pixels, project, rasterize};
+
+/// Axes of the views, each seen from both ends.
+const AXES: usize = 13;
+/// Pixels of a view for each triangle; and the sides of views, at least and at most. At 256 a thousandth of what a solid covers is
+/// some twenty pixels.
+const PIXELS: f64 = 2.0;
+const SIDE: [f64; 2] = [256.0, 768.0];
+/// Least cosine between normals of surfaces that look alike: 30 degrees.
+const ALIKE: f32 = 0.866;
+/// No face.
+const NONE: u32 = u32::MAX;
+
+/// What belongs together, by the numbers of faces.
+#[derive(Clone, Copy, Debug)]
+pub struct Labels<'a> {
+    /// The component of each face, n_faces, below `n_components`.
+    pub components: &'a [u32],
+    /// The material of each face, n_faces; any numbers.
+    pub materials: &'a [u32],
+    /// How many components there are.
+    pub n_components: usize,
+}
+
+/// What changes in views without a component.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Exposure {
+    /// Largest share, over the views, of the pixels of the whole that change: the background shows, or another surface that is
+    /// farther away than the tolerance, has another material or is turned otherwise.
+    pub changed: f32,
+    /// Largest share, over the views, of the pixels of the whole where a back side comes to light.
+    pub opened: f32,
+    /// The components that stand in for it where nothing changes, ascending.
+    pub stand_ins: Vec<u32>,
+}
+
+/// Returns for each component what changes in views without it. Surfaces whose distance is at most `tolerance`, in the unit of the
+/// positions (n x 3, finite), are the same to a viewer.
+///
+/// ```
+/// use neural_mesh::spatial::{Labels, exposures};
+/// let square = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
+/// let positions = [square(0.0), square(0.01)].concat();
+/// let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+/// let labels = Labels { components: &[0, 0, 1, 1], materials: &[0; 4], n_components: 2 };
+/// let exposures = exposures(&positions, &faces, labels, 0.1);
+/// assert!(exposures.iter().all(|exposure| exposure.changed < 0.1));
+/// assert_eq!(exposures[0].stand_ins, [1]);
+/// ```
+pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tolerance: f64) -> Vec<Exposure> {
+    let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
+    let (scaled, scale) = in_pixels(positions, side);
+    let normals: Vec<Vec3> = faces.iter().map(|face| unit_normal(face.map(|v| scaled[v as usize]))).collect();
+    let scene = Scene { positions: &scaled, faces, normals: &normals, labels, tolerance: (tolerance * scale) as f32 };
+    let of_axis = |number: usize| scene.exposures_along(side, axis(number, AXES));
+    let none = || vec![Exposure::default(); labels.n_components];
+    let mut all = (0..AXES).into_par_iter().map(of_axis).reduce(none, merge);
+    for exposure in &mut all {
+        exposure.stand_ins.sort_unstable();
+        exposure.stand_ins.dedup();
+    }
+    all
+}
+
+fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
+    for (exposure, other) in all.iter_mut().zip(others) {
+        exposure.changed = exposure.changed.max(other.changed);
+        exposure.opened = exposure.opened.max(other.opened);
+        exposure.stand_ins.extend(other.stand_ins);
+    }
+    all
+}
+
+/// The nearest surface at a pixel, and the nearest one of another component.
+#[derive(Clone, Copy)]
+struct Layers {
+    depths: [f32; 2],
+    faces: [u32; 2],
+}
+
+const EMPTY: Layers = Layers { depths: [f32::INFINITY; 2], faces: [NONE; 2] };
+
+/// Triangles in the unit of pixels.
+struct Scene<'a> {
+    positions: &'a [Vec3],
+    faces: &'a [[u32; 3]],
+    normals: &'a [Vec3],
+    labels: Labels<'a>,
+    tolerance: f32,
+}
+
+impl Scene<'_> {
+    /// What changes in the two views along an axis.
+    fn exposures_along(&self, side: usize, along: Vec3) -> Vec<Exposure> {
+        let (right, up) = along.any_orthonormal_pair();
+        let projected = project(self.positions, side, [right, up, along]);
+        let mut ends = [vec![EMPTY; side * side], vec![EMPTY; side * side]];
+        for (face, corners) in (0..).zip(self.faces) {
+            rasterize(side, corners.map(|v| projected[v as usize]), |at, depth| {
+                self.put(&mut ends[0][at], face, depth);
+                self.put(&mut ends[1][at], face, -depth);
+            });
+        }
+        let [near, far] = ends;
+        merge(self.exposures_of(&near, along), self.exposures_of(&far, -along))
+    }
+
+    /// Puts a surface at its depth into the layers of a pixel.
+    fn put(&self, pixel: &mut Layers, face: u32, depth: f32) {
+        let component = |face: u32| self.labels.components[face as usize];
+        let is_of_first = pixel.faces[0] != NONE && component(face) == component(pixel.faces[0]);
+        if depth < pixel.depths[0] {
+            if !is_of_first {
+                (pixel.depths[1], pixel.faces[1]) = (pixel.depths[0], pixel.faces[0]);
+            }
+            (pixel.depths[0], pixel.faces[0]) = (depth, face);
+        } else if !is_of_first && depth < pixel.depths[1] {
+            (pixel.depths[1], pixel.faces[1]) = (depth, face);
+        }
+    }
+
+    /// What changes in a view in this direction.
+    fn exposures_of(&self, pixels: &[Layers], along: Vec3) -> Vec<Exposure> {
+        let mut counts = vec![[0u32; 2]; self.labels.n_components];
+        let mut all = vec![Exposure::default(); self.labels.n_components];
+        let covered = pixels.iter().filter(|pixel| pixel.faces[0] != NONE);
+        let n_covered = covered.clone().count() as f32;
+        for pixel in covered {
+            let component = self.labels.components[pixel.faces[0] as usize] as usize;
+            let is_front = |face: u32| self.normals[face as usize].dot(along) < 0.0;
+            let [first, second] = pixel.faces;
+            let opens = second != NONE && is_front(first) && !is_front(second);
+            let changes = opens || !self.look_alike(pixel, along);
+            counts[component][0] += u32::from(changes);
+            counts[component][1] += u32::from(opens);
+            if !changes {
+                let (stand_ins, stand_in) = (&mut all[component].stand_ins, self.labels.components[second as usize]);
+                stand_ins.extend((stand_ins.last() != Some(&stand_in)).then_some(stand_in));
+            }
+        }
+        for (exposure, [changed, opened]) in all.iter_mut().zip(counts) {
+            (exposure.changed, exposure.opened) = (changed as f32 / n_covered, opened as f32 / n_covered);
+            exposure.stand_ins.sort_unstable();
+            exposure.stand_ins.dedup();
+        }
+        all
+    }
+
+    /// Whether the second layer of a pixel looks like the first.
+    fn look_alike(&self, Layers { depths, faces: [first, second] }: &Layers, along: Vec3) -> bool {
+        if *second == NONE {
+            return false;
+        }
+        let [first, second] = [*first as usize, *second as usize];
+        let [normal, other] = [self.normals[first], self.normals[second]];
+        // Along the view a surface that is seen from the side is farther away than it is.
+        let distance = (depths[1] - depths[0]) * normal.dot(along).abs().max(other.dot(along).abs());
+        self.labels.materials[first] == self.labels.materials[second]
+            && normal.dot(other).abs() >= ALIKE
+            && distance <= self.tolerance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{TriMesh, shapes};
+
+    /// Meshes side by side, and the number of each face's mesh.
+    fn together(meshes: &[TriMesh]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<u32>) {
+        let (mut positions, mut faces, mut components) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, mesh) in (0..).zip(meshes) {
+            faces.extend(mesh.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
+            positions.extend_from_slice(mesh.positions());
+            components.extend(mesh.faces().iter().map(|_| number));
+        }
+        (positions, faces, components)
+    }
+
+    fn exposures_of(meshes: &[TriMesh], tolerance: f64) -> Vec<Exposure> {
+        let (positions, faces, components) = together(meshes);
+        let materials = vec![0; faces.len()];
+        let labels = Labels { components: &components, materials: &materials, n_components: meshes.len() };
+        exposures(&positions, &faces, labels, tolerance)
+    }
+
+    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+        TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
+    }
+
+    #[test]
+    fn the_lid_of_a_sphere_opens_it_and_what_is_within_changes_nothing() {
+        let sphere = shapes::icosphere(3);
+        let is_lid = |face: &[u32; 3]| face.iter().all(|&v| sphere.positions()[v as usize][2] > 0.9);
+        let of = |is_wanted: &dyn Fn(&[u32; 3]) -> bool| {
+            let faces = sphere.faces().iter().copied().filter(|face| is_wanted(face)).collect();
+            TriMesh::new(sphere.positions().to_vec(), faces).unwrap()
+        };
+        let meshes = [of(&|face| !is_lid(face)), of(&is_lid), scaled(&sphere, 0.5)];
+        let found = exposures_of(&meshes, 0.01);
+        assert!(found[0].changed > 0.5 && found[1].opened > 0.005, "{found:?}");
+        assert!(found[2].changed == 0.0 && found[2].opened == 0.0);
+    }
+
+    #[test]
+    fn of_two_shells_within_the_tolerance_each_stands_in_for_the_other() {
+        let sphere = shapes::icosphere(3);
+        let meshes = [scaled(&sphere, 1.001), sphere.clone()];
+        let found = exposures_of(&meshes, 0.02);
+        assert!(found[0].changed < 0.05 && found[0].stand_ins == [1] && found[1].changed == 0.0, "{found:?}");
+        assert!(exposures_of(&meshes, 1e-5)[0].changed > 0.5);
+    }
+}
