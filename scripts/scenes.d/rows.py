@@ -9,13 +9,17 @@ class Rows:
     """Rows by scene and run; each is on disk as soon as it is added."""
 
     def __init__(self, path, is_kept):
-        self.path, self.of_scenes = path, {}
+        """Reads the rows of a file and drops those that are not kept; `is_kept` takes scene and run."""
         rows = list(csv.DictReader(path.open(newline=""))) if path.exists() else []
-        with path.open("w", newline="") as file:
+        # What was measured stays on disk until all that is kept is there again.
+        unfinished = path.with_suffix(".part")
+        with unfinished.open("w", newline="") as file:
             csv.DictWriter(file, COLUMNS).writeheader()
+        self.path, self.of_scenes = unfinished, {}
         for row in rows:
             if is_kept(row["scene"], row["run"]):
                 self.add(row["scene"], row["run"], row)
+        self.path = unfinished.rename(path)
 
     def has(self, scene, run):
         return run in self.of_scenes.get(scene, {})
