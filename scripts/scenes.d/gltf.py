@@ -174,6 +174,11 @@ class Asset:
             counts[primitive.mesh] += len(primitive.faces)
         return counts
 
+    def count_placed_faces(self):
+        """Returns how many triangles the default scene shows, counted at each place."""
+        counts = self.count_faces()
+        return int(sum(counts[mesh] for mesh, _ in self.find_placements()))
+
     def count_vertices(self):
         """Returns how many different positions the triangles of each mesh use, summed over meshes."""
         used = {}

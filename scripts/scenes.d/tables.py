@@ -1,6 +1,7 @@
 """Prints what the rows say: each figure against the range that is wanted, and the scenes where it is farthest outside."""
 
 import math
+import textwrap
 from dataclasses import dataclass
 from typing import Callable
 
@@ -133,7 +134,7 @@ def describe_diagonal(rows, row):
 
 WORDS = {
     "bound not promised": describe_broken_off,
-    "meshes that vanished": lambda rows, row: row.get("vanished"),
+    "meshes that vanished": lambda rows, row: textwrap.shorten(row.get("vanished", ""), 120, placeholder=" ..."),
     "faces of the input, counted and reported": describe_faces,
     "diagonal, reported / of the scene": describe_diagonal,
     "no result": lambda rows, row: row["run"] != "input" and "faces" not in row and "psnr" not in row and row.get("note"),
