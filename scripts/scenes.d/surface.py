@@ -12,8 +12,8 @@ CLOSE = 1e-4
 FARTHEST = 500
 # Rounding of single precision, as a share of the diagonal: distances that differ by less are the same.
 SINGLES = 1e-6
-# How far surfaces move to their front before normals are compared, as a share of the diagonal: of two sheets at one place, as leaves
-# that are seen from both sides have them, this finds the one that faces as the sample does.
+# How far surfaces move to their front before normals are compared, as a share of the diagonal. Leaves have two sheets at one
+# place, one for each side: this finds the one that faces as the sample does.
 FRONT = 1e-4
 
 
