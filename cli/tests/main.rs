@@ -23,6 +23,7 @@ mod numbers;
 mod packed;
 mod poses;
 mod repair;
+mod scenes;
 mod simplify;
 mod sizes;
 mod streams;

@@ -89,12 +89,11 @@ impl United {
         if positions.len().max(attributes.n_wedges()) > (u32::MAX / 4) as usize {
             return None;
         }
-        let names = |piece: &Piece| piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect();
         let united = Self {
             mesh: TriMesh::new(positions, faces).ok()?,
             attributes,
             first_groups,
-            channels: pieces.iter().map(names).collect(),
+            channels: pieces.iter().map(channel_names).collect(),
             places: places(pieces, &scales),
             scales,
             has_groups: pieces.iter().map(|piece| !piece.attributes.groups.is_empty()).collect(),
@@ -225,6 +224,11 @@ impl United {
         }
         (own, carried)
     }
+}
+
+/// The names of a piece's channels.
+fn channel_names(piece: &Piece) -> Vec<String> {
+    piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect()
 }
 
 /// The transforms from the united mesh's coordinates to the scene's, for each piece; where all would show too many faces, that of

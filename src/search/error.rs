@@ -383,7 +383,7 @@ mod tests {
 
     use crate::mesh::{shapes, topology};
     use crate::metrics::{Surface, surface_distance};
-    use crate::simplify::{Axis, Symmetry};
+    use crate::simplify::{Axis, Symmetry, simplify_input};
 
     fn found(mesh: &TriMesh, error: f64) -> Bounded {
         let options = Options::new(Target::Ratio(1.0));
@@ -405,9 +405,35 @@ mod tests {
     }
 
     #[test]
+    fn a_scene_is_proved_where_a_viewer_sees_it() {
+        use crate::mesh::{Attributes, Piece};
+        // One sphere, ten times as large at its second place.
+        let (mesh, attributes) = (shapes::icosphere(4), Attributes::default());
+        let places = [(1.0, 0.0), (10.0, 30.0)].map(|(scale, x)| {
+            glam::DMat4::from_translation(glam::DVec3::new(x, 0.0, 0.0))
+                * glam::DMat4::from_scale(glam::DVec3::splat(scale))
+        });
+        let united =
+            United::new(&[Piece { mesh: &mesh, attributes: &attributes, scale: 10.0, places: &places }]).unwrap();
+        let mut input = Input::bare(&united.mesh);
+        (input.attributes, input.scene) = (&united.attributes, Some(&united));
+        let options = Options::new(Target::Ratio(1.0));
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let found = simplify_to_error(&input, None, &options, 0.2, go_on).unwrap();
+        let alone = simplify_to_error(&Input::bare(&mesh), None, &options, 0.02, go_on).unwrap();
+        let [scene, alone] = [&found, &alone].map(|found| found.simplified.mesh.positions().len() as f64);
+        assert!((0.9..1.1).contains(&(scene / alone)), "{scene} {alone}");
+        assert!(found.distance.upper <= 0.2 && found.distance.diagonal > 40.0, "{:?}", found.distance);
+    }
+
+    #[test]
     fn proofs_share_what_they_may_look_at() {
-        let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(2));
-        let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&fine, 0.2) };
+        let fine = shapes::icosphere(4);
+        let options = Options::new(Target::Vertices(shapes::icosphere(2).positions().len()));
+        let input = Input::bare(&fine);
+        let coarse = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let original = Original::of(&input, None).unwrap();
+        let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));
         assert!(enough.distance(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
         assert!(few.distance(&coarse).is_none() && few.left.get() == 0 && few.distance(&coarse).is_none());

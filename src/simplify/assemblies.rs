@@ -92,7 +92,13 @@ fn drop_rules(options: &Options, half: Option<Half>, from_level: usize) -> Optio
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// How much the vertices count where scores come from there, if nothing was given.
+/// Where scores come from: from no network where none counts.
+fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
+    let asks_network = aim.strength > 0.0 && (options.purpose != Purpose::Spectrum || weights.is_some());
+    if asks_network { options.scores } else { ScoreSource::Geometry }
+}
+
+/// Vertex importance: the caller's, else the network's, else uniform.
 fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a Weights>) -> Importance<'a> {
     match scores {
         _ if !given.is_empty() => Importance::Given(given),
@@ -137,8 +143,7 @@ fn levels_as_shaded(
     let Task { options, differentiable, half, .. } = *task;
     let Input { mesh, attributes, importance, scene } = *input;
     let aim = Aim::of(options.optimize);
-    let asks_network = aim.strength > 0.0 && (options.purpose != Purpose::Spectrum || weights.is_some());
-    let scores = if asks_network { options.scores } else { ScoreSource::Geometry };
+    let scores = score_source(options, &aim, weights);
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),
         locked: &locked_vertices(mesh, options),

@@ -25,7 +25,7 @@ pub(super) struct Placed<'a> {
 /// All meshes that nodes below the roots place, parents before children.
 pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadError> {
     let root = data.root;
-    let bound = bind_transforms(data)?;
+    let bound = bind_transforms(data);
     let mut placed = Vec::new();
     let mut visited = vec![false; root.nodes.len()];
     let mut open: Vec<(usize, DMat4)> = roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
@@ -49,14 +49,14 @@ pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadErr
 }
 
 /// Where each skin puts its mesh in the pose that it was bound in, n_skins; nothing where its matrices say nothing.
-fn bind_transforms(data: &Data) -> Result<Vec<Option<DMat4>>, ReadError> {
+fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
     let root = data.root;
     if root.skins.is_empty() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let local: Vec<DMat4> = root.nodes.iter().map(local_transform).collect();
     let world = world_transforms(&root.nodes, &local);
-    root.skins.iter().map(|skin| Ok(Bones::of(data, skin)?.bind_transform(&world))).collect()
+    root.skins.iter().map(|skin| Bones::of(data, skin).ok()?.bind_transform(&world)).collect()
 }
 
 /// The nodes to start from: those of the default or first scene, else all that are nobody's child.

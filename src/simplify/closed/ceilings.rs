@@ -1,6 +1,6 @@
 //! Bounds of merges within components: beyond them a component would lose its shape, a pane half of itself, a box a corner.
 //!
-//! A surface alone is taken down to whatever size is asked. Of several components each is a thing that a viewer knows: a size that
+//! A surface alone is taken down to whatever size is asked. Of several components of an asset each is a thing that a viewer knows: a size that
 //! cannot be had without ruining one of them is not for the collapse to reach.
 
 use glam::{DVec3, Vec3};
@@ -33,11 +33,14 @@ impl Ceiling {
     pub const NONE: Self = Self { price: f32::INFINITY, distance: f32::INFINITY };
 }
 
-/// Returns what merges at each vertex of the surface may do, n_vertices; empty where there is one component.
+/// Returns what merges at each vertex of the surface may do, n_vertices; empty where there is one component, and for a bare mesh.
 pub fn ceilings(original: &Original, keep: &Keep) -> Vec<Ceiling> {
     let surface = &original.surface;
+    if keep.half.is_some() || !keep.is_asset() {
+        return Vec::new();
+    }
     let (of_vertex, n) = components(surface.n_vertices(), &surface.faces);
-    if n < 2 || keep.half.is_some() {
+    if n < 2 {
         return Vec::new();
     }
     let mut sums = vec![Extent::default(); n];
@@ -94,18 +97,20 @@ impl Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{TriMesh, shapes};
+    use crate::mesh::{Attributes, TriMesh, shapes};
 
     #[test]
     fn one_surface_has_none_and_dust_beside_a_large_one_neither() {
-        assert!(ceilings(&Original::bare(&shapes::icosphere(2)), &Keep::default()).is_empty());
+        let attributes = Attributes { groups: vec![0; 400], ..Attributes::default() };
+        let keep = Keep { attributes: Some(&attributes), ..Keep::default() };
+        assert!(ceilings(&Original::bare(&shapes::icosphere(2)), &keep).is_empty());
         let (large, n) = (shapes::icosphere(2), shapes::icosphere(2).positions().len());
         for (side, has_ceiling) in [(0.2, true), (0.01, false)] {
             let small = shapes::cuboid([side; 3], 1);
             let positions = large.positions().iter().chain(small.positions()).copied().collect();
             let faces = small.faces().iter().map(|face| face.map(|v| v + n as u32));
             let mesh = TriMesh::new(positions, large.faces().iter().copied().chain(faces).collect()).unwrap();
-            let found = ceilings(&Original::bare(&mesh), &Keep::default());
+            let found = ceilings(&Original::bare(&mesh), &keep);
             assert!(found[..n].iter().all(|ceiling| ceiling.price.is_finite()));
             assert!(found[n..].iter().all(|ceiling| ceiling.price.is_finite() == has_ceiling), "{side}");
         }

@@ -76,6 +76,11 @@ pub struct Keep<'a> {
 }
 
 impl<'a> Keep<'a> {
+    /// Whether the mesh is one that people look at, part of a scene or with something at its corners and faces, and no bare shape.
+    pub fn is_asset(&self) -> bool {
+        self.scene.is_some() || self.attributes.is_some()
+    }
+
     /// The piece of the scene that a face of the mesh belongs to; 0 of a mesh that is none.
     pub fn piece_of(&self, face: u32) -> usize {
         let of = |scene: &United| scene.piece_of(self.attributes.unwrap_or(Attributes::NONE).group(face));

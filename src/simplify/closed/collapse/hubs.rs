@@ -73,7 +73,7 @@ mod tests {
             let surface = Surface::new(&mesh, Pulse::NONE);
             let placed = Placement::new(&surface, Places::default(), &[]);
             let limit = Limit::of_vertices(surface.n_vertices() / 10);
-            let mut collapse = Collapse::toward(Pulse::NONE, limit, 1.1, &placed, &surface.rings);
+            let mut collapse = Collapse::toward(Pulse::NONE, limit, 1.1, &placed, &surface.rings, Vec::new());
             assert_eq!(collapse.run(limit, 1.1), End::Reached);
             assert!(collapse.living().filter(|&v| collapse.is_hub(v)).count() == if is_closed { 2 } else { 1 });
             let output = collapse.output(&Assignment::identity(surface.n_vertices()));

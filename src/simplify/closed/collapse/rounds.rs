@@ -113,10 +113,17 @@ impl Collapse<'_> {
         End::Reached
     }
 
-    /// The merges without which this limit is not reached.
+    /// The merges without which this limit is not reached. One along a boundary takes one face away, not two: as many are of that
+    /// kind as the boundary has of the vertices.
     pub fn merges_to(&self, limit: Limit) -> usize {
         let (n_vertices, n_faces) = self.size();
-        merges_to(limit, n_vertices, n_faces)
+        let least = merges_to(limit, n_vertices, n_faces);
+        let n_boundary: usize = self.nodes[self.n_inner..].iter().map(|ghost| ghost.ring.len()).sum();
+        if n_boundary == 0 || self.plane().is_some() || n_faces <= limit.faces {
+            return least;
+        }
+        let share = (n_boundary as f64 / n_vertices.max(1) as f64).min(1.0);
+        least.max(((n_faces - limit.faces) as f64 / (2.0 - share)) as usize)
     }
 
     /// Whether rounds up to `most` have tried every edge since the last merge, which was in a round up to `last_merge`: a vertex
