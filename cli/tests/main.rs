@@ -1,5 +1,6 @@
 //! The tests of the program, in one program of their own: each program more is linked anew with all that it uses.
 
+mod advice;
 mod assets;
 #[cfg(feature = "bake")]
 mod bake;
@@ -23,6 +24,7 @@ mod numbers;
 mod packed;
 mod poses;
 mod repair;
+mod scenes;
 mod simplify;
 mod sizes;
 mod streams;

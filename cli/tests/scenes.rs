@@ -1,0 +1,167 @@
+//! Scenes by their bytes: whatever a glTF is called and wherever it comes from, its skins, animations and extensions come back.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::avatar::{Avatar, document};
+use crate::common::*;
+use serde_json::{Value, json};
+
+/// Names of what a scene holds beside its meshes.
+fn held(glb: &[u8]) -> [usize; 4] {
+    let document = document(glb);
+    ["skins", "animations", "nodes", "meshes"].map(|name| document[name].as_array().map_or(0, Vec::len))
+}
+
+const WHOLE: [usize; 4] = [1, 1, 4, 2];
+
+#[test]
+fn a_scene_from_standard_input_stays_one() {
+    let folder = folder();
+    let glb = Avatar::new(8).glb();
+    let to_file = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], &glb);
+    assert_eq!(to_file.code, Some(0), "{}", to_file.words);
+    assert_eq!(held(&fs::read(folder.path().join("a.glb")).unwrap()), WHOLE);
+    for more in [&[][..], &["--format", "glb"]] {
+        let words = [&["simplify", "-", "-o", "-", "--ratio", "50%"], more].concat();
+        let piped = run_with_input(folder.path(), &words, &glb);
+        assert_eq!((piped.code, held(&piped.out)), (Some(0), WHOLE), "{}", piped.words);
+    }
+    let levels = run_with_input(folder.path(), &["simplify", "-", "-o", "l.glb", "--lods", "50%,20%"], &glb);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(files(folder.path()), ["a.glb", "l.glb"]);
+    let obj = run_with_input(folder.path(), &["simplify", "-", "-o", "o.obj", "--lods", "50%,20%"], &glb);
+    assert_eq!(obj.code, Some(0), "{}", obj.words);
+    assert!(folder.path().join("o-lod1.obj").is_file());
+}
+
+#[test]
+fn a_scene_of_any_name_stays_one() {
+    let folder = folder();
+    let glb = Avatar::new(8).glb();
+    for name in ["knight", "knight.bin", "knight.ply", "knight.gltf"] {
+        fs::write(folder.path().join(name), &glb).unwrap();
+        let run = run(folder.path(), &["simplify", name, "-o", "out.glb", "--ratio", "50%", "--force"]);
+        assert_eq!(run.code, Some(0), "{name}: {}", run.words);
+        assert_eq!(held(&fs::read(folder.path().join("out.glb")).unwrap()), WHOLE, "{name}");
+    }
+    let run_one = run(folder.path(), &["simplify", "knight", "-o", "-", "--ratio", "50%"]);
+    assert_eq!(held(&run_one.out), WHOLE, "{}", run_one.words);
+    fs::create_dir(folder.path().join("out")).unwrap();
+    let one = run(folder.path(), &["simplify", "knight", "-o", "out", "--ratio", "50%"]);
+    assert_eq!((one.code, files(&folder.path().join("out"))), (Some(0), vec!["knight.glb".into()]), "{}", one.words);
+}
+
+#[test]
+fn a_mesh_under_the_name_of_a_scene_is_a_mesh() {
+    let folder = folder();
+    fs::write(folder.path().join("a.glb"), OCTAHEDRON).unwrap();
+    let run = run(folder.path(), &["simplify", "a.glb", "-o", "b.glb", "--ratio", "1"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(welded(&folder.path().join("b.glb")).faces().len(), 8);
+}
+
+#[test]
+fn a_scene_of_several_files_needs_its_path() {
+    let folder = folder();
+    let text = br#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "a.bin"}]}"#;
+    let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], text);
+    assert_eq!(run.code, Some(1));
+    assert!(the_line(&run).contains("\"a.bin\" is a file of its own: read the asset by its path"), "{}", run.words);
+}
+
+fn simplified(folder: &Path, glb: &[u8], more: &[&str]) -> Value {
+    fs::write(folder.join("in.vrm"), glb).unwrap();
+    let run = run(folder, &[&["simplify", "in.vrm", "-o", "out.vrm", "--force", "--ratio", "30%"], more].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    document(&fs::read(folder.join("out.vrm")).unwrap())
+}
+
+#[test]
+fn a_vrm_keeps_what_its_extensions_name() {
+    let folder = folder();
+    for avatar in [Avatar::new(8).vrm_0(), Avatar::new(8).vrm_1()] {
+        let before = avatar.document.clone();
+        let after = simplified(folder.path(), &avatar.glb(), &[]);
+        for name in ["extensions", "extensionsUsed", "nodes", "materials", "textures"] {
+            assert_eq!(before[name], after[name], "{name}");
+        }
+        assert_eq!(before["skins"][0]["joints"], after["skins"][0]["joints"]);
+        assert_eq!(after["meshes"][0]["primitives"][0]["targets"].as_array().unwrap().len(), 1);
+    }
+}
+
+#[test]
+fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
+    let folder = folder();
+    let after = simplified(folder.path(), &Avatar::new(8).vrm_1().glb(), &["--compress=quantize"]);
+    // The second mesh lies in a child of its node, which a bone might be.
+    let vrm = &after["extensions"]["VRMC_vrm"];
+    let nodes = |list: &Value| -> Vec<usize> {
+        list.as_array().unwrap().iter().map(|it| it["node"].as_u64().unwrap() as usize).collect()
+    };
+    let meshes = |nodes: Vec<usize>| -> Vec<Value> {
+        nodes.into_iter().map(|node| after["nodes"][node]["mesh"].clone()).collect()
+    };
+    assert_eq!(meshes(nodes(&vrm["expressions"]["preset"]["happy"]["morphTargetBinds"])), [0, 1]);
+    assert_eq!(meshes(nodes(&vrm["firstPerson"]["meshAnnotations"])), [0, 1]);
+    assert_eq!(after["nodes"][1]["translation"], json!([3, 0, 0]));
+    // Shaders of avatars move textures in ways of their own.
+    assert!(!after["extensionsUsed"].to_string().contains("KHR_texture_transform"), "{}", after["extensionsUsed"]);
+
+    fs::write(folder.path().join("in.vrm"), Avatar::new(8).vrm_0().glb()).unwrap();
+    let run = run(folder.path(), &["simplify", "in.vrm", "-o", "levels.vrm", "--lods", "50%,20%"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let levels = document(&fs::read(folder.path().join("levels.vrm")).unwrap());
+    let binds = &levels["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"][0]["binds"];
+    let meshes: Vec<_> = binds.as_array().unwrap().iter().map(|bind| bind["mesh"].as_u64().unwrap()).collect();
+    assert_eq!(meshes.len(), 2, "{binds}");
+    assert!(levels["meshes"][meshes[1] as usize]["primitives"][0]["targets"].is_array());
+}
+
+#[test]
+fn a_folder_of_vrms_stays_one() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("in")).unwrap();
+    fs::write(folder.path().join("in/a.vrm"), Avatar::new(8).vrm_1().glb()).unwrap();
+    fs::write(folder.path().join("in/b.obj"), OCTAHEDRON).unwrap();
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "50%"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let out = folder.path().join("out");
+    let names: Vec<String> =
+        files(&out).into_iter().filter(|name| name.contains(".vrm") || name.contains(".obj")).collect();
+    assert_eq!(names, ["a.vrm", "b.obj"]);
+    assert_eq!(held(&fs::read(out.join("a.vrm")).unwrap()), WHOLE);
+}
+
+#[test]
+fn what_is_no_vrm_does_not_get_the_name_of_one() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
+    for name in ["a.obj", "a.glb"] {
+        let run = run(folder.path(), &["simplify", name, "-o", "b.vrm", "--ratio", "50%"]);
+        assert_eq!(run.code, Some(2));
+        assert_eq!(the_line(&run), "neural-mesh: b.vrm: the mesh is no VRM: end the name in .glb");
+    }
+}
+
+#[test]
+fn gltf_of_version_1_is_refused_by_its_version() {
+    let folder = folder();
+    let text =
+        br#"{"asset": {"version": "1.0"}, "meshes": {"a": {"primitives": []}}, "buffers": {"b": {"uri": "x.bin"}}}"#;
+    let glb = b"glTF\x01\0\0\0\x18\0\0\0\x04\0\0\0\0\0\0\0{}  ";
+    for (name, bytes) in [("a.gltf", &text[..]), ("a.glb", glb)] {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        for command in [&["simplify", name, "-o", "b.glb", "--ratio", "50%"][..], &["info", name]] {
+            let run = run(folder.path(), command);
+            assert_eq!(run.code, Some(1));
+            assert!(
+                the_line(&run).contains("glTF 1.0 is not read, glTF 2.0 is: convert it to 2.0 first"),
+                "{}",
+                run.words
+            );
+        }
+    }
+}
