@@ -145,6 +145,8 @@ fn request(words: &[String], is_given: bool) -> Result<Request, Failure> {
         return Err(Failure::Usage("--report -: standard output is not written to: give the name of a file".into()));
     }
     request.stays_in_memory = request.output.is_none();
+    // A mesh in memory has no file that could be a scene.
+    request.source.as_one |= is_given;
     // It comes with the result.
     request.map = None;
     check_places(&request)?;

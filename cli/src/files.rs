@@ -13,6 +13,8 @@ use crate::names::is_stream;
 use crate::plain::plain_json;
 use crate::words::{closed, out};
 
+pub use crate::content::read;
+
 /// Links that are followed, as many as Linux follows.
 const MOST_LINKS: usize = 40;
 
@@ -36,12 +38,6 @@ impl Pending {
         let there = std::fs::read(&self.place).ok();
         !self.force && there.is_some() && there == std::fs::read(self.temporary.path()).ok()
     }
-}
-
-/// All bytes of a file, or of standard input.
-pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let read = if is_stream(path) { io::read_stream(std::io::stdin().lock()) } else { io::read_file(path) };
-    read.map_err(|error| Failure::of(path, error))
 }
 
 /// Refuses, before any work, results that would be one file, and places where none can be put.

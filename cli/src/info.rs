@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::blocks::{Described, Room, describe_pieces};
-use neural_mesh::io::{self, Pieces};
+use neural_mesh::io::{self, Asset, Pieces, ReadError, ReadMesh};
 use neural_mesh::mesh::cleanup::CleanCounts;
 use neural_mesh::mesh::{Attributes, Channel, Frame, Role, Topology, topology};
 use neural_mesh::spatial::Bounds;
@@ -19,6 +19,7 @@ use crate::plain::plain_json;
 use crate::read::{self, cleaned, parsed};
 use crate::report;
 use crate::request::Source;
+use crate::scene_info::SceneInfo;
 use crate::words::{Voice, complain, grouped};
 
 /// All that is said of a mesh, in the order of the JSON.
@@ -44,10 +45,13 @@ struct Info {
     cleaned: report::Cleaned,
     /// What the mesh carries beside its shape, in words.
     carries: Vec<String>,
+    /// What a glTF holds; its meshes are one above, where its nodes place them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<SceneInfo>,
 }
 
 /// What to do about a file of unknown format.
-const UNKNOWN: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX, or say by --format which it is";
+const UNKNOWN: &str = "--format may say which it is";
 
 /// Says what each mesh is, on standard output.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
@@ -86,12 +90,26 @@ fn described(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
 }
 
 fn whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
-    let read = parsed(source, io::read_attributed, io::read_attributed_path)?;
+    let (read, scene) = if source.is_gltf() { read_scene(source)? } else { (read_mesh(source)?, None) };
     let carries = carries(&read.mesh.attributes);
     let cleaned = cleaned(read.mesh, source)?;
     let bounds = Bounds::of(cleaned.mesh.positions());
     let info = of(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts);
-    Ok((Info { carries, ..info }, cleaned.counts))
+    Ok((Info { carries, scene, ..info }, cleaned.counts))
+}
+
+fn read_mesh(source: &Source) -> Result<ReadMesh, Failure> {
+    parsed(source, io::read_attributed, io::read_attributed_path)
+}
+
+/// A glTF as one mesh, and what it holds.
+fn read_scene(source: &Source) -> Result<(ReadMesh, Option<SceneInfo>), Failure> {
+    let failed = |error: ReadError| Failure::of(&source.path, error);
+    let (read, asset) = match source.content.take(&source.path).transpose()? {
+        Some(bytes) => (io::read_attributed(&bytes, source.format), Asset::from_stream(&bytes)),
+        None => (io::read_attributed_path(&source.path, source.format), Asset::read_path(&source.path)),
+    };
+    Ok((read.map_err(failed)?, Some(SceneInfo::of(&asset.map_err(failed)?, source.weld))))
 }
 
 /// What takes more memory than is allowed, block by block, which wait where the system keeps such files.
@@ -146,6 +164,7 @@ fn of(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts
         genus: figures.genus,
         cleaned: counts.into(),
         carries: Vec::new(),
+        scene: None,
     }
 }
 
@@ -158,7 +177,7 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
     let [vertices, edges, faces] = [info.vertices, info.edges, info.faces].map(grouped);
     let [low, high] = bounds_in_words(info.bounds);
     let genus = info.genus.map_or("not defined".into(), |genus| genus.to_string());
-    vec![
+    let mut lines = vec![
         format!("{}: {vertices} vertices, {edges} edges, {faces} faces", info.file),
         format!("bounds      {low} to {high}"),
         format!("closed      {}", closed(info)),
@@ -170,7 +189,9 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
             if info.carries.is_empty() { "nothing else".into() } else { info.carries.join(", ") }
         ),
         format!("cleaned     {cleaned}"),
-    ]
+    ];
+    lines.extend(info.scene.iter().flat_map(SceneInfo::lines));
+    lines
 }
 
 /// As many decimals as single precision holds of a mesh of that extent.

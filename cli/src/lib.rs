@@ -2,6 +2,7 @@
 //!
 //! `main.rs` is the program itself. Other faces call what `embedded` passes on: the same requests, without a terminal.
 
+mod advice;
 mod allocator;
 mod args;
 #[cfg(feature = "bake")]
@@ -19,6 +20,7 @@ mod compress;
 #[cfg(not(feature = "meshopt"))]
 #[path = "no_compress.rs"]
 mod compress;
+mod content;
 mod done;
 mod drawing;
 mod dress;
@@ -47,6 +49,7 @@ mod progress;
 mod read;
 mod report;
 mod request;
+mod scene_info;
 mod simplify;
 #[cfg(any(feature = "evaluate", feature = "train"))]
 mod stopping;

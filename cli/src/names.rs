@@ -2,13 +2,36 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{Format, unwritten};
+use neural_mesh::io::{Format, is_gltf_path, is_read, unwritten};
 
 use crate::args::SimplifyArgs;
 use crate::failure::Failure;
 
-/// What can be read, as a remedy.
-pub const READABLE: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX";
+/// What this build reads, as a remedy: `give OBJ, PLY, STL, OFF, glTF, GLB, VRM, 3MF or FBX`.
+pub fn readable() -> String {
+    let named = [
+        ("OBJ", Format::Obj),
+        ("PLY", Format::Ply),
+        ("STL", Format::Stl),
+        ("OFF", Format::Off),
+        ("glTF", Format::Gltf),
+        ("GLB", Format::Glb),
+        ("VRM", Format::Glb),
+        ("3MF", Format::ThreeMf),
+        ("FBX", Format::Fbx),
+    ];
+    let read = named.into_iter().filter(|(_, format)| is_read(*format)).map(|(name, _)| name.to_string());
+    format!("give {}", alternatives(read))
+}
+
+/// `a, b or c`.
+fn alternatives(names: impl Iterator<Item = String>) -> String {
+    let names: Vec<String> = names.collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => names.concat(),
+    }
+}
 
 /// Where a result goes and as what.
 #[derive(Debug, PartialEq)]
@@ -94,18 +117,23 @@ pub fn destination(args: &SimplifyArgs) -> Result<Destination, Failure> {
     let given = args.format.as_deref().map(format_of).transpose()?;
     let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
     if is_stream(&args.output) && given.is_none() {
-        let (format, follows_input) = (alone(named(input)), named(input).is_none());
+        let (format, follows_input) = (alone(shown(input)), shown(input).is_none());
         return Ok(Destination { path: args.output.clone(), format, follows_input });
     }
     let path = if args.output.is_dir() { in_folder(&args.output, input, given)? } else { args.output.clone() };
     Ok(Destination { format: output_format(&path, given)?, path, follows_input: false })
 }
 
+/// The format of a mesh, as far as its name says it, or its bytes that it is a glTF.
+pub fn shown(path: &Path) -> Option<Format> {
+    named(path).or_else(|| (!is_stream(path) && is_gltf_path(path)).then_some(Format::Glb))
+}
+
 /// A path in the folder with the name of the input.
 fn in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathBuf, Failure> {
     match input.file_name() {
         Some(name) if !is_stream(input) => {
-            Ok(folder.join(with_ending(name.as_ref(), given.or(named(input)).map_or(Format::Ply, as_result))))
+            Ok(folder.join(with_ending(name.as_ref(), given.or(shown(input)).map_or(Format::Ply, as_result))))
         }
         _ => {
             let what = "is a folder, and standard input has no name: give the name of a file";
@@ -114,9 +142,15 @@ fn in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathB
     }
 }
 
-/// A name with the ending of a format; results in folders are not compressed.
+/// A name with the ending of a format; results in folders are not compressed. A VRM, which is a GLB, keeps its own.
 pub fn with_ending(name: &Path, format: Format) -> PathBuf {
-    Format::without_gz(name).with_extension(ending(format))
+    let name = Format::without_gz(name);
+    if format == Format::Glb && is_vrm(&name) { name.into_owned() } else { name.with_extension(ending(format)) }
+}
+
+/// Whether a name ends as that of a VRM.
+pub fn is_vrm(path: &Path) -> bool {
+    Format::without_gz(path).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vrm"))
 }
 
 /// What names of files in a format end in.
@@ -157,7 +191,9 @@ fn unknown_format(output: &Path) -> Failure {
         _ if is_stream(output) => format!("standard output: the format is not known: give --format, one of {names}"),
         _ if ends_as_folder => format!("{}: there is no such folder: create it first", output.display()),
         _ => {
-            let how = "end the name in .obj, .ply, .stl, .off, .gltf, .glb or .3mf, or give --format, one of";
+            let endings = Format::NAMES.into_iter().filter(is_written).filter(|name| !name.contains('-'));
+            let endings = alternatives(endings.map(|name| format!(".{name}")));
+            let how = format!("end the name in {endings}, or give --format, one of");
             format!("{}: the format is not known: {how} {names}", output.display())
         }
     })

@@ -150,5 +150,6 @@ fn told(request: &Request, found: &OutOfCore, target: Target) -> Report {
         mirror: None,
         levels: Vec::new(),
         notes: Vec::new(),
+        free: Vec::new(),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use neural_mesh::io::{self, Format, Pieces, ReadError};
+use neural_mesh::io::{self, Asset, Format, Pieces, ReadError};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::model::Weights;
@@ -33,13 +33,22 @@ pub fn read(source: &Source) -> Result<RawMesh, Failure> {
     parsed(source, io::read, io::read_path)
 }
 
+/// Opens the glTF that the source names, with what it refers to.
+pub fn asset(source: &Source) -> Result<Asset, Failure> {
+    let asset = match source.content.take(&source.path).transpose()? {
+        Some(bytes) => Asset::from_stream(&bytes),
+        None => Asset::read_path(&source.path),
+    };
+    asset.map_err(|error| Failure::of(&source.path, error))
+}
+
 /// Parses what the source names: bytes of standard input, or the file at a path.
 pub fn parsed<T>(
     source: &Source,
     parse: fn(&[u8], Option<Format>) -> Result<T, ReadError>,
     parse_path: fn(&Path, Option<Format>) -> Result<T, ReadError>,
 ) -> Result<T, Failure> {
-    let bytes = is_stream(&source.path).then(|| files::read(&source.path)).transpose()?;
+    let bytes = source.content.take(&source.path).transpose()?;
     let parse = |format| match &bytes {
         Some(bytes) => parse(bytes, format),
         None => parse_path(&source.path, format),

@@ -55,6 +55,9 @@ pub struct Report {
     /// What could not be kept, and what had to be mended, in one line each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// Options that free what holds a result which was to be smaller, in one line each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<String>,
 }
 
 /// A result among several.

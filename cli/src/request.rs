@@ -8,9 +8,10 @@ use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, Purpos
 use crate::args::{AssemblyArg, CompressArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
 use crate::bake;
 use crate::compress;
+use crate::content::Content;
 use crate::failure::Failure;
 use crate::memory;
-use crate::names::{Destination, LEVEL, READABLE, check_stdout, destination, format_of, is_stream, named, names_level};
+use crate::names::{Destination, LEVEL, check_stdout, destination, format_of, is_stream, named, names_level, readable};
 use crate::numbers::Count;
 use crate::textures;
 
@@ -78,9 +79,8 @@ pub struct Request {
 }
 
 /// What to do about an input of unknown format where `--format` may say it, and where that says the format of the output.
-const NAMED_OUTPUT: &str =
-    "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX; as the name of OUT says its format, --format may say that of IN";
-const UNNAMED_OUTPUT: &str = "give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX; --format is for the output";
+const NAMED_OUTPUT: &str = "as the name of OUT says its format, --format may say that of IN";
+const UNNAMED_OUTPUT: &str = "--format is for the output";
 
 impl Request {
     /// Whether standard output takes the report.
@@ -172,21 +172,28 @@ pub struct Source {
     /// Whether a scene becomes one mesh in any format.
     pub as_one: bool,
     /// What to do where the format is not known.
-    pub remedy: &'static str,
+    pub remedy: String,
+    /// What its bytes say.
+    pub content: Content,
 }
 
 impl Source {
     /// A mesh that is read as `given`, where that is said and its name says nothing.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
-        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false, remedy: READABLE }
+        let content = Content::default();
+        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false, remedy: readable(), content }
     }
 
-    /// Whether it is a glTF scene that stays one.
+    /// Whether it is a glTF scene that stays one: its bytes say so, not its name.
     pub fn is_scene(&self, output: Format) -> bool {
-        let is_gltf = |format| matches!(format, Format::Gltf | Format::Glb);
-        let named = self.format.or_else(|| Format::from_path(&self.path));
-        !self.as_one && is_gltf(output) && !is_stream(&self.path) && named.is_some_and(is_gltf)
+        matches!(output, Format::Gltf | Format::Glb) && self.is_gltf()
+    }
+
+    /// Whether it is a glTF that is not asked for as one mesh.
+    pub fn is_gltf(&self) -> bool {
+        let may_be = self.format.is_none_or(|format| matches!(format, Format::Gltf | Format::Glb));
+        may_be && !self.as_one && self.content.is_gltf(&self.path)
     }
 
     /// A mesh that is read as `given` only where neither its name nor its content says anything.
@@ -195,8 +202,8 @@ impl Source {
     }
 
     /// The same, with what is to be done where the format is not known.
-    pub fn unknown(self, remedy: &'static str) -> Self {
-        Self { remedy, ..self }
+    pub fn unknown(self, remedy: &str) -> Self {
+        Self { remedy: format!("{}; {remedy}", readable()), ..self }
     }
 
     /// The same, with vertices nearer than that welded.

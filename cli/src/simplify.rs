@@ -14,6 +14,7 @@ use neural_mesh::simplify::{
     importance_of_groups, simplify_input, simplify_levels_of_detail,
 };
 
+use crate::advice::what_frees;
 use crate::bake;
 use crate::done::Done;
 use crate::drawing::{drawn, shown};
@@ -216,8 +217,11 @@ fn lighter(
             let bytes_of = |result: &Simplified| {
                 let (packing, _) = packed(subject, &[result], request.compress, request)?;
                 let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
-                Ok(files_of(subject, &alone, request, 0)?.bytes.len())
+                Ok(files_of(subject, &alone, request, 0)?.n_bytes())
             };
+            if matches!(request.output_format, Format::Gltf | Format::Glb) {
+                subject.check_bytes(*n_bytes, request, &file_name(request, 0))?;
+            }
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
@@ -424,6 +428,12 @@ fn coverage(levels: &[Level]) -> Vec<f64> {
     next.map(|next| next.into_iter().chain([0.0]).collect()).unwrap_or_default()
 }
 
+/// What the file of a result will be called.
+fn file_name(request: &Request, number: usize) -> String {
+    let paths = outputs(request);
+    paths.get(number).and_then(|path| path.file_name()).unwrap_or("mesh".as_ref()).to_string_lossy().into_owned()
+}
+
 /// Results as the bytes of their files.
 fn files_of(
     subject: &Subject,
@@ -432,8 +442,7 @@ fn files_of(
     number: usize,
 ) -> Result<crate::subject::Files, Failure> {
     let shown = request.output.clone().unwrap_or_else(|| PathBuf::from("standard output"));
-    let paths = outputs(request);
-    let file_name = paths.get(number).and_then(|path| path.file_name()).unwrap_or("mesh".as_ref()).to_string_lossy();
+    let file_name = file_name(request, number);
     subject.written(meshes, request, &file_name).map_err(|error| Failure::of(&shown, error))
 }
 
@@ -467,7 +476,10 @@ fn told(
     let of_rest = is_of_rest.then(|| "what is certain is the distance of what --prune and --hidden left; the line distance counts what they dropped".into());
     let notes = notes.into_iter().chain(of_rest).collect();
     let Some(first) = levels.first().cloned() else { return Err(Failure::Failed("no result was made".into())) };
+    let is_stopped = report::why_stopped(&first.outcome).is_some();
+    let free = if is_stopped { what_frees(request, subject, &first.output) } else { Vec::new() };
     Ok(Report {
+        free,
         input: Size::of(subject.mesh(), with_shape),
         output: first.output,
         target: report::target(&request.goal, request.options.target),

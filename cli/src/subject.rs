@@ -1,11 +1,14 @@
 //! What is simplified and written again: a mesh with all that its file says, or the meshes of a glTF scene, as one.
 
+mod images;
+mod least;
+
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Asset, Extra, ImageMaker, LighterPart, Model, OutputFile, PackOptions, Packing, ReadError, ReadMesh,
+    self, Asset, Extra, Format, ImageMaker, LighterPart, Model, OutputFile, PackOptions, Packing, ReadError, ReadMesh,
     SceneOptions, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::cleanup::{CleanCounts, CleanOptions, Cleaned, clean};
@@ -20,8 +23,8 @@ use neural_mesh::simplify::{self, Input, MirrorPlane, Purpose, Simplified, Symme
 use crate::args::IgnoreArg;
 use crate::dress::Dress;
 use crate::failure::Failure;
-use crate::names::{alone, without_level};
-use crate::read::{cleaned, parsed};
+use crate::names::{alone, is_vrm, without_level};
+use crate::read::{asset, cleaned, parsed};
 use crate::report::Dropped;
 use crate::request::{Bound, Goal, Repair, Request, Source, check_packed};
 use crate::textures::{self, Textures};
@@ -96,19 +99,29 @@ pub struct Files {
     pub n_vertices: Vec<Option<usize>>,
 }
 
+impl Files {
+    /// Bytes of the mesh, with those of the buffer that a JSON has beside it.
+    pub fn n_bytes(&self) -> usize {
+        let buffers = self.beside.iter().filter(|file| file.path.extension().is_some_and(|ending| ending == "bin"));
+        self.bytes.len() + buffers.map(|file| file.bytes.len()).sum::<usize>()
+    }
+}
+
 impl Subject {
     /// Reads and cleans what the request names. A glTF that is written as glTF is taken as the scene that it is.
     pub fn open(request: &Request) -> Result<Self, Failure> {
         let source = &request.source;
         if source.is_scene(request.output_format) {
-            let asset = Asset::read_path(&source.path).map_err(|error| Failure::of(&source.path, error))?;
-            return Self::scene(asset, request)?.repaired(request)?.wanting(request);
+            return Self::scene(asset(source)?, request)?.repaired(request)?.wanting(request);
         }
         Self::of(parsed(source, io::read_attributed, io::read_attributed_path)?, request)
     }
 
     /// As [`open`](Self::open); where the request leaves the format open, it is that of the input from now on.
     pub fn follow(request: &mut Request) -> Result<Self, Failure> {
+        if request.follows_input && request.source.is_gltf() {
+            (request.output_format, request.follows_input) = (alone(Some(Format::Gltf)), false);
+        }
         if !request.follows_input {
             return Self::open(request);
         }
@@ -136,6 +149,7 @@ impl Subject {
         let textures = request.textures.map(Textures::new);
         let diagonal = 0.0;
         Self { frame, counts, notes, repaired: None, kind, wanted: None, diagonal, factors: None, textures }
+            .decoded(request)?
             .repaired(request)?
             .wanting(request)
     }
@@ -143,13 +157,15 @@ impl Subject {
     /// The same, held back by nothing that the result does not need or its format does not hold.
     fn wanting(mut self, request: &Request) -> Result<Self, Failure> {
         self.diagonal = self.view_of(self.mesh(), self.attributes()).diagonal();
+        self.check_vrm(request)?;
         if request.output_format.is_bare() || request.bake.is_some() {
             self.wanted = Some(Attributes::default());
             return Ok(self);
         }
         let ignores = |what| request.ignore.contains(&what);
         if matches!(self.kind, Kind::Scene { .. }) && ignores(IgnoreArg::Materials) {
-            let what = "--ignore materials: the primitives of a scene stay apart: write obj or ply";
+            let what =
+                "--ignore materials: the primitives of a scene stay apart: leave materials out, or write obj or ply";
             return Err(Failure::Usage(what.into()));
         }
         let keeps = |role| match role {
@@ -166,6 +182,17 @@ impl Subject {
             self.wanted = Some(self.attributes().clone().only(keeps, !ignores(IgnoreArg::Materials)));
         }
         Ok(self)
+    }
+
+    /// Refuses the name of a VRM for what is none: programs that read it need to know the bones.
+    fn check_vrm(&self, request: &Request) -> Result<(), Failure> {
+        let has = |name| matches!(&self.kind, Kind::Scene { asset, .. } if asset.has_extension(name));
+        match request.output.as_deref().filter(|path| is_vrm(path)) {
+            Some(path) if !has("VRM") && !has("VRMC_vrm") => {
+                Err(Failure::Usage(format!("{}: the mesh is no VRM: end the name in .glb", path.display())))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The same, with its holes filled, or made a solid, where the request asks for that.
@@ -271,6 +298,11 @@ impl Subject {
             Kind::Mesh { .. } => Cow::Borrowed(mesh),
             Kind::Scene { united, .. } => Cow::Owned(united.view(mesh, attributes).mesh),
         }
+    }
+
+    /// Whether it is a glTF scene that stays one.
+    pub fn is_scene(&self) -> bool {
+        matches!(self.kind, Kind::Scene { .. })
     }
 
     /// The mesh, or all of them.

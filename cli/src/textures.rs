@@ -11,7 +11,7 @@ use fast_image_resize::{
 };
 use jpeg_encoder::{ColorType, Encoder};
 use neural_mesh::io::{Format, ImageMaker, ImageUse};
-use neural_mesh::picture::{Image, decode_image, encode_png, encode_png_opaque, image_size};
+use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_size};
 
 use crate::failure::Failure;
 
@@ -49,7 +49,7 @@ impl Textures {
 
     /// What could not be made smaller.
     pub fn note(&self) -> Option<String> {
-        let what = "images that are no readable PNG or JPEG keep their size";
+        let what = "images that are no readable PNG, JPEG or WebP keep their size";
         self.has_unread.load(Ordering::Relaxed).then(|| what.into())
     }
 }
@@ -84,8 +84,10 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let scaled = |length: usize| ((length * side + longer / 2) / longer).max(1);
     let size = [scaled(image.width), scaled(image.height)];
     let smaller = resized(image, size, used).ok()?;
-    if !file.starts_with(b"\x89PNG") {
-        return jpeg(&smaller);
+    match ImageFormat::of(file)? {
+        ImageFormat::Png => {}
+        ImageFormat::WebP => return encode_webp(&smaller),
+        _ => return jpeg(&smaller),
     }
     let is_opaque = smaller.rgba.as_chunks::<4>().0.iter().all(|pixel| pixel[3] == u8::MAX);
     Some(if is_opaque { encode_png_opaque(&smaller) } else { encode_png(&smaller) })
@@ -182,9 +184,12 @@ mod tests {
     }
 
     #[test]
-    fn a_jpeg_stays_one_and_what_is_neither_is_said() {
+    fn a_jpeg_and_a_webp_stay_such_and_what_is_neither_is_said() {
         let file = jpeg(&image(64, 32, |_| [40, 80, 120, 255])).unwrap();
         let textures = Textures::new(16);
+        let webp = encode_webp(&image(64, 32, |_| [40, 80, 120, 9])).unwrap();
+        let small = textures.made(&webp, ImageUse::Numbers).unwrap();
+        assert_eq!((ImageFormat::of(&small), image_size(&small)), (Some(ImageFormat::WebP), Some([16, 8])));
         let small = textures.made(&file, ImageUse::Colours).unwrap();
         assert!(small.starts_with(b"\xff\xd8") && image_size(&small) == Some([16, 8]));
         assert_eq!(textures.note(), None);

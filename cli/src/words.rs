@@ -100,7 +100,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     if let Some(why) = why_stopped(&report.outcome) {
         notes.push(format!("stopped   {why}"));
-        notes.extend(what_frees(output));
+        notes.extend(report.free.iter().map(|how| format!("free      {how}")));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
         notes.push("reached   the mesh is already no larger than asked: unchanged".into());
     }
@@ -121,18 +121,6 @@ fn names_of(dropped: &[Dropped], most: usize) -> String {
     let mut names: Vec<String> = counts.iter().take(most).map(of_one).collect();
     names.extend((counts.len() > most).then(|| format!("{} other names (--explain lists all)", counts.len() - most)));
     names.join(", ")
-}
-
-/// Which options free what holds a result that was to be smaller.
-fn what_frees(output: &Output) -> Vec<String> {
-    let freed = [
-        (
-            output.kept_edges,
-            "--ignore uv,normals,colors,materials frees kept edges, a larger --seam-error seams of textures",
-        ),
-        (output.locked_vertices, "without --lock-boundaries the boundary may go"),
-    ];
-    freed.into_iter().filter(|(n, _)| *n > 0).map(|(_, how)| format!("free      {how}")).collect()
 }
 
 /// `repaired  holes filled: 3, faces added: 120, components dropped: 12`

@@ -8,7 +8,7 @@ use neural_mesh::io::{self, Asset};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Attributes, Looks, Role, TriMesh, shapes};
 use neural_mesh::metrics::psnr;
-use neural_mesh::picture::{Coat, Image, decode_image, encode_png, view_coated};
+use neural_mesh::picture::{Coat, Image, decode_image, encode_png, encode_webp, view_coated};
 use serde_json::json;
 
 use crate::common::{OCTAHEDRON, files, folder, json, run, the_line};
@@ -295,4 +295,37 @@ fn a_batch_bakes_each_mesh_and_says_which_format_holds_none() {
     assert!(dressed(&out.join("sheet.obj")).looks.of_groups[0].texture.is_some());
     let bad = ["simplify", "in", "-o", "out2", "--ratio", "0.1", "--bake", "9"];
     assert_eq!(run(folder.path(), &bad).code, Some(2));
+}
+
+#[test]
+fn a_webp_is_baked_and_what_cannot_be_decoded_is_refused() {
+    let folder = folder();
+    let square = "mtllib a.mtl\nusemtl cloth\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+        vt 0.5 0.5\nf 1/1 2/2 5/5\nf 2/2 3/3 5/5\nf 3/3 4/4 5/5\nf 4/4 1/1 5/5\n";
+    std::fs::write(folder.path().join("a.obj"), square).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl cloth\nKd 1 1 1\nmap_Kd a.webp\n").unwrap();
+    let green = Image { width: 8, height: 8, rgba: [10, 200, 30, 255].repeat(64) };
+    let webp = encode_webp(&green).unwrap();
+    let ktx2 = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0; 68]].concat();
+    let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--bake", "64", "--force"];
+    for (image, why) in [
+        (&ktx2[..], "is KTX2, which is not decoded: give it as PNG, JPEG or WebP"),
+        (&webp[..webp.len() / 2], "is no whole WebP: save it again"),
+        (b"GIF89a", "is no PNG, JPEG or WebP: convert it to one of these"),
+    ] {
+        std::fs::write(folder.path().join("a.webp"), image).unwrap();
+        let run = run(folder.path(), &words);
+        assert_eq!(run.code, Some(1), "{}", run.words);
+        let line = format!("neural-mesh: a.obj: --bake 64: an image of the material \"cloth\" {why}");
+        assert_eq!(the_line(&run), line);
+        assert!(!folder.path().join("b.glb").exists());
+    }
+    std::fs::write(folder.path().join("a.webp"), &webp).unwrap();
+    let run = run(folder.path(), &words);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
+    let look = &looks[0][0];
+    let seen = look.texture.as_ref().map(|texture| decode_image(&texture.image).unwrap());
+    let [r, g, _] = look.colour;
+    assert!(seen.map_or(g > 3.0 * r, |image| image.rgba[1] > 150 && image.rgba[0] < 60), "{:?}", look.colour);
 }

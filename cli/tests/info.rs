@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use crate::common::avatar::Avatar;
 use crate::common::*;
 use serde_json::Value;
 
@@ -70,4 +71,35 @@ fn what_a_mesh_carries_is_said() {
     assert!(said.contains("\ncarries     texture coordinates, 2 materials or groups\n"), "{said}");
     let folder_itself = run(folder.path(), &["info", "."]);
     assert!(the_line(&folder_itself).contains("is a folder: give the mesh files in it"), "{}", folder_itself.words);
+}
+
+#[test]
+fn a_scene_is_listed() {
+    let folder = folder();
+    let glb = Avatar::new(8).vrm_1().glb();
+    fs::write(folder.path().join("a.vrm"), &glb).unwrap();
+    let said = String::from_utf8(run(folder.path(), &["info", "a.vrm"]).out).unwrap();
+    for line in [
+        "scene       4 nodes, 2 meshes, 1 material, 1 image, 1 skin, 1 animation",
+        "mesh        ball: 642 vertices, 1,280 faces, 1 component, at 1 node",
+        "materials   skin",
+        "skins       skin 0 (2 joints)",
+        "animations  nod (1.5 s)",
+        "extensions  VRMC_vrm, VRMC_springBone, VRMC_node_constraint, VRMC_materials_mtoon",
+    ] {
+        assert!(said.lines().any(|said| said == line), "{line}: {said}");
+    }
+    assert!(said.contains("\nimage       face: 8 x 8, ") && said.contains(" bytes, PNG\n"), "{said}");
+    for from in ["a.vrm", "-"] {
+        let run = run_with_input(folder.path(), &["info", "--json", from], &glb);
+        let info: Value = serde_json::from_slice(&run.out).unwrap();
+        let scene = &info["scene"];
+        assert_eq!((&info["faces"], &scene["meshes"][1]["faces"]), (&2560.into(), &1280.into()), "{from}");
+        assert_eq!(scene["meshes"][0]["nodes"], serde_json::json!(["body"]));
+        assert_eq!(scene["images"][0]["width"], 8);
+        assert_eq!(scene["animations"], serde_json::json!([{"name": "nod", "seconds": 1.5}]));
+    }
+    assert!(info(folder.path(), "a.vrm").get("scene").is_some());
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    assert!(info(folder.path(), "a.obj").get("scene").is_none());
 }

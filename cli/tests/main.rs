@@ -1,5 +1,6 @@
 //! The tests of the program, in one program of their own: each program more is linked anew with all that it uses.
 
+mod advice;
 mod assets;
 #[cfg(feature = "bake")]
 mod bake;
@@ -7,6 +8,7 @@ mod batch;
 mod bounds;
 mod common;
 mod compare;
+mod components;
 mod compressed;
 mod degenerate;
 #[cfg(all(feature = "evaluate", unix))] // The tools are shell scripts.

@@ -1,133 +1,167 @@
-//! Scenes of many components: what a viewer sees of them comes back, and what is said of them is true of the whole.
+//! Scenes by their bytes: whatever a glTF is called and wherever it comes from, its skins, animations and extensions come back.
 
-use base64::prelude::*;
-use neural_mesh::io::Asset;
-use neural_mesh::mesh::{RawMesh, TriMesh, shapes};
-use neural_mesh::metrics::{Surface, surface_distance};
+use std::fs;
+use std::path::Path;
+
+use crate::common::avatar::{Avatar, document};
+use crate::common::*;
 use serde_json::{Value, json};
 
-use crate::common::{folder, json as read_json, run};
+/// Names of what a scene holds beside its meshes.
+fn held(glb: &[u8]) -> [usize; 4] {
+    let document = document(glb);
+    ["skins", "animations", "nodes", "meshes"].map(|name| document[name].as_array().map_or(0, Vec::len))
+}
 
-/// A glTF of these meshes, each with a node of its own as given.
-fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
-    let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
-    let mut put = |rows: Vec<u8>, component: u32, shape: &str, count: usize, bounds: [Value; 2]| {
-        views.push(json!({"buffer": 0, "byteOffset": bytes.len(), "byteLength": rows.len()}));
-        bytes.extend(rows);
-        let [min, max] = bounds;
-        accessors
-            .push(json!({"bufferView": views.len() - 1, "componentType": component, "type": shape, "count": count,
-            "min": min, "max": max}));
-        accessors.len() - 1
-    };
-    let mut described = Vec::new();
-    for mesh in meshes {
-        let n = mesh.faces().len();
-        let rows = mesh.positions().as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-        let bound = |choose: fn(f32, f32) -> f32, from: f32| {
-            json!([0, 1, 2].map(|axis| mesh.positions().iter().map(|p| p[axis]).fold(from, choose)))
-        };
-        let bounds = [bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY)];
-        let positions = put(rows, 5126, "VEC3", mesh.positions().len(), bounds);
-        let rows = mesh.faces().as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-        let last = mesh.positions().len() - 1;
-        let indices = put(rows, 5125, "SCALAR", 3 * n, [json!([0]), json!([last])]);
-        described.push(json!({"primitives": [{"attributes": {"POSITION": positions}, "indices": indices}]}));
+const WHOLE: [usize; 4] = [1, 1, 4, 2];
+
+#[test]
+fn a_scene_from_standard_input_stays_one() {
+    let folder = folder();
+    let glb = Avatar::new(8).glb();
+    let to_file = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], &glb);
+    assert_eq!(to_file.code, Some(0), "{}", to_file.words);
+    assert_eq!(held(&fs::read(folder.path().join("a.glb")).unwrap()), WHOLE);
+    for more in [&[][..], &["--format", "glb"]] {
+        let words = [&["simplify", "-", "-o", "-", "--ratio", "50%"], more].concat();
+        let piped = run_with_input(folder.path(), &words, &glb);
+        assert_eq!((piped.code, held(&piped.out)), (Some(0), WHOLE), "{}", piped.words);
     }
-    let uri = format!("data:application/octet-stream;base64,{}", BASE64_STANDARD.encode(&bytes));
-    let roots: Vec<usize> = (0..nodes.as_array().unwrap().len()).collect();
-    json!({
-        "asset": {"version": "2.0"}, "buffers": [{"byteLength": bytes.len(), "uri": uri}], "bufferViews": views,
-        "accessors": accessors, "meshes": described, "nodes": nodes, "scenes": [{"nodes": roots}], "scene": 0
-    })
-    .to_string()
-}
-
-/// The meshes of a scene where its nodes place them.
-fn placed(path: &std::path::Path) -> TriMesh {
-    let asset = Asset::read_path(path).unwrap();
-    let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-    let scene = asset.placed(&meshes).unwrap();
-    let positions = scene.positions.iter().map(|p| p.map(|x| x as f32)).collect();
-    TriMesh::new(positions, scene.faces).unwrap()
-}
-
-fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
-    TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
-}
-
-/// Nine spheres that have the same coordinates, side by side; the last one is a hundred times as large by its node.
-fn nine_spheres() -> String {
-    let scale = |i: u32| if i == 8 { 4.0 } else { 1.0 };
-    let node =
-        |i: u32| json!({"mesh": i, "translation": [2.5 * f64::from(i), 0, 0], "scale": [scale(i), scale(i), scale(i)]});
-    let nodes: Vec<Value> = (0..9).map(node).collect();
-    scene_of(&vec![shapes::icosphere(2); 9], &nodes.into())
+    let levels = run_with_input(folder.path(), &["simplify", "-", "-o", "l.glb", "--lods", "50%,20%"], &glb);
+    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(files(folder.path()), ["a.glb", "l.glb"]);
+    let obj = run_with_input(folder.path(), &["simplify", "-", "-o", "o.obj", "--lods", "50%,20%"], &glb);
+    assert_eq!(obj.code, Some(0), "{}", obj.words);
+    assert!(folder.path().join("o-lod1.obj").is_file());
 }
 
 #[test]
-fn meshes_that_nodes_place_apart_all_come_back() {
+fn a_scene_of_any_name_stays_one() {
     let folder = folder();
-    std::fs::write(folder.path().join("in.gltf"), nine_spheres()).unwrap();
-    for size in [["--ratio", "0.3"], ["--error", "2%"], ["--faces", "500"]] {
-        let [option, value] = size;
-        let asked = ["simplify", "in.gltf", "-o", "out.glb", option, value, "--report", "r.json", "--force"];
-        assert_eq!(run(folder.path(), &asked).code, Some(0), "{size:?}");
-        let asset = Asset::read_path(&folder.path().join("out.glb")).unwrap();
-        assert_eq!(asset.parts().len(), 9, "{size:?}");
-        let report = read_json(&folder.path().join("r.json"));
-        let [before, after] = ["in.gltf", "out.glb"].map(|name| placed(&folder.path().join(name)));
-        let measured =
-            surface_distance(&Surface::new(&before, 30_000, 1), &Surface::new(&after, 30_000, 2)).unwrap().both;
-        let percent = 100.0 / before.diagonal();
-        let said = report["distance"]["mean_percent"].as_f64().unwrap();
-        assert!((said / (percent * measured.mean) - 1.0).abs() < 0.1, "{size:?}: {said} {}", percent * measured.mean);
-        assert!(report["distance"]["max_percent"].as_f64().unwrap() > 0.9 * percent * measured.max);
-        if option == "--error" {
-            let upper = report["certified"]["upper_percent"].as_f64().unwrap();
-            assert!(upper <= 2.0 && percent * measured.max <= upper, "{upper} {}", percent * measured.max);
+    let glb = Avatar::new(8).glb();
+    for name in ["knight", "knight.bin", "knight.ply", "knight.gltf"] {
+        fs::write(folder.path().join(name), &glb).unwrap();
+        let run = run(folder.path(), &["simplify", name, "-o", "out.glb", "--ratio", "50%", "--force"]);
+        assert_eq!(run.code, Some(0), "{name}: {}", run.words);
+        assert_eq!(held(&fs::read(folder.path().join("out.glb")).unwrap()), WHOLE, "{name}");
+    }
+    let run_one = run(folder.path(), &["simplify", "knight", "-o", "-", "--ratio", "50%"]);
+    assert_eq!(held(&run_one.out), WHOLE, "{}", run_one.words);
+    fs::create_dir(folder.path().join("out")).unwrap();
+    let one = run(folder.path(), &["simplify", "knight", "-o", "out", "--ratio", "50%"]);
+    assert_eq!((one.code, files(&folder.path().join("out"))), (Some(0), vec!["knight.glb".into()]), "{}", one.words);
+}
+
+#[test]
+fn a_mesh_under_the_name_of_a_scene_is_a_mesh() {
+    let folder = folder();
+    fs::write(folder.path().join("a.glb"), OCTAHEDRON).unwrap();
+    let run = run(folder.path(), &["simplify", "a.glb", "-o", "b.glb", "--ratio", "1"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(welded(&folder.path().join("b.glb")).faces().len(), 8);
+}
+
+#[test]
+fn a_scene_of_several_files_needs_its_path() {
+    let folder = folder();
+    let text = br#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "a.bin"}]}"#;
+    let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], text);
+    assert_eq!(run.code, Some(1));
+    assert!(the_line(&run).contains("\"a.bin\" is a file of its own: read the asset by its path"), "{}", run.words);
+}
+
+fn simplified(folder: &Path, glb: &[u8], more: &[&str]) -> Value {
+    fs::write(folder.join("in.vrm"), glb).unwrap();
+    let run = run(folder, &[&["simplify", "in.vrm", "-o", "out.vrm", "--force", "--ratio", "30%"], more].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    document(&fs::read(folder.join("out.vrm")).unwrap())
+}
+
+#[test]
+fn a_vrm_keeps_what_its_extensions_name() {
+    let folder = folder();
+    for avatar in [Avatar::new(8).vrm_0(), Avatar::new(8).vrm_1()] {
+        let before = avatar.document.clone();
+        let after = simplified(folder.path(), &avatar.glb(), &[]);
+        for name in ["extensions", "extensionsUsed", "nodes", "materials", "textures"] {
+            assert_eq!(before[name], after[name], "{name}");
         }
+        assert_eq!(before["skins"][0]["joints"], after["skins"][0]["joints"]);
+        assert_eq!(after["meshes"][0]["primitives"][0]["targets"].as_array().unwrap().len(), 1);
     }
 }
 
 #[test]
-fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
+fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
     let folder = folder();
-    let panes = vec![shapes::grid(2, 2); 12];
-    let nodes: Vec<Value> = (0..12).map(|i| json!({"mesh": i, "translation": [1.5 * f64::from(i), 0, 0]})).collect();
-    std::fs::write(folder.path().join("in.gltf"), scene_of(&panes, &nodes.into())).unwrap();
-    let done = run(folder.path(), &["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--report", "r.json"]);
-    assert!(
-        done.words.contains("components would lose their shape")
-            || String::from_utf8_lossy(&done.out).contains("lose their shape")
-    );
-    let report = read_json(&folder.path().join("r.json"));
-    assert!(report["distance"]["max_percent"].as_f64().unwrap() < 0.01, "{report}");
-    assert_eq!(report["output"]["vertices"], 48);
-    // Asked for by name, small ones go.
-    let asked = ["simplify", "in.gltf", "-o", "none.glb", "--ratio", "0.1", "--prune=99%", "--report", "p.json"];
-    assert_eq!(run(folder.path(), &asked).code, Some(0));
-    let report = read_json(&folder.path().join("p.json"));
-    let dropped = report["output"]["dropped"].as_array().unwrap();
-    assert_eq!((dropped.len(), dropped[0]["faces"].as_u64()), (11, Some(shapes::grid(2, 2).faces().len() as u64)));
-    assert!(dropped[0]["name"].as_str().unwrap().starts_with("mesh 0"), "{dropped:?}");
-    // Nodes that lost their mesh are there and draw nothing.
-    let text = String::from_utf8_lossy(&std::fs::read(folder.path().join("none.glb")).unwrap()).into_owned();
-    assert_eq!(text.matches("\"translation\"").count(), 12);
-    assert_eq!(text.matches("\"mesh\":").count(), 1, "{text}");
+    let after = simplified(folder.path(), &Avatar::new(8).vrm_1().glb(), &["--compress=quantize"]);
+    // The second mesh lies in a child of its node, which a bone might be.
+    let vrm = &after["extensions"]["VRMC_vrm"];
+    let nodes = |list: &Value| -> Vec<usize> {
+        list.as_array().unwrap().iter().map(|it| it["node"].as_u64().unwrap() as usize).collect()
+    };
+    let meshes = |nodes: Vec<usize>| -> Vec<Value> {
+        nodes.into_iter().map(|node| after["nodes"][node]["mesh"].clone()).collect()
+    };
+    assert_eq!(meshes(nodes(&vrm["expressions"]["preset"]["happy"]["morphTargetBinds"])), [0, 1]);
+    assert_eq!(meshes(nodes(&vrm["firstPerson"]["meshAnnotations"])), [0, 1]);
+    assert_eq!(after["nodes"][1]["translation"], json!([3, 0, 0]));
+    // Shaders of avatars move textures in ways of their own.
+    assert!(!after["extensionsUsed"].to_string().contains("KHR_texture_transform"), "{}", after["extensionsUsed"]);
+
+    fs::write(folder.path().join("in.vrm"), Avatar::new(8).vrm_0().glb()).unwrap();
+    let run = run(folder.path(), &["simplify", "in.vrm", "-o", "levels.vrm", "--lods", "50%,20%"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let levels = document(&fs::read(folder.path().join("levels.vrm")).unwrap());
+    let binds = &levels["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"][0]["binds"];
+    let meshes: Vec<_> = binds.as_array().unwrap().iter().map(|bind| bind["mesh"].as_u64().unwrap()).collect();
+    assert_eq!(meshes.len(), 2, "{binds}");
+    assert!(levels["meshes"][meshes[1] as usize]["primitives"][0]["targets"].is_array());
 }
 
 #[test]
-fn small_meshes_inside_large_ones_of_a_scene_are_hidden_where_they_stand() {
+fn a_folder_of_vrms_stays_one() {
     let folder = folder();
-    // In their own coordinates the second lies within the first; its node takes it out.
-    let meshes = [shapes::icosphere(3), scaled(&shapes::icosphere(2), 0.5)];
-    for (x, n_left) in [(0.0, 1), (3.0, 2)] {
-        let nodes = json!([{"mesh": 0}, {"mesh": 1, "translation": [x, 0, 0]}]);
-        std::fs::write(folder.path().join("in.gltf"), scene_of(&meshes, &nodes)).unwrap();
-        let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.5", "--hidden", "drop", "--force"];
-        assert_eq!(run(folder.path(), &asked).code, Some(0));
-        let drawn = placed(&folder.path().join("out.glb"));
-        assert_eq!(neural_mesh::mesh::topology(&drawn).components, n_left, "{x}");
+    fs::create_dir(folder.path().join("in")).unwrap();
+    fs::write(folder.path().join("in/a.vrm"), Avatar::new(8).vrm_1().glb()).unwrap();
+    fs::write(folder.path().join("in/b.obj"), OCTAHEDRON).unwrap();
+    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "50%"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let out = folder.path().join("out");
+    let names: Vec<String> =
+        files(&out).into_iter().filter(|name| name.contains(".vrm") || name.contains(".obj")).collect();
+    assert_eq!(names, ["a.vrm", "b.obj"]);
+    assert_eq!(held(&fs::read(out.join("a.vrm")).unwrap()), WHOLE);
+}
+
+#[test]
+fn what_is_no_vrm_does_not_get_the_name_of_one() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
+    for name in ["a.obj", "a.glb"] {
+        let run = run(folder.path(), &["simplify", name, "-o", "b.vrm", "--ratio", "50%"]);
+        assert_eq!(run.code, Some(2));
+        assert_eq!(the_line(&run), "neural-mesh: b.vrm: the mesh is no VRM: end the name in .glb");
+    }
+}
+
+#[test]
+fn gltf_of_version_1_is_refused_by_its_version() {
+    let folder = folder();
+    let text =
+        br#"{"asset": {"version": "1.0"}, "meshes": {"a": {"primitives": []}}, "buffers": {"b": {"uri": "x.bin"}}}"#;
+    let glb = b"glTF\x01\0\0\0\x18\0\0\0\x04\0\0\0\0\0\0\0{}  ";
+    for (name, bytes) in [("a.gltf", &text[..]), ("a.glb", glb)] {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        for command in [&["simplify", name, "-o", "b.glb", "--ratio", "50%"][..], &["info", name]] {
+            let run = run(folder.path(), command);
+            assert_eq!(run.code, Some(1));
+            assert!(
+                the_line(&run).contains("glTF 1.0 is not read, glTF 2.0 is: convert it to 2.0 first"),
+                "{}",
+                run.words
+            );
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::*;
-use neural_mesh::picture::{Image, decode_image, encode_png, image_size};
+use neural_mesh::picture::{Image, decode_image, encode_png, encode_webp, image_size};
 
 /// The file of a PNG of so many pixels a side, in which each pixel has a colour of its own.
 fn png(side: usize) -> Vec<u8> {
@@ -119,7 +119,9 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
     std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
     std::fs::create_dir(folder.path().join("out")).unwrap();
     let run = simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
-    assert!(String::from_utf8(run.out).unwrap().contains("images that are no readable PNG or JPEG keep their size"));
+    assert!(
+        String::from_utf8(run.out).unwrap().contains("images that are no readable PNG, JPEG or WebP keep their size")
+    );
     assert_eq!(std::fs::read(folder.path().join("out/maps/skin.png")).unwrap(), b"not looked into");
     for (output, more, why) in [
         ("a.stl", &["--textures", "64"][..], "--textures: stl holds no textures: write glb, gltf, obj or ply"),
@@ -132,4 +134,20 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
         );
         assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
     }
+}
+
+#[test]
+fn a_webp_goes_into_a_glb_as_such() {
+    let folder = folder();
+    textured(folder.path());
+    let image = decode_image(&png(64)).unwrap();
+    std::fs::write(folder.path().join("maps/skin.png"), encode_webp(&image).unwrap()).unwrap();
+    simplified(folder.path(), "plate.obj", "plate.glb", &[]);
+    let (sizes, document) = images(&folder.path().join("plate.glb"));
+    assert_eq!((sizes[0], &document["images"][0]["mimeType"]), ([32, 32], &"image/webp".into()));
+    assert_eq!(document["textures"][0]["extensions"]["EXT_texture_webp"]["source"], 0);
+    assert_eq!(document["extensionsRequired"], serde_json::json!(["EXT_texture_webp"]));
+    let words = ["simplify", "plate.glb", "-o", "less.obj", "--ratio", "50%"];
+    assert_eq!(run(folder.path(), &words).code, Some(0));
+    assert!(files(folder.path()).contains(&"less_0.webp".to_string()));
 }

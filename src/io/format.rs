@@ -71,6 +71,7 @@ impl Format {
     /// ```
     /// use neural_mesh::io::Format;
     /// assert_eq!(Format::from_name("PLY"), Some(Format::Ply));
+    /// assert_eq!(Format::from_name("vrm"), Some(Format::Glb));
     /// assert_eq!(Format::from_name("doc"), None);
     /// ```
     pub fn from_name(name: &str) -> Option<Self> {
@@ -82,7 +83,8 @@ impl Format {
             "stl-ascii" => Some(Self::StlAscii),
             "off" => Some(Self::Off),
             "gltf" => Some(Self::Gltf),
-            "glb" => Some(Self::Glb),
+            // A VRM is a GLB that says more in extensions.
+            "glb" | "vrm" => Some(Self::Glb),
             "3mf" => Some(Self::ThreeMf),
             "fbx" => Some(Self::Fbx),
             _ => None,

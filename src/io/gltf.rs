@@ -14,6 +14,7 @@ mod compressed;
 #[path = "gltf/no_compressed.rs"]
 mod compressed;
 mod container;
+mod contents;
 #[cfg(feature = "draco")]
 mod draco;
 #[cfg(not(feature = "draco"))]
@@ -44,12 +45,14 @@ mod texture_transforms;
 mod triangles;
 mod united;
 mod values;
+mod vrm;
 
 use std::collections::BTreeMap;
 
 pub use asset::Asset;
 pub use bare::write_gltf;
 pub(super) use bare::{write, write_attributed};
+pub use contents::AssetContents;
 pub use lighter::LighterPart;
 pub use part::Part;
 pub use rewrite::SceneOptions;
@@ -236,6 +239,45 @@ mod tests {
         assert_eq!(read(&glb, &no_fetch).unwrap(), parse(&json).unwrap());
         for length in 0..glb.len() {
             assert!(read(&glb[..length], &no_fetch).is_err());
+        }
+    }
+
+    #[test]
+    fn what_comes_before_gltf_2_is_refused_by_its_version() {
+        for version in ["\"1.0\"", "\"0.8\"", "1.0", "\"1\""] {
+            let old = format!(r#"{{"asset": {{"version": {version}}}, "meshes": {{"a": {{"primitives": []}}}}}}"#);
+            let error = parse(&old).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("glTF {} is not read", version.replace('"', ""))), "{error}");
+        }
+        let refused = |bytes: &[u8]| read(bytes, &|_| Err(ReadError::file("fetched", ""))).unwrap_err().to_string();
+        assert!(refused(b"glTF\x01\0\0\0\0\0\0\0").starts_with("glTF 1.0 is not read"));
+        assert!(refused(b"glTF\x07\0\0\0\0\0\0\0").contains("version 7 of glTF"));
+    }
+
+    #[cfg(feature = "meshopt")]
+    #[test]
+    fn a_buffer_that_compressed_views_alone_name_needs_no_bytes() {
+        let positions = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|p| p.map(f32::to_bits));
+        let bytes = meshopt::encode_vertex_buffer(&positions).unwrap();
+        let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
+        for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
+            let view = format!(
+                r#"{{"buffer": 1, "byteLength": 36, "extensions": {{"{name}": {{"buffer": 0, "byteLength": {}, "byteStride": 12,
+                "count": 3, "mode": "ATTRIBUTES"}}}}}}"#,
+                bytes.len()
+            );
+            let text = |more: &str| {
+                format!(
+                    r#"{{"buffers": [{{"byteLength": {}, "uri": "data:application/octet-stream;base64,{data}"}}, {{"byteLength": 36}}],
+                    "bufferViews": [{view}{more}], "extensionsRequired": ["{name}"], "nodes": [{{"mesh": 0}}],
+                    "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}}],
+                    "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}]}}"#,
+                    bytes.len()
+                )
+            };
+            assert_eq!(parse(&text("")).unwrap().positions[1], [1.0, 0.0, 0.0]);
+            let plain = parse(&text(r#", {"buffer": 1, "byteLength": 36}"#)).unwrap_err();
+            assert_eq!(plain.what, "a buffer without bytes");
         }
     }
 

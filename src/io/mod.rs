@@ -65,7 +65,7 @@ pub use error::{Place, ReadError, WriteError};
 pub use extra::{Column, Extra, Group, Layout, ReadMesh};
 pub use format::Format;
 #[cfg(feature = "gltf")]
-pub use gltf::{Asset, LighterPart, Part, SceneOptions, write_gltf};
+pub use gltf::{Asset, AssetContents, LighterPart, Part, SceneOptions, write_gltf};
 pub use images::{ImageMaker, ImageUse};
 pub use looks::looks;
 pub use model::{Model, WriteOptions, Written, geometry_only, packing, write_attributed};
@@ -75,7 +75,7 @@ pub use output_file::{OutputFile, write_files};
 pub use packing::{PackOptions, Packing};
 pub use pieces::{Pieces, Triangle};
 pub use points::read_points;
-pub use read_path::{read_attributed_path, read_path};
+pub use read_path::{is_gltf, is_gltf_path, read_attributed_path, read_path};
 pub use room::{read_file, read_stream};
 pub use scalar::Scalar;
 pub(crate) use spool::Spool;

@@ -1,12 +1,16 @@
 //! Mesh files by path, read whole.
 
 use std::borrow::Cow;
+use std::io::Read;
 use std::path::Path;
 
 use super::room::read_file;
 use super::uri::fetch;
 use super::{Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
+
+/// Bytes of a file by which a glTF is known: a mark of encoding, blanks and a brace, or four letters.
+const FIRST: u64 = 4096;
 
 /// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
 ///
@@ -45,8 +49,38 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
     Ok(read)
 }
 
+/// Whether bytes are a glTF, as JSON or GLB, compressed by gzip or not: whatever their file is called.
+///
+/// ```
+/// use neural_mesh::io::is_gltf;
+/// assert!(is_gltf(b"glTF\x02\0\0\0") && is_gltf(b" {\"asset\": {}}") && !is_gltf(b"ply\n"));
+/// ```
+pub fn is_gltf(bytes: &[u8]) -> bool {
+    let format = gzip::unpacked(bytes).ok().and_then(|bytes| Format::from_content(&bytes));
+    matches!(format, Some(Format::Gltf | Format::Glb))
+}
+
+/// Whether the file at `path` is a glTF, as [`is_gltf`] says of its bytes, of which few are read. False where it cannot be read.
+///
+/// ```
+/// use neural_mesh::io::is_gltf_path;
+/// assert!(is_gltf_path("tests/meshes/tiny/tetrahedron.glb".as_ref()));
+/// assert!(!is_gltf_path("no/such/file.glb".as_ref()));
+/// ```
+pub fn is_gltf_path(path: &Path) -> bool {
+    let mut first = Vec::new();
+    let opened = std::fs::File::open(path).ok().filter(|file| file.metadata().is_ok_and(|found| found.is_file()));
+    let Some(mut file) = opened.filter(|file| file.take(FIRST).read_to_end(&mut first).is_ok()) else { return false };
+    // All bytes of a packed file tell, and the length of one that a binary STL might have.
+    let is_undecided = first.starts_with(b"\x1f\x8b") || !first.starts_with(b"glTF") && is_gltf(&first);
+    match is_undecided {
+        true => file.read_to_end(&mut first).is_ok() && is_gltf(&first),
+        false => first.starts_with(b"glTF"),
+    }
+}
+
 /// The bytes of a file, unpacked.
-pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
+fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
     let bytes = read_file(path)?;
     match gzip::unpacked(&bytes)? {
         Cow::Owned(unpacked) => Ok(unpacked),

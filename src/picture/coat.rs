@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::Image;
-use super::texture::{Texture, decode_image};
+use super::image_file::decode_image;
+use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
 /// What covers a surface: which image and which colours each corner of it has. Its images are not decoded yet.
@@ -150,7 +151,7 @@ impl Coat {
         let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
         let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
         let is_missing = textures.iter().any(Option::is_none);
-        let notes = is_missing.then(|| "a texture is not a readable PNG or JPEG: drawn without it".into());
+        let notes = is_missing.then(|| "a texture is not a readable PNG, JPEG or WebP: drawn without it".into());
         (Some(Self { cover, textures }), notes.into_iter().collect())
     }
 

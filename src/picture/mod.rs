@@ -8,6 +8,7 @@
 mod camera;
 mod caption;
 mod coat;
+mod image_file;
 mod mark;
 mod occlusion;
 mod paint;
@@ -25,9 +26,10 @@ use crate::mesh::TriMesh;
 use shade::Colours;
 
 pub use coat::{Coat, Corner, Cover};
+pub use image_file::{ImageFormat, decode_image, encode_webp, image_size};
 pub use paint::Scale;
 pub use png_file::{encode_png, encode_png_opaque};
-pub use texture::{decode_image, image_size, shrunk};
+pub use texture::shrunk;
 pub use views::{View, view, view_coated};
 
 /// Samples per pixel along each axis; odd, so that one lies in the middle.

@@ -1,86 +1,13 @@
-//! Textures: image files decoded, and their colours between the pixels.
+//! Textures: images, and their colours between the pixels.
 //!
 //! Where a texture is finer than the picture, sampling it as it is would flicker, so each level of a pyramid holds the means
 //! of four pixels of the one before (Williams, "Pyramidal parametrics", 1983).
 
 use glam::{Vec2, Vec3};
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::Image;
 use super::shade::{from_srgb, to_srgb};
 use crate::mesh::Wrap;
-
-/// Pixels of a texture at most: more would only fill the memory.
-const MOST_PIXELS: usize = 1 << 26;
-
-/// Decodes the bytes of a PNG or JPEG file, whatever its name says; `None` where they are neither, damaged, or more than 67
-/// million pixels.
-///
-/// ```
-/// use neural_mesh::picture::{Image, decode_image, encode_png};
-/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
-/// assert_eq!(decode_image(&encode_png(&image)), Some(image));
-/// assert_eq!(decode_image(b"GIF89a"), None);
-/// ```
-pub fn decode_image(bytes: &[u8]) -> Option<Image> {
-    if bytes.starts_with(b"\x89PNG") { decode_png(bytes) } else { decode_jpeg(bytes) }
-}
-
-/// Width and height of an image by what the bytes of its PNG or JPEG file begin with; `None` where they are neither.
-///
-/// ```
-/// use neural_mesh::picture::{Image, encode_png, image_size};
-/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
-/// assert_eq!(image_size(&encode_png(&image)), Some([2, 1]));
-/// assert_eq!(image_size(b"GIF89a"), None);
-/// ```
-pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
-    if bytes.starts_with(b"\x89PNG") {
-        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
-        return Some([reader.info().width, reader.info().height].map(|side| side as usize));
-    }
-    let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
-    decoder.decode_headers().ok()?;
-    decoder.dimensions().map(<[usize; 2]>::from)
-}
-
-fn decode_png(bytes: &[u8]) -> Option<Image> {
-    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::normalize_to_color8());
-    let mut reader = decoder.read_info().ok()?;
-    let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
-    checked_size(width, height)?;
-    let mut pixels = vec![0; reader.output_buffer_size()?];
-    let frame = reader.next_frame(&mut pixels).ok()?;
-    let pixels = &pixels[..frame.buffer_size()];
-    let rgba: Vec<u8> = match frame.color_type {
-        png::ColorType::Rgba => pixels.to_vec(),
-        png::ColorType::Rgb => pixels.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect(),
-        png::ColorType::GrayscaleAlpha => {
-            pixels.as_chunks::<2>().0.iter().flat_map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect()
-        }
-        _ => pixels.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect(),
-    };
-    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
-}
-
-fn decode_jpeg(bytes: &[u8]) -> Option<Image> {
-    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().ok()?;
-    let (width, height) = decoder.dimensions()?;
-    checked_size(width, height)?;
-    let rgba = decoder.decode().ok()?;
-    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
-}
-
-/// Refuses images without pixels or with too many.
-fn checked_size(width: usize, height: usize) -> Option<usize> {
-    width.checked_mul(height).filter(|n| (1..=MOST_PIXELS).contains(n))
-}
 
 /// An image halved until no side is longer than `most` pixels, each pixel the mean light of four; without opacity.
 ///
@@ -240,7 +167,5 @@ mod tests {
             let colour = two_pixels().colour(Vec2::new(u, u), [Vec2::splat(u); 2], [Wrap::Mirror, Wrap::Repeat]);
             assert!(colour.is_finite() || !u.is_finite() || u.abs() > 1e20, "{colour}");
         }
-        assert_eq!(decode_image(b"\x89PNG\r\n\x1a\n"), None);
-        assert_eq!(decode_image(b"\xff\xd8\xff\xe0"), None);
     }
 }

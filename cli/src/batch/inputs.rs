@@ -7,7 +7,7 @@ use neural_mesh::io::{Format, is_read};
 use crate::args::SimplifyArgs;
 use crate::failure::{Failure, name};
 use crate::files;
-use crate::names::is_stream;
+use crate::names::{is_stream, readable};
 
 /// A mesh to simplify.
 #[derive(Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     inputs.dedup_by(|a, b| a.below == b.below);
     if inputs.is_empty() {
         let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
-        let what = format!("{}: no mesh files found: give OBJ, PLY, STL, OFF, glTF, GLB, 3MF or FBX", asked.join(", "));
+        let what = format!("{}: no mesh files found: {}", asked.join(", "), readable());
         return Err(Failure::Failed(what));
     }
     Ok(inputs)

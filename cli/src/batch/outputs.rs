@@ -9,7 +9,7 @@ use neural_mesh::io::Format;
 use super::inputs::Input;
 use super::spelled::spelled;
 use crate::failure::Failure;
-use crate::names::{as_result, ending, with_ending, with_level};
+use crate::names::{as_result, ending, shown, with_ending, with_level};
 use crate::request::Source;
 
 /// Makes OUTDIR where there is none yet; gives its path without links.
@@ -74,7 +74,7 @@ pub fn folded(path: &Path) -> String {
 
 /// The format of a result where none is asked for.
 pub fn format_for(input: &Input) -> Format {
-    Format::from_path(&input.below).map_or(Format::Ply, as_result)
+    shown(&input.path).map_or(Format::Ply, as_result)
 }
 
 /// The path of a result, with the folders that it needs. No link may stand on the way: it could lead out of OUTDIR.

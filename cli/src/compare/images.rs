@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jpeg_encoder::{ColorType, Encoder};
-use neural_mesh::picture::{Image, decode_image, shrunk};
+use neural_mesh::picture::{Image, ImageFormat, decode_image, shrunk};
 use rayon::prelude::*;
 
 /// Pixels of a side at most; where all would be too many bytes, the next one.
@@ -22,7 +22,7 @@ pub struct Gallery {
 /// An image as it goes into the page.
 #[derive(Debug, PartialEq)]
 pub struct FittedImage {
-    /// A PNG or JPEG file.
+    /// A PNG, JPEG or WebP file.
     pub bytes: Vec<u8>,
     /// Its media type.
     pub kind: &'static str,
@@ -62,7 +62,7 @@ fn fitted(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>,
     }
     let mut notes = Vec::new();
     if fitted.iter().any(Option::is_none) {
-        notes.push("a texture is not a readable PNG or JPEG: the page shows the mesh without it".into());
+        notes.push("a texture is not a readable PNG, JPEG or WebP: the page shows the mesh without it".into());
     }
     let is_changed = |(image, fitted): (&Arc<[u8]>, &Option<FittedImage>)| {
         fitted.as_ref().is_some_and(|fitted| fitted.bytes[..] != image[..])
@@ -87,7 +87,11 @@ fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     if image.width.max(image.height) > side || bytes.len() > most {
         return jpeg(&shrunk(&image, side));
     }
-    let kind = if bytes.starts_with(b"\x89PNG") { "image/png" } else { "image/jpeg" };
+    let kind = match ImageFormat::of(bytes)? {
+        ImageFormat::Png => "image/png",
+        ImageFormat::WebP => "image/webp",
+        _ => "image/jpeg",
+    };
     Some(FittedImage { bytes: bytes.to_vec(), kind, width: image.width, height: image.height })
 }
 

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{self, Asset, Format, ReadMesh};
+use neural_mesh::io::{self, ReadMesh};
 use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Frame, Looks, RawMesh, TriMesh};
 
 use super::worn::{Worn, only_texture, worn};
 use crate::args::CompareArgs;
 use crate::failure::{Failure, name};
-use crate::read::{cleaned, parsed, read};
+use crate::read::{asset, cleaned, parsed, read};
 use crate::request::Source;
 
 /// A mesh and what people call it.
@@ -84,9 +84,8 @@ fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<
 
 /// A mesh and what its groups look like; of a glTF the scene.
 fn dressed(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
-    // What is no asset by itself, a compressed one, is read below.
-    let asset = source.is_scene(Format::Glb).then(|| Asset::read_path(&source.path).ok()).flatten();
-    if let Some(asset) = asset {
+    if source.is_gltf() {
+        let asset = asset(source)?;
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
         let scene = asset.placed(&meshes).map_err(|error| Failure::of(&source.path, error))?;
         let (looks, missing) = asset.scene_looks();

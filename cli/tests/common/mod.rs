@@ -1,6 +1,8 @@
 //! Running the program and looking at what it leaves.
 #![allow(dead_code, reason = "not every set of features uses all")]
 
+pub mod avatar;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -12,9 +12,9 @@ use super::load_uri::load_uri;
 use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
-use crate::io::read_path::bytes_of;
+use crate::io::room::read_file;
 use crate::io::uri::{fetch, path_inside};
-use crate::io::{Format, OutputFile, ReadError};
+use crate::io::{Format, OutputFile, ReadError, gzip, of_its_own};
 
 /// A glTF or GLB file, opened with all that it refers to.
 pub struct Asset {
@@ -46,11 +46,11 @@ impl Asset {
     /// assert_eq!(asset.parts()[0].mesh.faces.len(), 4);
     /// ```
     pub fn read_path(path: &Path) -> Result<Self, ReadError> {
-        let bytes = bytes_of(path)?;
+        let bytes = read_file(path)?;
         Self::from_bytes(&bytes, &|uri| fetch(path.parent().unwrap_or(Path::new("")), uri))
     }
 
-    /// Opens the bytes of a glTF or GLB file; `fetch` gives those of a file that it names, by a URI that does not lead out
+    /// Opens the bytes of a glTF or GLB file, compressed by gzip or not; `fetch` gives those of a file that it names, by a URI that does not lead out
     /// of its folder. Images that cannot be had are noted, buffers are needed.
     ///
     /// # Errors
@@ -64,8 +64,24 @@ impl Asset {
     /// assert!(asset.parts().is_empty() && asset.notes()[0].contains("no.png"));
     /// ```
     pub fn from_bytes(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
+        let bytes = &*gzip::unpacked(bytes)?;
         let opened = Container::open(bytes, fetch).and_then(|container| Self::of(bytes, container.into_owned(), fetch));
         opened.map_err(|error| ReadError { format: Some(Format::Gltf), ..error })
+    }
+
+    /// Opens the bytes of a glTF or GLB file whose folder is not known, as [`from_bytes`](Self::from_bytes) does: buffers have to be
+    /// within it.
+    ///
+    /// # Errors
+    /// As of [`from_bytes`](Self::from_bytes).
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let bytes = std::fs::read("tests/meshes/tiny/tetrahedron.glb").unwrap();
+    /// assert_eq!(Asset::from_stream(&bytes).unwrap().parts().len(), 1);
+    /// ```
+    pub fn from_stream(bytes: &[u8]) -> Result<Self, ReadError> {
+        Self::from_bytes(bytes, &of_its_own)
     }
 
     fn of(
@@ -90,6 +106,17 @@ impl Asset {
     /// The meshes that have triangles, in the order of the file, each once.
     pub fn parts(&self) -> &[Part] {
         &self.parts
+    }
+
+    /// Whether the asset as a whole has an extension, such as `VRM` or `VRMC_vrm`.
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let asset = Asset::from_stream(br#"{"asset": {"version": "2.0"}, "extensions": {"VRM": {}}}"#).unwrap();
+    /// assert!(asset.has_extension("VRM") && !asset.has_extension("VRMC_vrm"));
+    /// ```
+    pub fn has_extension(&self, name: &str) -> bool {
+        self.document.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
     }
 
     /// What had to be mended or could not be had, in one line each.

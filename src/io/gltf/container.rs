@@ -1,5 +1,8 @@
 //! The document of a glTF asset and the bytes of its buffers, from JSON or from GLB.
 
+use serde::Deserialize;
+use serde_json::Value;
+
 use super::accessor::Data;
 use super::buffers::Buffers;
 use super::schema::Root;
@@ -19,12 +22,16 @@ impl<'a> Container<'a> {
     /// Opens an asset; `fetch` gives the bytes of buffers that are files of their own.
     pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
         let (json, embedded) = chunks(bytes)?;
+        refuse_version_1(json)?;
         let mut root: Root = serde_json::from_slice(json).map_err(|error| {
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
         })?;
-        let named = root.buffers.iter().map(|buffer| (buffer.uri.as_deref(), buffer.extensions.is_fallback()));
+        let is_spare = |at: usize| embedded.is_none() && has_compressed_views_alone(&root, at);
+        let named = root.buffers.iter().enumerate();
+        let named =
+            named.map(|(at, it)| (it.uri.as_deref(), it.extensions.is_fallback() || it.uri.is_none() && is_spare(at)));
         let buffers = Buffers::load(named, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
@@ -54,6 +61,40 @@ impl<'a> Container<'a> {
     }
 }
 
+/// Whether a buffer has views, and all of them come compressed from other buffers, so that nothing reads its bytes.
+fn has_compressed_views_alone(root: &Root, buffer: usize) -> bool {
+    let mut views = root.buffer_views.iter().filter(|view| view.buffer == buffer).peekable();
+    views.peek().is_some() && views.all(|view| view.extensions.compressed().is_some())
+}
+
+/// What is said of glTF before 2.0, which has objects where 2.0 has arrays.
+fn old(version: &str) -> ReadError {
+    let remedy = "convert it to 2.0 first, as with `npx gltf-pipeline -i OLD -o NEW.glb`";
+    ReadError::file(format!("glTF {version} is not read, glTF 2.0 is"), remedy)
+}
+
+/// Refuses a document that says it is of a version before 2.0.
+fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
+    let stated = serde_json::from_slice::<Stated>(json).ok().and_then(|stated| stated.asset?.version);
+    let version = stated.map(|version| version.as_str().map_or_else(|| version.to_string(), String::from));
+    match version.filter(|version| ["0", "1"].contains(&version.split('.').next().unwrap_or_default())) {
+        Some(version) => Err(old(&version)),
+        None => Ok(()),
+    }
+}
+
+/// What a document says of its version, a text or a number.
+#[derive(Deserialize)]
+struct Stated {
+    asset: Option<StatedAsset>,
+}
+
+/// The part of it that says so.
+#[derive(Deserialize)]
+struct StatedAsset {
+    version: Option<Value>,
+}
+
 /// The JSON and, of a GLB, the binary chunk.
 pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
@@ -64,10 +105,13 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> 
 
 /// The JSON and the binary chunk of a GLB.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
-    let version = word(bytes, 4);
-    if version != Some(2) {
-        let what = format!("version {} of glTF", version.unwrap_or(0));
-        return Err(ReadError::byte(4, what, "export the asset as glTF 2.0"));
+    match word(bytes, 4) {
+        Some(2) => {}
+        Some(1) => return Err(old("1.0")),
+        version => {
+            let what = format!("version {} of glTF", version.unwrap_or(0));
+            return Err(ReadError::byte(4, what, "export the asset as glTF 2.0"));
+        }
     }
     let (mut json, mut binary) = (None, None);
     let mut at = 12;

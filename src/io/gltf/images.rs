@@ -9,6 +9,7 @@ use super::asset::Asset;
 use super::draft::Draft;
 use super::load_uri::load_uri;
 use super::references::index;
+use super::vrm;
 use crate::io::uri::path_inside;
 use crate::io::{ImageMaker, ImageUse, OutputFile, ReadError};
 
@@ -88,6 +89,7 @@ fn uses(document: &Value) -> Vec<ImageUse> {
     let mut uses = vec![None; array("images").len()];
     let mut named = Vec::new();
     array("materials").iter().for_each(|material| textures_in(material, &mut named));
+    named.extend(vrm::textures(document).filter_map(|(texture, used)| Some((index(texture)?, used))));
     for (texture, used) in named {
         for image in array("textures").get(texture).into_iter().flat_map(sources) {
             if let Some(known) = uses.get_mut(image) {
@@ -119,6 +121,7 @@ pub(super) fn used_as(key: &str) -> ImageUse {
     let key = key.to_ascii_lowercase();
     let of_colours = ["color", "emissive", "diffuse", "specularglossiness", "multiply", "matcap"];
     match key {
+        _ if key.contains("width") => ImageUse::Numbers,
         _ if key.contains("normal") => ImageUse::Normals,
         _ if of_colours.iter().any(|name| key.contains(name)) => ImageUse::Colours,
         _ => ImageUse::Numbers,
@@ -189,6 +192,8 @@ mod tests {
             ("sheenColorTexture", ImageUse::Colours),
             ("clearcoatNormalTexture", ImageUse::Normals),
             ("occlusionTexture", ImageUse::Numbers),
+            ("shadeMultiplyTexture", ImageUse::Colours),
+            ("outlineWidthMultiplyTexture", ImageUse::Numbers),
             ("thicknessTexture", ImageUse::Numbers),
         ] {
             assert_eq!(used_as(key), used, "{key}");

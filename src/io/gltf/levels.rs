@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::draft::Draft;
 use super::references::index;
+use super::vrm;
 
 const NAME: &str = "MSFT_lod";
 
@@ -32,6 +33,7 @@ pub(super) fn offer(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage:
         }
     }
     if offered {
+        levels.iter().flatten().for_each(|(mesh, coarser)| vrm::repeat_mesh(&mut draft.document, *mesh, coarser));
         name_extension(&mut draft.document);
     }
 }
@@ -68,6 +70,7 @@ pub(super) fn child_of_mesh(draft: &mut Draft, node: usize) -> usize {
         children.into_iter().for_each(|children| children.push(child.clone()));
     }
     let at = index(&child).unwrap_or(node);
+    vrm::move_mesh(&mut draft.document, node, at);
     each_channel(&mut draft.document, |channel| {
         if channel["target"]["path"] == "weights" && channel["target"]["node"] == node {
             channel["target"]["node"] = at.into();
@@ -87,6 +90,7 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
     }
     members.insert("mesh".into(), mesh);
     let added = draft.push("nodes", copy);
+    vrm::repeat_node(&mut draft.document, node, &added);
     each_channel(&mut draft.document, |channel| {
         (channel["target"]["node"] == node).then(|| {
             let mut twin = channel.clone();

@@ -1,6 +1,7 @@
 //! What the materials of an asset look like, as [`Look`]s: colours, light of their own, roughness, metal and normal maps. The rest
 //! passes through unread.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -8,6 +9,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::asset::Asset;
+use super::references::index;
 use super::schema::Primitive;
 use super::texture_transforms::transforms;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
@@ -70,6 +72,16 @@ struct Transform {
 struct Texture {
     source: Option<usize>,
     sampler: Option<usize>,
+    #[serde(default)]
+    extensions: BTreeMap<String, Value>,
+}
+
+impl Texture {
+    /// The number of its image: the one that all programs read, else the one of an extension, such as `EXT_texture_webp`.
+    fn image(&self) -> Option<usize> {
+        let of_extension = |extension: &Value| extension.get("source").and_then(index);
+        self.source.or_else(|| self.extensions.values().find_map(of_extension))
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -163,8 +175,8 @@ impl<'a> Reader<'a> {
 
     fn texture(&mut self, used: &TextureUse) -> Option<BaseTexture> {
         let texture = self.textures.get(used.index)?.as_ref();
-        let Some(source) = texture.and_then(|texture| texture.source) else {
-            self.note("a texture is in a format of an extension: drawn without it");
+        let Some(source) = texture.and_then(Texture::image) else {
+            self.note("a texture names no image: drawn without it");
             return None;
         };
         let sampler = texture.and_then(|texture| self.samplers.get(texture.sampler?));

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::draft::Draft;
+use super::extensions::name_extension;
 use super::images::used_as;
 use crate::io::{ImageMaker, ImageUse};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
@@ -87,7 +88,7 @@ impl<'a> Materials<'a> {
             return Some(index.clone());
         }
         let Some(kind) = mime_type(&texture.image) else {
-            self.notes.push(format!("gltf holds textures as PNG or JPEG: that of {material} is left out"));
+            self.notes.push(format!("gltf holds textures as PNG, JPEG or WebP: that of {material} is left out"));
             return None;
         };
         let known = self.images.iter().find(|(image, _)| *image == &*texture.image).map(|(_, index)| index.clone());
@@ -102,11 +103,21 @@ impl<'a> Materials<'a> {
         let [s, t] = texture.wrap.map(number);
         let sampler = json!({"magFilter": LINEAR, "minFilter": MIPMAPPED, "wrapS": s, "wrapT": t});
         let sampler = draft.push("samplers", sampler);
-        let index = draft.push("textures", json!({"source": image, "sampler": sampler}));
+        let held = json!({"source": image});
+        let index = if kind == WEBP {
+            name_extension(&mut draft.document, WEBP_TEXTURE);
+            draft.push("textures", json!({"sampler": sampler, "extensions": {WEBP_TEXTURE: held}}))
+        } else {
+            draft.push("textures", json!({"source": image, "sampler": sampler}))
+        };
         self.textures.push((texture, index.clone()));
         Some(index)
     }
 }
+
+const WEBP: &str = "image/webp";
+/// The extension by which a texture is a WebP.
+const WEBP_TEXTURE: &str = "EXT_texture_webp";
 
 const LINEAR: u32 = 9729;
 const MIPMAPPED: u32 = 9987;
@@ -125,6 +136,7 @@ fn mime_type(image: &[u8]) -> Option<&'static str> {
     match image {
         [0x89, b'P', b'N', b'G', ..] => Some("image/png"),
         [0xff, 0xd8, 0xff, ..] => Some("image/jpeg"),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(WEBP),
         _ => None,
     }
 }

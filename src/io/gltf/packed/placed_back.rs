@@ -9,6 +9,7 @@ use crate::io::gltf::asset::Asset;
 use crate::io::gltf::draft::Draft;
 use crate::io::gltf::levels::child_of_mesh;
 use crate::io::gltf::references::index;
+use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::Grid;
 
 /// Has nodes and skins undo the grids of these meshes.
@@ -33,10 +34,11 @@ pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &
 
 /// Which nodes have to stand where they stand: those that have a name, children or extensions, and those that something names.
 fn held_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
-    let mut is_held: Vec<bool> = vec![false; n_nodes];
+    // The nodes of an avatar are its bones, whether or not they have names.
+    let mut is_held: Vec<bool> = vec![is_vrm(document); n_nodes];
     let holds = ["name", "children", "camera", "extensions", "extras"];
     for (node, mark) in document["nodes"].as_array().into_iter().flatten().zip(&mut is_held) {
-        *mark = holds.iter().any(|name| node.get(*name).is_some());
+        *mark |= holds.iter().any(|name| node.get(*name).is_some());
     }
     let lists = |name: &str| document[name].as_array().into_iter().flatten();
     let joints = lists("skins").flat_map(|skin| skin["joints"].as_array().into_iter().flatten());

@@ -11,6 +11,7 @@ use crate::io::gltf::extensions::name_extension;
 use crate::io::gltf::lighter::LighterPart;
 use crate::io::gltf::references::index;
 use crate::io::gltf::schema::Root;
+use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::Role;
 use crate::mesh::union_find::UnionFind;
 
@@ -196,7 +197,7 @@ fn knows_no_transform(document: &Value) -> bool {
     let channels = document["animations"].as_array().into_iter().flatten();
     let mut channels = channels.flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
     let has_pointers = channels.any(|channel| channel["target"]["path"] == "pointer");
-    has_pointers || document["extensions"].get("VRM").is_some()
+    has_pointers || is_vrm(document)
 }
 
 /// The materials of a primitive: its own and those of its variants.

@@ -1,0 +1,185 @@
+//! What `info` says of a glTF scene: its meshes, materials, images, skins, animations and extensions.
+
+use neural_mesh::io::{Asset, AssetContents, Part};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::topology;
+use neural_mesh::picture::{ImageFormat, image_size};
+use serde::Serialize;
+
+use crate::words::grouped;
+
+/// Lines or names of one kind that are shown on the screen.
+const MOST: usize = 8;
+
+/// All that is said of a scene, in the order of the JSON.
+#[derive(Debug, Serialize)]
+pub struct SceneInfo {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    generator: Option<String>,
+    scenes: usize,
+    nodes: usize,
+    meshes: Vec<MeshInfo>,
+    materials: Vec<String>,
+    images: Vec<ImageInfo>,
+    skins: Vec<SkinInfo>,
+    animations: Vec<AnimationInfo>,
+    extensions_used: Vec<String>,
+    extensions_required: Vec<String>,
+}
+
+/// A mesh in its own coordinates, once.
+#[derive(Debug, Serialize)]
+struct MeshInfo {
+    name: String,
+    vertices: usize,
+    faces: usize,
+    components: usize,
+    materials: Vec<String>,
+    /// Names of the nodes that place it.
+    nodes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct ImageInfo {
+    name: String,
+    /// `PNG`, `JPEG`, `WebP`, `KTX2`; `null` for others.
+    format: Option<&'static str>,
+    width: Option<usize>,
+    height: Option<usize>,
+    /// `null` where its file is missing.
+    bytes: Option<usize>,
+}
+
+#[derive(Debug, Serialize)]
+struct SkinInfo {
+    name: String,
+    joints: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct AnimationInfo {
+    name: String,
+    seconds: f64,
+}
+
+impl SceneInfo {
+    /// Lists a scene; vertices at equal positions are one where `weld` says so.
+    pub fn of(asset: &Asset, weld: bool) -> Self {
+        let contents = asset.contents();
+        let parts = asset.parts().iter().zip(&contents.nodes_of_parts);
+        let meshes = parts.map(|(part, nodes)| mesh(part, nodes, weld)).collect();
+        let AssetContents { generator, materials, extensions_used, extensions_required, .. } = contents;
+        Self {
+            generator,
+            scenes: contents.n_scenes,
+            nodes: contents.n_nodes,
+            meshes,
+            materials,
+            images: contents.images.into_iter().enumerate().map(|(at, name)| image(asset, at, name)).collect(),
+            skins: contents.skins.into_iter().map(|(name, joints)| SkinInfo { name, joints }).collect(),
+            animations: contents
+                .animations
+                .into_iter()
+                .map(|(name, seconds)| AnimationInfo { name, seconds })
+                .collect(),
+            extensions_used,
+            extensions_required,
+        }
+    }
+
+    /// The same for the screen: few lines, the largest meshes and images first.
+    pub fn lines(&self) -> Vec<String> {
+        let mut meshes: Vec<&MeshInfo> = self.meshes.iter().collect();
+        meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.faces));
+        let mut images: Vec<&ImageInfo> = self.images.iter().collect();
+        images.sort_by_key(|image| std::cmp::Reverse(image.bytes));
+        let skins = self.skins.iter().map(|skin| format!("{} ({} joints)", skin.name, skin.joints));
+        let animations = self.animations.iter().map(|it| format!("{} ({:.1} s)", it.name, it.seconds));
+        let extensions = self.extensions_used.iter().map(|name| match self.extensions_required.contains(name) {
+            true => format!("{name} (required)"),
+            false => name.clone(),
+        });
+        let mut lines = vec![format!("scene       {}", self.counts())];
+        lines.extend(each("mesh", meshes.into_iter().map(MeshInfo::words)));
+        lines.extend(row("materials", self.materials.iter().cloned()));
+        lines.extend(each("image", images.into_iter().map(ImageInfo::words)));
+        lines.extend(row("skins", skins));
+        lines.extend(row("animations", animations));
+        lines.extend(row("extensions", extensions));
+        lines
+    }
+
+    /// `3 nodes, 2 meshes, 1 material, 1 skin, 76 animations`, but for what there is none of.
+    fn counts(&self) -> String {
+        let named = [
+            (self.nodes, "node"),
+            (self.meshes.len(), "mesh"),
+            (self.materials.len(), "material"),
+            (self.images.len(), "image"),
+            (self.skins.len(), "skin"),
+            (self.animations.len(), "animation"),
+        ];
+        let words: Vec<String> = named.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| counted(n, what)).collect();
+        words.join(", ")
+    }
+}
+
+/// `1 mesh`, `2 meshes`, `3 nodes`.
+fn counted(n: usize, what: &str) -> String {
+    let ending = match n {
+        1 => "",
+        _ if what.ends_with("sh") => "es",
+        _ => "s",
+    };
+    format!("{} {what}{ending}", grouped(n))
+}
+
+impl MeshInfo {
+    fn words(&self) -> String {
+        let [vertices, faces] = [self.vertices, self.faces].map(grouped);
+        let (components, nodes) = (counted(self.components, "component"), counted(self.nodes.len(), "node"));
+        format!("{}: {vertices} vertices, {faces} faces, {components}, at {nodes}", self.name)
+    }
+}
+
+impl ImageInfo {
+    fn words(&self) -> String {
+        let Self { name, format, width, height, bytes } = self;
+        let Some(bytes) = bytes else { return format!("{name}: missing") };
+        let size = width.zip(*height).map(|(width, height)| format!("{width} x {height}, ")).unwrap_or_default();
+        format!("{name}: {size}{} bytes, {}", grouped(*bytes), format.unwrap_or("of no known format"))
+    }
+}
+
+fn mesh(part: &Part, nodes: &[String], weld: bool) -> MeshInfo {
+    let mut options = CleanOptions::default();
+    options.weld = weld;
+    let figures = clean(part.mesh.clone(), &options).ok().map(|cleaned| topology(&cleaned.mesh));
+    let [vertices, faces, components] =
+        figures.map_or([0; 3], |figures| [figures.vertices, figures.faces, figures.components]);
+    let (name, materials) = (part.name.clone(), part.materials.clone());
+    MeshInfo { name, vertices, faces, components, materials, nodes: nodes.to_vec() }
+}
+
+fn image(asset: &Asset, at: usize, name: String) -> ImageInfo {
+    let bytes = asset.image(at);
+    let size = bytes.as_deref().and_then(image_size);
+    let format = bytes.as_deref().and_then(ImageFormat::of).map(ImageFormat::name);
+    let [width, height] = [0, 1].map(|side| size.map(|size| size[side]));
+    ImageInfo { name, format, width, height, bytes: bytes.map(|bytes| bytes.len()) }
+}
+
+/// A line for each of the first, and one that says how many more there are.
+fn each(label: &str, words: impl ExactSizeIterator<Item = String>) -> Vec<String> {
+    let more = words.len().saturating_sub(MOST);
+    let first = words.take(MOST).map(|words| format!("{label:<12}{words}"));
+    first.chain((more > 0).then(|| format!("{:12}and {} more: --json lists them", "", grouped(more)))).collect()
+}
+
+/// One line with the first names, where there are any.
+fn row(label: &str, names: impl ExactSizeIterator<Item = String>) -> Option<String> {
+    let more = names.len().saturating_sub(MOST);
+    let first: Vec<String> = names.take(MOST).collect();
+    let rest = if more > 0 { format!(" and {} more: --json lists them", grouped(more)) } else { String::new() };
+    (!first.is_empty()).then(|| format!("{label:<12}{}{rest}", first.join(", ")))
+}

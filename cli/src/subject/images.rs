@@ -1,0 +1,55 @@
+//! Refuses to bake images that cannot be decoded: what was made without them would be white there.
+
+use std::sync::Arc;
+
+use neural_mesh::mesh::{BaseTexture, Look};
+use neural_mesh::picture::{ImageFormat, decode_image};
+
+use super::Subject;
+use crate::failure::Failure;
+use crate::request::Request;
+
+impl Subject {
+    /// The same, where `--bake` is asked for only if all images of its materials can be decoded.
+    pub fn decoded(self, request: &Request) -> Result<Self, Failure> {
+        let Some(size) = request.bake else { return Ok(self) };
+        let (looks, _) = self.looks(request.allow_outside);
+        let mut known: Vec<Arc<[u8]>> = Vec::new();
+        for (group, look) in looks.of_groups.iter().enumerate() {
+            for BaseTexture { image, .. } in textures(look) {
+                if known.iter().any(|other| Arc::ptr_eq(other, image)) {
+                    continue;
+                }
+                if decode_image(image).is_none() {
+                    let what = format!("--bake {size}: {} {}", self.material(group), problem(image));
+                    return Err(Failure::of(&request.source.path, what));
+                }
+                known.push(image.clone());
+            }
+        }
+        Ok(self)
+    }
+
+    /// What a material is called in a message.
+    fn material(&self, group: usize) -> String {
+        let names = self.group_names();
+        let name = names.iter().find(|(_, of)| *of as usize == group).map(|(name, _)| format!(" {name:?}"));
+        format!("an image of the material{}", name.unwrap_or_default())
+    }
+}
+
+/// What is wrong with an image, and what to do.
+fn problem(image: &[u8]) -> String {
+    match ImageFormat::of(image) {
+        Some(ImageFormat::Ktx2) => "is KTX2, which is not decoded: give it as PNG, JPEG or WebP".into(),
+        Some(format) => format!("is no whole {}: save it again", format.name()),
+        None => "is no PNG, JPEG or WebP: convert it to one of these".into(),
+    }
+}
+
+/// The textures that are baked.
+fn textures(look: &Look) -> impl Iterator<Item = &BaseTexture> {
+    let finish = &look.finish;
+    let rest = [&finish.emission_texture, &finish.roughness_texture, &finish.metal_texture, &finish.normal_texture];
+    std::iter::once(&look.texture).chain(rest).flatten()
+}

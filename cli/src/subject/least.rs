@@ -1,0 +1,114 @@
+//! What a glTF takes however few its faces are: written with the first face of each primitive or material alone.
+
+use std::collections::BTreeSet;
+
+use neural_mesh::io::{
+    self, Asset, Extra, ImageMaker, ImageUse, LighterPart, Model, SceneOptions, WriteError, WriteOptions,
+};
+use neural_mesh::mesh::{Attributes, TriMesh};
+
+use super::{Kind, Subject, library_name, scene_files};
+use crate::failure::Failure;
+use crate::request::Request;
+use crate::textures::Textures;
+
+/// Sides of textures that are tried, from the largest on.
+const SIDES: [usize; 7] = [2048, 1024, 512, 256, 128, 64, 32];
+
+/// Takes the place of all images, to tell what they take.
+#[derive(Debug)]
+struct NoImages;
+
+impl ImageMaker for NoImages {
+    fn made(&self, _: &[u8], _: ImageUse) -> Option<Vec<u8>> {
+        Some(Vec::new())
+    }
+}
+
+impl Subject {
+    /// Refuses a number of bytes that a glTF would exceed with hardly a face, and says what takes them.
+    pub fn check_bytes(&self, n_bytes: usize, request: &Request, file_name: &str) -> Result<(), Failure> {
+        let refused = |error: WriteError| Failure::of(&request.source.path, error);
+        let least = |images: Option<&dyn ImageMaker>| self.least_bytes(images, request, file_name).map_err(refused);
+        let n_least = least(self.textures())?;
+        if n_least <= n_bytes {
+            return Ok(());
+        }
+        let n_images = n_least.saturating_sub(least(Some(&NoImages))?);
+        let mut smaller =
+            SIDES.into_iter().filter(|side| n_images > 0 && request.textures.is_none_or(|now| *side < now));
+        // Half of the bytes are for the shape.
+        let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
+        let advice = match smaller.find(fits) {
+            Some(side) => format!("make images smaller with --textures {side}, or ask for more bytes"),
+            None => "ask for more bytes".into(),
+        };
+        let what = format!(
+            "--size {n_bytes}: the file takes {n_least} bytes with a face for each material, {n_images} of them images: {advice}"
+        );
+        Err(Failure::of(&request.source.path, what))
+    }
+
+    /// Bytes of the file with a face for each material, and with other images of those that it has.
+    fn least_bytes(
+        &self,
+        images: Option<&dyn ImageMaker>,
+        request: &Request,
+        file_name: &str,
+    ) -> Result<usize, WriteError> {
+        match &self.kind {
+            Kind::Mesh { cleaned, extra, .. } => {
+                let first = first_faces(&self.wanted_attributes().groups, cleaned.mesh.faces().len());
+                let faces = first.iter().map(|&face| cleaned.mesh.faces()[face as usize]).collect();
+                let mesh = TriMesh::new(cleaned.mesh.positions().to_vec(), faces).unwrap_or_default();
+                let attributes = self.wanted_attributes().clone().of_faces(&first).unwrap_or_default();
+                self.least_of_mesh(&mesh, &attributes, extra, (images, request, file_name))
+            }
+            Kind::Scene { asset, .. } => least_of_scene(asset, images, request, file_name),
+        }
+    }
+
+    /// What of the attributes the result has.
+    fn wanted_attributes(&self) -> &Attributes {
+        self.wanted.as_ref().unwrap_or(self.attributes())
+    }
+
+    fn least_of_mesh(
+        &self,
+        mesh: &TriMesh,
+        attributes: &Attributes,
+        extra: &Extra,
+        (images, request, file_name): (Option<&dyn ImageMaker>, &Request, &str),
+    ) -> Result<usize, WriteError> {
+        let model = Model::new(mesh, self.frame, attributes, extra);
+        let mut options = WriteOptions::new(request.output_format, library_name(request, file_name));
+        (options.allow_outside, options.images) = (request.allow_outside, images);
+        io::write_attributed(&model, &options).map(|written| written.bytes.len())
+    }
+}
+
+fn least_of_scene(
+    asset: &Asset,
+    images: Option<&dyn ImageMaker>,
+    request: &Request,
+    file_name: &str,
+) -> Result<usize, WriteError> {
+    let least = |part| {
+        let LighterPart { positions, faces, attributes, .. } = LighterPart::of(part);
+        let first = first_faces(&attributes.groups, faces.len());
+        let faces = first.iter().map(|&face| faces[face as usize]).collect();
+        LighterPart::new(positions, faces, attributes.of_faces(&first).unwrap_or_default())
+    };
+    let parts: Vec<LighterPart> = asset.parts().iter().map(least).collect();
+    let packing = request.compress.map(|options| asset.packing(&[&parts], &options).0);
+    let mut options = SceneOptions::new(request.output_format, file_name);
+    (options.packing, options.images) = (packing.as_ref(), images);
+    scene_files(asset, &[parts], &options).map(|files| files.n_bytes())
+}
+
+/// The first face of each group, in their order.
+fn first_faces(groups: &[u32], n_faces: usize) -> Vec<u32> {
+    let mut seen = BTreeSet::new();
+    let of = |face: u32| groups.get(face as usize).copied().unwrap_or_default();
+    (0..n_faces as u32).filter(|&face| seen.insert(of(face))).collect()
+}

@@ -1,0 +1,188 @@
+//! What a message advises is taken at its word: the option that it names is run, and it helps.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::avatar::Avatar;
+use crate::common::*;
+
+/// Squares of a grid in two materials, each square with a place of its own on the texture.
+fn charts(n: usize) -> String {
+    let mut obj: String =
+        (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
+    for square in 0..n * n {
+        let (x, y) = (square % n, square / n);
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        corners.iter().for_each(|[i, j]| obj += &format!("vt {} {}\n", 2 * x + i, 2 * y + j));
+        let [a, b, c, d] = corners.map(|[i, j]| (y + j) * (n + 1) + x + i + 1);
+        let [ta, tb, tc, td] = [1, 2, 3, 4].map(|k| 4 * square + k);
+        obj += &format!("usemtl {}\n", if (x + y) % 2 == 0 { "red" } else { "blue" });
+        obj += &format!("f {a}/{ta} {b}/{tb} {c}/{tc}\nf {a}/{ta} {c}/{tc} {d}/{td}\n");
+    }
+    obj
+}
+
+/// What the lines `free` say.
+fn free(run: &Run) -> Vec<String> {
+    let words = String::from_utf8(run.out.clone()).unwrap();
+    words.lines().filter_map(|line| line.strip_prefix("free      ")).map(String::from).collect()
+}
+
+/// The value that advice gives an option.
+fn advised(line: &str, option: &str) -> String {
+    let (_, rest) = line.split_once(option).unwrap_or_else(|| panic!("{line}"));
+    rest.trim_start().split([' ', ',', ';']).next().unwrap().to_string()
+}
+
+/// The value of `--ignore`, which has commas within.
+fn ignored(line: &str) -> String {
+    line.split_once("--ignore ").unwrap().1.split(' ').next().unwrap().trim_end_matches(',').to_string()
+}
+
+fn vertices(folder: &Path, words: &[&str]) -> (Run, u64) {
+    let all =
+        [&["simplify"], words, &["--vertices", "60", "--seam-error", "0", "--force", "--report", "r.json"]].concat();
+    let run = run(folder, &all);
+    assert_eq!(run.code, Some(0), "{words:?}: {}", run.words);
+    (run, json(&folder.join("r.json"))["output"]["vertices"].as_u64().unwrap())
+}
+
+#[test]
+fn what_frees_a_result_is_accepted_and_frees_it() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), charts(12)).unwrap();
+    vertices(folder.path(), &["a.obj", "-o", "a.glb", "--ignore", "colors"]);
+    run(folder.path(), &["simplify", "a.obj", "-o", "a.glb", "--ratio", "1", "--force"]);
+    for (input, output) in [("a.obj", "b.obj"), ("a.obj", "b.ply"), ("a.glb", "b.glb"), ("a.glb", "b.obj")] {
+        let (held, n_held) = vertices(folder.path(), &[input, "-o", output]);
+        let lines = free(&held);
+        assert!(n_held > 100 && !lines.is_empty(), "{input} {output}: {n_held} {lines:?}");
+        let (_, n_freed) = vertices(folder.path(), &[input, "-o", output, "--ignore", &ignored(&lines[0])]);
+        let is_scene = output == "b.glb";
+        assert_eq!(lines.len(), if is_scene { 2 } else { 1 }, "{lines:?}");
+        // The primitives of a scene stay apart, and the next line says what to do about it.
+        assert!(is_scene || n_freed <= 60, "{input} {output}: {n_freed} {lines:?}");
+        assert!(!is_scene || !lines[0].contains("materials") && lines[1].contains("--ignore materials"), "{lines:?}");
+    }
+    let (_, n_freed) = vertices(folder.path(), &["a.glb", "-o", "c.obj", "--ignore", "uv,materials"]);
+    assert!(n_freed <= 60, "{n_freed}");
+}
+
+#[test]
+fn what_is_ignored_already_is_not_advised_alone() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), charts(12)).unwrap();
+    let (held, _) = vertices(folder.path(), &["a.obj", "-o", "b.obj", "--ignore", "materials"]);
+    assert_eq!(ignored(&free(&held)[0]), "materials,uv");
+}
+
+#[test]
+fn a_size_that_images_exceed_is_refused_before_anything_is_written() {
+    let folder = folder();
+    fs::write(folder.path().join("a.glb"), Avatar::new(256).glb()).unwrap();
+    let words = ["simplify", "a.glb", "-o", "b.glb", "--size", "100kB"];
+    let refused = run(folder.path(), &words);
+    assert_eq!((refused.code, files(folder.path())), (Some(1), vec!["a.glb".to_string()]), "{}", refused.words);
+    let line = the_line(&refused);
+    assert!(line.contains("--size 100000: the file takes ") && line.contains(" of them images: "), "{line}");
+    let side = advised(&line, "--textures ");
+    let smaller = run(folder.path(), &[&words[..], &["--textures", &side]].concat());
+    assert_eq!(smaller.code, Some(0), "{side}: {}", smaller.words);
+    let n_bytes = fs::metadata(folder.path().join("b.glb")).unwrap().len();
+    assert!((50_000..=100_000).contains(&n_bytes), "{side}: {n_bytes}");
+    let hopeless = run(folder.path(), &["simplify", "a.glb", "-o", "c.glb", "--size", "900"]);
+    assert!(hopeless.code == Some(1) && the_line(&hopeless).ends_with(": ask for more bytes"), "{}", hopeless.words);
+}
+
+#[test]
+fn a_size_of_a_gltf_counts_the_buffer_beside_it() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), sphere(1, 30, [0.0; 3], 1.0)).unwrap();
+    let run = run(folder.path(), &["simplify", "a.obj", "-o", "a.glb", "--ratio", "1"]);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    for input in ["a.obj", "a.glb"] {
+        let run = crate::common::run(folder.path(), &["simplify", input, "-o", "b.gltf", "--size", "20kB", "--force"]);
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        let bytes = |name: &str| fs::metadata(folder.path().join(name)).map_or(0, |found| found.len());
+        let n_bytes = bytes("b.gltf") + bytes("b.bin");
+        assert!((15_000..=20_000).contains(&n_bytes), "{input}: {n_bytes}");
+        let _ = fs::remove_file(folder.path().join("b.bin"));
+    }
+}
+
+#[test]
+fn a_name_without_an_ending_is_told_formats_that_this_build_writes() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b", "--ratio", "1"]);
+    assert_eq!(refused.code, Some(2));
+    let line = the_line(&refused);
+    for format in line.rsplit("one of ").next().unwrap().split(", ") {
+        let run = run(folder.path(), &["simplify", "a.obj", "-o", "b", "--ratio", "1", "--format", format, "--force"]);
+        assert_eq!(run.code, Some(0), "{format}: {}", run.words);
+    }
+}
+
+/// A refused command, what its line says last, and the words that follow the advice.
+#[test]
+fn refusals_say_what_is_accepted() {
+    let folder = folder();
+    fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
+    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let cases: [(&[&str], &str, &[&[&str]]); 9] = [
+        (
+            &["a.glb", "-o", "b.glb", "--ignore", "uv,materials"],
+            "leave materials out, or write obj or ply",
+            &[
+                &["a.glb", "-o", "b.glb", "--ignore", "uv"],
+                &["a.glb", "-o", "b.obj", "--ignore", "uv,materials"],
+                &["a.glb", "-o", "b.ply", "--ignore", "uv,materials"],
+            ],
+        ),
+        (
+            &["a.glb", "-o", "b.glb", "--printable"],
+            "write stl, ply or obj",
+            &[
+                &["a.glb", "-o", "b.stl", "--printable"],
+                &["a.glb", "-o", "b.ply", "--printable"],
+                &["a.glb", "-o", "b.obj", "--printable"],
+            ],
+        ),
+        (&["a.glb", "-o", "b.glb", "--bake", "64"], "", &[&["a.glb", "-o", "b.glb"]]),
+        (
+            &["a.obj", "-o", "b.stl", "--textures", "64"],
+            "write glb, gltf, obj or ply",
+            &[
+                &["a.obj", "-o", "b.glb", "--textures", "64"],
+                &["a.obj", "-o", "b.gltf", "--textures", "64"],
+                &["a.obj", "-o", "c.obj", "--textures", "64"],
+                &["a.obj", "-o", "b.ply", "--textures", "64"],
+            ],
+        ),
+        (
+            &["a.obj", "-o", "b.ply", "--compress=quantize"],
+            "write glb or gltf",
+            &[&["a.obj", "-o", "b.glb", "--compress=quantize"], &["a.obj", "-o", "b.gltf", "--compress=quantize"]],
+        ),
+        (
+            &["a.obj", "-o", "b.ply", "--close"],
+            "leave it out, the closed assembly leaves no holes",
+            &[&["a.obj", "-o", "b.ply"]],
+        ),
+        (&["a.obj", "-o", "b.fbx"], "choose glb, which holds as much", &[&["a.obj", "-o", "b.glb"]]),
+        (&["a.obj", "-o", "a.obj"], "replace it with --force", &[&["a.obj", "-o", "a.obj", "--force"]]),
+        (&["a.obj", "-o", "b.vrm"], "end the name in .glb", &[&["a.obj", "-o", "b.glb"]]),
+    ];
+    for (refused, advice, accepted) in cases {
+        let is_about_files = refused[0] == refused[2];
+        let refused = [refused, if is_about_files { &[] } else { &["--force"] }].concat();
+        let run = |words: &[&str]| run(folder.path(), &[&["simplify", "--ratio", "1"], words].concat());
+        let line = the_line(&run(&refused));
+        assert!(line.ends_with(advice), "{line}");
+        for accepted in accepted {
+            let accepted = [*accepted, if is_about_files { &[] } else { &["--force"] }].concat();
+            let run = run(&accepted);
+            assert_eq!(run.code, Some(0), "{accepted:?}: {}", run.words);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Scenes of many components: what a viewer sees of them comes back, and what is said of them is true of the whole.
+
+use base64::prelude::*;
+use neural_mesh::io::Asset;
+use neural_mesh::mesh::{RawMesh, TriMesh, shapes};
+use neural_mesh::metrics::{Surface, surface_distance};
+use serde_json::{Value, json};
+
+use crate::common::{folder, json as read_json, run};
+
+/// A glTF of these meshes, each with a node of its own as given.
+fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
+    let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
+    let mut put = |rows: Vec<u8>, component: u32, shape: &str, count: usize, bounds: [Value; 2]| {
+        views.push(json!({"buffer": 0, "byteOffset": bytes.len(), "byteLength": rows.len()}));
+        bytes.extend(rows);
+        let [min, max] = bounds;
+        accessors
+            .push(json!({"bufferView": views.len() - 1, "componentType": component, "type": shape, "count": count,
+            "min": min, "max": max}));
+        accessors.len() - 1
+    };
+    let mut described = Vec::new();
+    for mesh in meshes {
+        let n = mesh.faces().len();
+        let rows = mesh.positions().as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+        let bound = |choose: fn(f32, f32) -> f32, from: f32| {
+            json!([0, 1, 2].map(|axis| mesh.positions().iter().map(|p| p[axis]).fold(from, choose)))
+        };
+        let bounds = [bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY)];
+        let positions = put(rows, 5126, "VEC3", mesh.positions().len(), bounds);
+        let rows = mesh.faces().as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+        let last = mesh.positions().len() - 1;
+        let indices = put(rows, 5125, "SCALAR", 3 * n, [json!([0]), json!([last])]);
+        described.push(json!({"primitives": [{"attributes": {"POSITION": positions}, "indices": indices}]}));
+    }
+    let uri = format!("data:application/octet-stream;base64,{}", BASE64_STANDARD.encode(&bytes));
+    let roots: Vec<usize> = (0..nodes.as_array().unwrap().len()).collect();
+    json!({
+        "asset": {"version": "2.0"}, "buffers": [{"byteLength": bytes.len(), "uri": uri}], "bufferViews": views,
+        "accessors": accessors, "meshes": described, "nodes": nodes, "scenes": [{"nodes": roots}], "scene": 0
+    })
+    .to_string()
+}
+
+/// The meshes of a scene where its nodes place them.
+fn placed(path: &std::path::Path) -> TriMesh {
+    let asset = Asset::read_path(path).unwrap();
+    let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
+    let scene = asset.placed(&meshes).unwrap();
+    let positions = scene.positions.iter().map(|p| p.map(|x| x as f32)).collect();
+    TriMesh::new(positions, scene.faces).unwrap()
+}
+
+fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+    TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
+}
+
+/// Nine spheres that have the same coordinates, side by side; the last one is a hundred times as large by its node.
+fn nine_spheres() -> String {
+    let scale = |i: u32| if i == 8 { 4.0 } else { 1.0 };
+    let node =
+        |i: u32| json!({"mesh": i, "translation": [2.5 * f64::from(i), 0, 0], "scale": [scale(i), scale(i), scale(i)]});
+    let nodes: Vec<Value> = (0..9).map(node).collect();
+    scene_of(&vec![shapes::icosphere(2); 9], &nodes.into())
+}
+
+#[test]
+fn meshes_that_nodes_place_apart_all_come_back() {
+    let folder = folder();
+    std::fs::write(folder.path().join("in.gltf"), nine_spheres()).unwrap();
+    for size in [["--ratio", "0.3"], ["--error", "2%"], ["--faces", "500"]] {
+        let [option, value] = size;
+        let asked = ["simplify", "in.gltf", "-o", "out.glb", option, value, "--report", "r.json", "--force"];
+        assert_eq!(run(folder.path(), &asked).code, Some(0), "{size:?}");
+        let asset = Asset::read_path(&folder.path().join("out.glb")).unwrap();
+        assert_eq!(asset.parts().len(), 9, "{size:?}");
+        let report = read_json(&folder.path().join("r.json"));
+        let [before, after] = ["in.gltf", "out.glb"].map(|name| placed(&folder.path().join(name)));
+        let measured =
+            surface_distance(&Surface::new(&before, 30_000, 1), &Surface::new(&after, 30_000, 2)).unwrap().both;
+        let percent = 100.0 / before.diagonal();
+        let said = report["distance"]["mean_percent"].as_f64().unwrap();
+        assert!((said / (percent * measured.mean) - 1.0).abs() < 0.1, "{size:?}: {said} {}", percent * measured.mean);
+        assert!(report["distance"]["max_percent"].as_f64().unwrap() > 0.9 * percent * measured.max);
+        if option == "--error" {
+            let upper = report["certified"]["upper_percent"].as_f64().unwrap();
+            assert!(upper <= 2.0 && percent * measured.max <= upper, "{upper} {}", percent * measured.max);
+        }
+    }
+}
+
+#[test]
+fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
+    let folder = folder();
+    let panes = vec![shapes::grid(2, 2); 12];
+    let nodes: Vec<Value> = (0..12).map(|i| json!({"mesh": i, "translation": [1.5 * f64::from(i), 0, 0]})).collect();
+    std::fs::write(folder.path().join("in.gltf"), scene_of(&panes, &nodes.into())).unwrap();
+    let done = run(folder.path(), &["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--report", "r.json"]);
+    assert!(
+        done.words.contains("components would lose their shape")
+            || String::from_utf8_lossy(&done.out).contains("lose their shape")
+    );
+    let report = read_json(&folder.path().join("r.json"));
+    assert!(report["distance"]["max_percent"].as_f64().unwrap() < 0.01, "{report}");
+    assert_eq!(report["output"]["vertices"], 48);
+    // Asked for by name, small ones go.
+    let asked = ["simplify", "in.gltf", "-o", "none.glb", "--ratio", "0.1", "--prune=99%", "--report", "p.json"];
+    assert_eq!(run(folder.path(), &asked).code, Some(0));
+    let report = read_json(&folder.path().join("p.json"));
+    let dropped = report["output"]["dropped"].as_array().unwrap();
+    assert_eq!((dropped.len(), dropped[0]["faces"].as_u64()), (11, Some(shapes::grid(2, 2).faces().len() as u64)));
+    assert!(dropped[0]["name"].as_str().unwrap().starts_with("mesh 0"), "{dropped:?}");
+    // Nodes that lost their mesh are there and draw nothing.
+    let text = String::from_utf8_lossy(&std::fs::read(folder.path().join("none.glb")).unwrap()).into_owned();
+    assert_eq!(text.matches("\"translation\"").count(), 12);
+    assert_eq!(text.matches("\"mesh\":").count(), 1, "{text}");
+}
+
+#[test]
+fn small_meshes_inside_large_ones_of_a_scene_are_hidden_where_they_stand() {
+    let folder = folder();
+    // In their own coordinates the second lies within the first; its node takes it out.
+    let meshes = [shapes::icosphere(3), scaled(&shapes::icosphere(2), 0.5)];
+    for (x, n_left) in [(0.0, 1), (3.0, 2)] {
+        let nodes = json!([{"mesh": 0}, {"mesh": 1, "translation": [x, 0, 0]}]);
+        std::fs::write(folder.path().join("in.gltf"), scene_of(&meshes, &nodes)).unwrap();
+        let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.5", "--hidden", "drop", "--force"];
+        assert_eq!(run(folder.path(), &asked).code, Some(0));
+        let drawn = placed(&folder.path().join("out.glb"));
+        assert_eq!(neural_mesh::mesh::topology(&drawn).components, n_left, "{x}");
+    }
+}

@@ -1,0 +1,101 @@
+//! VRM, avatars as glTF: where its extensions (0.x `VRM`; 1.0 `VRMC_vrm` and those beside it) name meshes and nodes for what they draw.
+//!
+//! Bones, colliders and materials keep their indices. What an expression moves and what a first person sees is named by mesh (0.x) or by
+//! the node that holds it (1.0), and follows where a mesh moves to another node or coarser ones are offered for it.
+
+use serde_json::Value;
+
+use super::references::visit;
+use crate::io::ImageUse;
+
+/// Arrays whose elements name the node that holds a mesh.
+const OF_NODES: [&str; 2] =
+    ["extensions/VRMC_vrm/expressions/*/*/morphTargetBinds", "extensions/VRMC_vrm/firstPerson/meshAnnotations"];
+
+/// Arrays whose elements name a mesh.
+const OF_MESHES: [&str; 2] =
+    ["extensions/VRM/blendShapeMaster/blendShapeGroups/*/binds", "extensions/VRM/firstPerson/meshAnnotations"];
+
+/// Whether a document is a VRM: its materials move textures in ways of their own, its nodes are named as bones.
+pub(super) fn is_vrm(document: &Value) -> bool {
+    document.get("extensions").is_some_and(|all| all.get("VRM").is_some() || all.get("VRMC_vrm").is_some())
+}
+
+/// Says that the mesh of a node is held by another one now.
+pub(super) fn move_mesh(document: &mut Value, from: usize, to: usize) {
+    visit(document, &OF_NODES, &mut |list| {
+        let elements = list.as_array_mut().into_iter().flatten();
+        elements.filter(|element| element["node"] == from).for_each(|element| element["node"] = to.into());
+    });
+}
+
+/// Says of a new node what is said of the mesh of this one.
+pub(super) fn repeat_node(document: &mut Value, node: usize, added: &Value) {
+    visit(document, &OF_NODES, &mut |list| repeat(list, "node", &node.into(), added));
+}
+
+/// Says of a new mesh what is said of this one.
+pub(super) fn repeat_mesh(document: &mut Value, mesh: usize, added: &Value) {
+    visit(document, &OF_MESHES, &mut |list| repeat(list, "mesh", &mesh.into(), added));
+}
+
+/// Repeats the elements of a list that name something, with the name of another.
+fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
+    let Some(list) = list.as_array_mut() else { return };
+    let twin = |element: &Value| {
+        let mut twin = element.clone();
+        twin[name] = added.clone();
+        twin
+    };
+    let twins: Vec<Value> = list.iter().filter(|element| element[name] == *of).map(twin).collect();
+    list.extend(twins);
+}
+
+/// The textures that the materials of VRM 0.x name by the properties of their shader, and what for.
+pub(super) fn textures(document: &Value) -> impl Iterator<Item = (&Value, ImageUse)> {
+    let materials = document["extensions"]["VRM"]["materialProperties"].as_array().into_iter().flatten();
+    let named = materials.filter_map(|material| material["textureProperties"].as_object()).flatten();
+    named.map(|(name, texture)| (texture, used_as(name)))
+}
+
+/// What a property of MToon 0.x uses its texture for.
+fn used_as(name: &str) -> ImageUse {
+    match name {
+        "_BumpMap" => ImageUse::Normals,
+        "_ReceiveShadowTexture" | "_ShadingGradeTexture" | "_OutlineWidthTexture" | "_UvAnimMaskTexture" => {
+            ImageUse::Numbers
+        }
+        _ => ImageUse::Colours,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn expressions_follow_the_mesh_to_another_node() {
+        let binds = json!([{"node": 1, "index": 0, "weight": 1.0}, {"node": 2, "index": 0, "weight": 1.0}]);
+        let expressions = json!({"preset": {"happy": {"morphTargetBinds": binds}}});
+        let annotations = json!([{"node": 1, "type": "both"}]);
+        let vrm = json!({"expressions": expressions, "firstPerson": {"meshAnnotations": annotations}});
+        let mut document = json!({"extensions": {"VRMC_vrm": vrm}});
+        move_mesh(&mut document, 1, 7);
+        repeat_node(&mut document, 7, &9.into());
+        let vrm = &document["extensions"]["VRMC_vrm"];
+        let nodes = |list: &Value| list.as_array().unwrap().iter().map(|it| it["node"].clone()).collect::<Vec<_>>();
+        assert_eq!(nodes(&vrm["expressions"]["preset"]["happy"]["morphTargetBinds"]), [7, 2, 9]);
+        assert_eq!(nodes(&vrm["firstPerson"]["meshAnnotations"]), [7, 9]);
+    }
+
+    #[test]
+    fn blend_shapes_move_coarser_meshes_too() {
+        let groups = json!([{"binds": [{"mesh": 3, "index": 1, "weight": 100}]}]);
+        let mut document = json!({"extensions": {"VRM": {"blendShapeMaster": {"blendShapeGroups": groups}}}});
+        repeat_mesh(&mut document, 3, &5.into());
+        let binds = &document["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"][0]["binds"];
+        assert_eq!(binds[1], json!({"mesh": 5, "index": 1, "weight": 100}));
+    }
+}

@@ -1,0 +1,207 @@
+//! Image files: PNG, JPEG and WebP decoded, and what a file is by its first bytes.
+
+use std::io::Cursor;
+
+use image_webp::{ColorType, WebPDecoder, WebPEncoder};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::Image;
+
+/// Pixels of an image at most: more would only fill the memory.
+const MOST_PIXELS: usize = 1 << 26;
+/// Bytes that a WebP may take beside its pixels while it is decoded, for each of them.
+const WEBP_BYTES: usize = 16;
+
+/// A kind of image file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageFormat {
+    /// PNG.
+    Png,
+    /// JPEG.
+    Jpeg,
+    /// WebP.
+    WebP,
+    /// KTX 2.0, which is not decoded: glTF has Basis Universal in it.
+    Ktx2,
+}
+
+impl ImageFormat {
+    /// The kind of a file by how it begins; `None` for others.
+    ///
+    /// ```
+    /// use neural_mesh::picture::ImageFormat;
+    /// assert_eq!(ImageFormat::of(b"\xff\xd8\xff\xe0"), Some(ImageFormat::Jpeg));
+    /// assert_eq!(ImageFormat::of(b"GIF89a"), None);
+    /// ```
+    pub fn of(bytes: &[u8]) -> Option<Self> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
+            [0xff, 0xd8, ..] => Some(Self::Jpeg),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
+            [0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, ..] => Some(Self::Ktx2),
+            _ => None,
+        }
+    }
+
+    /// What people call it.
+    ///
+    /// ```
+    /// assert_eq!(neural_mesh::picture::ImageFormat::WebP.name(), "WebP");
+    /// ```
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::WebP => "WebP",
+            Self::Ktx2 => "KTX2",
+        }
+    }
+}
+
+/// Decodes the bytes of a PNG, JPEG or WebP file, whatever its name says; `None` where they are neither, damaged, or more than 67
+/// million pixels. Of an animated WebP the first frame.
+///
+/// ```
+/// use neural_mesh::picture::{Image, decode_image, encode_png};
+/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
+/// assert_eq!(decode_image(&encode_png(&image)), Some(image));
+/// assert_eq!(decode_image(b"GIF89a"), None);
+/// ```
+pub fn decode_image(bytes: &[u8]) -> Option<Image> {
+    match ImageFormat::of(bytes)? {
+        ImageFormat::Png => decode_png(bytes),
+        ImageFormat::Jpeg => decode_jpeg(bytes),
+        ImageFormat::WebP => decode_webp(bytes),
+        ImageFormat::Ktx2 => None,
+    }
+}
+
+/// Width and height of an image by what the bytes of its PNG, JPEG, WebP or KTX2 file begin with; `None` where they are none of these.
+///
+/// ```
+/// use neural_mesh::picture::{Image, encode_png, image_size};
+/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
+/// assert_eq!(image_size(&encode_png(&image)), Some([2, 1]));
+/// assert_eq!(image_size(b"GIF89a"), None);
+/// ```
+pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
+    match ImageFormat::of(bytes)? {
+        ImageFormat::Png => {
+            let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+            Some([reader.info().width, reader.info().height].map(|side| side as usize))
+        }
+        ImageFormat::Jpeg => {
+            let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
+            decoder.decode_headers().ok()?;
+            decoder.dimensions().map(<[usize; 2]>::from)
+        }
+        ImageFormat::WebP => {
+            let (width, height) = WebPDecoder::new(Cursor::new(bytes)).ok()?.dimensions();
+            Some([width, height].map(|side| side as usize))
+        }
+        ImageFormat::Ktx2 => {
+            // The third and fourth number behind the twelve letters.
+            let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
+            Some([word(20)?, word(24)?.max(1)])
+        }
+    }
+}
+
+/// The bytes of a WebP file that keeps every pixel; `None` where the image has no pixels or a side of more than 16,384.
+///
+/// ```
+/// use neural_mesh::picture::{Image, decode_image, encode_webp};
+/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
+/// assert_eq!(decode_image(&encode_webp(&image).unwrap()), Some(image));
+/// ```
+pub fn encode_webp(image: &Image) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let [width, height] = [u32::try_from(image.width).ok()?, u32::try_from(image.height).ok()?];
+    WebPEncoder::new(&mut bytes).encode(&image.rgba, width, height, ColorType::Rgba8).ok()?;
+    Some(bytes)
+}
+
+fn decode_png(bytes: &[u8]) -> Option<Image> {
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().ok()?;
+    let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
+    checked_size(width, height)?;
+    let mut pixels = vec![0; reader.output_buffer_size()?];
+    let frame = reader.next_frame(&mut pixels).ok()?;
+    let pixels = &pixels[..frame.buffer_size()];
+    let rgba: Vec<u8> = match frame.color_type {
+        png::ColorType::Rgba => pixels.to_vec(),
+        png::ColorType::Rgb => opaque(pixels),
+        png::ColorType::GrayscaleAlpha => {
+            pixels.as_chunks::<2>().0.iter().flat_map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect()
+        }
+        _ => pixels.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect(),
+    };
+    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
+}
+
+fn decode_jpeg(bytes: &[u8]) -> Option<Image> {
+    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().ok()?;
+    let (width, height) = decoder.dimensions()?;
+    checked_size(width, height)?;
+    let rgba = decoder.decode().ok()?;
+    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
+}
+
+fn decode_webp(bytes: &[u8]) -> Option<Image> {
+    let mut decoder = WebPDecoder::new(Cursor::new(bytes)).ok()?;
+    let (width, height) = decoder.dimensions();
+    let [width, height] = [width, height].map(|side| side as usize);
+    let n = checked_size(width, height)?;
+    decoder.set_memory_limit(WEBP_BYTES * n + bytes.len());
+    let mut pixels = vec![0; decoder.output_buffer_size()?];
+    decoder.read_image(&mut pixels).ok()?;
+    let rgba = if decoder.has_alpha() { pixels } else { opaque(&pixels) };
+    (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
+}
+
+/// Colours with an opacity.
+fn opaque(rgb: &[u8]) -> Vec<u8> {
+    rgb.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect()
+}
+
+/// Refuses images without pixels or with too many.
+fn checked_size(width: usize, height: usize) -> Option<usize> {
+    width.checked_mul(height).filter(|n| (1..=MOST_PIXELS).contains(n))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_webp_comes_back() {
+        let rgba: Vec<u8> = (0..4 * 12).map(|x| (20 * x % 251) as u8).collect();
+        let image = Image { width: 4, height: 3, rgba };
+        let file = encode_webp(&image).unwrap();
+        assert_eq!((ImageFormat::of(&file), image_size(&file)), (Some(ImageFormat::WebP), Some([4, 3])));
+        assert_eq!(decode_image(&file), Some(image));
+        for length in 0..file.len() - 1 {
+            assert_eq!(decode_image(&file[..length]), None, "{length}");
+        }
+    }
+
+    #[test]
+    fn a_ktx2_says_its_size_and_is_not_decoded() {
+        let mut file = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+        file.extend([0u32, 1, 640, 480].iter().flat_map(|word| word.to_le_bytes()));
+        assert_eq!((image_size(&file), decode_image(&file)), (Some([640, 480]), None));
+        assert_eq!(image_size(&file[..22]), None);
+        assert_eq!(
+            [&b"\x89PNG\r\n\x1a\n"[..], b"\xff\xd8\xff\xe0", b"RIFF0000WEBP"].map(decode_image),
+            [None, None, None]
+        );
+    }
+}
