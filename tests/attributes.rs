@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 use glam::Vec3;
-use neural_mesh::mesh::{Attributes, Channel, KeptEdge, Role, TriMesh, edges, seams, shaded_flat, shapes, topology};
+use neural_mesh::mesh::{
+    Attributes, Channel, KeptEdge, Role, TriMesh, edges, seams, shaded_flat, shapes, topology, vertex_normals,
+};
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::simplify::{
     Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
@@ -448,4 +450,78 @@ fn small_charts_do_not_hold_what_is_around_them() {
     assert!(topology(&result.mesh).is_closed_manifold());
     let left: BTreeSet<u32> = result.attributes.groups.iter().copied().collect();
     assert_eq!((result.report.outcome, left.len()), (Outcome::Reached, cells.len()));
+}
+
+/// Root mean square of the sines between normals, blended over the faces of a result, and those meant there.
+fn normal_error(result: &TriMesh, normals: impl Fn(usize) -> [Vec3; 3], meant: impl Fn(Vec3) -> Vec3) -> f32 {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (f, face) in result.faces().iter().enumerate() {
+        let corners = face.map(|v| Vec3::from(result.positions()[v as usize]));
+        let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+        for weights in [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8], [0.34, 0.33, 0.33]] {
+            let blend = |of: [Vec3; 3]| of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2];
+            sum += area * blend(normals(f)).normalize().cross(meant(blend(corners))).length_squared();
+            n += area;
+        }
+    }
+    (sum / n).sqrt()
+}
+
+fn normals_at_corners(attributes: &Attributes, f: usize) -> [Vec3; 3] {
+    attributes.wedges[f].map(|wedge| Vec3::from_slice(attributes.channels[0].of(wedge)))
+}
+
+#[test]
+fn normals_are_fitted_over_the_faces() {
+    let mesh = terrain(60, |x, y| 0.1 * (9.0 * x).sin() * (8.0 * y).cos());
+    let meant = |p: Vec3| {
+        let slope = [0.9 * (9.0 * p.x).cos() * (8.0 * p.y).cos(), -0.8 * (9.0 * p.x).sin() * (8.0 * p.y).sin()];
+        Vec3::new(-slope[0], -slope[1], 1.0).normalize()
+    };
+    let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
+    let options = changed(Options::new(Target::Vertices(150)), |options| options.map = true);
+    let result = simplified(&mesh, &attributes, &options);
+    let map = result.map.unwrap();
+    let nearest = |f: usize| {
+        [0, 1, 2].map(|k| {
+            let values = normals_at_corners(&attributes, map.corner_faces[f][k] as usize);
+            let weights = map.corner_weights[f][k];
+            (values[0] * weights[0] + values[1] * weights[1] + values[2] * weights[2]).normalize()
+        })
+    };
+    let fitted = normal_error(&result.mesh, |f| normals_at_corners(&result.attributes, f), meant);
+    let nearest = normal_error(&result.mesh, nearest, meant);
+    assert!(fitted < 0.95 * nearest, "{fitted} {nearest}");
+}
+
+#[test]
+fn shading_does_not_jump_where_only_texture_or_material_does() {
+    let (mesh, mut attributes) = charted_sphere();
+    let normals = vertex_normals(&mesh);
+    let values = mesh.faces().iter().flatten().flat_map(|&v| normals[v as usize]).collect();
+    attributes.channels.insert(0, Channel { name: "normal".into(), role: Role::Normal, width: 3, values });
+    let groups = std::mem::take(&mut attributes.groups);
+    for (with_groups, n) in [(false, 150), (true, 800), (false, 2000)] {
+        attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
+        let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        assert!(topology(&result.mesh).is_closed_manifold());
+        let mut of_vertices = vec![None; result.mesh.positions().len()];
+        for (f, face) in result.mesh.faces().iter().enumerate() {
+            for (&v, normal) in face.iter().zip(normals_at_corners(&result.attributes, f)) {
+                assert!((normal.length() - 1.0).abs() < 1e-5);
+                assert_eq!(*of_vertices[v as usize].get_or_insert(normal), normal);
+            }
+        }
+    }
+}
+
+#[test]
+fn vertices_stay_where_normals_change() {
+    let mesh = shapes::grid(60, 60);
+    // A flat sheet that is shaded as if it bent in the middle.
+    let meant = |p: Vec3| Vec3::new(0.8 * (1.0 - 4.0 * (p - 0.5).truncate().length()).max(0.0), 0.0, 1.0).normalize();
+    let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
+    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(80)));
+    let error = normal_error(&result.mesh, |f| normals_at_corners(&result.attributes, f), meant);
+    assert!(error < 0.03, "{error}");
 }

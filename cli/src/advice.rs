@@ -11,7 +11,10 @@ use crate::subject::Subject;
 /// What frees a result, in one line for each thing that holds it.
 pub fn what_frees(request: &Request, subject: &Subject, output: &Output) -> Vec<String> {
     let mut lines = Vec::new();
-    if output.kept_edges > 0 {
+    if output.components_keep_shape {
+        lines.push("--prune=SIZE drops components smaller than SIZE".into());
+    }
+    if output.kept_edges > 0 && !output.components_keep_shape {
         lines.extend(of_kept_edges(request, subject.input(&[]).attributes, subject.is_scene()));
     }
     if output.locked_vertices > 0 && request.options.lock_boundaries {

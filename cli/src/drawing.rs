@@ -1,7 +1,7 @@
 //! The picture of a mesh before and after.
 
 use neural_mesh::metrics::farthest_point;
-use neural_mesh::picture::{Coat, PictureOptions, encode_png, render_coated};
+use neural_mesh::picture::{Coat, CornerNormals, PictureOptions, ShadedMesh, encode_png, render_shaded};
 use neural_mesh::simplify::Simplified;
 
 use crate::dress::Dress;
@@ -17,16 +17,27 @@ const SAMPLES: usize = 20_000;
 /// Largest distances up to this, in percent of the diagonal, are rounding, and get no ring.
 const NOTHING: f64 = 1e-4;
 
-/// What a picture shows: a mesh before and after, and its colours.
-pub type Shown<'a> = [(Seen<'a>, Option<Coat>); 2];
+/// A mesh of the picture with its colours and stored normals.
+pub struct PicturedMesh<'a> {
+    seen: Seen<'a>,
+    coat: Option<Coat>,
+    normals: Option<CornerNormals>,
+}
 
-/// The mesh before and after with its colours, where a picture is asked for; notes take what cannot be drawn of them.
-pub fn shown<'a>(
+impl PicturedMesh<'_> {
+    fn shaded(&self) -> ShadedMesh<'_> {
+        ShadedMesh { coat: self.coat.as_ref(), normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.seen.mesh) }
+    }
+}
+
+/// Gathers the mesh before and after with its colours and normals, where a picture is asked for; notes take what cannot be drawn
+/// of them.
+pub fn pictured<'a>(
     request: &Request,
     subject: &'a Subject,
     (result, dress): (&Simplified, Option<&Dress>),
     notes: &mut Vec<String>,
-) -> Result<Option<Shown<'a>>, Failure> {
+) -> Result<Option<[PicturedMesh<'a>; 2]>, Failure> {
     if request.picture.is_none() {
         return Ok(None);
     }
@@ -35,19 +46,23 @@ pub fn shown<'a>(
     let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
     let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(fresh);
-    let coat_after = match dress {
-        Some(dress) => Coat::new(&dress.attributes, &dress.looks).0,
-        None => Coat::new(&after.attributes, &looks).0,
-    };
-    Ok(Some([(before, coat), (after, coat_after)]))
+    let worn = dress.map_or((&*after.attributes, &looks), |dress| (&dress.attributes, &dress.looks));
+    let (coat_after, normals_after) = (Coat::new(worn.0, worn.1).0, CornerNormals::new(worn.0));
+    let normals = CornerNormals::new(&before.attributes);
+    let after = PicturedMesh { seen: after, coat: coat_after, normals: normals_after };
+    Ok(Some([PicturedMesh { seen: before, coat, normals }, after]))
 }
 
 /// The picture on its way to its file, where one is asked for: with a ring where the result is farthest from the original, and with
 /// edges where no colours would be lost below them.
-pub fn drawn(request: &Request, shown: Option<&Shown>, report: &Report) -> Result<Option<Pending>, Failure> {
-    let (Some(path), Some(shown)) = (&request.picture, shown) else { return Ok(None) };
-    let meshes = shown.each_ref().map(|(seen, coat)| (&*seen.mesh, coat.as_ref()));
-    let [before, after] = meshes.map(|(mesh, _)| mesh);
+pub fn drawn(
+    request: &Request,
+    pictured: Option<&[PicturedMesh; 2]>,
+    report: &Report,
+) -> Result<Option<Pending>, Failure> {
+    let (Some(path), Some(pictured)) = (&request.picture, pictured) else { return Ok(None) };
+    let meshes = pictured.each_ref().map(PicturedMesh::shaded);
+    let [before, after] = meshes.map(|shaded| shaded.mesh);
     let largest = report.distance.filter(|distance| distance.max_percent > NOTHING);
     let farthest = largest.and_then(|distance| Some((distance, farthest_point(before, after, SAMPLES)?)));
     let ringed = farthest.map_or(String::new(), |(distance, _)| format!("\n{}", words::farthest(&distance)));
@@ -55,11 +70,11 @@ pub fn drawn(request: &Request, shown: Option<&Shown>, report: &Report) -> Resul
         format!("{}\n{}", words::shortened(&name(&request.source.path)), words::counts(&report.input)),
         format!("simplified\n{}{ringed}", words::counts(&report.output.size)),
     ];
-    let edges = request.wires || meshes.iter().all(|(_, coat)| coat.is_none());
+    let edges = request.wires || meshes.iter().all(|shaded| shaded.coat.is_none());
     let marks = farthest.map(|(_, place)| place).into_iter().collect();
     let mut options = PictureOptions::default();
     (options.captions, options.edges) = (captions, edges);
     (options.marks, options.view) = (marks, request.view);
-    let image = render_coated(&meshes, &options);
+    let image = render_shaded(&meshes, &options);
     files::prepare(path, &encode_png(&image), request.force).map(Some)
 }

@@ -185,6 +185,8 @@ pub struct Output {
     pub vertices_after_pass: usize,
     /// Components in their smallest closed form.
     pub components_at_minimum: usize,
+    /// Whether a smaller result would take the shape of a component.
+    pub components_keep_shape: bool,
     /// Components dropped.
     pub components_pruned: usize,
     /// How many of these `--hidden drop` named.
@@ -348,6 +350,7 @@ impl Output {
             vertices_written: None,
             vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
+            components_keep_shape: done.components_keep_shape,
             components_pruned: done.components_pruned,
             components_hidden: done.components_hidden,
             dropped: Vec::new(),

@@ -17,7 +17,7 @@ use neural_mesh::simplify::{
 use crate::advice::what_frees;
 use crate::bake;
 use crate::done::Done;
-use crate::drawing::{drawn, shown};
+use crate::drawing::{drawn, pictured};
 use crate::dress::{Baked, Dress};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
@@ -124,11 +124,11 @@ pub fn simplify_subject(
     let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
     let mut notes = [subject.notes.clone(), of_dress, unpacked, written.notes].concat();
     notes.extend(lighter.note.map(String::from).into_iter().chain(no_poses(subject, request)));
-    let shown = shown(request, subject, (first, dress.as_ref()), &mut notes)?;
+    let pictured = pictured(request, subject, (first, dress.as_ref()), &mut notes)?;
     let baked = dress.map(|dress| dress.figures);
     let report = told(request, subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
     progress.show(Part::Picture);
-    let drawn = drawn(request, shown.as_ref(), &report)?;
+    let drawn = drawn(request, pictured.as_ref(), &report)?;
     let mut pending: Vec<Pending> = written.pending.into_iter().chain(drawn).collect();
     pending.extend(mapped(request, subject, first)?);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;

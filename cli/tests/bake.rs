@@ -8,7 +8,7 @@ use neural_mesh::io::{self, Asset};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Attributes, Looks, Role, TriMesh, shapes};
 use neural_mesh::metrics::psnr;
-use neural_mesh::picture::{Coat, Image, decode_image, encode_png, encode_webp, view_coated};
+use neural_mesh::picture::{Coat, Image, ShadedMesh, decode_image, encode_png, encode_webp, view_shaded};
 use serde_json::json;
 
 use crate::common::{OCTAHEDRON, files, folder, json, run, the_line};
@@ -79,9 +79,14 @@ fn dressed(path: &Path) -> Dressed {
 /// The likeness of the textured pictures from six sides, in decibels.
 fn likeness(before: &Dressed, after: &Dressed) -> f64 {
     let coats = [before, after].map(|it| Coat::new(&it.attributes, &it.looks).0.unwrap());
+    let shaded = [(&before.mesh, &coats[0]), (&after.mesh, &coats[1])].map(|(mesh, coat)| {
+        let mut shaded = ShadedMesh::bare(mesh);
+        shaded.coat = Some(coat);
+        shaded
+    });
     let mut pixels = [Vec::new(), Vec::new()];
     for direction in VIEWS {
-        let views = view_coated(&[(&before.mesh, Some(&coats[0])), (&after.mesh, Some(&coats[1]))], direction, 256);
+        let views = view_shaded(&shaded, direction, 256);
         pixels.iter_mut().zip(views).for_each(|(all, view)| all.extend(view.shaded.rgba));
     }
     psnr(&pixels[0], &pixels[1]).unwrap()

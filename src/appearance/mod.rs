@@ -4,9 +4,8 @@
 
 mod figures;
 
-use crate::mesh::TriMesh;
 use crate::metrics::{psnr, silhouette_iou, ssim};
-use crate::picture::{Image, View, view};
+use crate::picture::{Image, ShadedMesh, View, view_shaded};
 
 pub use figures::figures;
 
@@ -32,7 +31,7 @@ pub struct Appearance {
 }
 
 /// Draws both meshes in pictures of `height` pixels (64 to 4096) and compares them; `None` where the original has no
-/// faces.
+/// faces. A [`ShadedMesh`] is drawn with its colours and by its stored normals, a bare mesh by its faces.
 ///
 /// ```
 /// use neural_mesh::{appearance::appearance, mesh::shapes};
@@ -42,14 +41,19 @@ pub struct Appearance {
 /// let coarse = appearance(&sphere, &shapes::icosphere(1), 64).unwrap();
 /// assert!(coarse.ssim < 1.0 && coarse.silhouette_iou < 1.0 && coarse.psnr < 60.0);
 /// ```
-pub fn appearance(original: &TriMesh, simplified: &TriMesh, height: usize) -> Option<Appearance> {
-    if original.faces().is_empty() {
+pub fn appearance<'a>(
+    original: impl Into<ShadedMesh<'a>>,
+    simplified: impl Into<ShadedMesh<'a>>,
+    height: usize,
+) -> Option<Appearance> {
+    let meshes = [original.into(), simplified.into()];
+    if meshes[0].mesh.faces().is_empty() {
         return None;
     }
     let mut sum = Appearance::default();
     let mut pixels = [Vec::new(), Vec::new()];
     for direction in VIEWS {
-        let views = view(&[original, simplified], direction, height);
+        let views = view_shaded(&meshes, direction, height);
         let [first, second] = views.as_slice() else { return None };
         sum.ssim += channels_ssim(&first.shaded, &second.shaded, &[luma])?;
         sum.normals_ssim += channels_ssim(&first.normals, &second.normals, &[|p| p[0], |p| p[1], |p| p[2]])?;
@@ -87,7 +91,8 @@ fn colours(view: &View) -> impl Iterator<Item = u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes};
+    use crate::picture::CornerNormals;
 
     #[test]
     fn coarser_meshes_look_less_like_the_original() {
@@ -100,6 +105,23 @@ mod tests {
             "{fine:?} {middle:?} {coarse:?}"
         );
         assert!(ordered(|a| a.silhouette_iou), "{fine:?} {middle:?} {coarse:?}");
+    }
+
+    #[test]
+    fn stored_normals_are_what_is_compared() {
+        let [fine, coarse] = [5, 2].map(shapes::icosphere);
+        let normals = [&fine, &coarse].map(|mesh| {
+            let values = mesh.positions().as_flattened().to_vec();
+            let channel = Channel { name: "normal".into(), role: Role::Normal, width: 3, values };
+            let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![channel], groups: Vec::new() };
+            CornerNormals::new(&attributes)
+        });
+        let shaded = |mesh, k: usize| ShadedMesh { normals: normals[k].as_ref(), ..ShadedMesh::bare(mesh) };
+        let stored = appearance(shaded(&fine, 0), shaded(&coarse, 1), 96).unwrap();
+        let by_faces = appearance(shaded(&fine, 0), &coarse, 96).unwrap();
+        assert!(stored.normals_ssim > by_faces.normals_ssim + 0.02, "{stored:?} {by_faces:?}");
+        assert!(stored.psnr > by_faces.psnr + 3.0, "{stored:?} {by_faces:?}");
+        assert_eq!(stored.silhouette_iou, by_faces.silhouette_iou);
     }
 
     #[test]

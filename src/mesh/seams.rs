@@ -21,6 +21,8 @@ pub struct KeptEdge {
     /// How far its curve may leave its place at a low price, in the unit of the mesh. At 0 the curve is held: it loses no more than
     /// vertices.
     pub slack: f32,
+    /// Whether the normals on its two sides differ: shading jumps here. False at seams of texture coordinates or materials alone.
+    pub is_hard: bool,
 }
 
 /// The edges between two faces whose corners carry different values there, or that belong to different groups, ascending.
@@ -51,7 +53,8 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Ke
                 let may_move = |role| is_texture(role) || role == Role::Normal;
                 let is_soft = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !may_move(role));
                 let slack = if is_soft { slack(mesh, attributes, pair, seam_error, diagonal) } else { 0.0 };
-                seams.push(KeptEdge { ends, slack });
+                let is_hard = !carries_same(mesh, attributes, pair, |role| role == Role::Normal);
+                seams.push(KeptEdge { ends, slack, is_hard });
             }
         }
     });
@@ -127,13 +130,23 @@ fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
 }
 
+/// Whether two faces are of one group and carry the same, in the roles that count, along the edge that two of their half-edges are.
+fn joins(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
+    attributes.group(pair[0] / 3) == attributes.group(pair[1] / 3) && carries_same(mesh, attributes, pair, counts)
+}
+
 /// Whether two faces carry the same, in the roles that count, along the edge that two of their half-edges are.
-fn joins(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
+fn carries_same(
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    [first, second]: [u32; 2],
+    counts: impl Fn(Role) -> bool,
+) -> bool {
     let same_wedge = |corner: u32| {
         let other = partner(mesh, corner, second);
         same(attributes, wedge(attributes, corner), wedge(attributes, other), &counts)
     };
-    attributes.group(first / 3) == attributes.group(second / 3) && [first, next(first)].into_iter().all(same_wedge)
+    [first, next(first)].into_iter().all(same_wedge)
 }
 
 /// The corner across an edge that stands at the same vertex as `corner`; `half_edge` runs along the other side.
@@ -219,6 +232,9 @@ mod tests {
         let (mesh, facets) = painted(Role::Normal, |_, centre| centre.normalize().to_array().to_vec());
         assert!(seams(&mesh, &facets, 0.0).is_empty());
         let (mesh, halves) = painted(Role::Normal, |_, centre| vec![0.0, 0.0, if centre.z > 0.0 { 1.0 } else { -1.0 }]);
-        assert!(!seams(&mesh, &halves, 0.0).is_empty());
+        let between_halves = seams(&mesh, &halves, 0.0);
+        assert!(!between_halves.is_empty() && between_halves.iter().all(|seam| seam.is_hard));
+        let (mesh, charts) = painted(Role::Uv, |_, centre| vec![f32::from(centre.z > 0.0), 0.0]);
+        assert!(seams(&mesh, &charts, 0.0).iter().all(|seam| !seam.is_hard));
     }
 }

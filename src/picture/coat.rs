@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::Image;
 use super::image_file::decode_image;
+use super::raster::weights_at;
 use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
@@ -234,13 +235,8 @@ impl Worn<'_> {
         self.coat.at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
     }
 
-    /// The weights of a face's corners at a place: linear on the face in space, so weights on the picture count by the inverse
-    /// depth of their corner.
     fn weights(&self, face: u32, at: Vec2) -> Vec3 {
-        let [a, b, c] = self.faces[face as usize].map(|v| self.points[v as usize]);
-        let [pa, pb, pc] = [a, b, c].map(|corner| corner.truncate() - at);
-        let weights = Vec3::new(pb.perp_dot(pc) * a.z, pc.perp_dot(pa) * b.z, pa.perp_dot(pb) * c.z);
-        weights / weights.element_sum()
+        weights_at(self.points, self.faces[face as usize], at)
     }
 }
 

@@ -1,13 +1,14 @@
 //! A mesh as a shaded image, drawn without a GPU: one view for all meshes, side by side, edges visible.
 //!
-//! A z-buffer of three by three samples per pixel holds which face is seen where; faces are lit one by one, so
-//! that facets show, corners are darkened by what stands around them, and edges are drawn where they are long
+//! A z-buffer of three by three samples per pixel holds which face is seen where. Light falls by the normals that a mesh
+//! stores; one without any is lit face by face, so that facets show. Corners are darkened by what stands around them, and edges are drawn where they are long
 //! enough to be told apart. Base colours and textures of materials are drawn where they are given, nothing else of them; no
 //! writer of files.
 
 mod camera;
 mod caption;
 mod coat;
+mod corner_normals;
 mod image_file;
 mod mark;
 mod occlusion;
@@ -15,6 +16,7 @@ mod paint;
 mod png_file;
 mod raster;
 mod shade;
+mod shaded_mesh;
 mod shape;
 mod texture;
 mod views;
@@ -23,14 +25,16 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
-use shade::Colours;
+use shade::Shading;
 
 pub use coat::{Coat, Corner, Cover};
+pub use corner_normals::CornerNormals;
 pub use image_file::{ImageFormat, decode_image, encode_webp, image_size};
 pub use paint::Scale;
 pub use png_file::{encode_png, encode_png_opaque};
+pub use shaded_mesh::ShadedMesh;
 pub use texture::shrunk;
-pub use views::{View, view, view_coated};
+pub use views::{View, view, view_shaded};
 
 /// Samples per pixel along each axis; odd, so that one lies in the middle.
 const SAMPLES: usize = 3;
@@ -84,11 +88,11 @@ impl Default for PictureOptions {
 /// assert!(picture::encode_png(&image).starts_with(b"\x89PNG"));
 /// ```
 pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
-    draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, None))
+    draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, Shading::default()))
 }
 
-/// Draws meshes side by side as [`render`] does, in the colours of their materials, textures and corners; a mesh without a
-/// coat, or with one that is not its own, is drawn plain.
+/// Draws meshes side by side as [`render`] does, in the colours of their materials, textures and corners and by their stored
+/// normals, where they have such.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture};
@@ -98,16 +102,16 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
 /// let coat = picture::Coat::new(Attributes::NONE, &Looks::new(vec![red])).0.unwrap();
 /// let mut options = picture::PictureOptions::default();
 /// options.height = 120;
-/// let image = picture::render_coated(&[(&ball, Some(&coat)), (&ball, None)], &options);
+/// let plain = picture::ShadedMesh::bare(&ball);
+/// let image = picture::render_shaded(&[picture::ShadedMesh { coat: Some(&coat), ..plain }, plain], &options);
 /// assert_eq!(image.height, 120);
 /// ```
-pub fn render_coated(meshes: &[(&TriMesh, Option<&Coat>)], options: &PictureOptions) -> Image {
-    let surfaces: Vec<&TriMesh> = meshes.iter().map(|(mesh, _)| *mesh).collect();
+pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {
+    let surfaces: Vec<&TriMesh> = meshes.iter().map(|shaded| shaded.mesh).collect();
     draw(&surfaces, options, |shape, camera| {
         let points = camera.project(&shape.points);
-        let coat = meshes[shape.number].1.and_then(|coat| coat.on(&points, shape.faces));
-        let colours = coat.as_ref().map(|coat| move |face, at| coat.colour(face, at));
-        panel(shape, camera, options.edges, colours.as_ref().map(|colours| colours as &Colours))
+        let mesh = &meshes[shape.number];
+        mesh.with_shading(shape, &points, camera, |shading| panel(shape, camera, options.edges, shading))
     })
 }
 
@@ -136,7 +140,8 @@ pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &Pi
     draw(&surfaces, options, |shape, camera| {
         let points = camera.project(&shape.points);
         let paint = paint::Paint { points: &points, faces: shape.faces, values: values[shape.number], scale: *scale };
-        panel(shape, camera, options.edges, Some(&|face, at| paint.colour(face, at)))
+        let colours = |face, at| paint.colour(face, at);
+        panel(shape, camera, options.edges, Shading { colours: Some(&colours), normals: None })
     })
 }
 
@@ -178,13 +183,13 @@ pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
     shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
 }
 
-/// One mesh on the background, plain or in colours of its own.
-fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, colours: Option<&Colours>) -> Image {
+/// Draws one mesh on the background.
+fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, shading: Shading) -> Image {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let faces = shade::faces(shape, camera, edges, colours.is_some());
+    let faces = shade::faces(shape, camera, edges, shading.colours.is_some());
     let open = occlusion::openness(&buffer, &faces, camera);
-    shade::resolve(&buffer, &faces, &open, camera, colours)
+    shade::resolve(&buffer, &faces, &open, camera, shading)
 }
 
 /// Panels in a row, with a strip below for the captions.

@@ -3,7 +3,7 @@
 //! Lines come from the distance to the triangle's own edges (Baerentzen et al., "Single-pass wireframe rendering",
 //! 2006), so hidden ones need no test of their own.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SAMPLES;
@@ -25,6 +25,15 @@ pub struct Buffer {
     pub face: Vec<u32>,
     /// How much of the sample an edge of that face covers, 0 to 255.
     pub line: Vec<u8>,
+}
+
+/// Returns the weights of a face's corners at a place in samples. They are linear on the face in space, so weights on the picture
+/// count by the inverse depth of their corner.
+pub fn weights_at(points: &[Vec3], corners: [u32; 3], at: Vec2) -> Vec3 {
+    let [a, b, c] = corners.map(|v| points[v as usize]);
+    let [pa, pb, pc] = [a, b, c].map(|corner| corner.truncate() - at);
+    let weights = Vec3::new(pb.perp_dot(pc) * a.z, pc.perp_dot(pa) * b.z, pa.perp_dot(pb) * c.z);
+    weights / weights.element_sum()
 }
 
 /// One row band of the buffer, while it is drawn.

@@ -1,4 +1,4 @@
-//! Light and colour: one tone per face, edges over it, samples averaged to pixels.
+//! Light and colour: one tone per face, or one per sample by stored normals, edges over it, samples averaged to pixels.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -37,6 +37,10 @@ pub struct Face {
     direct: Vec3,
     /// Light from all around, times its colour.
     ambient: Vec3,
+    /// The colour of the side that is seen.
+    colour: Vec3,
+    /// 1 where its outer side is seen, else -1.
+    side: f32,
     /// How dark its edges are, 0 to 1.
     line: f32,
 }
@@ -71,14 +75,25 @@ fn usual_size(sizes: &[f32]) -> f32 {
 /// A face with that outward unit normal, the eye in the direction `toward`, of the colour `front`, edges as dark as `line`.
 fn lit(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     let seen_from_front = outward.dot(toward) >= 0.0;
-    let (normal, colour) = if seen_from_front { (outward, front) } else { (-outward, BACK) };
+    let (side, colour) = if seen_from_front { (1.0, front) } else { (-1.0, BACK) };
+    let normal = outward * side;
+    let [direct, ambient] = light(normal, colour);
+    Face { normal, direct, ambient, colour, side, line }
+}
+
+/// Returns the light from the lights and from all around that a surface of this colour with that unit normal, turned to the eye,
+/// sends back.
+fn light(normal: Vec3, colour: Vec3) -> [Vec3; 2] {
     let [key, fill] = [KEY, FILL].map(|[from, light]| light * normal.dot(from.normalize()).max(0.0));
     let sky = 0.5 + 0.5 * normal.y;
-    Face {
-        normal,
-        direct: colour * (key + fill) * 0.98,
-        ambient: colour * Vec3::new(0.20, 0.22, 0.27).lerp(Vec3::new(0.38, 0.39, 0.41), sky),
-        line,
+    let ambient = Vec3::new(0.20, 0.22, 0.27).lerp(Vec3::new(0.38, 0.39, 0.41), sky);
+    [colour * (key + fill) * 0.98, colour * ambient]
+}
+
+impl Face {
+    /// Returns the unit normal turned to the eye where the stored one is `stored`, in the view's frame; a zero one leaves that of the face.
+    pub fn shading_normal(&self, stored: Vec3) -> Vec3 {
+        if stored == Vec3::ZERO { self.normal } else { stored * self.side }
     }
 }
 
@@ -91,9 +106,21 @@ fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
 /// The colour of a face at a place in samples, in linear light: what its light is multiplied by.
 pub type Colours<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
+/// The stored unit normal of a face at a place in samples, in the view's frame; zero where it has none.
+pub type Normals<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
+
+/// What the faces of a mesh are shaded with beside their own light.
+#[derive(Clone, Copy, Default)]
+pub struct Shading<'a> {
+    /// Colours by which light is multiplied; white where there are none.
+    pub colours: Option<&'a Colours<'a>>,
+    /// Stored normals; those of the faces where there are none.
+    pub normals: Option<&'a Normals<'a>>,
+}
+
 /// Averages the samples of each pixel; `open` is the share of ambient light per pixel.
-pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, paint: Option<&Colours>) -> Image {
-    let look = Look { buffer, faces, paint };
+pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, shading: Shading) -> Image {
+    let look = Look { buffer, faces, shading };
     let mut rgba = vec![255; camera.width * camera.height * 4];
     rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
         let behind = behind(row as f32 / camera.height as f32);
@@ -109,7 +136,7 @@ pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, p
 struct Look<'a> {
     buffer: &'a Buffer,
     faces: &'a [Face],
-    paint: Option<&'a Colours<'a>>,
+    shading: Shading<'a>,
 }
 
 impl Look<'_> {
@@ -131,16 +158,19 @@ impl Look<'_> {
         if face == NOTHING {
             return None;
         }
-        let colour = face_colour(&self.faces[face as usize], open, self.buffer.line[at]);
         let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        Some(colour * self.paint.map_or(Vec3::ONE, |paint| paint(face, middle)))
+        let look = &self.faces[face as usize];
+        let stored = self.shading.normals.map_or(Vec3::ZERO, |normals| normals(face, middle));
+        let [direct, ambient] = if stored == Vec3::ZERO {
+            [look.direct, look.ambient]
+        } else {
+            light(look.shading_normal(stored), look.colour)
+        };
+        // Corners lose ambient light in full and a part of the direct light.
+        let lit = ambient * open + direct * (0.35 + 0.65 * open);
+        let colour = lit.lerp(LINE, look.line * f32::from(self.buffer.line[at]) / 255.0);
+        Some(colour * self.shading.colours.map_or(Vec3::ONE, |colours| colours(face, middle)))
     }
-}
-
-/// Corners lose ambient light in full and a part of the direct light.
-fn face_colour(face: &Face, open: f32, line: u8) -> Vec3 {
-    let lit = face.ambient * open + face.direct * (0.35 + 0.65 * open);
-    lit.lerp(LINE, face.line * f32::from(line) / 255.0)
 }
 
 fn behind(down: f32) -> Vec3 {

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::camera::Camera;
-use super::coat::Coat;
 use super::raster::{self, Buffer, NOTHING};
-use super::shade::{self, Colours, Face};
+use super::shade::{self, Face, Shading};
+use super::shaded_mesh::ShadedMesh;
 use super::{Image, SAMPLES, occlusion, shape};
 use crate::mesh::TriMesh;
 
@@ -30,42 +30,43 @@ pub struct View {
 pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View> {
     let shapes = shape::shapes(meshes);
     let camera = Camera::from(direction, &shapes, height.clamp(64, 4096));
-    shapes.iter().map(|shape| seen(shape, &camera, None)).collect()
+    shapes.iter().map(|shape| seen(shape, &camera, &ShadedMesh::bare(meshes[shape.number]))).collect()
 }
 
-/// Draws each mesh as [`view`] does, in the colours of its materials, textures and corners, where it has a coat.
+/// Draws each mesh as [`view`] does, in the colours of its materials, textures and corners and by its stored normals, where it
+/// has such.
 ///
 /// ```
-/// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, view, view_coated}};
+/// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, ShadedMesh, view, view_shaded}};
 /// let ball = shapes::icosphere(2);
 /// let mut red = Look::default();
 /// red.colour = [0.8, 0.1, 0.1];
 /// let coat = Coat::new(Attributes::NONE, &Looks::new(vec![red])).0;
-/// let views = view_coated(&[(&ball, coat.as_ref()), (&ball, None)], [30.0, 15.0], 64);
+/// let plain = ShadedMesh::bare(&ball);
+/// let views = view_shaded(&[ShadedMesh { coat: coat.as_ref(), ..plain }, plain], [30.0, 15.0], 64);
 /// assert_eq!(views[1], view(&[&ball], [30.0, 15.0], 64)[0]);
 /// assert_ne!(views[0].shaded, views[1].shaded);
 /// ```
-pub fn view_coated(meshes: &[(&TriMesh, Option<&Coat>)], direction: [f32; 2], height: usize) -> Vec<View> {
-    let surfaces: Vec<&TriMesh> = meshes.iter().map(|(mesh, _)| *mesh).collect();
+pub fn view_shaded(meshes: &[ShadedMesh], direction: [f32; 2], height: usize) -> Vec<View> {
+    let surfaces: Vec<&TriMesh> = meshes.iter().map(|shaded| shaded.mesh).collect();
     let shapes = shape::shapes(&surfaces);
     let camera = Camera::from(direction, &shapes, height.clamp(64, 4096));
-    shapes.iter().map(|shape| seen(shape, &camera, meshes[shape.number].1)).collect()
+    shapes.iter().map(|shape| seen(shape, &camera, &meshes[shape.number])).collect()
 }
 
-fn seen(shape: &shape::Shape, camera: &Camera, coat: Option<&Coat>) -> View {
+fn seen(shape: &shape::Shape, camera: &Camera, mesh: &ShadedMesh) -> View {
     let points = camera.project(&shape.points);
-    let coat = coat.and_then(|coat| coat.on(&points, shape.faces));
-    let colours = coat.as_ref().map(|coat| move |face, at| coat.colour(face, at));
-    let colours = colours.as_ref().map(|colours| colours as &Colours);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let faces = shade::faces(shape, camera, false, colours.is_some());
-    let open = occlusion::openness(&buffer, &faces, camera);
     let middles = middles(&buffer, camera);
-    View {
-        shaded: shade::resolve(&buffer, &faces, &open, camera, colours),
-        normals: normals(&middles, &faces, camera),
-        covered: middles.iter().map(|&face| face != NOTHING).collect(),
-    }
+    mesh.with_shading(shape, &points, camera, |shading| {
+        let faces = shade::faces(shape, camera, false, shading.colours.is_some());
+        let open = occlusion::openness(&buffer, &faces, camera);
+        View {
+            shaded: shade::resolve(&buffer, &faces, &open, camera, shading),
+            normals: normals(&middles, &faces, camera, shading),
+            covered: middles.iter().map(|&face| face != NOTHING).collect(),
+        }
+    })
 }
 
 /// The face seen in the middle of each pixel.
@@ -76,11 +77,17 @@ fn middles(buffer: &Buffer, camera: &Camera) -> Vec<u32> {
     (0..camera.height).flat_map(row).collect()
 }
 
-fn normals(middles: &[u32], faces: &[Face], camera: &Camera) -> Image {
-    let colour = |&face: &u32| {
-        let normal = faces.get(face as usize).map_or(Vec3::ZERO, |face| face.normal);
+fn normals(middles: &[u32], faces: &[Face], camera: &Camera, shading: Shading) -> Image {
+    let normal = |pixel: usize, face: u32| {
+        let middle =
+            [pixel % camera.width, pixel / camera.width].map(|at| (at * SAMPLES) as f32 + 0.5 * SAMPLES as f32);
+        let stored = shading.normals.map_or(Vec3::ZERO, |normals| normals(face, middle.into()));
+        faces[face as usize].shading_normal(stored)
+    };
+    let colour = |(pixel, &face): (usize, &u32)| {
+        let normal = if face == NOTHING { Vec3::ZERO } else { normal(pixel, face) };
         let [x, y, z] = normal.to_array().map(|x| (127.5 * (x + 1.0)).round() as u8);
         [x, y, z, 255]
     };
-    Image { width: camera.width, height: camera.height, rgba: middles.iter().flat_map(colour).collect() }
+    Image { width: camera.width, height: camera.height, rgba: middles.iter().enumerate().flat_map(colour).collect() }
 }

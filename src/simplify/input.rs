@@ -117,10 +117,14 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
 pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<KeptEdge> {
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
-        kept.extend(creases(mesh, degrees).into_iter().map(|ends| KeptEdge { ends, slack: 0.0 }));
+        kept.extend(creases(mesh, degrees).into_iter().map(|ends| KeptEdge { ends, slack: 0.0, is_hard: false }));
         // Of a seam that is a crease the one without slack stays.
         kept.sort_unstable_by(|x, y| x.ends.cmp(&y.ends).then(x.slack.total_cmp(&y.slack)));
-        kept.dedup_by_key(|edge| edge.ends);
+        kept.dedup_by(|later, stays| {
+            let is_same = later.ends == stays.ends;
+            stays.is_hard |= is_same && later.is_hard;
+            is_same
+        });
     }
     kept
 }

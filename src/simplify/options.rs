@@ -279,6 +279,8 @@ pub struct Report {
     pub vertices_after_pass: usize,
     /// Components that stand in the result in their smallest closed form.
     pub components_at_minimum: usize,
+    /// Whether a smaller result would take the shape of a component.
+    pub components_keep_shape: bool,
     /// Components dropped.
     pub components_pruned: usize,
     /// How many of these were hidden.

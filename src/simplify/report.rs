@@ -15,6 +15,7 @@ impl Report {
             oversample: 1.0,
             vertices_after_pass: mesh.positions().len(),
             components_at_minimum: count_components(pulse, mesh).1,
+            components_keep_shape: false,
             components_pruned: 0,
             components_hidden: 0,
             dropped: Vec::new(),

@@ -13,7 +13,7 @@ pub const CLOSED_VERSION: u32 = 8;
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 1;
+pub const CARRIED_VERSION: u32 = 2;
 
 /// Version of the paper's assembly, likewise.
 ///
@@ -28,7 +28,7 @@ mod tests {
 
     use super::*;
     use crate::linalg::golden::{Hash, Results, Tied, check};
-    use crate::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes};
+    use crate::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes, vertex_normals};
     use crate::simplify::{
         Assembly, Input, Options, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify_input,
         simplify_levels_of_detail, simplify_recorded,
@@ -99,6 +99,7 @@ mod tests {
             ("charts".into(), charted()),
             ("hard edges".into(), hard_edges()),
             ("poses".into(), posed()),
+            ("normals".into(), shaded()),
         ]
     }
 
@@ -200,6 +201,30 @@ mod tests {
         let attributes = shaded_flat(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Ratio(0.2));
+        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+    }
+
+    /// A smooth torus cut into a northern and a southern chart, with the normals and tangents of its vertices.
+    fn shaded() -> u64 {
+        let mesh = shapes::torus(60, 30, 2.0, 0.5);
+        let normals = vertex_normals(&mesh);
+        let n = mesh.positions().len() as u32;
+        let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
+        let wedges = mesh.faces().iter().map(|face| face.map(|v| v + n * u32::from(is_north(face)))).collect();
+        let rows = || (0..2 * n as usize).map(|row| (row / n as usize, row % n as usize));
+        let uvs = rows()
+            .flat_map(|(chart, v)| [mesh.positions()[v][0], mesh.positions()[v][1] + 9.0 * chart as f32])
+            .collect();
+        let normals_of_rows = rows().flat_map(|(_, v)| normals[v]).collect();
+        let tangents = rows().flat_map(|(_, v)| [-normals[v][1], normals[v][0], 0.0, 1.0]).collect();
+        let channels = vec![
+            Channel { name: "uv".into(), role: Role::Uv, width: 2, values: uvs },
+            Channel { name: "normal".into(), role: Role::Normal, width: 3, values: normals_of_rows },
+            Channel { name: "tangent".into(), role: Role::Tangent, width: 4, values: tangents },
+        ];
+        let attributes = Attributes { groups: Vec::new(), wedges, channels };
+        let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+        let options = Options::new(Target::Vertices(150));
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use neural_mesh::io::{self, ReadMesh};
 use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Frame, Looks, RawMesh, TriMesh};
+use neural_mesh::picture::{CornerNormals, ShadedMesh};
 
 use super::worn::{Worn, only_texture, worn};
 use crate::args::CompareArgs;
@@ -20,8 +21,17 @@ pub struct Named {
     pub mesh: TriMesh,
     /// What covers it, where a page is asked for.
     pub cover: Option<Worn>,
+    /// The normals that its corners store, where pictures are compared.
+    pub normals: Option<CornerNormals>,
     /// What could not be had of its looks, in one line each.
     pub notes: Vec<String>,
+}
+
+impl Named {
+    /// Returns the mesh as pictures of its shape show it: without colours, by its stored normals.
+    pub fn shaded(&self) -> ShadedMesh<'_> {
+        ShadedMesh { normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.mesh) }
+    }
 }
 
 /// The meshes of a comparison.
@@ -56,9 +66,10 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
     let mut named = Vec::new();
     for ((path, mesh), name) in paths.iter().zip(meshes).zip(short_names(&paths)) {
         let Dressed { mut cleaned, looks, notes } = mesh;
+        let normals = if args.appearance { CornerNormals::new(&cleaned.attributes) } else { None };
         let cover = worn(std::mem::take(&mut cleaned.attributes), looks, texture.as_ref());
         let mesh = around(origin, cleaned).map_err(|error| Failure::of(path, error))?;
-        named.push(Named { name, mesh, cover, notes });
+        named.push(Named { name, mesh, cover, normals, notes });
     }
     let simplified = named.split_off(1);
     let original = named.pop().ok_or_else(|| Failure::Usage("there is no original: name its file".into()))?;
@@ -76,7 +87,7 @@ fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<
     let source = Source::new(PathBuf::from(path), None, !args.no_weld);
     let (raw, looks, notes) = match given {
         Some(given) => with_looks(given),
-        None if args.html.is_some() => dressed(&source)?,
+        None if args.html.is_some() || args.appearance => dressed(&source)?,
         None => (read(&source)?, Looks::default(), Vec::new()),
     };
     Ok(Dressed { cleaned: cleaned(raw, &source)?, looks, notes })

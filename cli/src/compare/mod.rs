@@ -137,7 +137,7 @@ fn judged(
     let judge = |(number, mesh): (usize, Named)| {
         progress.move_on(Part::Check, (number as f64 + 0.5) / (n_results + 0.5));
         let mut figures = compare(&prepared, &mesh.mesh, n_asked);
-        let looks = args.appearance.then(|| appearance(&original.mesh, &mesh.mesh, USUAL_HEIGHT)).flatten();
+        let looks = args.appearance.then(|| appearance(original.shaded(), mesh.shaded(), USUAL_HEIGHT)).flatten();
         figures.extend(appearance::figures(looks.as_ref()));
         Judged { figures, mesh }
     };
@@ -193,7 +193,7 @@ mod tests {
     use neural_mesh::mesh::{TriMesh, shapes};
 
     fn named(mesh: TriMesh) -> Named {
-        Named { name: "a.ply".into(), mesh, cover: None, notes: Vec::new() }
+        Named { name: "a.ply".into(), mesh, cover: None, normals: None, notes: Vec::new() }
     }
 
     #[test]

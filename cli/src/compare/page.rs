@@ -106,7 +106,7 @@ mod tests {
     use neural_mesh::metrics::Judging;
 
     fn html(name: &str) -> String {
-        let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, notes: Vec::new() };
+        let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
         page(&Comparison {
             original: named(shapes::icosphere(2)),

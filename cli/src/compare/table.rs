@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn what_would_have_taken_too_long_is_said() {
-        let named = |mesh| Named { name: "a.ply".into(), mesh, cover: None, notes: Vec::new() };
+        let named = |mesh| Named { name: "a.ply".into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let figure = |name, value| Figure::new(name, "", "", value);
         let judged = |value| {
             let figures = vec![figure("genus_added", None), figure("distance_max", value)];

@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use neural_mesh::appearance::VIEWS;
 use neural_mesh::mesh::{Attributes, TriMesh};
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
-use neural_mesh::picture::{Coat, view_coated};
+use neural_mesh::picture::{Coat, CornerNormals, ShadedMesh, view_shaded};
 use neural_mesh::simplify::{Input, Options, Target, simplify_input};
 use serde::{Deserialize, Serialize};
 
@@ -87,11 +87,18 @@ fn ours(original: &Carrier, ratio: f64) -> Result<Carrier> {
 fn likeness(model: &Model, contestants: &[Carrier; 3]) -> Result<[f64; 3]> {
     let carriers = || std::iter::once(&model.carrier).chain(contestants);
     let coats: Vec<Option<Coat>> = carriers().map(|carrier| Coat::new(&carrier.attributes, &model.looks).0).collect();
-    let meshes: Vec<(&TriMesh, Option<&Coat>)> =
-        carriers().zip(&coats).map(|(carrier, coat)| (&carrier.mesh, coat.as_ref())).collect();
+    let normals: Vec<Option<CornerNormals>> = carriers().map(|carrier| CornerNormals::new(&carrier.attributes)).collect();
+    let meshes: Vec<ShadedMesh> = carriers()
+        .zip(coats.iter().zip(&normals))
+        .map(|(carrier, (coat, normals))| {
+            let mut shaded = ShadedMesh::bare(&carrier.mesh);
+            (shaded.coat, shaded.normals) = (coat.as_ref(), normals.as_ref());
+            shaded
+        })
+        .collect();
     let mut pixels = vec![Vec::new(); meshes.len()];
     for direction in VIEWS {
-        for (all, view) in pixels.iter_mut().zip(&view_coated(&meshes, direction, HEIGHT)) {
+        for (all, view) in pixels.iter_mut().zip(&view_shaded(&meshes, direction, HEIGHT)) {
             all.extend(view.shaded.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]));
         }
     }

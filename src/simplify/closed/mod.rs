@@ -32,7 +32,7 @@ use cluster::assignment::Assignment;
 use cluster::placement::{self, Placement};
 use cluster::samples::{self, SampleCount};
 use cluster::{importance, quotient};
-use collapse::{Collapse, Constraints, End, Poses, first_quadrics, merges_to, of_colours};
+use collapse::{Collapse, Constraints, End, Poses, first_quadrics, merges_to, of_attributes};
 use dropping::Cost;
 use held::Beginning;
 use original::Original;
@@ -126,6 +126,7 @@ impl Clustered<'_> {
     fn report(&self, Keep { edges, locked, .. }: &Keep, end: End, plain: Report) -> Report {
         Report {
             outcome: end.outcome(),
+            components_keep_shape: end == End::LosesShape,
             oversample: self.oversample,
             vertices_after_pass: self.assignment.n_regions,
             split_vertices: self.original.surface.n_split(),
@@ -185,14 +186,15 @@ fn cluster<'a>(
     placed.sum_planes(&quotient.rings, &assignment);
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
-    let colours = request.keep.attributes.map(|it| of_colours(&original, &assignment, &placed, it)).unwrap_or_default();
+    let attributes =
+        request.keep.attributes.map(|it| of_attributes(&original, &assignment, &placed, it)).unwrap_or_default();
     let poses = Poses::new(&original, &request.keep);
     let ceilings = ceilings_of_regions(&original, &assignment, &request.keep);
-    let is_plain = constraints.is_none() && colours.is_empty() && !request.keep.purpose.counts_flat();
+    let is_plain = constraints.is_none() && attributes.is_empty() && !request.keep.purpose.counts_flat();
     let collapse = if request.differentiable || !is_plain {
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
         let collapse = Collapse::new(progress.pulse, &placed, &quotient.rings).below(ceilings);
-        collapse.under(constraints, colours, poses, history)
+        collapse.under(constraints, attributes, poses, history)
     } else {
         Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings, ceilings)
     };

@@ -264,6 +264,11 @@ pub struct SidesOfSeams<'a> {
 }
 
 impl SidesOfSeams<'_> {
+    /// Lets searches stop at these edges alone, the smaller vertex of each first.
+    pub fn between(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
+        Self { seams: seams.collect(), ..self }
+    }
+
     /// The point closest to `p` among the faces that a search from `starts` meets, which goes on from the closest faces as long
     /// as they lie hardly farther than the best: a corner or an edge may be nearest on several faces before the next is nearer.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {

@@ -5,6 +5,9 @@
 //! wedge. The values of a wedge are those of the original at the point closest to the vertex, looked for on the wedge's
 //! side: from the faces that the wedge comes of, over edges that are no seams. Texture coordinates and colours are then fitted
 //! over the faces (`values`).
+//!
+//! Normals have seams of their own, the hard edges: across a seam of a texture or between two materials shading is smooth. So
+//! the wedges around a vertex that meet over such seams share one normal, which is looked up and fitted (`normals`) across them.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -13,10 +16,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Channel, Role};
 use crate::simplify::closed::faces_around::FacesAround;
-use crate::simplify::closed::original::{Original, SurfacePoint};
+use crate::simplify::closed::original::{Original, SidesOfSeams, SurfacePoint};
 use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
+use super::normals::{fit_normals, straighten_tangents};
 use super::values::{Fit, Wedges};
 
 /// No wedge, no vertex.
@@ -30,6 +34,8 @@ pub struct Corners {
     origins: Vec<Vec<u32>>,
     /// The output vertex of each wedge.
     vertices: Vec<u32>,
+    /// The number of the normal that each wedge shares with those around its vertex that no hard edge parts from it.
+    normals: Vec<u32>,
 }
 
 impl Corners {
@@ -44,7 +50,8 @@ impl Corners {
     ) -> Self {
         let came_of = faces_they_came_of(original, vertex_of, faces);
         let seams: FxHashSet<[u32; 2]> = original.features.edges_between(vertex_of).into_iter().collect();
-        let mut sets = UnionFind::new(3 * faces.len());
+        let hard: FxHashSet<[u32; 2]> = original.features.hard_edges_between(vertex_of).into_iter().collect();
+        let (mut sets, mut smooth) = (UnionFind::new(3 * faces.len()), UnionFind::new(3 * faces.len()));
         let corner = |f: u32, v: u32| 3 * f + faces[f as usize].iter().position(|&w| w == v).unwrap_or(0) as u32;
         let group = |f: u32| match came_of[f as usize] {
             NONE => NONE,
@@ -52,17 +59,22 @@ impl Corners {
         };
         for (f, &[a, b, c]) in (0u32..).zip(faces) {
             for (a, b) in [(a, b), (b, c), (c, a)] {
-                let twin = around.along(b, a).filter(|&g| g > f && group(f) == group(g));
-                if let Some(g) = twin.filter(|_| !seams.contains(&[a.min(b), a.max(b)])) {
-                    [a, b].into_iter().for_each(|v| _ = sets.union(corner(f, v), corner(g, v)));
+                let Some(g) = around.along(b, a).filter(|&g| g > f) else { continue };
+                let (edge, corners) = ([a.min(b), a.max(b)], [a, b].map(|v| [corner(f, v), corner(g, v)]));
+                if !seams.contains(&edge) && group(f) == group(g) {
+                    corners.iter().for_each(|[x, y]| _ = sets.union(*x, *y));
+                }
+                // Seams of textures and borders of materials do not part normals.
+                if !hard.contains(&edge) {
+                    corners.iter().for_each(|[x, y]| _ = smooth.union(*x, *y));
                 }
             }
         }
-        Self::numbered(&mut sets, faces, &came_of)
+        Self::numbered([&mut sets, &mut smooth], faces, &came_of)
     }
 
-    /// The sets of corners as wedges, in the order of their first corners.
-    fn numbered(sets: &mut UnionFind, faces: &[[u32; 3]], came_of: &[u32]) -> Self {
+    /// The sets of corners as wedges, in the order of their first corners; `smooth` has those that share a normal.
+    fn numbered([sets, smooth]: [&mut UnionFind; 2], faces: &[[u32; 3]], came_of: &[u32]) -> Self {
         let mut number = vec![NONE; 3 * faces.len()];
         let (mut origins, mut vertices): (Vec<Vec<u32>>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut wedge = |corner: usize| {
@@ -77,7 +89,23 @@ impl Corners {
             number[first]
         };
         let wedges = (0..faces.len()).map(|f| [3 * f, 3 * f + 1, 3 * f + 2].map(&mut wedge)).collect();
-        Self { wedges, origins, vertices }
+        let mut corners = Self { normals: vec![NONE; origins.len()], wedges, origins, vertices };
+        corners.number_normals(smooth);
+        corners
+    }
+
+    /// Numbers the normals of the wedges in the order of their first corners.
+    fn number_normals(&mut self, smooth: &mut UnionFind) {
+        let mut number = vec![NONE; 3 * self.wedges.len()];
+        let mut n_normals = 0;
+        for (corner, &wedge) in (0u32..).zip(self.wedges.as_flattened()) {
+            let number = &mut number[smooth.find(corner) as usize];
+            if *number == NONE {
+                *number = n_normals;
+                n_normals += 1;
+            }
+            self.normals[wedge as usize] = *number;
+        }
     }
 
     /// Whether the edge `a b` between two faces is a seam.
@@ -108,14 +136,10 @@ impl Corners {
     ) -> (Attributes, CornerMap) {
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
         let sides = original.sides_of_seams();
-        let closest =
-            |wedge: usize| sides.closest_point(positions[self.vertices[wedge] as usize], &self.origins[wedge]);
-        let places: Vec<SurfacePoint> = (0..self.vertices.len()).into_par_iter().map(closest).collect();
-        let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
-        let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
+        let places = places(&sides, &self.vertices, &self.origins, positions);
         let of_output = Wedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
-        let fit = || Fit::new(&sides, of_output, positions, pins);
         let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour | Role::MorphPosition);
+        let fit = || Fit::new(&sides, of_output, positions, pins);
         let fit = (!pins.is_subset() && attributes.channels.iter().any(is_fitted)).then(fit);
         let channel = |channel: &Channel| {
             let nearest = carried(channel, &attributes.wedges, &places);
@@ -124,9 +148,46 @@ impl Corners {
                 _ => nearest,
             }
         };
-        let channels: Vec<Channel> = attributes.channels.iter().map(channel).collect();
+        let mut channels: Vec<Channel> = attributes.channels.iter().map(channel).collect();
+        drop(fit);
+        if !pins.is_subset() && attributes.channels.iter().any(|channel| channel.role == Role::Normal) {
+            let sides = sides.between(original.features.hard());
+            self.fit_normals(&mut channels, attributes, &sides, positions, pins);
+        }
+        let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
+        let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
         let wedges = if channels.is_empty() { Vec::new() } else { self.wedges };
         (Attributes { wedges, channels, groups }, CornerMap { faces, weights })
+    }
+
+    /// Fits the normals among the channels of the wedges, and turns the tangents perpendicular to them. `sides` stop at hard edges
+    /// alone.
+    fn fit_normals(
+        &self,
+        channels: &mut [Channel],
+        attributes: &Attributes,
+        sides: &SidesOfSeams,
+        positions: &[Vec3],
+        pins: &Pins,
+    ) {
+        let n_normals = self.normals.iter().max().map_or(0, |&most| most as usize + 1);
+        let (mut origins, mut vertices) = (vec![Vec::new(); n_normals], vec![NONE; n_normals]);
+        for (wedge, &normal) in self.normals.iter().enumerate() {
+            origins[normal as usize].extend(&self.origins[wedge]);
+            vertices[normal as usize] = self.vertices[wedge];
+        }
+        let of_faces: Vec<[u32; 3]> =
+            self.wedges.iter().map(|wedges| wedges.map(|w| self.normals[w as usize])).collect();
+        let places = places(sides, &vertices, &origins, positions);
+        let fit =
+            Fit::new(sides, Wedges { of_faces: &of_faces, vertices: &vertices, places: &places }, positions, pins);
+        let of_original = attributes.channels.iter().zip(channels.iter_mut());
+        for (original, channel) in of_original.filter(|(original, _)| original.role == Role::Normal) {
+            let nearest = carried(original, &attributes.wedges, &places);
+            let fitted = fit_normals(&fit, nearest, original, &attributes.wedges);
+            channel.values = self.normals.iter().flat_map(|&normal| fitted.of(normal)).copied().collect();
+        }
+        straighten_tangents(channels);
     }
 
     /// The group of each face: that of the original's face that it came of.
@@ -170,6 +231,13 @@ fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]
         }
     }
     came_of
+}
+
+/// Returns for each wedge the point of the original closest to its vertex, as a search finds it from the faces that the wedge
+/// comes of.
+fn places(sides: &SidesOfSeams, vertices: &[u32], origins: &[Vec<u32>], positions: &[Vec3]) -> Vec<SurfacePoint> {
+    let closest = |(&v, origins): (&u32, &Vec<u32>)| sides.closest_point(positions[v as usize], origins);
+    vertices.par_iter().zip(origins).map(closest).collect()
 }
 
 /// The values of a channel at these places.

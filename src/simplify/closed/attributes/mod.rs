@@ -2,4 +2,5 @@
 
 pub mod blend;
 pub mod corners;
+mod normals;
 mod values;

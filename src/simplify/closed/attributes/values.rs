@@ -17,7 +17,7 @@ use super::blend::blend;
 
 /// Places in a face, as weights of its corners, and what each of them counts: exact for polynomials of the fourth degree
 /// (Dunavant 1985, "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
-const QUADRATURE: [([f32; 3], f32); 6] = [
+pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.108_103, 0.445_948_5, 0.445_948_5], 0.223_382),
     ([0.445_948_5, 0.108_103, 0.445_948_5], 0.223_382),
     ([0.445_948_5, 0.445_948_5, 0.108_103], 0.223_382),
@@ -30,7 +30,7 @@ const QUADRATURE: [([f32; 3], f32); 6] = [
 const STAY: f32 = 0.02;
 /// Steps toward the minimum. Each leaves at most 0.65 of what is missing, so that 0.6 % is left. Twelve textured
 /// training meshes: 6 steps are 0.05 % farther off, 24 no nearer.
-const STEPS: usize = 12;
+pub(super) const STEPS: usize = 12;
 /// Weight of a wedge, on a surface of unit size, below which its values stay: one over it times any value is still a
 /// finite `f32`.
 const LEAST: f32 = 1e-30;
@@ -52,9 +52,12 @@ pub struct Wedges<'a> {
 
 /// The result's faces over the original.
 pub struct Fit<'a> {
-    wedges: Wedges<'a>,
+    /// The wedges of the result.
+    pub(super) wedges: Wedges<'a>,
     /// Where on the original the quadrature points of the faces lie.
     points: Vec<[SurfacePoint; QUADRATURE.len()]>,
+    /// Normals of the faces, their lengths twice the areas.
+    pub(super) area_normals: Vec<Vec3>,
     /// Twice the areas of the faces.
     areas: Vec<f32>,
     /// At vertices that are pinned the values stay what they are.
@@ -70,9 +73,10 @@ impl<'a> Fit<'a> {
             let [a, b, c] = corners(of);
             QUADRATURE.map(|(at, _)| original.closest_point(a * at[0] + b * at[1] + c * at[2], &starts))
         };
-        let double_area = |of: &[u32; 3]| area_normal(corners(of)).length();
         let points = wedges.of_faces.par_iter().map(look_up).collect();
-        Self { wedges, points, areas: wedges.of_faces.iter().map(double_area).collect(), pins }
+        let area_normals: Vec<Vec3> = wedges.of_faces.iter().map(|of| area_normal(corners(of))).collect();
+        let areas = area_normals.iter().map(|normal| normal.length()).collect();
+        Self { wedges, points, area_normals, areas, pins }
     }
 
     /// The channel with the best values for the faces, or as it is where something is no number; `nearest` has those at the
@@ -93,7 +97,7 @@ impl<'a> Fit<'a> {
     }
 
     /// What the original's values are at the places, n_faces x 6 x width.
-    fn meant(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
+    pub(super) fn meant(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
         let mut meant = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
         let places = self.points.as_flattened().par_iter();
         meant.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
@@ -119,7 +123,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The diagonal of the system: what each wedge's own share weighs.
-    fn diagonal(&self, one: &[u32]) -> Vec<f32> {
+    pub(super) fn diagonal(&self, one: &[u32]) -> Vec<f32> {
         let mut diagonal = vec![0.0; one.len()];
         for (wedges, area) in self.wedges.of_faces.iter().zip(&self.areas) {
             for (at, weight) in QUADRATURE {
@@ -130,7 +134,7 @@ impl<'a> Fit<'a> {
     }
 
     /// One damped step of Jacobi's.
-    fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
+    pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
         let width = nearest.width;
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
         rest.chunks_exact_mut(width)
@@ -162,13 +166,13 @@ impl<'a> Fit<'a> {
 }
 
 /// The least-squares system of a channel.
-struct System {
+pub(super) struct System {
     /// What the original's values are at the quadrature points, n_faces x 6 x width.
-    meant: Vec<f32>,
+    pub meant: Vec<f32>,
     /// For each wedge the first one at its vertex that has the same values.
-    one: Vec<u32>,
+    pub one: Vec<u32>,
     /// What each wedge's own share weighs.
-    diagonal: Vec<f32>,
+    pub diagonal: Vec<f32>,
 }
 
 /// Keeps each number between the least and the largest of the original.

@@ -56,8 +56,8 @@ pub struct Collapse<'a> {
     pub(super) paid: Vec<(usize, f32)>,
     /// Whether every price is kept that of the present surface.
     pub(super) is_last_stretch: bool,
-    /// What merges cost the colours at the corners, if there are any.
-    pub(super) colours: AttributeQuadrics,
+    /// What merges cost the colours and normals at the corners, if there are any.
+    pub(super) attributes: AttributeQuadrics,
     /// What merges cost other poses, if there are any.
     pub(super) poses: Poses,
     /// What constrains it beside the topology.
@@ -145,15 +145,15 @@ impl<'a> Collapse<'a> {
         Self { ceilings, ..self }
     }
 
-    /// The same under constraints, with a price on colours and on other poses, and with a history if there is one to be written.
+    /// The same under constraints, with a price on colours, normals and other poses, and with a history if there is one to be written.
     pub fn under(
         self,
         constraints: Option<Constraints>,
-        colours: AttributeQuadrics,
+        attributes: AttributeQuadrics,
         poses: Poses,
         history: Option<Vec<Event>>,
     ) -> Self {
-        let mut under = Self { constraints, colours, poses, history, ..self };
+        let mut under = Self { constraints, attributes, poses, history, ..self };
         if !under.poses.is_empty() {
             (0..under.n_inner as u32).for_each(|v| under.renew_poses(v));
         }
@@ -184,7 +184,7 @@ impl<'a> Collapse<'a> {
             turn_forbidden: false,
             paid: Vec::new(),
             is_last_stretch: false,
-            colours: AttributeQuadrics::default(),
+            attributes: AttributeQuadrics::default(),
             poses: Poses::default(),
             constraints: None,
             history: None,

@@ -24,7 +24,7 @@ impl Collapse<'_> {
     /// Whether nothing but the quadrics of the nodes sets the prices.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
-        self.constraints.is_none() && self.colours.is_empty() && self.poses.is_empty()
+        self.constraints.is_none() && self.attributes.is_empty() && self.poses.is_empty()
     }
 
     pub(super) fn pair(&self, u: u32, v: u32) -> Pair {
@@ -32,8 +32,8 @@ impl Collapse<'_> {
         if !self.poses.is_empty() {
             pair.sum = self.poses.mean_price([u, v], pair.other(), pair.sum);
         }
-        if !self.colours.is_empty() {
-            pair.sum += self.colours.price([u, v], pair.other());
+        if !self.attributes.is_empty() {
+            pair.sum += self.attributes.price([u, v], pair.other());
         }
         if let Some(constraints) = &self.constraints {
             pair.sum += constraints.planes_on_held_curves([u, v], self.nodes[u as usize].position.as_dvec3());
@@ -83,7 +83,7 @@ impl Collapse<'_> {
         self.merge(u, v, opposite);
         self.constraints.iter_mut().for_each(|constraints| constraints.merge(u, v, place));
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
-        self.colours.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
+        self.attributes.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
         if !self.poses.is_empty() {
             self.poses.merge([u, v], pair.other(), (x - kept.position).as_dvec3());
         }

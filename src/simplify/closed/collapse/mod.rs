@@ -23,7 +23,7 @@ mod pair;
 mod poses;
 mod rounds;
 
-pub use attribute_quadrics::of_colours;
+pub use attribute_quadrics::of_attributes;
 pub use complex::{Collapse, End, merges_to};
 pub use constraints::Constraints;
 pub use history::{Event, Renewal, first_quadrics};

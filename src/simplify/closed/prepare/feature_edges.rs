@@ -18,6 +18,8 @@ pub struct FeatureEdges {
     pub edges: Vec<[u32; 2]>,
     /// How far the curve of each may leave its place at a low price, on the surface of unit size; 0 where it is held.
     pub slack: Vec<f32>,
+    /// Whether the normals on the two sides of each differ.
+    is_hard: Vec<bool>,
     /// The vertices of the edges, ascending.
     vertices: Vec<u32>,
 }
@@ -29,10 +31,11 @@ impl FeatureEdges {
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
         let slack = kept.iter().map(|edge| surface.length(edge.slack)).collect();
+        let is_hard = kept.iter().map(|edge| edge.is_hard).collect();
         let mut vertices = edges.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
-        Self { edges, slack, vertices }
+        Self { edges, slack, is_hard, vertices }
     }
 
     /// Whether some are held.
@@ -81,29 +84,44 @@ impl FeatureEdges {
         twice.flat_map(|pair| pair[0]).for_each(|r| broken[r as usize] = true);
     }
 
+    /// Returns the edges across which normals differ.
+    pub fn hard(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.edges.iter().zip(&self.is_hard).filter(|(_, is_hard)| **is_hard).map(|(edge, _)| *edge)
+    }
+
     /// The edges between the vertices that `vertex_of` says the surface's became, each once.
     pub fn edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
-        let ends = |edge: &[u32; 2]| {
-            let [a, b] = edge.map(|v| vertex_of[v as usize]);
-            (a != b).then_some([a.min(b), a.max(b)])
-        };
-        let mut edges: Vec<[u32; 2]> = self.edges.iter().filter_map(ends).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        edges
+        edges_between(self.edges.iter().copied(), vertex_of)
     }
+
+    /// Returns the hard edges among those between the vertices that `vertex_of` says the surface's became, each once.
+    pub fn hard_edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
+        edges_between(self.hard(), vertex_of)
+    }
+}
+
+/// Returns what these edges became where `vertex_of` says what their vertices became, each once.
+fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Vec<[u32; 2]> {
+    let ends = |edge: [u32; 2]| {
+        let [a, b] = edge.map(|v| vertex_of[v as usize]);
+        (a != b).then_some([a.min(b), a.max(b)])
+    };
+    let mut edges: Vec<[u32; 2]> = edges.filter_map(ends).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
 }
 
 /// The surface's edges over these edges of the mesh.
 fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
-    let wanted: FxHashMap<[u32; 2], f32> = kept.iter().map(|edge| (edge.ends, edge.slack)).collect();
+    let wanted: FxHashMap<[u32; 2], &KeptEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
     let kept = |[a, b]: [u32; 2]| {
         let [s, t] = [a, b].map(|v| surface.source(v));
         let is_touched = touched[s as usize] && touched[t as usize];
-        let slack = is_touched.then(|| wanted.get(&[s.min(t), s.max(t)])).flatten()?;
-        Some(KeptEdge { ends: [a.min(b), a.max(b)], slack: *slack })
+        let edge = is_touched.then(|| wanted.get(&[s.min(t), s.max(t)])).flatten()?;
+        Some(KeptEdge { ends: [a.min(b), a.max(b)], ..**edge })
     };
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut found: Vec<KeptEdge> = sides.filter_map(kept).collect();

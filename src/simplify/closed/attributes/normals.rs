@@ -1,0 +1,140 @@
+//! Normals at the corners of the result, in least squares: shading between the corners comes as near as can be to that of the
+//! original.
+//!
+//! A renderer blends the unit normals of three corners and normalises the blend. With `b` a blend and `n` the original's normal
+//! at one place of a face, the fit minimises the sum of `|b - |b| n|^2` over places of all faces, under unit length at the
+//! corners: damped steps as for other values (`values`), each toward `|b| n` of the step before, each followed by
+//! normalisation. Tangents are turned perpendicular to the fitted normals.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::mesh::{Channel, Role};
+
+use super::values::{Fit, QUADRATURE, STEPS, System};
+
+/// Length of a blend below which it has no direction: its corners cancel out.
+const LEAST_LENGTH: f32 = 1e-6;
+
+/// Returns the channel of normals with the best directions for the faces; `nearest` has those at the places nearest to the
+/// vertices, `original` the original's, at its `wedges`. A wedge that the fit turns away from one of its faces keeps its normal.
+pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
+    let meant = fit.meant(original, wedges);
+    if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
+        return nearest;
+    }
+    let one: Vec<u32> = (0..fit.wedges.vertices.len() as u32).collect();
+    let mut system = System { diagonal: fit.diagonal(&one), meant: meant.clone(), one };
+    let mut values = nearest.values.clone();
+    for _ in 0..STEPS {
+        scale_to_blends(&mut system.meant, &meant, &values, fit.wedges.of_faces);
+        fit.step(&mut values, &nearest, &system);
+        normalise_rows(&mut values, &nearest.values);
+    }
+    restore_turned(&mut values, &nearest.values, fit.wedges.of_faces, &fit.area_normals, &system.one);
+    Channel { values, ..nearest }
+}
+
+/// Scales each unit normal of the original to the length of the blend that it is compared with.
+fn scale_to_blends(scaled: &mut [f32], meant: &[f32], values: &[f32], of_faces: &[[u32; 3]]) {
+    let n = 3 * QUADRATURE.len();
+    let faces = scaled.par_chunks_exact_mut(n).zip(meant.par_chunks_exact(n)).zip(of_faces);
+    faces.for_each(|((scaled, meant), wedges)| {
+        let corners = wedges.map(|wedge| row(values, wedge));
+        for ((at, _), (scaled, meant)) in QUADRATURE.iter().zip(scaled.chunks_exact_mut(3).zip(meant.chunks_exact(3))) {
+            let length = (corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2]).length();
+            scaled.iter_mut().zip(meant).for_each(|(scaled, meant)| *scaled = length * meant);
+        }
+    });
+}
+
+/// Brings each normal back to unit length; one without a direction becomes that at its nearest place.
+fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
+    values.chunks_exact_mut(3).zip(nearest.chunks_exact(3)).for_each(|(normal, nearest)| {
+        let length = Vec3::from_slice(normal).length();
+        if length > LEAST_LENGTH {
+            normal.iter_mut().for_each(|x| *x /= length);
+        } else {
+            normal.copy_from_slice(nearest);
+        }
+    });
+}
+
+/// Gives those normals back their nearest value that look away from a face that the nearest value looks along with; what is
+/// one value stays one.
+fn restore_turned(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], face_normals: &[Vec3], one: &[u32]) {
+    let mut is_turned = vec![false; one.len()];
+    for (wedges, &face) in of_faces.iter().zip(face_normals) {
+        for &wedge in wedges {
+            let turns = row(values, wedge).dot(face) <= 0.0 && row(nearest, wedge).dot(face) > 0.0;
+            is_turned[one[wedge as usize] as usize] |= turns;
+        }
+    }
+    for (wedge, normal) in values.chunks_exact_mut(3).enumerate().filter(|(wedge, _)| is_turned[one[*wedge] as usize]) {
+        normal.copy_from_slice(&nearest[3 * wedge..][..3]);
+    }
+}
+
+fn row(values: &[f32], wedge: u32) -> Vec3 {
+    Vec3::from_slice(&values[3 * wedge as usize..][..3])
+}
+
+/// Turns tangents perpendicular to the normals of their wedges, of unit length and with the sign that they have; those along
+/// their normal stay, and so do all where there are no normals.
+pub fn straighten_tangents(channels: &mut [Channel]) {
+    let Some(normals) = channels.iter().find(|channel| channel.role == Role::Normal && channel.width == 3) else {
+        return;
+    };
+    let normals: Vec<Vec3> = normals.values.chunks_exact(3).map(Vec3::from_slice).collect();
+    for channel in channels.iter_mut().filter(|channel| channel.role == Role::Tangent && channel.width >= 3) {
+        for (tangent, &normal) in channel.values.chunks_exact_mut(channel.width).zip(&normals) {
+            let along = Vec3::from_slice(tangent);
+            let across = along - normal * along.dot(normal);
+            if across.length() > LEAST_LENGTH && across.is_finite() {
+                tangent[..3].copy_from_slice(&across.normalize().to_array());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_of_the_original_become_as_long_as_the_blends() {
+        let values = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let meant: Vec<f32> =
+            (0..QUADRATURE.len()).flat_map(|k| if k < 3 { [0.0, 0.6, 0.8] } else { [1.0, 0.0, 0.0] }).collect();
+        let mut scaled = meant.clone();
+        scale_to_blends(&mut scaled, &meant, &values, &[[0, 1, 2]]);
+        for (k, ([a, b, c], _)) in QUADRATURE.into_iter().enumerate() {
+            let naive = (a * a + b * b + c * c).sqrt();
+            assert!((row(&scaled, k as u32) - row(&meant, k as u32) * naive).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_normal_that_turns_away_from_its_face_goes_back_as_a_whole() {
+        let nearest = [0.0, 0.0, 1.0].repeat(3);
+        let mut values = [[0.0, 0.6, 0.8], [0.0, 0.6, -0.8], [0.6, 0.0, 0.8]].concat();
+        restore_turned(&mut values, &nearest, &[[0, 1, 2]], &[Vec3::Z], &[0, 1, 2]);
+        assert_eq!(values, [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8]].concat());
+    }
+
+    #[test]
+    fn normals_are_of_unit_length_and_have_a_direction() {
+        let mut values = vec![0.0, 0.0, 2.0, 0.0, 0.0, 0.0];
+        normalise_rows(&mut values, &[1.0, 0.0, 0.0].repeat(2));
+        assert_eq!(values, [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn tangents_lie_across_normals_and_keep_their_sign() {
+        let channel = |role, width, values| Channel { name: String::new(), role, width, values };
+        let tangents = vec![0.6, 0.0, 0.8, -1.0, 0.0, 0.0, 1.0, 1.0];
+        let mut channels = [channel(Role::Tangent, 4, tangents), channel(Role::Normal, 3, [0.0, 0.0, 1.0].repeat(2))];
+        straighten_tangents(&mut channels);
+        assert_eq!(channels[0].values, [1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 1.0]);
+    }
+}
