@@ -8,33 +8,16 @@ use glam::{DVec3, Vec3};
 use super::dropping::components;
 use super::original::Original;
 use super::request::Keep;
-use crate::geometry::triangle::area_normal;
 
-/// Price of a merge over the component's area times its squared diagonal, at most. A corner of a cube costs 0.007, the next vertex of a
-/// sphere of eight 0.001, half of a square pane 0.5.
-const MOST_PRICE: f64 = 0.001;
 /// Distance of a merged vertex from the surface after its merge over the component's diagonal, at most. A corner of a cube goes 0.2,
 /// a vertex of a sphere of twelve 0.06.
 const MOST_DISTANCE: f64 = 0.08;
 /// Diagonal of a component over that of all, as a viewer sees them, below which it may lose its shape: a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// What a merge may do to the component of a vertex at most.
-#[derive(Clone, Copy, Debug)]
-pub struct Ceiling {
-    /// Highest price: squared distance times area.
-    pub price: f32,
-    /// Largest distance of a merged vertex from the surface after the merge.
-    pub distance: f32,
-}
-
-impl Ceiling {
-    /// Any merge may be done.
-    pub const NONE: Self = Self { price: f32::INFINITY, distance: f32::INFINITY };
-}
-
-/// Returns what merges at each vertex of the surface may do, n_vertices; empty where there is one component, and for a bare mesh.
-pub fn ceilings(original: &Original, keep: &Keep) -> Vec<Ceiling> {
+/// Returns how far a merge may leave each vertex of the surface from what is there then, n_vertices; empty where there is one component, and
+/// for a bare mesh.
+pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let surface = &original.surface;
     if keep.half.is_some() || !keep.is_asset() {
         return Vec::new();
@@ -56,18 +39,17 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<Ceiling> {
     let ceiling = |extent: &Extent| {
         let size = extent.size();
         if size * stretch(extent) < LEAST_SIZE * whole {
-            return Ceiling::NONE;
+            return f32::INFINITY;
         }
-        Ceiling { price: (MOST_PRICE * extent.area * size * size) as f32, distance: (MOST_DISTANCE * size) as f32 }
+        (MOST_DISTANCE * size) as f32
     };
-    let ceilings: Vec<Ceiling> = sums.iter().map(ceiling).collect();
+    let ceilings: Vec<f32> = sums.iter().map(ceiling).collect();
     of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()
 }
 
 /// How large a component is.
 #[derive(Clone, Copy)]
 struct Extent {
-    area: f64,
     low: Vec3,
     high: Vec3,
     /// One of its faces.
@@ -76,13 +58,12 @@ struct Extent {
 
 impl Default for Extent {
     fn default() -> Self {
-        Self { area: 0.0, low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, face: 0 }
+        Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, face: 0 }
     }
 }
 
 impl Extent {
     fn add(&mut self, corners: [Vec3; 3], face: u32) {
-        self.area += 0.5 * f64::from(area_normal(corners).length());
         self.low = corners.into_iter().fold(self.low, Vec3::min);
         self.high = corners.into_iter().fold(self.high, Vec3::max);
         self.face = face;
@@ -111,8 +92,8 @@ mod tests {
             let faces = small.faces().iter().map(|face| face.map(|v| v + n as u32));
             let mesh = TriMesh::new(positions, large.faces().iter().copied().chain(faces).collect()).unwrap();
             let found = ceilings(&Original::bare(&mesh), &keep);
-            assert!(found[..n].iter().all(|ceiling| ceiling.price.is_finite()));
-            assert!(found[n..].iter().all(|ceiling| ceiling.price.is_finite() == has_ceiling), "{side}");
+            assert!(found[..n].iter().all(|ceiling| ceiling.is_finite()));
+            assert!(found[n..].iter().all(|ceiling| ceiling.is_finite() == has_ceiling), "{side}");
         }
     }
 }

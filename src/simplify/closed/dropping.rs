@@ -353,8 +353,8 @@ impl<'a> Components<'a> {
 /// What keeps components whatever they cost.
 struct Guard {
     within: f64,
-    /// What a viewer would miss of each; empty of a bare shape.
-    exposures: Vec<Exposure>,
+    /// What a viewer would miss of each, where that was asked.
+    exposures: Option<Vec<Exposure>>,
     /// What changed without those that went, at most: the sum of their largest shares.
     changed: f32,
     /// Whether each stands in for one that went.
@@ -365,50 +365,39 @@ struct Guard {
 
 impl Guard {
     fn new(components: &Components, within: f64) -> Self {
-        if !components.is_asset {
-            return Self {
-                within,
-                exposures: Vec::new(),
-                changed: 0.0,
-                stands_in: Vec::new(),
-                in_groups: BTreeMap::new(),
-            };
+        let mut guard =
+            Self { within, exposures: None, changed: 0.0, stands_in: Vec::new(), in_groups: BTreeMap::new() };
+        if components.is_asset {
+            guard.within = within.min(MOST_DISTANCE * components.error());
+            guard.stands_in = vec![false; components.all.len()];
+            for &group in components.all.iter().flat_map(|it| &it.groups) {
+                *guard.in_groups.entry(group).or_default() += 1;
+            }
         }
-        let within = within.min(MOST_DISTANCE * components.error());
-        let mut in_groups = BTreeMap::new();
-        for &group in components.all.iter().flat_map(|it| &it.groups) {
-            *in_groups.entry(group).or_default() += 1;
-        }
-        let stands_in = vec![false; components.all.len()];
-        Self { within, exposures: components.placing.exposures(within), changed: 0.0, stands_in, in_groups }
+        guard
     }
 
     /// Whether a component may go; notes that it does.
     fn lets_go(&mut self, components: &Components, i: usize) -> bool {
-        let lets_go = self.may_go(components, i) && components.is_within(i, self.within);
-        if lets_go && components.is_asset {
-            self.drop(&components.all[i], i);
+        let is_last = |group: &u32| self.in_groups.get(group).is_some_and(|n| *n < 2);
+        if components.all[i].groups.iter().any(is_last) || !components.is_within(i, self.within) {
+            return false;
         }
-        lets_go
-    }
-
-    /// Whether nobody would miss a component.
-    fn may_go(&self, components: &Components, i: usize) -> bool {
-        let Some(&Exposure { changed, opened, .. }) = self.exposures.get(i) else { return true };
-        let is_last = |group: &u32| self.in_groups.get(group).is_none_or(|n| *n < 2);
-        let is_missed = self.changed + changed > LARGE || opened > OPENING || self.stands_in[i];
-        !is_missed && !components.all[i].groups.iter().any(is_last)
-    }
-
-    /// Takes note that a component goes.
-    fn drop(&mut self, component: &Component, i: usize) {
-        self.changed += self.exposures[i].changed;
-        for stand_in in std::mem::take(&mut self.exposures[i].stand_ins) {
-            self.stands_in[stand_in as usize] = true;
+        if !components.is_asset {
+            return true;
         }
-        for group in &component.groups {
+        // Views take longest, and often nothing comes so far.
+        let exposures = self.exposures.get_or_insert_with(|| components.placing.exposures(self.within));
+        let Exposure { changed, opened, stand_ins } = &mut exposures[i];
+        if self.changed + *changed > LARGE || *opened > OPENING || self.stands_in[i] {
+            return false;
+        }
+        self.changed += *changed;
+        std::mem::take(stand_ins).into_iter().for_each(|stand_in| self.stands_in[stand_in as usize] = true);
+        for group in &components.all[i].groups {
             self.in_groups.entry(*group).and_modify(|n| *n -= 1);
         }
+        true
     }
 }
 

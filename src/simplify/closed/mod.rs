@@ -44,7 +44,6 @@ use trace::Trace;
 
 pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
-pub(super) use ceilings::Ceiling;
 pub use cluster::importance::importance_of_scores;
 pub(super) use derivative::Derivative;
 pub(super) use dropping::Dropped;
@@ -76,7 +75,9 @@ pub(super) fn simplify_levels(
 ) -> Result<Levels, SimplifyError> {
     let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), dropped: None }) };
     let (clustered, collapse) = cluster(mesh, request, first, progress)?;
-    let beginning = request.price.is_none().then(|| Beginning::of(&collapse, limits)).flatten();
+    // Components that keep their shape are ruined by nothing that is held.
+    let may_ruin = request.price.is_none() && !collapse.has_ceilings();
+    let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
     let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
     let mut collapse = Some(collapse);
     let mut made = Vec::with_capacity(limits.len());
@@ -204,10 +205,10 @@ fn cluster<'a>(
     Ok((Clustered { original, assignment, oversample: count.oversample, n_refined, cases }, collapse))
 }
 
-/// What merges of each region's vertex may do; empty where there is one component.
-fn ceilings_of_regions(original: &Original, assignment: &Assignment, keep: &Keep) -> Vec<Ceiling> {
+/// How far merges may leave each region's vertex from the surface; empty where that is no matter.
+fn ceilings_of_regions(original: &Original, assignment: &Assignment, keep: &Keep) -> Vec<f32> {
     let ceilings = ceilings::ceilings(original, keep);
-    let mut of_regions = vec![Ceiling::NONE; if ceilings.is_empty() { 0 } else { assignment.n_regions }];
+    let mut of_regions = vec![f32::INFINITY; if ceilings.is_empty() { 0 } else { assignment.n_regions }];
     assignment.region.iter().zip(ceilings).for_each(|(&region, ceiling)| of_regions[region as usize] = ceiling);
     of_regions
 }

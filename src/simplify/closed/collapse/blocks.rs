@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::mesh::OneRings;
 use crate::mesh::pulse::Pulse;
-use crate::simplify::closed::ceilings::Ceiling;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::limits::Limit;
 use crate::spatial::curve_order;
@@ -35,7 +34,7 @@ impl<'a> Collapse<'a> {
         last_stretch: f64,
         placed: &Placement,
         rings: &OneRings,
-        ceilings: Vec<Ceiling>,
+        ceilings: Vec<f32>,
     ) -> Self {
         if rings.n_vertices() >= LEAST_BLOCKS * BLOCK {
             return collapse_in_blocks(pulse, placed, rings, [limit.times(last_stretch), limit], &ceilings);
@@ -50,7 +49,7 @@ fn collapse_in_blocks<'a>(
     placed: &Placement,
     rings: &OneRings,
     [stretch, limit]: [Limit; 2],
-    ceilings: &[Ceiling],
+    ceilings: &[f32],
 ) -> Collapse<'a> {
     let n_vertices = rings.n_vertices();
     let (ghosts, n_faces) = ghosts(rings);
@@ -120,7 +119,7 @@ impl Split {
     }
 
     /// The ceilings of a block's vertices; empty where there are none.
-    fn of_block(&self, block: usize, ceilings: &[Ceiling]) -> Vec<Ceiling> {
+    fn of_block(&self, block: usize, ceilings: &[f32]) -> Vec<f32> {
         self.vertices(block).iter().filter_map(|&v| ceilings.get(v as usize).copied()).collect()
     }
 
@@ -229,7 +228,7 @@ struct Part {
     nodes: Vec<Node>,
     links: Links,
     least: Vec<f32>,
-    ceilings: Vec<Ceiling>,
+    ceilings: Vec<f32>,
     /// The vertices with neighbours that were frozen: their prices are not known.
     unpriced: Vec<u32>,
 }

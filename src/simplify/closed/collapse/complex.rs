@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use crate::mesh::OneRings;
 use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::shares::indices_where;
-use crate::simplify::closed::ceilings::Ceiling;
 use crate::simplify::closed::cluster::assignment::Assignment;
 use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::output::Output;
@@ -45,8 +44,8 @@ pub struct Collapse<'a> {
     pub(super) turn: Vec<u32>,
     /// Whether each vertex belongs to no edge that may go; empty where all may.
     pub(super) frozen: Vec<bool>,
-    /// What merges at each vertex may do, n_inner; empty where any may be done.
-    pub(super) ceilings: Vec<Ceiling>,
+    /// How far a merge may leave each vertex from the surface after it, n_inner; empty where that is no matter.
+    pub(super) ceilings: Vec<f32>,
     /// Whether a ceiling kept an edge that could go.
     pub(super) ceiling_met: bool,
     /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
@@ -140,8 +139,8 @@ impl<'a> Collapse<'a> {
         Self::of(pulse, nodes, links, n_inner, n_faces)
     }
 
-    /// The same, where no merge may do more than the ceilings of its vertices, n_inner, allow; any may where they are empty.
-    pub fn below(self, ceilings: Vec<Ceiling>) -> Self {
+    /// The same, where no merge may leave a vertex farther from the surface than its ceiling, n_inner; any may where they are empty.
+    pub fn below(self, ceilings: Vec<f32>) -> Self {
         Self { ceilings, ..self }
     }
 
@@ -284,6 +283,11 @@ impl<'a> Collapse<'a> {
     /// of unit size.
     pub fn paid(&self) -> &[(usize, f32)] {
         &self.paid
+    }
+
+    /// Whether merges may not leave vertices far from the surface.
+    pub fn has_ceilings(&self) -> bool {
+        !self.ceilings.is_empty()
     }
 
     /// How many vertices are on held curves or locked; where this is one half of a mirrored mesh, at most so many of the whole.

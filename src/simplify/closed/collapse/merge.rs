@@ -114,7 +114,7 @@ impl Collapse<'_> {
     /// Whether one of two vertices would be too far from the surface, for their component, when both go to `x`.
     #[inline(always)]
     fn loses_shape(&self, u: u32, v: u32, x: Vec3) -> bool {
-        let most = self.ceilings.get(u as usize).map_or(f32::INFINITY, |ceiling| ceiling.distance);
+        let most = self.ceilings.get(u as usize).copied().unwrap_or(f32::INFINITY);
         most < f32::INFINITY
             && [u, v].iter().any(|&w| self.distance_after([u, v], x, self.positions[w as usize]) > most)
     }

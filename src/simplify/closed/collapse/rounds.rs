@@ -260,7 +260,6 @@ impl Collapse<'_> {
     #[inline(always)]
     fn price_around(&mut self, u: u32) {
         let ring = self.nodes[u as usize].ring;
-        let ceiling = self.ceilings.get(u as usize).map_or(f32::INFINITY, |ceiling| ceiling.price);
         for (i, block) in ring.blocks().enumerate() {
             let ends = *self.links.block(block);
             let n = ring.len() - i * WIDTH;
@@ -272,8 +271,7 @@ impl Collapse<'_> {
             };
             for (price, w) in prices.iter_mut().zip(ends) {
                 let may_go = !self.is_ghost(w) && !self.is_frozen(w) && *price < f32::INFINITY;
-                self.ceiling_met |= may_go && *price > ceiling;
-                *price = if may_go && *price <= ceiling { *price } else { f32::INFINITY };
+                *price = if may_go { *price } else { f32::INFINITY };
             }
             *self.links.prices_mut(block) = prices;
         }
