@@ -8,7 +8,7 @@ use neural_mesh::simplify::Assembly;
 use crate::numbers::{Count, GIB, MOST_SAMPLES, count, n_threads, number, seed, share, texels, view, whole};
 
 const SIMPLIFY_NOTES: &str = "\
-Reads and writes OBJ, PLY, STL, OFF, glTF, GLB and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX and geometry compressed by Draco need the features 3mf, fbx and draco. Vertices at equal positions are one vertex; \
+Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX and geometry compressed by Draco need the features 3mf, fbx and draco. Vertices at equal positions are one vertex; \
 sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
 carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
 

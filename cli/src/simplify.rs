@@ -219,9 +219,7 @@ fn lighter(
                 let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
                 Ok(files_of(subject, &alone, request, 0)?.n_bytes())
             };
-            if matches!(request.output_format, Format::Gltf | Format::Glb) {
-                subject.check_bytes(*n_bytes, request, &file_name(request, 0))?;
-            }
+            subject.check_bytes(*n_bytes, request, &file_name(request, 0))?;
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }

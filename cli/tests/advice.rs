@@ -123,13 +123,15 @@ fn a_name_without_an_ending_is_told_formats_that_this_build_writes() {
     }
 }
 
-/// A refused command, what its line says last, and the words that follow the advice.
+type Words<'a> = &'a [&'a str];
+
 #[test]
 fn refusals_say_what_is_accepted() {
     let folder = folder();
     fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let cases: [(&[&str], &str, &[&[&str]]); 9] = [
+    // A refused command, what its line says last, and the commands that follow the advice.
+    let cases: [(Words, &str, &[Words]); 9] = [
         (
             &["a.glb", "-o", "b.glb", "--ignore", "uv,materials"],
             "leave materials out, or write obj or ply",

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use neural_mesh::io::{
-    self, Asset, Extra, ImageMaker, ImageUse, LighterPart, Model, SceneOptions, WriteError, WriteOptions,
+    self, Asset, Extra, Format, ImageMaker, ImageUse, LighterPart, Model, SceneOptions, WriteError, WriteOptions,
 };
 use neural_mesh::mesh::{Attributes, TriMesh};
 
@@ -28,6 +28,9 @@ impl ImageMaker for NoImages {
 impl Subject {
     /// Refuses a number of bytes that a glTF would exceed with hardly a face, and says what takes them.
     pub fn check_bytes(&self, n_bytes: usize, request: &Request, file_name: &str) -> Result<(), Failure> {
+        if !matches!(request.output_format, Format::Gltf | Format::Glb) {
+            return Ok(());
+        }
         let refused = |error: WriteError| Failure::of(&request.source.path, error);
         let least = |images: Option<&dyn ImageMaker>| self.least_bytes(images, request, file_name).map_err(refused);
         let n_least = least(self.textures())?;
