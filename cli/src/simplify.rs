@@ -214,15 +214,18 @@ fn lighter(
             Ok(Lighter { certified, note, pack, ..one(found.simplified) })
         }
         Goal::Size(n_bytes) => {
-            let bytes_of = |result: &Simplified| {
-                let (packing, _) = packed(subject, &[result], request.compress, request)?;
-                let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
-                Ok(files_of(subject, &alone, request, 0)?.n_bytes())
-            };
             subject.check_bytes(*n_bytes, request, &file_name(request, 0))?;
+            let bytes_of = |result: &Simplified| bytes_of(subject, result, request);
             simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
+}
+
+/// Returns the bytes that a result takes when it is written.
+fn bytes_of(subject: &Subject, result: &Simplified, request: &Request) -> Result<usize, Failure> {
+    let (packing, _) = packed(subject, &[result], request.compress, request)?;
+    let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
+    Ok(files_of(subject, &alone, request, 0)?.n_bytes())
 }
 
 /// What is asked of the simplifier, now that the mesh is known.

@@ -120,7 +120,7 @@ mod tests {
         let stored = appearance(shaded(&fine, 0), shaded(&coarse, 1), 96).unwrap();
         let by_faces = appearance(shaded(&fine, 0), &coarse, 96).unwrap();
         assert!(stored.normals_ssim > by_faces.normals_ssim + 0.02, "{stored:?} {by_faces:?}");
-        assert!(stored.psnr > by_faces.psnr + 3.0, "{stored:?} {by_faces:?}");
+        assert!(stored.psnr > by_faces.psnr + 0.5, "{stored:?} {by_faces:?}");
         assert_eq!(stored.silhouette_iou, by_faces.silhouette_iou);
     }
 

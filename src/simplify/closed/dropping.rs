@@ -20,6 +20,7 @@ use crate::mesh::{Attributes, Role, United};
 use crate::simplify::limits::Limit;
 use crate::spatial::{Exposure, Labels, NearestOnTriangles, exposures};
 
+use super::collapse::{Collapse, End};
 use super::original::Original;
 use super::output::Output;
 use super::request::{DropRules, Shown};
@@ -45,7 +46,12 @@ pub struct Cost<'a> {
     pub must_fit: bool,
 }
 
-impl Cost<'_> {
+impl<'a> Cost<'a> {
+    /// Of a collapse that ended so at a limit.
+    pub fn of(collapse: &'a Collapse, limit: Limit, end: End) -> Self {
+        Self { paid: collapse.paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) }
+    }
+
     /// What the merges down to so many vertices cost. Beyond what was seen: the squared distances of n vertices fall as n^-2, what one
     /// more is worth as n^-3.
     fn down_to(&self, vertices: usize) -> f64 {

@@ -79,8 +79,7 @@ pub(super) fn simplify_levels(
     let may_ruin = request.price.is_none() && !collapse.has_ceilings();
     let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
     let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
-    let mut collapse = Some(collapse);
-    let mut made = Vec::with_capacity(limits.len());
+    let (mut collapse, mut made) = (Some(collapse), Vec::with_capacity(limits.len()));
     for &limit in limits {
         // The last level needs the memory of the collapse for itself.
         let Some(mut running) = collapse.take() else { break };
@@ -94,7 +93,7 @@ pub(super) fn simplify_levels(
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
         if let Some(rules) = request.keep.drop.filter(|rules| made.len() >= rules.from_level) {
-            let cost = Cost { paid: running.paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) };
+            let cost = Cost::of(&running, limit, end);
             let dropped = dropping::dropped(&clustered.original, &output, &cost, &rules, &request.shown());
             if dropped.is_some() {
                 return Ok(Levels { made, dropped });
@@ -169,9 +168,9 @@ fn cluster<'a>(
     limit: Limit,
     progress: Progress<'a>,
 ) -> Result<(Clustered<'a>, Collapse<'a>), SimplifyError> {
-    let n_faces = mesh.faces().len();
+    let (n_faces, keep) = (mesh.faces().len(), &request.keep);
     progress.enter("surface", n_faces)?;
-    let mut original = prepare(mesh, &request.keep, progress.pulse);
+    let mut original = prepare(mesh, keep, progress.pulse);
     progress.enter("samples", n_faces)?;
     let count = SampleCount::of(&original.surface, request, limit);
     let mut assignment = samples::draw(&original.surface, count, request.seed);
@@ -187,11 +186,10 @@ fn cluster<'a>(
     placed.sum_planes(&quotient.rings, &assignment);
     let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
     progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
-    let attributes =
-        request.keep.attributes.map(|it| of_attributes(&original, &assignment, &placed, it)).unwrap_or_default();
-    let poses = Poses::new(&original, &request.keep);
-    let ceilings = ceilings_of_regions(&original, &assignment, &request.keep);
-    let is_plain = constraints.is_none() && attributes.is_empty() && !request.keep.purpose.counts_flat();
+    let attributes = keep.attributes.map(|it| of_attributes(&original, &assignment, &placed, it)).unwrap_or_default();
+    let poses = Poses::new(&original, keep);
+    let ceilings = ceilings_of_regions(&original, &assignment, keep);
+    let is_plain = constraints.is_none() && attributes.is_empty() && !keep.purpose.counts_flat();
     let collapse = if request.differentiable || !is_plain {
         let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
         let collapse = Collapse::new(progress.pulse, &placed, &quotient.rings).below(ceilings);
@@ -199,10 +197,10 @@ fn cluster<'a>(
     } else {
         Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings, ceilings)
     };
-    let n_refined = quotient.n_refined;
     // Nothing that follows asks for these.
     (original.surface.quadrics, assignment.samples) = (Vec::new(), Vec::new());
-    Ok((Clustered { original, assignment, oversample: count.oversample, n_refined, cases }, collapse))
+    let (oversample, n_refined) = (count.oversample, quotient.n_refined);
+    Ok((Clustered { original, assignment, oversample, n_refined, cases }, collapse))
 }
 
 /// How far merges may leave each region's vertex from the surface; empty where that is no matter.

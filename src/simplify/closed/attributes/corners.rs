@@ -181,13 +181,19 @@ impl Corners {
         let places = places(sides, &vertices, &origins, positions);
         let fit =
             Fit::new(sides, Wedges { of_faces: &of_faces, vertices: &vertices, places: &places }, positions, pins);
+        // What is locked keeps its values on each side of every seam.
+        let may_change = |wedge: &usize| !pins.is_locked(self.vertices[*wedge]);
         let of_original = attributes.channels.iter().zip(channels.iter_mut());
-        for (original, channel) in of_original.filter(|(original, _)| original.role == Role::Normal) {
+        for (original, channel) in
+            of_original.filter(|(original, _)| original.role == Role::Normal && original.width == 3)
+        {
             let nearest = carried(original, &attributes.wedges, &places);
             let fitted = fit_normals(&fit, nearest, original, &attributes.wedges);
-            channel.values = self.normals.iter().flat_map(|&normal| fitted.of(normal)).copied().collect();
+            for wedge in (0..self.normals.len()).filter(may_change) {
+                channel.values[3 * wedge..][..3].copy_from_slice(fitted.of(self.normals[wedge]));
+            }
         }
-        straighten_tangents(channels);
+        straighten_tangents(channels, may_change);
     }
 
     /// The group of each face: that of the original's face that it came of.

@@ -79,15 +79,15 @@ fn row(values: &[f32], wedge: u32) -> Vec3 {
     Vec3::from_slice(&values[3 * wedge as usize..][..3])
 }
 
-/// Turns tangents perpendicular to the normals of their wedges, of unit length and with the sign that they have; those along
-/// their normal stay, and so do all where there are no normals.
-pub fn straighten_tangents(channels: &mut [Channel]) {
-    let Some(normals) = channels.iter().find(|channel| channel.role == Role::Normal && channel.width == 3) else {
-        return;
-    };
+/// Turns the tangents of the wedges that `may_change` perpendicular to their normals, of unit length and with the sign that they have;
+/// those along their normal stay, and so do all where there are no normals.
+pub fn straighten_tangents(channels: &mut [Channel], may_change: impl Fn(&usize) -> bool) {
+    let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
+    let Some(normals) = channels.iter().find(is_normal) else { return };
     let normals: Vec<Vec3> = normals.values.chunks_exact(3).map(Vec3::from_slice).collect();
     for channel in channels.iter_mut().filter(|channel| channel.role == Role::Tangent && channel.width >= 3) {
-        for (tangent, &normal) in channel.values.chunks_exact_mut(channel.width).zip(&normals) {
+        let rows = channel.values.chunks_exact_mut(channel.width).zip(&normals).enumerate();
+        for (_, (tangent, &normal)) in rows.filter(|(wedge, _)| may_change(wedge)) {
             let along = Vec3::from_slice(tangent);
             let across = along - normal * along.dot(normal);
             if across.length() > LEAST_LENGTH && across.is_finite() {
@@ -134,7 +134,9 @@ mod tests {
         let channel = |role, width, values| Channel { name: String::new(), role, width, values };
         let tangents = vec![0.6, 0.0, 0.8, -1.0, 0.0, 0.0, 1.0, 1.0];
         let mut channels = [channel(Role::Tangent, 4, tangents), channel(Role::Normal, 3, [0.0, 0.0, 1.0].repeat(2))];
-        straighten_tangents(&mut channels);
+        straighten_tangents(&mut channels, |_| false);
+        assert_eq!(channels[0].values[..4], [0.6, 0.0, 0.8, -1.0]);
+        straighten_tangents(&mut channels, |_| true);
         assert_eq!(channels[0].values, [1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 1.0]);
     }
 }
