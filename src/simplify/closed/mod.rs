@@ -75,7 +75,6 @@ pub(super) fn simplify_levels(
 ) -> Result<Levels, SimplifyError> {
     let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), dropped: None }) };
     let (clustered, collapse) = cluster(mesh, request, first, progress)?;
-    // Components that keep their shape are ruined by nothing that is held.
     let may_ruin = request.price.is_none() && !collapse.has_ceilings();
     let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
     let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
@@ -197,9 +196,9 @@ fn cluster<'a>(
     } else {
         Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings, ceilings)
     };
+    let (oversample, n_refined) = (count.oversample, quotient.n_refined);
     // Nothing that follows asks for these.
     (original.surface.quadrics, assignment.samples) = (Vec::new(), Vec::new());
-    let (oversample, n_refined) = (count.oversample, quotient.n_refined);
     Ok((Clustered { original, assignment, oversample, n_refined, cases }, collapse))
 }
 

@@ -285,7 +285,7 @@ impl<'a> Collapse<'a> {
         &self.paid
     }
 
-    /// Whether merges may not leave vertices far from the surface.
+    /// Whether merges may not leave vertices far from the surface: what is held ruins nothing then.
     pub fn has_ceilings(&self) -> bool {
         !self.ceilings.is_empty()
     }
