@@ -38,6 +38,8 @@ pub struct Exposure {
     pub changed: f32,
     /// Largest share, over the views, of the pixels of the whole where a back side comes to light.
     pub opened: f32,
+    /// Largest share, over the views, of the pixels of the whole where another material comes to light.
+    pub recoloured: f32,
     /// The components that stand in for it where nothing changes, ascending.
     pub stand_ins: Vec<u32>,
 }
@@ -74,6 +76,7 @@ fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
     for (exposure, other) in all.iter_mut().zip(others) {
         exposure.changed = exposure.changed.max(other.changed);
         exposure.opened = exposure.opened.max(other.opened);
+        exposure.recoloured = exposure.recoloured.max(other.recoloured);
         exposure.stand_ins.extend(other.stand_ins);
     }
     all
@@ -129,7 +132,7 @@ impl Scene<'_> {
 
     /// What changes in a view in this direction.
     fn exposures_of(&self, pixels: &[Layers], along: Vec3) -> Vec<Exposure> {
-        let mut counts = vec![[0u32; 2]; self.labels.n_components];
+        let mut counts = vec![[0u32; 3]; self.labels.n_components];
         let mut all = vec![Exposure::default(); self.labels.n_components];
         let covered = pixels.iter().filter(|pixel| pixel.faces[0] != NONE);
         let n_covered = covered.clone().count() as f32;
@@ -141,13 +144,15 @@ impl Scene<'_> {
             let changes = opens || !self.look_alike(pixel, along);
             counts[component][0] += u32::from(changes);
             counts[component][1] += u32::from(opens);
+            let material = |face: u32| self.labels.materials[face as usize];
+            counts[component][2] += u32::from(second != NONE && material(first) != material(second));
             if !changes {
                 let (stand_ins, stand_in) = (&mut all[component].stand_ins, self.labels.components[second as usize]);
                 stand_ins.extend((stand_ins.last() != Some(&stand_in)).then_some(stand_in));
             }
         }
-        for (exposure, [changed, opened]) in all.iter_mut().zip(counts) {
-            (exposure.changed, exposure.opened) = (changed as f32 / n_covered, opened as f32 / n_covered);
+        for (exposure, counts) in all.iter_mut().zip(counts) {
+            [exposure.changed, exposure.opened, exposure.recoloured] = counts.map(|n| n as f32 / n_covered);
             exposure.stand_ins.sort_unstable();
             exposure.stand_ins.dedup();
         }
@@ -216,6 +221,7 @@ mod tests {
         let meshes = [scaled(&sphere, 1.001), sphere.clone()];
         let found = exposures_of(&meshes, 0.02);
         assert!(found[0].changed < 0.05 && found[0].stand_ins == [1] && found[1].changed == 0.0, "{found:?}");
+        assert_eq!(found[0].recoloured, 0.0);
         assert!(exposures_of(&meshes, 1e-5)[0].changed > 0.5);
     }
 }
