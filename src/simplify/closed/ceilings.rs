@@ -9,13 +9,13 @@ use super::dropping::components;
 use super::original::Original;
 use super::request::Keep;
 
-/// Distance of a merged vertex from the surface after its merge over the component's diagonal, at most. A corner of a cube goes 0.2,
-/// a vertex of a sphere of twelve 0.06.
-const MOST_DISTANCE: f64 = 0.08;
+/// Distance that all merges of a vertex leave it from the surface over the component's diagonal, at most, and over the diagonal of all.
+/// A corner of a cube goes 0.2, a vertex of a sphere of twelve 0.06, one of a sphere of forty 0.02.
+const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
 /// Diagonal of a component over that of all, as a viewer sees them, below which it may lose its shape: a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns how far a merge may leave each vertex of the surface from what is there then, n_vertices; empty where there is one component, and
+/// Returns how far merges, one after the other, may leave each vertex of the surface from what is there then, n_vertices; empty where there is one component, and
 /// for a bare mesh.
 pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let surface = &original.surface;
@@ -41,7 +41,8 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
         if size * stretch(extent) < LEAST_SIZE * whole {
             return f32::INFINITY;
         }
-        (MOST_DISTANCE * size) as f32
+        let of_whole = MOST_DISTANCE[1] * whole / stretch(extent).max(f64::MIN_POSITIVE);
+        (MOST_DISTANCE[0] * size).min(of_whole) as f32
     };
     let ceilings: Vec<f32> = sums.iter().map(ceiling).collect();
     of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()

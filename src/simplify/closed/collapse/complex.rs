@@ -44,7 +44,7 @@ pub struct Collapse<'a> {
     pub(super) turn: Vec<u32>,
     /// Whether each vertex belongs to no edge that may go; empty where all may.
     pub(super) frozen: Vec<bool>,
-    /// How far a merge may leave each vertex from the surface after it, n_inner; empty where that is no matter.
+    /// How far merges may still leave each vertex from the surface after them, n_inner; empty where that is no matter.
     pub(super) ceilings: Vec<f32>,
     /// Whether a ceiling kept an edge that could go.
     pub(super) ceiling_met: bool,
@@ -139,7 +139,7 @@ impl<'a> Collapse<'a> {
         Self::of(pulse, nodes, links, n_inner, n_faces)
     }
 
-    /// The same, where no merge may leave a vertex farther from the surface than its ceiling, n_inner; any may where they are empty.
+    /// The same, where merges together may not leave a vertex farther from the surface than its ceiling, n_inner; any may where they are empty.
     pub fn below(self, ceilings: Vec<f32>) -> Self {
         Self { ceilings, ..self }
     }

@@ -75,7 +75,8 @@ impl Collapse<'_> {
             self.turn_forbidden = true;
             return false;
         }
-        if self.loses_shape(u, v, x) {
+        let left = self.left_to_move([u, v], x);
+        if left < 0.0 {
             self.ceiling_met = true;
             return false;
         }
@@ -90,6 +91,7 @@ impl Collapse<'_> {
         let node = &mut self.nodes[u as usize];
         (node.position, node.importance) = (x, mean_importance([&kept, &gone]));
         self.positions[u as usize] = x;
+        self.ceilings.get_mut(u as usize).into_iter().for_each(|ceiling| *ceiling = left);
         self.renew(u);
         true
     }
@@ -111,12 +113,15 @@ impl Collapse<'_> {
         ok.then_some(opposite)
     }
 
-    /// Whether one of two vertices would be too far from the surface, for their component, when both go to `x`.
+    /// How far later merges may still leave two vertices from the surface when both go to `x`; below 0 where this merge leaves one too far.
     #[inline(always)]
-    fn loses_shape(&self, u: u32, v: u32, x: Vec3) -> bool {
-        let most = self.ceilings.get(u as usize).copied().unwrap_or(f32::INFINITY);
-        most < f32::INFINITY
-            && [u, v].iter().any(|&w| self.distance_after([u, v], x, self.positions[w as usize]) > most)
+    fn left_to_move(&self, ends: [u32; 2], x: Vec3) -> f32 {
+        let Some(&most) = self.ceilings.get(ends[0] as usize) else { return f32::INFINITY };
+        if most == f32::INFINITY {
+            return most;
+        }
+        let left = |w: u32| self.ceilings[w as usize] - self.distance_after(ends, x, self.positions[w as usize]);
+        left(ends[0]).min(left(ends[1]))
     }
 
     /// The distance of a point from the faces around two vertices when both have gone to `x`.
