@@ -120,8 +120,20 @@ impl Collapse<'_> {
         if most == f32::INFINITY {
             return most;
         }
-        let left = |w: u32| self.ceilings[w as usize] - self.distance_after(ends, x, self.positions[w as usize]);
-        left(ends[0]).min(left(ends[1]))
+        let [of_u, of_v] = ends.map(|w| self.ceilings[w as usize]);
+        let far = |point: Vec3| self.distance_after(ends, x, point);
+        let [at_u, at_v] = ends.map(|w| far(self.positions[w as usize]));
+        // What lies between corners that stay near may be gone.
+        let between = ends.into_iter().flat_map(|w| self.middles_around(w)).map(far).fold(0.0, f32::max);
+        (of_u - at_u.max(between)).min(of_v - at_v.max(between))
+    }
+
+    /// The middles of the faces around a vertex.
+    fn middles_around(&self, v: u32) -> impl Iterator<Item = Vec3> {
+        let place = |w: u32| self.positions.get(w as usize).copied();
+        let next = self.ring(v).cycle().skip(1);
+        let middle = move |(w, next)| Some((place(v)? + place(w)? + place(next)?) / 3.0);
+        self.ring(v).zip(next).filter_map(middle)
     }
 
     /// The distance of a point from the faces around two vertices when both have gone to `x`.
