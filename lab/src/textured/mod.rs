@@ -87,7 +87,8 @@ fn ours(original: &Carrier, ratio: f64) -> Result<Carrier> {
 fn likeness(model: &Model, contestants: &[Carrier; 3]) -> Result<[f64; 3]> {
     let carriers = || std::iter::once(&model.carrier).chain(contestants);
     let coats: Vec<Option<Coat>> = carriers().map(|carrier| Coat::new(&carrier.attributes, &model.looks).0).collect();
-    let normals: Vec<Option<CornerNormals>> = carriers().map(|carrier| CornerNormals::new(&carrier.attributes)).collect();
+    let normals: Vec<Option<CornerNormals>> =
+        carriers().map(|carrier| CornerNormals::new(&carrier.attributes)).collect();
     let meshes: Vec<ShadedMesh> = carriers()
         .zip(coats.iter().zip(&normals))
         .map(|(carrier, (coat, normals))| {
