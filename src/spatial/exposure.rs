@@ -54,7 +54,7 @@ pub struct Exposure {
 /// let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
 /// let labels = Labels { components: &[0, 0, 1, 1], materials: &[0; 4], n_components: 2 };
 /// let exposures = exposures(&positions, &faces, labels, 0.1);
-/// assert!(exposures.iter().all(|exposure| exposure.changed < 0.1));
+/// assert_eq!(exposures[0].opened, 0.0);
 /// assert_eq!(exposures[0].stand_ins, [1]);
 /// ```
 pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tolerance: f64) -> Vec<Exposure> {
