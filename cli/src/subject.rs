@@ -42,8 +42,6 @@ pub struct Subject {
     kind: Kind,
     /// What of the attributes the result is to have, where that is not all.
     wanted: Option<Attributes>,
-    /// The diagonal of the box of the mesh, of a scene where a viewer sees it.
-    diagonal: f64,
     /// How much each vertex counts as it was read, where the caller says so.
     factors: Option<Vec<f32>>,
     /// Who makes its textures smaller, where that is asked for.
@@ -147,8 +145,7 @@ impl Subject {
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
         let textures = request.textures.map(Textures::new);
-        let diagonal = 0.0;
-        Self { frame, counts, notes, repaired: None, kind, wanted: None, diagonal, factors: None, textures }
+        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
             .decoded(request)?
             .repaired(request)?
             .wanting(request)
@@ -156,7 +153,6 @@ impl Subject {
 
     /// The same, held back by nothing that the result does not need or its format does not hold.
     fn wanting(mut self, request: &Request) -> Result<Self, Failure> {
-        self.diagonal = self.view_of(self.mesh(), self.attributes()).diagonal();
         self.check_vrm(request)?;
         if request.output_format.is_bare() || request.bake.is_some() {
             self.wanted = Some(Attributes::default());
@@ -268,7 +264,7 @@ impl Subject {
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
         let (frame, textures) = (Frame::default(), request.textures.map(Textures::new));
-        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, diagonal: 0.0, factors: None, textures })
+        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
     }
 
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
@@ -289,7 +285,10 @@ impl Subject {
 
     /// The diagonal of the box of the mesh, of a scene where a viewer sees it.
     pub fn diagonal(&self) -> f64 {
-        self.diagonal
+        match &self.kind {
+            Kind::Mesh { cleaned, .. } => cleaned.mesh.diagonal(),
+            Kind::Scene { united, .. } => united.diagonal(),
+        }
     }
 
     /// Puts the mesh, or what became of it, where a viewer sees it.

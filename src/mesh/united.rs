@@ -33,10 +33,8 @@ pub struct United {
     channels: Vec<Vec<String>>,
     scales: Vec<f32>,
     has_groups: Vec<bool>,
-    /// For each mesh the transforms from its coordinates here to those of the scene around `origin`.
+    /// For each mesh the transforms from its coordinates here to those of the scene around its middle.
     places: Vec<Vec<DMat4>>,
-    /// The middle of the scene, in its own coordinates.
-    origin: DVec3,
     /// The diagonal of the scene's box.
     diagonal: f64,
 }
@@ -44,7 +42,7 @@ pub struct United {
 /// The meshes of a scene where a viewer sees them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneView {
-    /// All of them, at all of their places, around the origin of [`United::view`].
+    /// All of them, at all of their places, around the middle of the scene.
     pub mesh: TriMesh,
     /// The face of the united mesh that each face shows, n_faces.
     pub faces: Vec<u32>,
@@ -97,7 +95,6 @@ impl United {
             places: places(pieces, &scales),
             scales,
             has_groups: pieces.iter().map(|piece| !piece.attributes.groups.is_empty()).collect(),
-            origin: DVec3::ZERO,
             diagonal: 0.0,
         };
         Some(united.around_its_middle())
@@ -117,7 +114,7 @@ impl United {
         }
         let middle = 0.5 * (bounds.0 + bounds.1);
         if middle.is_finite() {
-            (self.origin, self.diagonal) = (middle, (bounds.1 - bounds.0).length());
+            self.diagonal = (bounds.1 - bounds.0).length();
             self.places.iter_mut().flatten().for_each(|place| *place = DMat4::from_translation(-middle) * *place);
         }
         self
@@ -145,7 +142,7 @@ impl United {
     }
 
     /// Puts what became of the united mesh, whose groups say which piece each face belongs to, where a viewer sees it. All meshes are
-    /// shown around one origin, the middle of the scene.
+    /// shown around the middle of the scene.
     ///
     /// ```
     /// use glam::{DMat4, DVec3};

@@ -32,7 +32,7 @@ pub use image_likeness::{psnr, silhouette_iou, ssim};
 pub use laplacian::Laplacian;
 pub use open_edges::{OpenEdges, open_edges};
 pub use painted_distance::{Painted, PaintedScale, nearest_on, painted_scale};
-pub use quick_distance::{QuickDistance, farthest_point, quick_distance, quick_distance_of_pairs};
+pub use quick_distance::{QuickDistance, farthest_point, quick_distance};
 use self_intersections::n_self_intersecting_faces;
 pub use self_intersections::self_intersecting_faces;
 #[cfg(feature = "spectrum")]

@@ -116,36 +116,6 @@ fn farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) 
     (0..n).into_par_iter().map(far).collect::<Vec<_>>().into_iter().fold((DVec3::ZERO, -1.0), farther)
 }
 
-/// The distance between the meshes of a scene and what became of them, each pair with the scale at which it counts: the mean
-/// over the areas of all, the largest of all, and the diagonal of the largest; in the unit of the scene.
-///
-/// ```
-/// use neural_mesh::{mesh::shapes, metrics::{quick_distance, quick_distance_of_pairs}};
-/// let (fine, coarse) = (shapes::icosphere(3), shapes::icosphere(1));
-/// let one = quick_distance(&fine, &coarse, 1000, 0).unwrap();
-/// let two = quick_distance_of_pairs(&[(&fine, &coarse, 2.0), (&fine, &coarse, 2.0)], 2000, 0).unwrap();
-/// assert!((two.mean - 2.0 * one.mean).abs() < 1e-9 && two.diagonal == 2.0 * one.diagonal);
-/// ```
-pub fn quick_distance_of_pairs(
-    pairs: &[(&TriMesh, &TriMesh, f64)],
-    n_samples: usize,
-    seed: u64,
-) -> Option<QuickDistance> {
-    let (mut all, mut whole) = (QuickDistance::default(), 0.0);
-    let n_each = n_samples / pairs.len().clamp(1, 10);
-    for &(before, after, scale) in pairs {
-        let Some(found) = quick_distance(before, after, n_each, seed) else { continue };
-        let area = area(before) * scale * scale;
-        all.mean += area * scale * found.mean;
-        whole += area;
-        all.max = all.max.max(scale * found.max);
-        all.diagonal = all.diagonal.max(scale * found.diagonal);
-        all.n_samples += found.n_samples;
-    }
-    all.mean /= if whole > 0.0 { whole } else { 1.0 };
-    (all.diagonal > 0.0).then_some(all)
-}
-
 /// The area of all faces.
 pub(super) fn area(mesh: &TriMesh) -> f64 {
     let corner = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::triangle::{area_normal, has_area, nearest_point};
+use crate::geometry::triangle::{area_normal, has_area};
 
 use super::complex::Collapse;
 use super::history::{Event, Merge};
@@ -75,9 +75,10 @@ impl Collapse<'_> {
             self.turn_forbidden = true;
             return false;
         }
-        let left = self.left_to_move([u, v], x);
-        if left < 0.0 {
+        let ceiling = self.ceiling_after([u, v], opposite, x);
+        if ceiling < 0.0 {
             self.ceiling_met = true;
+            self.links.set_price(self.nodes[u as usize].ring, v, f32::INFINITY);
             return false;
         }
         self.history.iter_mut().for_each(|history| history.push(Event::Merge(Merge { kept: u, gone: v, place })));
@@ -91,7 +92,7 @@ impl Collapse<'_> {
         let node = &mut self.nodes[u as usize];
         (node.position, node.importance) = (x, mean_importance([&kept, &gone]));
         self.positions[u as usize] = x;
-        self.ceilings.get_mut(u as usize).into_iter().for_each(|ceiling| *ceiling = left);
+        self.ceilings.get_mut(u as usize).into_iter().for_each(|of_u| *of_u = ceiling);
         self.renew(u);
         true
     }
@@ -111,48 +112,6 @@ impl Collapse<'_> {
             && opposite.iter().all(|&w| self.nodes[w as usize].ring.len() > 3)
             && !bridges();
         ok.then_some(opposite)
-    }
-
-    /// How far later merges may still leave two vertices from the surface when both go to `x`; below 0 where this merge leaves one too far.
-    #[inline(always)]
-    fn left_to_move(&self, ends: [u32; 2], x: Vec3) -> f32 {
-        let Some(&most) = self.ceilings.get(ends[0] as usize) else { return f32::INFINITY };
-        if most == f32::INFINITY {
-            return most;
-        }
-        let [of_u, of_v] = ends.map(|w| self.ceilings[w as usize]);
-        let far = |point: Vec3| self.distance_after(ends, x, point);
-        let [at_u, at_v] = ends.map(|w| far(self.positions[w as usize]));
-        // What lies between corners that stay near may be gone.
-        let between = ends.into_iter().flat_map(|w| self.middles_around(w)).map(far).fold(0.0, f32::max);
-        (of_u - at_u.max(between)).min(of_v - at_v.max(between))
-    }
-
-    /// The middles of the faces around a vertex.
-    fn middles_around(&self, v: u32) -> impl Iterator<Item = Vec3> {
-        let place = |w: u32| self.positions.get(w as usize).copied();
-        let next = self.ring(v).cycle().skip(1);
-        let middle = move |(w, next)| Some((place(v)? + place(w)? + place(next)?) / 3.0);
-        self.ring(v).zip(next).filter_map(middle)
-    }
-
-    /// The distance of a point from the faces around two vertices when both have gone to `x`.
-    #[inline(never)]
-    fn distance_after(&self, [u, v]: [u32; 2], x: Vec3, point: Vec3) -> f32 {
-        let mut least = f32::INFINITY;
-        for (own, other) in [(u, v), (v, u)] {
-            let ring = self.nodes[own as usize].ring;
-            let at = self.links.position(ring, other).unwrap_or(0);
-            let mut before: Option<Vec3> = None;
-            for w in self.links.beyond(ring, at) {
-                let here = self.positions.get(w as usize).copied();
-                if let (Some(q), Some(r)) = (before, here) {
-                    least = least.min(nearest_point(point, [x, q, r]).distance(point));
-                }
-                before = here;
-            }
-        }
-        least
     }
 
     /// Whether a face around `u` (without `v`) would turn, or lose its area, when `u` moves to `x`.

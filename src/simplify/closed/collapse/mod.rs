@@ -22,6 +22,7 @@ mod merge;
 mod pair;
 mod poses;
 mod rounds;
+mod shape;
 
 pub use attribute_quadrics::of_attributes;
 pub use complex::{Collapse, End, merges_to};
