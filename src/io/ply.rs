@@ -45,7 +45,12 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 /// The values behind the header.
 fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
     match header.encoding {
-        Encoding::Text => Source::Text(Text::new(bytes).starting_at(header.body)),
+        Encoding::Text => {
+            let text = Text::new(bytes).starting_at(header.body);
+            let elements = header.elements.iter().filter(|element| !element.properties.is_empty());
+            let rows_left = elements.fold(0, |sum: usize, element| sum.saturating_add(element.count));
+            Source::Text { text, rows_left, has_lines: None }
+        }
         Encoding::LittleEndian => Source::Binary { bytes, at: header.body, big: false },
         Encoding::BigEndian => Source::Binary { bytes, at: header.body, big: true },
     }
@@ -104,6 +109,7 @@ fn walk(
                 take_list(&list);
             }
         }
+        source.end_row();
     }
     Ok(())
 }
@@ -244,6 +250,20 @@ mod tests {
         let mesh = read(text.as_bytes()).unwrap();
         assert_eq!(mesh.positions, [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 3.0]]);
         assert_eq!((mesh.faces, mesh.dropped_faces, mesh.double), (vec![[0, 1, 2]], 1, true));
+    }
+
+    #[test]
+    fn what_a_row_has_beyond_the_header_is_passed_over() {
+        let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nend_header\n";
+        let wanted = vec![[0, 1, 2], [2, 1, 0]];
+        for rows in
+            ["0 0 0\n1 0 0\n\n0 1 0 9 9\n3 0 1 2 9 1 1 1\n3 2 1 0 9 1 1\n", "0 0 0 1 0 0 0 1 0 3 0 1 2 9 3 2 1 0 9"]
+        {
+            let text = format!("{head}{rows}");
+            assert_eq!(read(text.as_bytes()).unwrap().faces, wanted);
+            assert_eq!(read_attributed(text.as_bytes()).unwrap().mesh.faces, wanted);
+        }
     }
 
     #[test]

@@ -53,6 +53,7 @@ fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Ro
                 values.push(next(property.scalar)?);
             }
         }
+        source.end_row();
         take(&row);
     }
     Ok(())
