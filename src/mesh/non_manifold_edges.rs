@@ -49,6 +49,8 @@ struct Blade {
     half: u32,
     /// Whether the face runs along the edge from its lower end to its higher one.
     is_along: bool,
+    /// Its third vertex.
+    tip: u32,
     /// Where it stands off the edge, a unit vector; zero where it has no width.
     direction: Vec3,
 }
@@ -60,7 +62,7 @@ impl Blade {
         let along = (to - from).normalize_or_zero();
         let arm = tip - from;
         let direction = (arm - arm.dot(along) * along).normalize_or_zero();
-        Self { half: half.half_edge, is_along: half.runs_up(faces), direction }
+        Self { half: half.half_edge, is_along: half.runs_up(faces), tip: across, direction }
     }
 
     /// How little it goes on into another: the angle by which the surface bends there, and more where the sides do not agree.
@@ -73,11 +75,15 @@ impl Blade {
 
 /// Pairs of half-edges, those that bend least first, each at most once: where as many run along the edge each way, as they do
 /// on closed bodies, such as run against each other; then such as do not leave the surface with one side; then, where the faces
-/// are even in number, any.
+/// are even in number, any. Two faces in one place, the wall between two bodies, are no partners: each goes on into its own body, and
+/// chooses before the others.
 fn matched(fan: &[Blade], sides: &mut Sides) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let is_wall = |i: usize| fan.iter().enumerate().any(|(k, blade)| k != i && blade.tip == fan[i].tip);
+    let is_wall: Vec<bool> = (0..fan.len()).map(is_wall).collect();
+    let rank = |&[j, i]: &[usize; 2]| !is_wall[j] && !is_wall[i];
+    pairs.sort_by(|a, b| rank(&a.1).cmp(&rank(&b.1)).then(a.0.total_cmp(&b.0)).then(a.1.cmp(&b.1)));
     let mut is_taken = vec![false; fan.len()];
     let mut matched = Vec::new();
     let mut take = |may: &mut dyn FnMut(&Blade, &Blade) -> bool| {
@@ -88,7 +94,8 @@ fn matched(fan: &[Blade], sides: &mut Sides) -> Vec<[u32; 2]> {
             }
         }
     };
-    let mut joined = |a: &Blade, b: &Blade| sides.join([a.half / 3, b.half / 3], a.is_along == b.is_along);
+    let mut joined =
+        |a: &Blade, b: &Blade| a.tip != b.tip && sides.join([a.half / 3, b.half / 3], a.is_along == b.is_along);
     if 2 * fan.iter().filter(|blade| blade.is_along).count() == fan.len() {
         take(&mut |a, b| a.is_along != b.is_along && joined(a, b));
     }
@@ -142,6 +149,16 @@ mod tests {
     fn the_two_sides_of_a_doubled_sheet_stay_sides() {
         let tips = [[1.0, 0.0, 0.5], [1.0, 0.0, 0.5], [-1.0, 0.0, 0.5], [-1.0, 0.0, 0.5]];
         assert_eq!(pairs(&tips, &[false, true, false, true]), [[0, 3], [1, 2]]);
+    }
+
+    #[test]
+    fn the_wall_between_two_bodies_belongs_to_both() {
+        let positions = [[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.5], [-0.1, 1.0, 0.5], [-0.1, -1.0, 0.5]];
+        let faces = [[0, 1, 2], [1, 0, 2], [0, 1, 3], [1, 0, 4]];
+        let partners = partners(&positions, &faces);
+        let mut pairs: Vec<[u32; 2]> = partners.iter().map(|(g, h)| [g / 3, h / 3]).filter(|[g, h]| g < h).collect();
+        pairs.sort_unstable();
+        assert_eq!(pairs, [[0, 3], [1, 2]]);
     }
 
     #[test]

@@ -32,8 +32,8 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
 }
 
-/// Of the faces that repeat an earlier one (ascending), those without which nothing is lost, ascending: of closed bodies that touch in
-/// a face both keep theirs.
+/// Of the faces that repeat an earlier one (ascending), those without which nothing is lost, ascending, and both faces of flaps: of closed
+/// bodies that touch in a face both keep theirs.
 ///
 /// Faces that hang together stay or go together. They stay where an edge of theirs has an even number of faces with them and an odd
 /// one without, three or more: where one is left, a sheet has been stated twice. Of a face, then, as many stay as leave that number
@@ -64,7 +64,38 @@ pub(super) fn superfluous_faces(faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u
     }
     let held = (0..).zip(&repeated).filter(|&(place, _)| is_held[patches.find(place) as usize]);
     let kept = one_of_each(faces, held.map(|(_, &face)| face));
-    repeated.into_iter().filter(|face| !kept.contains(face)).collect()
+    let mut superfluous: Vec<u32> = repeated.into_iter().filter(|face| !kept.contains(face)).collect();
+    for side in superfluous.iter().flat_map(|&face| sides(faces[face as usize])) {
+        edges.entry(side).and_modify(|edge| edge.n_faces -= 1);
+    }
+    superfluous.extend(flaps(faces, &kept, edges));
+    superfluous.sort_unstable();
+    superfluous
+}
+
+/// Returns both faces of each pair in one place that bounds no body: two of its sides or more have no other face. Where a flap has more
+/// pairs than one, they are peeled off from its rim.
+fn flaps(faces: &[[u32; 3]], kept: &[u32], mut edges: FxHashMap<[u32; 2], Edge>) -> Vec<u32> {
+    let mut same: FxHashMap<[u32; 3], Vec<u32>> =
+        kept.iter().map(|&face| (sorted(faces[face as usize]), Vec::new())).collect();
+    for (face, &corners) in (0..).zip(faces) {
+        same.entry(sorted(corners)).and_modify(|same| same.push(face));
+    }
+    let mut at_sides: FxHashMap<[u32; 2], Vec<[u32; 3]>> = FxHashMap::default();
+    same.keys().for_each(|&face| sides(face).into_iter().for_each(|side| at_sides.entry(side).or_default().push(face)));
+    let mut flaps = Vec::new();
+    let mut open: Vec<[u32; 3]> = same.keys().copied().collect();
+    while let Some(face) = open.pop() {
+        let n_own = sides(face).iter().filter(|side| edges.get(*side).is_some_and(|edge| edge.n_faces == 2)).count();
+        let Some(pair) = same.get(&face).filter(|pair| pair.len() == 2 && n_own >= 2) else { continue };
+        flaps.extend(pair);
+        same.remove(&face);
+        for side in sides(face) {
+            edges.entry(side).and_modify(|edge| edge.n_faces -= 2);
+            open.extend(at_sides.get(&side).into_iter().flatten());
+        }
+    }
+    flaps
 }
 
 /// An edge of repeated faces: the number of its faces, of those that repeat others, and the place of one of these.
@@ -136,6 +167,15 @@ mod tests {
         // A third and a fourth one in the other direction: two of the four stay.
         let more = [&bodies[..], &[[0, 2, 1], [1, 2, 0]]].concat();
         assert_eq!(superfluous_faces(&more, repeated_faces(&more, 5)).len(), 2);
+    }
+
+    /// A tetrahedron with a flap of two triangles, each there twice, along an edge.
+    #[test]
+    fn a_flap_goes_with_both_its_sides() {
+        let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let flap = [[0, 1, 4], [1, 0, 4], [1, 5, 4], [5, 1, 4]];
+        let faces = [&body[..], &flap[..]].concat();
+        assert_eq!(superfluous_faces(&faces, repeated_faces(&faces, 6)), [4, 5, 6, 7]);
     }
 
     #[test]
