@@ -5,13 +5,12 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fast_image_resize::images::Image as Pixels;
-use fast_image_resize::{
-    FilterType, ImageBufferError, PixelType, ResizeAlg, ResizeOptions, Resizer, create_srgb_mapper,
-};
 use jpeg_encoder::{ColorType, Encoder};
 use neural_mesh::io::{Format, ImageMaker, ImageUse};
+use neural_mesh::mesh::{linear_light, srgb};
 use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_size};
+use resize::px::PixelFormat;
+use resize::{Filter, Resizer, Type};
 
 use crate::failure::Failure;
 
@@ -83,7 +82,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let longer = image.width.max(image.height);
     let scaled = |length: usize| ((length * side + longer / 2) / longer).max(1);
     let size = [scaled(image.width), scaled(image.height)];
-    let smaller = resized(image, size, used).ok()?;
+    let smaller = resized(&image, size, used).ok()?;
     match ImageFormat::of(file)? {
         ImageFormat::Png => {}
         ImageFormat::WebP => return encode_webp(&smaller),
@@ -93,29 +92,92 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     Some(if is_opaque { encode_png_opaque(&smaller) } else { encode_png(&smaller) })
 }
 
-/// An image in another size: colours by their light, as far as they are opaque; numbers by their means; directions of length 1.
-fn resized(image: Image, size: [usize; 2], used: ImageUse) -> Result<Image, ImageBufferError> {
-    let bytes = |[width, height]: [usize; 2], kind| Pixels::new(width as u32, height as u32, kind);
-    let Image { width, height, rgba } = image;
-    let whole = Pixels::from_vec_u8(width as u32, height as u32, rgba, PixelType::U8x4)?;
-    let mut small = bytes(size, PixelType::U8x4);
-    // The calls below fail for sizes and kinds of pixels that differ alone, which are given here.
-    if used == ImageUse::Colours {
-        let (mut light, mut small_light) = (bytes([width, height], PixelType::U16x4), bytes(size, PixelType::U16x4));
-        let srgb = create_srgb_mapper();
-        let sharp = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
-        let _ = srgb.forward_map(&whole, &mut light);
-        let _ = Resizer::new().resize(&light, &mut small_light, &sharp);
-        let _ = srgb.backward_map(&small_light, &mut small);
-    } else {
-        let mean = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Box)).use_alpha(false);
-        let _ = Resizer::new().resize(&whole, &mut small, &mean);
+/// Colours by their light, as far as they are opaque.
+struct Colours {
+    /// The light of each byte.
+    light: [f32; 256],
+}
+
+impl Colours {
+    fn new() -> Self {
+        Self { light: std::array::from_fn(|byte| linear_light(byte as f32 / 255.0)) }
     }
-    let mut rgba = small.into_vec();
+}
+
+impl PixelFormat for Colours {
+    type InputPixel = [u8; 4];
+    type OutputPixel = [u8; 4];
+    type Accumulator = [f32; 4];
+
+    fn new() -> [f32; 4] {
+        [0.0; 4]
+    }
+
+    fn add(&self, sum: &mut [f32; 4], [r, g, b, a]: [u8; 4], weight: f32) {
+        let opacity = weight * f32::from(a) / 255.0;
+        let light = |byte: u8| self.light[usize::from(byte)];
+        Self::add_acc(sum, [light(r), light(g), light(b), 1.0], opacity);
+    }
+
+    fn add_acc(sum: &mut [f32; 4], other: [f32; 4], weight: f32) {
+        sum.iter_mut().zip(other).for_each(|(sum, value)| *sum += weight * value);
+    }
+
+    fn into_pixel(&self, [r, g, b, opacity]: [f32; 4]) -> [u8; 4] {
+        if opacity <= 0.0 {
+            return [0; 4];
+        }
+        let [r, g, b] = [r, g, b].map(|light| 255.0 * srgb((light / opacity).clamp(0.0, 1.0)));
+        [r, g, b, 255.0 * opacity].map(|value| value.round() as u8)
+    }
+}
+
+/// Numbers by their means.
+struct Numbers;
+
+impl PixelFormat for Numbers {
+    type InputPixel = [u8; 4];
+    type OutputPixel = [u8; 4];
+    type Accumulator = [f32; 4];
+
+    fn new() -> [f32; 4] {
+        [0.0; 4]
+    }
+
+    fn add(&self, sum: &mut [f32; 4], pixel: [u8; 4], weight: f32) {
+        Self::add_acc(sum, pixel.map(f32::from), weight);
+    }
+
+    fn add_acc(sum: &mut [f32; 4], other: [f32; 4], weight: f32) {
+        Colours::add_acc(sum, other, weight);
+    }
+
+    fn into_pixel(&self, sum: [f32; 4]) -> [u8; 4] {
+        sum.map(|value| value.round() as u8)
+    }
+}
+
+/// Makes an image of another size: colours by their light, as far as they are opaque; numbers by their means; directions of length 1.
+fn resized(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, resize::Error> {
+    let mut pixels = match used {
+        ImageUse::Colours => resample(image, size, Colours::new(), Type::Lanczos3)?,
+        _ => resample(image, size, Numbers, Type::Custom(Filter::box_filter(0.5)))?,
+    };
     if used == ImageUse::Normals {
-        rgba.as_chunks_mut::<4>().0.iter_mut().for_each(normalise);
+        pixels.iter_mut().for_each(normalise);
     }
-    Ok(Image { width: size[0], height: size[1], rgba })
+    Ok(Image { width: size[0], height: size[1], rgba: pixels.into_flattened() })
+}
+
+/// Makes pixels of another size by this kernel.
+fn resample<P>(image: &Image, [width, height]: [usize; 2], of: P, kernel: Type) -> Result<Vec<[u8; 4]>, resize::Error>
+where
+    P: PixelFormat<InputPixel = [u8; 4], OutputPixel = [u8; 4]>,
+{
+    let mut pixels = vec![[0; 4]; width * height];
+    let mut resizer = Resizer::new(image.width, image.height, width, height, of, kernel)?;
+    resizer.resize(image.rgba.as_chunks().0, &mut pixels)?;
+    Ok(pixels)
 }
 
 /// Makes a direction one of length 1; opacity stays.
