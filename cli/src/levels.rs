@@ -83,7 +83,7 @@ fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, Failure> {
     Err(Failure::Usage(what.into()))
 }
 
-/// A level as typed: a share of the vertices, where nothing says what numbers are of.
+/// Reads a level as typed: a share of the vertices, where nothing says what numbers are of.
 fn size(text: &str, by: Option<LodsByArg>) -> Result<LevelSize, String> {
     let number = || count(text).or_else(|why| share(text).map(Count::Share).map_err(|_| why));
     match by {

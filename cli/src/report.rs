@@ -280,7 +280,7 @@ pub fn target(goal: &Goal, first: Target) -> TargetWords {
     }
 }
 
-/// Levels of detail, which are of one kind: shares of the vertices as numbers, all others as they are typed.
+/// Returns levels of detail, which are of one kind: shares of the vertices as numbers, all others as they are typed.
 fn levels(sizes: &[LevelSize]) -> TargetWords {
     let share =
         |size: &LevelSize| if let LevelSize::Vertices(Count::Share(share)) = size { Some(*share) } else { None };

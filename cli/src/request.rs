@@ -501,12 +501,12 @@ fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{option}: {why}")))
 }
 
-/// Names with shares of their own.
+/// Returns the names with shares of their own.
 pub fn shares(args: &SimplifyArgs) -> Vec<(String, f64)> {
     args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share))).collect()
 }
 
-/// The share of the whole, where that is its size.
+/// Returns the share of the whole, where that is its size.
 ///
 /// # Errors
 /// [`Failure::Usage`] where the whole has several sizes, or names have shares that nothing can be done about.

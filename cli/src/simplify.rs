@@ -296,7 +296,7 @@ fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure>
     Ok(options)
 }
 
-/// A target of the whole, which has fewer vertices of its own when some names have their shares already.
+/// Returns a target of the whole in numbers, where some names have shares: what is simplified has fewer vertices then.
 fn numbered(target: Target, subject: &Subject, request: &Request) -> Target {
     if request.shares.is_empty() { target } else { shares::in_numbers(target, subject.mesh().positions().len()) }
 }

@@ -99,7 +99,7 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The request of `simplify` that has the same options, for a mesh that is written nowhere.
+/// Makes the request of `simplify` that has the same options, for a mesh that is written nowhere.
 fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     let mut words: Vec<OsString> = ["simplify", "-o", "-", "--lods", "50%"].map(OsString::from).into();
     let flags = [
@@ -121,7 +121,7 @@ fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     Ok(request)
 }
 
-/// The sizes to look at of a mesh of so many vertices: shares of them, and the smallest.
+/// Returns the sizes to look at of a mesh of `n_vertices`: shares of them, and the smallest.
 fn sizes(n_vertices: usize) -> Vec<Count> {
     let is_more = |share: &f64| (share * n_vertices as f64) as usize > LEAST;
     let shares = SHARES.into_iter().filter(is_more).map(Count::Share);
@@ -170,7 +170,7 @@ impl SizeLimits {
         })
     }
 
-    /// The same for the screen; the report has the words for what holds the smallest mesh.
+    /// Returns the lines for the screen; the report has the words for what holds the smallest mesh.
     fn lines(&self, report: &Report) -> Vec<String> {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(grouped);
         let boundary = match self.boundary_edges {
@@ -195,14 +195,14 @@ impl SizeLimits {
     }
 }
 
-/// The first rows and the others.
+/// Splits the first `n` rows off the others.
 fn split(mut rows: Vec<Row>, n: usize) -> (Vec<Row>, Vec<Row>) {
     let beyond = rows.split_off(n.min(rows.len()));
     (rows, beyond)
 }
 
 impl Row {
-    /// A level of a mesh of so many vertices; `is_new` says which of its dropped components were there before.
+    /// Makes the row of a level of a mesh of `n_vertices`; `is_new` says which of its dropped components no level before lacks.
     fn of(level: &Level, size: Count, n_vertices: usize, is_new: &[bool]) -> Self {
         let Size { vertices, faces, .. } = level.output.size;
         let share = match size {
@@ -230,7 +230,7 @@ impl Row {
     }
 }
 
-/// A figure of the shape of a mesh, which is measured where there is a report.
+/// Returns a figure of the shape of a mesh, which is measured where there is a report.
 fn shape(size: &Size, figure: impl Fn(&crate::report::Shape) -> usize) -> usize {
     size.shape.as_ref().map_or(0, figure)
 }

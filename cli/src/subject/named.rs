@@ -43,7 +43,7 @@ impl Subject {
         Err(format!("the mesh has no such {kinds}; it has: {}", listed(names)))
     }
 
-    /// All names with the groups of faces that they stand for, where they stand for any.
+    /// Returns all names with the groups of faces that they stand for, where they stand for any.
     fn named(&self) -> Vec<Named> {
         let (asset, united, pieces) = match &self.kind {
             Kind::Scene { asset, united, pieces } => (asset, united, pieces),
@@ -68,7 +68,7 @@ impl Subject {
     }
 }
 
-/// Names in a row, or that there is none.
+/// Joins names in a row, or says that there is none.
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     if names.is_empty() { "none".into() } else { names.join(", ") }

@@ -101,7 +101,7 @@ pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -
     moved
 }
 
-/// The bytes of an image that no file of its own holds.
+/// Returns the bytes of an image that no file of its own holds.
 fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     let image = draft.document.get("images")?.get(at)?;
     if let Some(view) = image.get("bufferView").and_then(index) {
@@ -111,7 +111,7 @@ fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     load_uri(uri, &|_: &str| Err(ReadError::file("no image", ""))).ok()
 }
 
-/// A path that none of the files has, in whatever case.
+/// Returns a path that none of the files has, in whatever case.
 fn free_path(mut name: String, taken: &[OutputFile]) -> PathBuf {
     let is_taken = |name: &str| taken.iter().any(|file| file.path.as_os_str().eq_ignore_ascii_case(name));
     while is_taken(&name) {

@@ -47,7 +47,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
     (0u32..).zip(output.faces()).filter_map(found).collect()
 }
 
-/// A face that begins with its smallest vertex.
+/// Returns a face that begins with its smallest vertex.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     match a.min(b).min(c) {
         first if first == a => [a, b, c],
