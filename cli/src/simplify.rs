@@ -264,10 +264,11 @@ fn within(
         lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
         let (mut result, mut distance) = (found.simplified, widened(&found.distance, rounding));
         // What holds a smaller distance holds this one, too, and a search may end early.
-        if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last()) {
-            if last.mesh.faces().len() <= result.mesh.faces().len() && last.report.outcome == Outcome::Reached {
-                (result, distance) = (last.clone(), *held);
-            }
+        if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last())
+            && last.mesh.faces().len() <= result.mesh.faces().len()
+            && last.report.outcome == Outcome::Reached
+        {
+            (result, distance) = (last.clone(), *held);
         }
         lighter.results.push(result);
         lighter.certified.push(distance);
