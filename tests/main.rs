@@ -21,6 +21,7 @@ mod gltf_assets;
 #[cfg(feature = "io")]
 mod invariants;
 mod judge;
+mod kept;
 mod layers;
 #[cfg(all(feature = "io", feature = "weights"))]
 mod optimize;

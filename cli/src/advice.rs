@@ -15,10 +15,13 @@ pub fn what_frees(request: &Request, subject: &Subject, output: &Output) -> Vec<
         lines.push("--prune=SIZE drops components smaller than SIZE".into());
     }
     if output.kept_edges > 0 && !output.components_keep_shape {
-        lines.extend(of_kept_edges(request, subject.input(&[]).attributes, subject.is_scene()));
+        lines.extend(of_kept_edges(request, subject.input(&[], &[]).attributes, subject.is_scene()));
     }
     if output.locked_vertices > 0 && request.options.lock_boundaries {
         lines.push("without --lock-boundaries the boundary may go".into());
+    }
+    if output.locked_vertices > 0 && !request.keep.is_empty() {
+        lines.push(format!("without --keep {} what is kept may go", request.keep.join(" and --keep ")));
     }
     lines
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Parser, ValueEnum};
 use neural_mesh::simplify::Assembly;
 
-use crate::numbers::{Count, GIB, MOST_SAMPLES, count, n_threads, number, seed, share, texels, view, whole};
+use crate::numbers::{
+    Count, GIB, MOST_SAMPLES, RatioOf, count, n_threads, number, ratio_of, seed, share, texels, view, whole,
+};
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX and geometry compressed by Draco need the features 3mf, fbx and draco. Vertices at equal positions are one vertex; \
@@ -27,7 +29,7 @@ code is 3.";
 
 /// Arguments of `simplify`.
 #[derive(Debug, Parser)]
-#[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).args(["ratio", "vertices", "faces", "error", "size", "lods"]))]
+#[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).multiple(true).args(["ratio", "vertices", "faces", "error", "size", "lods"]))]
 pub struct SimplifyArgs {
     /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
@@ -46,26 +48,31 @@ pub struct SimplifyArgs {
     /// (binary), STL or OBJ that takes more is simplified in pieces, its shape alone
     #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true)]
     pub memory: Option<f64>,
-    /// Share of the vertices to keep: 0.1 or 10%
-    #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]
-    pub ratio: Option<f64>,
+    /// Share of the vertices to keep: 0.1 or 10%. NAME=R is the share of what has this name, as with --keep; as often as wanted, beside a
+    /// size of the whole, which the rest makes up for as far as it can. Without one the rest stays
+    #[arg(long, value_name = "[NAME=]R", value_parser = ratio_of, allow_hyphen_values = true)]
+    pub ratio: Vec<RatioOf>,
     /// Number of vertices: 5000, 10k, 1.5M, or 10% of the input's
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["faces", "error", "size", "lods"])]
     pub vertices: Option<Count>,
     /// Number of faces: 5000, 10k, 1.5M, or 10% of the input's
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["error", "size", "lods"])]
     pub faces: Option<Count>,
     /// Largest distance from the original, proved in both directions: finds the smallest mesh within it. In the unit of
     /// the mesh, or with % in percent of its diagonal
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with_all = ["size", "lods"])]
     pub error: Option<String>,
     /// Bytes of the mesh file, also as 500kB or 2MB: finds the largest mesh that fits
-    #[arg(long, value_name = "BYTES")]
+    #[arg(long, value_name = "BYTES", conflicts_with = "lods")]
     pub size: Option<String>,
     /// Levels of detail: falling shares of the vertices, such as 50%,25%,10% or 0.5,0.25,0.1; written as OUT with {level} as 0, 1 and so on, or with -lod0, -lod1
     /// in the name, of a glTF scene as one file (MSFT_lod)
-    #[arg(long, value_name = "R,R", value_delimiter = ',', value_parser = share, allow_hyphen_values = true)]
-    pub lods: Vec<f64>,
+    #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
+    pub lods: Vec<String>,
+    /// What --lods are: vertices or faces, each in shares or in numbers such as 20k,5k,1k, or largest distances that are proved, as of
+    /// --error, such as 0.1%,0.5%,2% [default: shares of the vertices]
+    #[arg(long, value_enum, value_name = "WHAT", requires = "lods")]
+    pub lods_by: Option<LodsByArg>,
     /// Exit with 3 where the size asked for was not reached
     #[arg(long)]
     pub strict: bool,
@@ -96,8 +103,12 @@ pub struct SimplifyArgs {
     /// plane like x=0.5 [default: the plane that fits best]
     #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true)]
     pub symmetric: Option<Option<String>>,
+    /// Bring what has this name back as it is, vertices, faces and all that they carry; as often as wanted. A node (with all below it),
+    /// mesh or material of a glTF, an object, group or material of another mesh
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["printable", "fill_holes", "weld", "bake"])]
+    pub keep: Vec<String>,
     /// Attribute of one number, such as a property of a PLY, that says how much each vertex counts: twice the number, twice
-    /// as much. Or NAME=FACTOR: faces of this material, group or object count FACTOR times as much
+    /// as much. Or NAME=FACTOR: faces of this node, mesh, material, group or object count FACTOR times as much
     #[arg(long, value_name = "NAME")]
     pub importance: Option<String>,
     /// Write as JSON which vertex went where, and where each corner came from
@@ -221,6 +232,17 @@ pub enum CompressArg {
     Meshopt,
     /// In small numbers
     Quantize,
+}
+
+/// What levels of detail are told by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LodsByArg {
+    /// Vertices
+    Vertices,
+    /// Faces
+    Faces,
+    /// Largest distances from the original
+    Error,
 }
 
 /// How sampled vertices become a surface.
@@ -352,6 +374,50 @@ pub struct InfoArgs {
     /// Memory that may be used [default: what is free]. A PLY (binary), STL or OBJ that takes more is looked at in pieces
     #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
     pub memory: Option<f64>,
+}
+
+const LIMITS_NOTES: &str = "\
+The mesh is simplified as `simplify` does it, level by level, with the options given here, and written nowhere. The line `so` says why it \
+gets no smaller, the lines `free` which options would let it. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, \
+130 interrupted.";
+
+/// Arguments of `limits`.
+#[derive(Debug, Parser)]
+#[command(after_help = LIMITS_NOTES)]
+pub struct LimitsArgs {
+    /// The mesh or scene to look at; - for standard input
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// Keep the vertices and edges of the boundary
+    #[arg(long)]
+    pub lock_boundaries: bool,
+    /// Keep edges where faces meet at more than 30 degrees
+    #[arg(long)]
+    pub keep_features: bool,
+    /// Keep all components
+    #[arg(long)]
+    pub keep_components: bool,
+    /// What has this name comes back as it is, as with `simplify`; as often as wanted
+    #[arg(long, value_name = "NAME")]
+    pub keep: Vec<String>,
+    /// What the result does not need, so that it holds nothing back: uv, normals, colors, materials
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
+    pub ignore: Vec<IgnoreArg>,
+    /// Keep vertices at equal positions apart
+    #[arg(long)]
+    pub no_weld: bool,
+    /// Format of the result, which says what it has to hold: the input's where it is not given
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<String>,
+    /// Threads to use [default: one per core]; the answer is the same with any number
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// Answer in JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only, and the answer
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 const COMPARE_NOTES: &str = "\

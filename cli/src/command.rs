@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::args::{CompareArgs, InfoArgs, MeshPointsArgs, SimplifyArgs};
+use crate::args::{CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, SimplifyArgs};
 use crate::evaluate::EvaluateArgs;
 use crate::train::TrainArgs;
 
@@ -24,6 +24,8 @@ pub enum Command {
     MeshPoints(MeshPointsArgs),
     /// Describe a mesh: counts, bounds, closed, manifold, components, genus, what was cleaned
     Info(InfoArgs),
+    /// Say how small a mesh gets, how far from the original, and what holds it
+    Limits(LimitsArgs),
     /// Measure and show how simplified meshes differ from their original
     Compare(CompareArgs),
     // What these two are for stands with their arguments, which a build without them does not have.

@@ -116,7 +116,9 @@ pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static
     let request = request(words, true)?;
     let is_plain = matches!(request.goal, Goal::Target | Goal::ShareOfFaces(_))
         && request.repair.is_none()
-        && request.importance.is_none();
+        && request.importance.is_none()
+        && request.keep.is_empty()
+        && request.shares.is_empty();
     if !is_plain || request.options.symmetric.is_some() || request.prune_below.is_some() {
         return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
     }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
+use neural_mesh::simplify::SimplifyError;
+
 use crate::plain::plain;
 
 /// A reason to stop; the text says what, where and what to do.
@@ -29,6 +31,18 @@ impl Failure {
         Self::Failed(format!("{}: {what}", name(path)))
     }
 
+    /// The library's refusal to simplify a file as the program's.
+    pub fn of_simplify(error: &SimplifyError, input: &Path) -> Self {
+        match error {
+            SimplifyError::Interrupted => Self::Interrupted,
+            SimplifyError::BadTarget(_)
+            | SimplifyError::BadOversample(_)
+            | SimplifyError::BadError(_)
+            | SimplifyError::NotWithSymmetry(_) => Self::Usage(error.to_string()),
+            _ => Self::of(input, error),
+        }
+    }
+
     /// The exit code of the program.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
@@ -37,6 +51,12 @@ impl Failure {
             Self::Unmet(_) => 3,
             Self::Interrupted | Self::Stopped(_) => 130,
         })
+    }
+}
+
+impl From<SimplifyError> for Failure {
+    fn from(error: SimplifyError) -> Self {
+        Self::of_simplify(&error, Path::new("the mesh"))
     }
 }
 

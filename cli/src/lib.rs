@@ -12,6 +12,7 @@ mod bake;
 mod bake;
 mod bar;
 mod batch;
+mod bound;
 mod closed;
 mod command;
 mod compare;
@@ -34,6 +35,8 @@ mod failure;
 mod files;
 mod info;
 mod interrupt;
+mod level_files;
+mod levels;
 mod memory;
 mod mesh_points;
 #[cfg(not(all(feature = "evaluate", feature = "train")))]
@@ -50,7 +53,9 @@ mod read;
 mod report;
 mod request;
 mod scene_info;
+mod shares;
 mod simplify;
+mod size_limits;
 #[cfg(any(feature = "evaluate", feature = "train"))]
 mod stopping;
 mod subject;
@@ -88,6 +93,7 @@ pub fn run() -> ExitCode {
         Command::Simplify(args) => request::resolve(*args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
+        Command::Limits(args) => size_limits::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Train(args) => train::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),

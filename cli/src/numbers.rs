@@ -73,6 +73,23 @@ pub fn share(text: &str) -> Result<f64, String> {
     if is_share(value) { Ok(value) } else { Err(with_suggestion(SHARE, meant)) }
 }
 
+/// A share of the whole, or of what has a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatioOf {
+    /// The name; none for the whole.
+    pub name: Option<String>,
+    /// The share, above 0 and at most 1.
+    pub share: f64,
+}
+
+/// A share of the whole, or of what has a name: `10%`, `head=50%`.
+pub fn ratio_of(text: &str) -> Result<RatioOf, String> {
+    match text.rsplit_once('=') {
+        Some((name, of)) if !name.is_empty() => Ok(RatioOf { name: Some(name.into()), share: share(of)? }),
+        _ => Ok(RatioOf { name: None, share: share(text)? }),
+    }
+}
+
 /// A number of vertices or faces: `5000`, `10k`, `1.5M`, `10%`.
 pub fn count(text: &str) -> Result<Count, String> {
     if text.contains('%') {
@@ -175,6 +192,15 @@ mod tests {
         for text in ["", "%", "0", "0%", "-0.1", "101%", "nan", "inf", "half", "10%%", "1e400"] {
             assert_eq!(share(text), Err(SHARE.into()), "{text}");
         }
+    }
+
+    #[test]
+    fn a_share_may_be_of_what_has_a_name() {
+        let of = |name: &str, share| Ok(RatioOf { name: Some(name.into()), share });
+        assert_eq!(ratio_of("10%"), Ok(RatioOf { name: None, share: 0.1 }));
+        assert_eq!([ratio_of("head=50%"), ratio_of("a=b=0.2")], [of("head", 0.5), of("a=b", 0.2)]);
+        assert!(ratio_of("head=").is_err() && ratio_of("=0.5").is_err() && ratio_of("head").is_err());
+        assert!(ratio_of("head=50").unwrap_err().ends_with("did you mean 50%?"));
     }
 
     #[test]

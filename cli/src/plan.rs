@@ -83,7 +83,7 @@ impl Plan {
 
     /// Of `simplify`, of a mesh that is read already or not.
     pub fn of(request: &Request, mesh: Option<&TriMesh>) -> Self {
-        let n_levels = if let Goal::Levels(further) = &request.goal { 1.0 + further.len() as f64 } else { 1.0 };
+        let n_levels = request.goal.n_levels().map_or(1.0, |n| n as f64);
         let ratio = share(request, mesh).unwrap_or(USUAL_SHARE).clamp(0.0, 1.0);
         let once = match request.options.assembly {
             Assembly::Paper => PAPER,
@@ -91,6 +91,7 @@ impl Plan {
         };
         let simplify = match request.goal {
             Goal::Error(_) => once * RUNS / PROVED,
+            Goal::ErrorLevels(_) => n_levels * at(ratio, SIMPLIFY) * RUNS / PROVED,
             Goal::Size(_) => once * RUNS,
             _ => once,
         };
@@ -117,7 +118,7 @@ impl Plan {
 /// The share of the mesh that will stay, as far as it is known: nobody knows with what a search ends.
 fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
     match (&request.goal, request.options.target) {
-        (Goal::Error(_) | Goal::Size(_), _) => None,
+        (Goal::Error(_) | Goal::ErrorLevels(_) | Goal::Size(_), _) => None,
         (Goal::ShareOfFaces(share), _) => Some(*share),
         (_, Target::Ratio(ratio)) => Some(ratio),
         (_, target) => mesh.map(|mesh| target.share_of(mesh)),

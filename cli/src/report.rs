@@ -8,9 +8,11 @@ use neural_mesh::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use crate::bound::Bound;
 use crate::dress::Baked;
-use crate::numbers::percent;
-use crate::request::{Bound, Goal};
+use crate::levels::LevelSize;
+use crate::numbers::{Count, percent};
+use crate::request::Goal;
 
 /// All that is reported of a run of `simplify`.
 #[derive(Debug, Serialize)]
@@ -41,6 +43,9 @@ pub struct Report {
     /// What was baked, where `--bake` asked for that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baked: Option<Baked>,
+    /// What became of names that had shares of their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub named: Vec<NamedShare>,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
     /// Bounds of the largest distance, where `--error` asked for a proof.
@@ -73,6 +78,9 @@ pub struct Level {
     /// Share of the screen's height that the whole mesh may take for its largest error to stay below a pixel of 1080 lines;
     /// at most 1. `null` with `--no-check`.
     pub screen_coverage: Option<f64>,
+    /// Bounds of the largest distance, where levels by distance asked for a proof.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified: Option<Certified>,
 }
 
 /// The outcome where what was asked is held.
@@ -87,7 +95,7 @@ impl Level {
     /// With the coverage that follows from the distance.
     pub fn new(output: Output, outcome: String, distance: Option<Distance>) -> Self {
         let coverage = |distance: Distance| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
-        Self { output, outcome, distance, screen_coverage: distance.map(coverage) }
+        Self { output, outcome, distance, screen_coverage: distance.map(coverage), certified: None }
     }
 }
 
@@ -208,6 +216,19 @@ pub struct Output {
     pub separated_vertices: usize,
 }
 
+/// What became of a name with a share of its own.
+#[derive(Clone, Debug, Serialize)]
+pub struct NamedShare {
+    /// The name.
+    pub name: String,
+    /// Share of the vertices that was asked for.
+    pub ratio: f64,
+    /// Its faces in the input.
+    pub faces_before: usize,
+    /// Its faces in the result.
+    pub faces: usize,
+}
+
 /// A component that was dropped.
 #[derive(Clone, Debug, Serialize)]
 pub struct Dropped {
@@ -218,7 +239,7 @@ pub struct Dropped {
 }
 
 /// What was asked for: `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"faces_percent": 10.0}`, `{"error": 0.01}`, `{"error_percent": 0.5}`,
-/// `{"bytes": 500000}` or `{"lods": [0.5, 0.1]}`.
+/// `{"bytes": 500000}`, `{"lods": [0.5, 0.1]}`, `{"lods_faces": ["20000", "10%"]}`, `{"lods_vertices": ["20000"]}` or `{"lods_error": ["0.1%"]}`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetWords {
@@ -238,6 +259,12 @@ pub enum TargetWords {
     Bytes(usize),
     /// Shares of the vertices, level by level.
     Lods(Vec<f64>),
+    /// Numbers of vertices or shares of them, level by level.
+    LodsVertices(Vec<String>),
+    /// Numbers of faces or shares of them, level by level.
+    LodsFaces(Vec<String>),
+    /// Largest distances, in the unit of the mesh or in percent of the diagonal, level by level.
+    LodsError(Vec<String>),
 }
 
 /// What was asked for.
@@ -248,10 +275,26 @@ pub fn target(goal: &Goal, first: Target) -> TargetWords {
         Goal::Error(Bound::Absolute(error)) => TargetWords::Error(*error),
         Goal::Error(Bound::Percent(percent)) => TargetWords::ErrorPercent(*percent),
         Goal::Size(n_bytes) => TargetWords::Bytes(*n_bytes),
-        Goal::Levels(further) => {
-            let share = |target: &Target| if let Target::Ratio(ratio) = target { *ratio } else { 1.0 };
-            TargetWords::Lods([first].iter().chain(further).map(share).collect())
-        }
+        Goal::Levels(sizes) => levels(sizes),
+        Goal::ErrorLevels(bounds) => TargetWords::LodsError(bounds.iter().map(Bound::to_string).collect()),
+    }
+}
+
+/// Returns levels of detail, which are of one kind: shares of the vertices as numbers, all others as they are typed.
+fn levels(sizes: &[LevelSize]) -> TargetWords {
+    let share =
+        |size: &LevelSize| if let LevelSize::Vertices(Count::Share(share)) = size { Some(*share) } else { None };
+    if let Some(shares) = sizes.iter().map(share).collect() {
+        return TargetWords::Lods(shares);
+    }
+    let words = |size: &LevelSize| match size {
+        LevelSize::Vertices(count) | LevelSize::Faces(count) => count.to_string(),
+    };
+    let words = sizes.iter().map(words).collect();
+    if matches!(sizes.first(), Some(LevelSize::Faces(_))) {
+        TargetWords::LodsFaces(words)
+    } else {
+        TargetWords::LodsVertices(words)
     }
 }
 

@@ -5,11 +5,15 @@ use std::path::PathBuf;
 use neural_mesh::io::{Format, PackOptions};
 use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target};
 
-use crate::args::{AssemblyArg, CompressArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs};
+use crate::args::{
+    AssemblyArg, CompressArg, HiddenArg, IgnoreArg, LodsByArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs,
+};
 use crate::bake;
+use crate::bound::{Bound, bound};
 use crate::compress;
 use crate::content::Content;
 use crate::failure::Failure;
+use crate::levels::{LevelSize, Levels};
 use crate::memory;
 use crate::names::{Destination, LEVEL, check_stdout, destination, format_of, is_stream, named, names_level, readable};
 use crate::numbers::Count;
@@ -48,6 +52,10 @@ pub struct Request {
     pub ignore: Vec<IgnoreArg>,
     /// Name of the attribute that says how much vertices count.
     pub importance: Option<String>,
+    /// Names of what comes back as it is.
+    pub keep: Vec<String>,
+    /// Names with shares of their own, above 0 and at most 1.
+    pub shares: Vec<(String, f64)>,
     /// Whether what the mesh names may be read from outside its folder.
     pub allow_outside: bool,
     /// Bytes of memory that may be taken, where that is bounded by the caller.
@@ -90,8 +98,9 @@ impl Request {
 
     /// The size that is asked for, of a mesh of so many faces.
     pub fn target(&self, n_faces: usize) -> Target {
-        match self.goal {
-            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(share).of(n_faces)),
+        match &self.goal {
+            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).of(n_faces)),
+            Goal::Levels(sizes) => sizes.first().map_or(self.options.target, |size| size.target(n_faces)),
             _ => self.options.target,
         }
     }
@@ -117,32 +126,24 @@ pub enum Goal {
     Error(Bound),
     /// A number of bytes.
     Size(usize),
-    /// The target of the options, and smaller ones after it.
-    Levels(Vec<Target>),
+    /// Levels of detail, each no larger than the one before.
+    Levels(Vec<LevelSize>),
+    /// Levels of detail by largest distances from the original.
+    ErrorLevels(Vec<Bound>),
 }
 
 impl Goal {
     /// Whether it bounds the result, as a number of vertices or faces does not.
     pub fn is_bound(&self) -> bool {
-        matches!(self, Self::Error(_) | Self::Size(_))
+        matches!(self, Self::Error(_) | Self::Size(_) | Self::ErrorLevels(_))
     }
-}
 
-/// A distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bound {
-    /// In the unit of the mesh.
-    Absolute(f64),
-    /// In percent of the diagonal of the mesh's bounding box.
-    Percent(f64),
-}
-
-impl Bound {
-    /// In the unit of a mesh with this diagonal.
-    pub fn over(self, diagonal: f64) -> f64 {
+    /// How many levels of detail there are to be, where there are.
+    pub fn n_levels(&self) -> Option<usize> {
         match self {
-            Self::Absolute(distance) => distance,
-            Self::Percent(percent) => 0.01 * percent * diagonal,
+            Self::Levels(sizes) => Some(sizes.len()),
+            Self::ErrorLevels(bounds) => Some(bounds.len()),
+            _ => None,
         }
     }
 }
@@ -224,6 +225,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     let source = source(&args)?;
     let request = Request {
         options: options(&args)?,
+        shares: shares(&args),
         goal: goal(&args)?,
         strict: strict(&args)?,
         seam_texels: args.seam_error,
@@ -234,6 +236,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         textures: textures(&args, (!follows_input).then_some(output_format))?,
         ignore: args.ignore,
         importance: args.importance,
+        keep: args.keep,
         allow_outside: args.allow_outside,
         memory: args.memory.map(memory::bytes_of),
         map: args.map,
@@ -253,8 +256,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         quiet: args.quiet,
         force: args.force,
     };
-    check_streams(&request)?;
-    check_level(&request)?;
+    check_streams(&request).and_then(|()| check_level(&request))?;
     Ok(request)
 }
 
@@ -351,6 +353,7 @@ fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
     let named = [
         ("--lock-boundaries", args.lock_boundaries),
         ("--subset", args.subset),
+        ("--keep", !args.keep.is_empty()),
         ("--prune", args.prune.is_some()),
         ("--hidden", args.hidden != HiddenArg::Keep),
         ("--map", args.map.is_some()),
@@ -372,6 +375,8 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--keep-features", args.keep_features),
         ("--crease-angle", args.crease_angle.is_some()),
         ("--importance", args.importance.is_some()),
+        ("--keep", !args.keep.is_empty()),
+        ("--ratio NAME=R", args.ratio.iter().any(|of| of.name.is_some())),
         ("--optimize", args.optimize != OptimizeArg::Balanced),
         ("--map", args.map.is_some()),
         ("--printable", args.printable.is_some()),
@@ -379,7 +384,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--symmetric", args.symmetric.is_some()),
         ("--error", args.error.is_some()),
         ("--size", args.size.is_some()),
-        ("--lods", args.lods.len() > 1),
+        ("--lods", args.lods.len() > 1 || args.lods_by == Some(LodsByArg::Error)),
     ];
     if args.close && !matches!(args.assembly, AssemblyArg::Paper) {
         return Err(Failure::Usage(
@@ -397,10 +402,13 @@ pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
     if let Some(Count::Share(share)) = args.faces {
         return Ok(Goal::ShareOfFaces(share));
     }
-    match (&args.error, &args.size, &args.lods[..]) {
-        (Some(text), _, _) => bound("--error", text).map(Goal::Error),
-        (_, Some(text), _) => n_bytes(text).map(Goal::Size),
-        (_, _, [_, further @ ..]) => Ok(Goal::Levels(further.iter().map(|&ratio| Target::Ratio(ratio)).collect())),
+    match (&args.error, &args.size) {
+        (Some(text), _) => bound("--error", text).map(Goal::Error),
+        (_, Some(text)) => n_bytes(text).map(Goal::Size),
+        _ if !args.lods.is_empty() => Ok(match Levels::of(&args.lods, args.lods_by)? {
+            Levels::Sizes(sizes) => Goal::Levels(sizes),
+            Levels::Errors(bounds) => Goal::ErrorLevels(bounds),
+        }),
         _ => Ok(Goal::Target),
     }
 }
@@ -472,16 +480,6 @@ pub fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
     args.weld.as_ref().map(|text| bound("--weld", text)).transpose()
 }
 
-/// A distance as typed behind an option: `0.01`, `0.5%`.
-fn bound(option: &str, text: &str) -> Result<Bound, Failure> {
-    let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
-        Some(number) => (number, Bound::Percent),
-        None => (text, Bound::Absolute),
-    };
-    let value = number.trim().parse().ok().filter(|x: &f64| *x >= 0.0 && x.is_finite());
-    value.map(make).ok_or_else(|| Failure::Usage(format!("{option} {text}: give a distance, like 0.01, or like 0.5%")))
-}
-
 /// A size as typed: `200000`, `500kB`, `2MB`.
 fn n_bytes(text: &str) -> Result<usize, Failure> {
     let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
@@ -503,12 +501,49 @@ fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{option}: {why}")))
 }
 
+/// Returns the names with shares of their own.
+pub fn shares(args: &SimplifyArgs) -> Vec<(String, f64)> {
+    args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share))).collect()
+}
+
+/// Returns the share of the whole, where that is its size.
+///
+/// # Errors
+/// [`Failure::Usage`] where the whole has several sizes, or names have shares that nothing can be done about.
+fn whole_ratio(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
+    let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
+    let sizes = [
+        ("--vertices", args.vertices.is_some()),
+        ("--faces", args.faces.is_some()),
+        ("--error", args.error.is_some()),
+        ("--size", args.size.is_some()),
+        ("--lods", !args.lods.is_empty()),
+        ("a second one", whole.len() > 1),
+    ];
+    if let Some((other, _)) = sizes.into_iter().find(|(_, is_given)| *is_given && !whole.is_empty()) {
+        let what = format!("--ratio cannot be used with {other}: give one size of the whole, and others as NAME=R");
+        return Err(Failure::Usage(what));
+    }
+    let not_with = [
+        ("--error", args.error.is_some() || args.lods_by == Some(LodsByArg::Error)),
+        ("--symmetric", args.symmetric.is_some()),
+        ("--map", args.map.is_some()),
+        ("--bake", args.bake.is_some()),
+    ];
+    match not_with.into_iter().find(|(_, is_given)| *is_given && args.ratio.len() > whole.len()) {
+        Some((other, _)) => Err(Failure::Usage(format!("--ratio NAME=R cannot be used with {other}: leave one out"))),
+        None => Ok(whole.first().copied()),
+    }
+}
+
 /// The size, as far as it is known before the mesh is.
 fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
-    if args.lods.windows(2).any(|pair| pair[1] > pair[0]) {
-        return Err(Failure::Usage("--lods: give falling shares, like 50%,25%,10% or 0.5,0.25,0.1".into()));
+    let ratio = whole_ratio(args)?;
+    // Shares of the faces are numbers when the mesh is known.
+    if let (Goal::Levels(sizes), false) = (goal(args)?, args.lods.is_empty()) {
+        return Ok(sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)));
     }
-    Ok(match (args.ratio.or(args.lods.first().copied()), args.vertices, args.faces) {
+    Ok(match (ratio, args.vertices, args.faces) {
         (Some(ratio), _, _) | (_, Some(Count::Share(ratio)), _) => Target::Ratio(ratio),
         (_, Some(Count::Number(n)), _) => Target::Vertices(n),
         (_, _, Some(Count::Number(n))) => Target::Faces(n),
@@ -519,7 +554,7 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
 /// The level has a place in the name of what has levels.
 fn check_level(request: &Request) -> Result<(), Failure> {
     match (&request.output, &request.goal) {
-        (_, Goal::Levels(_)) | (None, _) => Ok(()),
+        (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
         (Some(path), _) if !names_level(path) => Ok(()),
         (Some(path), _) => {
             let what = format!("{}: {LEVEL} is for levels of detail: ask for them with --lods", path.display());

@@ -1,6 +1,5 @@
 //! `neural-mesh simplify`: read, simplify, measure, draw, write, say.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -10,26 +9,32 @@ use neural_mesh::metrics::CertifiedDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::search::{simplify_to_error, simplify_to_size};
 use neural_mesh::simplify::{
-    Hidden, Listener, Options, Purpose, SEAM_ERROR, Simplified, SimplifyError, importance_of_channel,
+    Event, Hidden, Input, Listener, Options, Outcome, Purpose, SEAM_ERROR, Simplified, Target, importance_of_channel,
     importance_of_groups, simplify_input, simplify_levels_of_detail,
 };
 
 use crate::advice::what_frees;
 use crate::bake;
+use crate::bound::Bound;
 use crate::done::Done;
 use crate::drawing::{drawn, pictured};
 use crate::dress::{Baked, Dress};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
-use crate::names::{is_stream, level_paths, with_level};
+use crate::level_files::level_files;
+use crate::levels::LevelSize;
+use crate::names::is_stream;
 use crate::out_of_core;
 use crate::plan::{Part, Plan};
 use crate::progress::Progress;
 use crate::read::read_weights;
-use crate::report::{self, Certified, Distance, Level, MapFile, Output, REACHED, Report, SAMPLES, Seconds, Size};
+use crate::report::{
+    self, Certified, Distance, Level, MapFile, NamedShare, Output, REACHED, Report, SAMPLES, Seconds, Size,
+};
 use crate::request::{Goal, Request};
-use crate::subject::{Meshes, Subject};
+use crate::shares;
+use crate::subject::{Meshes, Subject, listed};
 use crate::words::{self, Voice};
 
 /// Area of a square as high as the screen, over that of the screen.
@@ -120,13 +125,15 @@ pub fn simplify_subject(
     let worn = (dress.as_ref(), packing.as_ref());
     let written = timed(&mut seconds.write, || written(subject, &lighter.results, &levels, worn, request))?;
     levels.iter_mut().zip(&written.n_vertices).for_each(|(level, n)| level.output.vertices_written = *n);
+    let certified = lighter.certified.iter().map(|distance| Certified::of(distance, subject.diagonal()));
+    levels.iter_mut().zip(certified).for_each(|(level, certified)| level.certified = Some(certified));
     let first = lighter.results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
     let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
     let mut notes = [subject.notes.clone(), of_dress, unpacked, written.notes].concat();
     notes.extend(lighter.note.map(String::from).into_iter().chain(no_poses(subject, request)));
     let pictured = pictured(request, subject, (first, dress.as_ref()), &mut notes)?;
     let baked = dress.map(|dress| dress.figures);
-    let report = told(request, subject, first, levels, Told { notes, certified: lighter.certified, baked, seconds })?;
+    let report = told(request, subject, first, levels, Told { notes, baked, seconds, named: lighter.named })?;
     progress.show(Part::Picture);
     let drawn = drawn(request, pictured.as_ref(), &report)?;
     let mut pending: Vec<Pending> = written.pending.into_iter().chain(drawn).collect();
@@ -167,17 +174,19 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 struct Lighter {
     /// One, or one for each level of detail.
     results: Vec<Simplified>,
-    /// The proof, where a distance was asked for.
-    certified: Option<CertifiedDistance>,
+    /// A proof for each, where distances were asked for.
+    certified: Vec<CertifiedDistance>,
     /// What a search could not look at.
     note: Option<&'static str>,
     /// How numbers are to be packed.
     pack: Option<PackOptions>,
+    /// What became of names with shares of their own.
+    named: Vec<NamedShare>,
 }
 
 impl Lighter {
     fn of(results: Vec<Simplified>, request: &Request) -> Self {
-        Self { results, certified: None, note: None, pack: request.compress }
+        Self { results, certified: Vec::new(), note: None, pack: request.compress, named: Vec::new() }
     }
 }
 
@@ -190,35 +199,81 @@ fn lighter(
     weights: Option<&Weights>,
     progress: &mut Progress,
 ) -> Result<Lighter, Failure> {
-    let refused = |error| refused(&error, &request.source.path);
     let importance = importance(subject, request)?;
-    let input = subject.input(&importance);
     let options = options_for(subject, request)?;
+    if request.shares.is_empty() {
+        let kept = subject.faces_named("--keep", &request.keep)?;
+        let input = subject.input(&importance, &kept);
+        return whole(subject, &input, (weights, &options), request, progress);
+    }
+    let (made, named) = shares::simplify_named(subject, &importance, (weights, &options), request, progress)?;
+    let mut lighter = whole(subject, &made.input(subject.united()), (weights, &options), request, progress)?;
+    shares::widen(&mut lighter.results, &made);
+    Ok(Lighter { named, ..lighter })
+}
+
+/// Simplifies to what the request asks of the whole.
+fn whole(
+    subject: &Subject,
+    input: &Input,
+    (weights, options): (Option<&Weights>, &Options),
+    request: &Request,
+    progress: &mut Progress,
+) -> Result<Lighter, Failure> {
+    let refused = |error| Failure::of_simplify(&error, &request.source.path);
     let tell: &mut Listener = &mut |event| progress.event(event);
     let one = |result| Lighter::of(vec![result], request);
     match &request.goal {
-        Goal::Target | Goal::ShareOfFaces(_) => {
-            simplify_input(&input, weights, &options, tell).map(one).map_err(refused)
-        }
-        Goal::Levels(further) => {
-            let results = simplify_levels_of_detail(&input, weights, &options, further, tell).map_err(refused)?;
+        Goal::Target | Goal::ShareOfFaces(_) => simplify_input(input, weights, options, tell).map(one).map_err(refused),
+        Goal::Levels(sizes) => {
+            let target = |size: &LevelSize| numbered(size.target(subject.mesh().faces().len()), subject, request);
+            let further: Vec<Target> = sizes.iter().skip(1).map(target).collect();
+            let results = simplify_levels_of_detail(input, weights, options, &further, tell).map_err(refused)?;
             Ok(Lighter::of(results, request))
         }
-        Goal::Error(bound) => {
-            let error = bound.over(subject.diagonal());
-            let pack = pack_below(error, subject, request);
-            let rounding = rounding_below(error, pack.as_ref(), subject, request)?;
-            let found = simplify_to_error(&input, weights, &options, error - rounding, tell).map_err(refused)?;
-            let certified = Some(widened(&found.distance, rounding));
-            let note = found.ended_early.then_some(ENDED_EARLY);
-            Ok(Lighter { certified, note, pack, ..one(found.simplified) })
-        }
+        Goal::Error(bound) => within(&[*bound], (subject, input), (weights, options), request, progress),
+        Goal::ErrorLevels(bounds) => within(bounds, (subject, input), (weights, options), request, progress),
         Goal::Size(n_bytes) => {
             subject.check_bytes(*n_bytes, request, &file_name(request, 0))?;
             let bytes_of = |result: &Simplified| bytes_of(subject, result, request);
-            simplify_to_size(&input, weights, &options, *n_bytes, &bytes_of, tell).map(one)
+            simplify_to_size(input, weights, options, *n_bytes, &bytes_of, tell).map(one)
         }
     }
+}
+
+/// Finds the smallest result within each of these distances, which rise. Numbers are packed for the least of them.
+fn within(
+    bounds: &[Bound],
+    (subject, input): (&Subject, &Input),
+    (weights, options): (Option<&Weights>, &Options),
+    request: &Request,
+    progress: &mut Progress,
+) -> Result<Lighter, Failure> {
+    let errors: Vec<f64> = bounds.iter().map(|bound| bound.over(subject.diagonal())).collect();
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut lighter = Lighter::of(Vec::new(), request);
+    lighter.pack = pack_below(least, subject, request);
+    let rounding = rounding_below(least, lighter.pack.as_ref(), subject, request)?;
+    for (number, error) in errors.iter().enumerate() {
+        let mut tell = |mut event: Event| {
+            event.total = (number as f32 + event.total) / errors.len() as f32;
+            progress.event(event)
+        };
+        let found = simplify_to_error(input, weights, options, error - rounding, &mut tell);
+        let found = found.map_err(|error| Failure::of_simplify(&error, &request.source.path))?;
+        lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
+        let (mut result, mut distance) = (found.simplified, widened(&found.distance, rounding));
+        // What holds a smaller distance holds this one, too, and a search may end early.
+        if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last())
+            && last.mesh.faces().len() <= result.mesh.faces().len()
+            && last.report.outcome == Outcome::Reached
+        {
+            (result, distance) = (last.clone(), *held);
+        }
+        lighter.results.push(result);
+        lighter.certified.push(distance);
+    }
+    Ok(lighter)
 }
 
 /// Returns the bytes that a result takes when it is written.
@@ -235,11 +290,16 @@ fn options_for(subject: &Subject, request: &Request) -> Result<Options, Failure>
     let seam_error = request.seam_texels.map_or(SEAM_ERROR, |texels| subject.share_of_texture(texels, request));
     let mut options = request.options.clone();
     options.frame = subject.written_frame(request);
-    options.target = request.target(subject.mesh().faces().len());
+    options.target = numbered(request.target(subject.mesh().faces().len()), subject, request);
     options.prune_below = prune_below;
     options.seam_error = seam_error;
     options.symmetric = symmetric;
     Ok(options)
+}
+
+/// Returns a target of the whole in numbers, where some names have shares: what is simplified has fewer vertices then.
+fn numbered(target: Target, subject: &Subject, request: &Request) -> Target {
+    if request.shares.is_empty() { target } else { shares::in_numbers(target, subject.mesh().positions().len()) }
 }
 
 /// What is done where nothing says which poses there are.
@@ -302,12 +362,6 @@ fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
     wide
 }
 
-impl From<SimplifyError> for Failure {
-    fn from(error: SimplifyError) -> Self {
-        refused(&error, Path::new("the mesh"))
-    }
-}
-
 /// How much the vertices count, where the request names an attribute that says it, or a part of the mesh and its factor.
 fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure> {
     if let Some(given) = subject.importance() {
@@ -328,50 +382,20 @@ fn importance(subject: &Subject, request: &Request) -> Result<Vec<f32>, Failure>
         .ok_or_else(|| Failure::Usage(format!("--importance {name}: needs numbers of at least 0, not all of them 0")))
 }
 
-/// How much the vertices count where the faces of one material, group or object count as often as `factor` says.
+/// How much the vertices count where the faces of one name count as often as `factor` says.
 fn importance_of_part(subject: &Subject, part: &str, factor: &str) -> Result<Vec<f32>, Failure> {
     let refused = |why: String| Failure::Usage(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());
     let number = number.ok_or_else(|| refused("needs a number above 0 after the last =".into()))?;
-    let names = subject.group_names();
-    let groups: Vec<u32> = names.iter().filter(|(name, _)| name == part).map(|(_, group)| *group).collect();
-    if groups.is_empty() {
-        let names: BTreeSet<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
-        let names = listed(names);
-        return Err(refused(format!("the mesh has no such material, group or object; it has: {names}")));
-    }
+    let groups = subject.groups_named(part).map_err(refused)?;
     let factor_of = |group| if groups.contains(&group) { number } else { 1.0 };
     Ok(importance_of_groups(subject.mesh(), subject.attributes(), factor_of))
-}
-
-/// Names in a row, or that there is none.
-fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.into_iter().collect();
-    if names.is_empty() { "none".into() } else { names.join(", ") }
-}
-
-/// The library's refusal as the program's.
-fn refused(error: &SimplifyError, input: &Path) -> Failure {
-    match error {
-        SimplifyError::Interrupted => Failure::Interrupted,
-        SimplifyError::BadTarget(_)
-        | SimplifyError::BadOversample(_)
-        | SimplifyError::BadError(_)
-        | SimplifyError::NotWithSymmetry(_) => Failure::Usage(error.to_string()),
-        _ => Failure::of(input, error),
-    }
 }
 
 /// Where the mesh goes, or each level of detail; those of a scene are one file where the name has no place for the level.
 pub fn outputs(request: &Request) -> Vec<PathBuf> {
     let Some(path) = &request.output else { return Vec::new() };
-    match &request.goal {
-        Goal::Levels(further) => {
-            let is_scene = request.source.is_scene(request.output_format);
-            level_paths(&if is_scene { path.clone() } else { with_level(path) }, 1 + further.len())
-        }
-        _ => vec![path.clone()],
-    }
+    level_files(request).unwrap_or_else(|| vec![path.clone()])
 }
 
 /// Results on their way.
@@ -458,9 +482,9 @@ fn measured(subject: &Subject, result: &Simplified, packing: Option<&Packing>, r
 /// What else is told of a run.
 struct Told {
     notes: Vec<String>,
-    certified: Option<CertifiedDistance>,
     baked: Option<Baked>,
     seconds: Seconds,
+    named: Vec<NamedShare>,
 }
 
 fn told(
@@ -468,12 +492,14 @@ fn told(
     subject: &Subject,
     result: &Simplified,
     levels: Vec<Level>,
-    Told { notes, certified, baked, seconds }: Told,
+    Told { notes, baked, seconds, named }: Told,
 ) -> Result<Report, Failure> {
     let with_shape = request.report.is_some() || result.report.components_pruned > 0;
-    let several = matches!(request.goal, Goal::Levels(_));
+    let several = request.goal.n_levels().is_some();
     let is_by_name = request.prune_below.is_some() || request.options.hidden == Hidden::Drop;
-    let is_of_rest = matches!(request.goal, Goal::Error(_)) && is_by_name && result.report.components_pruned > 0;
+    let is_of_rest = matches!(request.goal, Goal::Error(_) | Goal::ErrorLevels(_))
+        && is_by_name
+        && result.report.components_pruned > 0;
     let of_rest = is_of_rest.then(|| "what is certain is the distance of what --prune and --hidden left; the line distance counts what they dropped".into());
     let notes = notes.into_iter().chain(of_rest).collect();
     let Some(first) = levels.first().cloned() else { return Err(Failure::Failed("no result was made".into())) };
@@ -493,8 +519,9 @@ fn told(
         cleaned: (&subject.counts).into(),
         repaired: subject.repaired.as_ref().map(Into::into),
         baked,
+        named,
         distance: first.distance,
-        certified: certified.map(|distance| Certified::of(&distance, subject.diagonal())),
+        certified: first.certified,
         mirror: result.report.mirror.map(|plane| subject.plane_of_file(plane).to_string()),
         levels: if several { levels } else { Vec::new() },
         notes,

@@ -2,6 +2,7 @@
 
 mod images;
 mod least;
+mod named;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -21,13 +22,17 @@ use neural_mesh::repair::{RepairCounts, fill_holes, printable};
 use neural_mesh::simplify::{self, Input, MirrorPlane, Purpose, Simplified, Symmetry, importance_of_channel};
 
 use crate::args::IgnoreArg;
+use crate::bound::Bound;
 use crate::dress::Dress;
 use crate::failure::Failure;
-use crate::names::{alone, is_vrm, without_level};
+use crate::level_files::{level_files, shared_name};
+use crate::names::{alone, is_vrm};
 use crate::read::{asset, cleaned, parsed};
 use crate::report::Dropped;
-use crate::request::{Bound, Goal, Repair, Request, Source, check_packed};
+use crate::request::{Repair, Request, Source, check_packed};
 use crate::textures::{self, Textures};
+
+pub use named::listed;
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Subject {
@@ -410,14 +415,27 @@ impl Subject {
     }
 
     /// What the simplifier is given.
-    pub fn input<'a>(&'a self, importance: &'a [f32]) -> Input<'a> {
+    pub fn input<'a>(&'a self, importance: &'a [f32], kept: &'a [bool]) -> Input<'a> {
         let mut input = Input::bare(self.mesh());
         input.attributes = self.wanted.as_ref().unwrap_or(self.attributes());
-        input.importance = importance;
-        if let Kind::Scene { united, .. } = &self.kind {
-            input.scene = Some(united);
-        }
+        (input.importance, input.kept) = (importance, kept);
+        input.scene = self.united();
         input
+    }
+
+    /// Returns what the simplifier is given of what corners and faces carry, with the groups of the faces.
+    pub fn attributes_with_groups(&self) -> Attributes {
+        let all = self.attributes();
+        let wanted = self.wanted.as_ref().unwrap_or(all).clone();
+        Attributes { groups: all.groups.clone(), ..wanted }
+    }
+
+    /// The meshes of the scene, where it is one.
+    pub fn united(&self) -> Option<&United> {
+        match &self.kind {
+            Kind::Mesh { .. } => None,
+            Kind::Scene { united, .. } => Some(united),
+        }
     }
 
     /// The plane of a symmetry, as it lies in the mesh: that of a scene's only mesh is in the coordinates of that mesh.
@@ -505,7 +523,7 @@ impl Subject {
                 model.exact = exact;
                 let mut options = WriteOptions::new(request.output_format, library_name(request, file_name));
                 (options.allow_outside, options.packing) = (request.allow_outside, packing.cloned());
-                options.images = self.textures();
+                (options.images, options.shares_images) = (self.textures(), shared_name(request).is_some());
                 self.mesh_files(model, *dress, &options, request)
             }
             Kind::Scene { asset, united, pieces } => {
@@ -514,6 +532,9 @@ impl Subject {
                 let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
                 let mut options = SceneOptions::new(request.output_format, file_name);
                 (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
+                let are_files = level_files(request).is_some_and(|paths| paths.len() > 1);
+                let shared = shared_name(request).filter(|_| are_files);
+                options.shared_images = shared.as_deref();
                 let files = scene_files(asset, &levels, &options)?;
                 Ok(Files { notes: self.textures.iter().filter_map(Textures::note).collect(), ..files })
             }
@@ -643,11 +664,8 @@ fn named(object: Option<&String>, material: Option<&String>) -> String {
 
 /// What a library of materials is called: as the file, or as all levels of detail, which share it.
 fn library_name(request: &Request, file_name: &str) -> String {
-    let shared = match (&request.goal, request.output.as_deref()) {
-        (Goal::Levels(_), Some(output)) => without_level(output),
-        _ => None,
-    };
-    shared.unwrap_or_else(|| Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned())
+    shared_name(request)
+        .unwrap_or_else(|| Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 /// An asset with lighter parts, level by level, as files.
@@ -714,7 +732,12 @@ fn weld_near(raw: &mut RawMesh, source: &Source, scale: f64) {
 
 /// Whether positions of the input are promised to stay as they are.
 fn keeps_positions(request: &Request) -> bool {
-    request.options.subset || request.options.lock_boundaries
+    request.options.subset || holds_places(request)
+}
+
+/// Whether some vertices of the input are held in their places: those of boundaries or of what is kept.
+fn holds_places(request: &Request) -> bool {
+    request.options.lock_boundaries || !request.keep.is_empty() || !request.shares.is_empty()
 }
 
 /// Whether a coordinate is no single one: decimals that stand for one are another number to a reader in doubles.
@@ -723,7 +746,7 @@ fn has_decimals(raw: &RawMesh) -> bool {
 }
 
 /// The input's own positions of the result's vertices: where each is one of the input's, or of those that lie where one of
-/// the input does if boundaries are locked. A mirrored result has images of its own and keeps none.
+/// the input does if some are held there. A mirrored result has images of its own and keeps none.
 fn in_place(
     positions: &[[f64; 3]],
     cleaned: &Cleaned,
@@ -742,7 +765,7 @@ fn in_place(
             sources.iter().zip(result.mesh.positions()).map(|(&vertex, place)| position(vertex, place)).collect(),
         );
     }
-    if !request.options.lock_boundaries || request.options.symmetric.is_some() {
+    if !holds_places(request) || request.options.symmetric.is_some() {
         return None;
     }
     let mut vertex_at: HashMap<[u32; 3], u32> = HashMap::new();

@@ -6,9 +6,10 @@ use std::sync::OnceLock;
 use crate::closed::is_closed;
 use crate::dress::Baked;
 use crate::failure::Failure;
+use crate::numbers::percent;
 use crate::plain::plain;
 use crate::report::{
-    Certified, Distance, Dropped, Level, Output, Repaired, Report, Seconds, Size, TargetWords, why_stopped,
+    Certified, Distance, Dropped, Level, NamedShare, Output, Repaired, Report, Seconds, Size, TargetWords, why_stopped,
 };
 
 /// Names of dropped components in one line, at most.
@@ -79,6 +80,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     }
     notes.extend(report.repaired.as_ref().map(repaired));
     notes.extend(report.baked.as_ref().map(baked));
+    notes.extend(report.named.iter().map(named));
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_hidden > 0 {
         let n = grouped(output.components_hidden);
@@ -109,7 +111,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
 }
 
 /// Components by name, those of one name once with their number; of many the first ones.
-fn names_of(dropped: &[Dropped], most: usize) -> String {
+pub fn names_of(dropped: &[Dropped], most: usize) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for Dropped { name, .. } in dropped {
         match counts.iter_mut().find(|(known, _)| known == name) {
@@ -140,6 +142,13 @@ fn repaired(done: &Repaired) -> String {
     format!("repaired  {}", if parts.is_empty() { "nothing was to be done".into() } else { parts.join(", ") })
 }
 
+/// `share     head: 1,200 faces -> 598 faces (50 % of its vertices)`
+fn named(share: &NamedShare) -> String {
+    let NamedShare { name, ratio, faces_before, faces } = share;
+    let [before, after] = [*faces_before, *faces].map(grouped);
+    format!("share     {name}: {before} faces -> {after} faces ({} % of its vertices)", percent(*ratio))
+}
+
 /// `baked     2048 x 2048, 213 charts, 74 % of the texels`
 fn baked(done: &Baked) -> String {
     let Baked { size, charts, covered, .. } = done;
@@ -147,19 +156,23 @@ fn baked(done: &Baked) -> String {
     format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", grouped(*charts))
 }
 
-/// What holds the result: what `--explain` says.
-pub fn explained(report: &Report) -> Vec<String> {
-    let Report { input, output, .. } = report;
+/// `held      12 kept edges: ...`, a line for each thing that holds a result.
+pub fn held(output: &Output) -> Vec<String> {
     let held = [
         (output.kept_edges, "kept edges: seams, edges between materials, creases"),
-        (output.locked_vertices, "locked vertices on the boundary"),
+        (output.locked_vertices, "locked vertices: of boundaries, of what is kept"),
         (output.components_at_minimum, "components as small as their topology allows"),
         (output.split_vertices, "vertices split where parts only touch or more than two sheets meet"),
         (output.refined_regions, "regions cut to keep the surface, its seams and creases whole"),
         (output.components_pruned, "components dropped"),
     ];
-    let mut lines: Vec<String> =
-        held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("held      {} {what}", grouped(n))).collect();
+    held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("held      {} {what}", grouped(n))).collect()
+}
+
+/// What holds the result: what `--explain` says.
+pub fn explained(report: &Report) -> Vec<String> {
+    let Report { input, output, .. } = report;
+    let mut lines = held(output);
     if !output.dropped.is_empty() {
         lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
     }
@@ -167,7 +180,9 @@ pub fn explained(report: &Report) -> Vec<String> {
         lines.push("held      by nothing but its shape".into());
     }
     let asked = match (why_stopped(&report.outcome), &report.target) {
-        (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_)) => "the distance asked for is held".to_string(),
+        (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
+            "the distance asked for is held".to_string()
+        }
         (None, _) => "the size asked for was reached".to_string(),
         (Some(why), _) => format!("what was asked for was not reached: {why}"),
     };
@@ -194,6 +209,9 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
     if let (Some(distance), Some(coverage)) = (&level.distance, level.screen_coverage) {
         let (mean, max) = (distance.mean_percent, distance.max_percent);
         line += &format!(", distance {mean:.3} % mean, {max:.3} % max, up to {coverage:.2} of the screen");
+    }
+    if let Some(certified) = &level.certified {
+        line += &format!(", certainly within {:.4} %", certified.upper_percent);
     }
     if why_stopped(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);

@@ -90,7 +90,12 @@ fn levels_share_their_textures_in_every_format() {
     textured(folder.path());
     simplified(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
     for (output, beside) in [
-        ("tree-{level}.gltf", vec!["tree-0.bin", "tree-0.gltf", "tree-1.bin", "tree-1.gltf"]),
+        (
+            "tree-{level}.gltf",
+            vec!["tree-0.bin", "tree-0.gltf", "tree-1.bin", "tree-1.gltf", "tree_0.png", "tree_1.png"],
+        ),
+        ("{level}.gltf", vec!["0.bin", "0.gltf", "1.bin", "1.gltf", "levels_0.png", "levels_1.png"]),
+        ("{level}.obj", vec!["0.obj", "1.obj", "levels.mtl", "levels_0.png", "levels_1.png"]),
         ("tree-{level}.obj", vec!["tree-0.obj", "tree-1.obj", "tree.mtl", "tree_0.png", "tree_1.png"]),
     ] {
         let out = folder.path().join("out");
@@ -99,8 +104,42 @@ fn levels_share_their_textures_in_every_format() {
         assert_eq!(files(&out), beside);
         std::fs::remove_dir_all(out).unwrap();
     }
+    // GLB holds its own, in one file or in several.
+    simplified(folder.path(), "plate.glb", "own-{level}.glb", &["--lods", "50%,20%"]);
+    assert!(["own-0.glb", "own-1.glb"].iter().all(|name| images(&folder.path().join(name)).0.len() == 2));
     simplified(folder.path(), "plate.glb", "levels.glb", &["--lods", "50%,20%"]);
     assert_eq!(images(&folder.path().join("levels.glb")).0.len(), 2);
+}
+
+#[test]
+fn levels_as_json_name_one_set_of_images_and_hold_none() {
+    let folder = folder();
+    textured(folder.path());
+    simplified(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
+    // From a scene, whose images are in its buffer, and from an OBJ, whose glTF is one file of JSON.
+    for (input, output, more) in
+        [("plate.glb", "scene-{level}.gltf", 0), ("plate.obj", "mesh-{level}.gltf", 0), ("plate.glb", "one.gltf", 1)]
+    {
+        let out = folder.path().join("out");
+        std::fs::create_dir(&out).unwrap();
+        let sizes = if more == 0 { ["--lods", "50%,20%"] } else { ["--ratio", "50%"] };
+        simplified(folder.path(), input, &format!("out/{output}"), &sizes);
+        for name in files(&out).into_iter().filter(|name| name.ends_with(".gltf")) {
+            let document = json(&out.join(&name));
+            let uris: Vec<Option<&str>> =
+                document["images"].as_array().unwrap().iter().map(|image| image["uri"].as_str()).collect();
+            let shared = output.split('-').next().unwrap();
+            match more {
+                0 => assert_eq!(uris, [0, 1].map(|at| format!("{shared}_{at}.png")).each_ref().map(|uri| Some(&**uri))),
+                _ => assert_eq!(uris, [None, None]),
+            }
+            // Whoever reads a level finds its images.
+            let asset = neural_mesh::io::Asset::read_path(&out.join(&name)).unwrap();
+            let sizes = [0, 1].map(|at| image_size(&asset.image(at).unwrap()).unwrap());
+            assert_eq!((sizes, asset.notes()), ([[32, 32]; 2], &[][..]), "{name}");
+        }
+        std::fs::remove_dir_all(out).unwrap();
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! Readers take what can be understood and refuse the rest in one line; what is wrong with the mesh itself is for
 //! [`cleanup`](crate::mesh::cleanup) to judge.
 
+mod bare_gltf;
 mod beside;
 mod error;
 mod extra;

@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
+use super::bare_gltf::{BareFile, BareOptions};
 use super::beside::{Finder, reference};
 use super::extra::{Column, Extra, Group, Layout};
 use super::looks::looks;
@@ -49,6 +50,8 @@ pub struct WriteOptions<'a> {
     pub packing: Option<Packing>,
     /// Who makes other images of those that the mesh wears, where someone does.
     pub images: Option<&'a dyn ImageMaker>,
+    /// Whether images within a `.gltf` become files beside it, `NAME_0.png`, for several meshes to share them.
+    pub shares_images: bool,
 }
 
 impl<'a> Model<'a> {
@@ -61,7 +64,7 @@ impl<'a> Model<'a> {
 impl WriteOptions<'_> {
     /// A format, and the file's name without its extension; what the asset names is read from its own folder alone.
     pub fn new(format: Format, name: impl Into<String>) -> Self {
-        Self { format, name: name.into(), allow_outside: false, packing: None, images: None }
+        Self { format, name: name.into(), allow_outside: false, packing: None, images: None, shares_images: false }
     }
 }
 
@@ -107,7 +110,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     let content = content(model, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);
     finder.maker = options.images;
-    let mut notes = Vec::new();
+    let (mut notes, mut images) = (Vec::new(), Vec::new());
     let (bytes, n_vertices) = match options.format {
         Format::Obj => {
             let extra = for_obj(model.extra, attributes, &options.name, &mut finder);
@@ -118,7 +121,11 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             let as_text = options.format == Format::PlyAscii;
             ply::write_attributed(&content, attributes, &extra, as_text, &mut notes)
         }
-        Format::Gltf | Format::Glb => as_gltf(model, &content, options, &mut notes)?,
+        Format::Gltf | Format::Glb => {
+            let written = as_gltf(model, &content, options)?;
+            (images, notes) = (written.beside, written.notes);
+            (written.bytes, written.n_vertices)
+        }
         Format::ThreeMf => (as_threemf(model, &content, options, &mut notes)?, content.n_vertices()),
         Format::Stl | Format::StlAscii | Format::Off | Format::Fbx => {
             notes.extend(geometry_only(options.format, attributes, model.extra));
@@ -128,7 +135,8 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     };
     notes.append(&mut finder.notes);
     let shares_vertices = !matches!(options.format, Format::Stl | Format::StlAscii);
-    Ok(Written { bytes, beside: finder.made(), notes, n_vertices: shares_vertices.then_some(n_vertices) })
+    images.extend(finder.made());
+    Ok(Written { bytes, beside: images, notes, n_vertices: shares_vertices.then_some(n_vertices) })
 }
 
 /// How the numbers of models, all of them levels of one, are packed in a glTF; the note says where their positions cannot be.
@@ -158,28 +166,22 @@ fn content<'a>(model: &Model<'a>, format: Format) -> Result<Content<'a>, WriteEr
     fitted(kept.unwrap_or_else(|| Ok(Content::of(model.mesh, &model.frame)))?, format)
 }
 
-/// A model as a glTF, and the number of its vertices there.
-fn as_gltf(
-    model: &Model,
-    content: &Content,
-    options: &WriteOptions,
-    notes: &mut Vec<String>,
-) -> Result<(Vec<u8>, usize), WriteError> {
+/// A model as a glTF.
+fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<BareFile, WriteError> {
     let Model { attributes, extra, .. } = *model;
     let names = material_names(attributes, extra);
-    notes.extend((!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into()));
+    let of_library = (!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into());
     let (looks, missing) = looks(extra, options.allow_outside);
     let objects: Vec<Option<String>> = extra.groups.iter().map(|group| group.object.clone()).collect();
-    let (bytes, n_vertices, dropped) = gltf::write_attributed(
-        content,
-        attributes,
-        &names,
-        &objects,
-        &looks.of_groups,
-        (options.format, options.packing.as_ref(), options.images),
-    )?;
-    notes.extend(missing.into_iter().chain(dropped));
-    Ok((bytes, n_vertices))
+    let how = BareOptions {
+        format: options.format,
+        packing: options.packing.as_ref(),
+        images: options.images,
+        shared_images: options.shares_images.then_some(options.name.as_str()),
+    };
+    let mut written = gltf::write_attributed(content, attributes, &names, &objects, &looks.of_groups, &how)?;
+    written.notes = of_library.into_iter().chain(missing).chain(written.notes).collect();
+    Ok(written)
 }
 
 /// A model as a 3MF.

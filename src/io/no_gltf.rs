@@ -1,7 +1,8 @@
 //! What stands for glTF in a build without the feature `gltf`: refusals.
 
+use super::bare_gltf::{BareFile, BareOptions};
 use super::write::Content;
-use super::{Format, ImageMaker, Packing, ReadError, ReadMesh, WriteError};
+use super::{Format, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
 
 /// Why this build writes no such file.
@@ -33,7 +34,8 @@ pub(super) fn write_attributed(
     _: &[String],
     _: &[Option<String>],
     _: &[Look],
-    (format, ..): (Format, Option<&Packing>, Option<&dyn ImageMaker>),
-) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
-    write(content, format).map(|bytes| (bytes, content.n_vertices(), Vec::new()))
+    options: &BareOptions,
+) -> Result<BareFile, WriteError> {
+    let of = |bytes| BareFile { bytes, beside: Vec::new(), n_vertices: content.n_vertices(), notes: Vec::new() };
+    write(content, options.format).map(of)
 }

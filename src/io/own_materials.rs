@@ -95,7 +95,7 @@ impl<'a> Places<'a, '_, '_> {
 }
 
 /// The extension of a picture by how it begins.
-fn extension(image: &[u8]) -> &'static str {
+pub(super) fn extension(image: &[u8]) -> &'static str {
     match image {
         [0x89, b'P', b'N', b'G', ..] => "png",
         [0xff, 0xd8, ..] => "jpg",

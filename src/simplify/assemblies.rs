@@ -61,9 +61,8 @@ fn of_part(
     pruned: &Pruned,
     make: impl FnOnce(&Input) -> Result<Vec<Closed>, SimplifyError>,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
-    let (mesh, scene) = (&pruned.mesh, input.scene);
-    let mut levels = make(&Input { mesh, attributes: &attributes, importance: &importance, scene })?;
+    let part = input.part(&pruned.sources, &pruned.faces)?;
+    let mut levels = make(&part.of(&pruned.mesh, input.scene))?;
     levels.iter_mut().for_each(|closed| closed.widen(input.mesh, pruned));
     Ok(levels)
 }
@@ -119,15 +118,19 @@ fn levels_of_whole(
 ) -> Result<Levels, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
-    let Some(normals) = normals.filter(|_| is_shaded_flat(mesh, attributes)) else {
-        return levels_as_shaded(input, weights, task, sizes, n_settled, progress);
+    let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
+        None => levels_as_shaded(input, weights, task, sizes, n_settled, progress)?,
+        Some(normals) => {
+            let others = attributes.clone().only(|role| role != Role::Normal, true);
+            let input = Input { attributes: &others, ..*input };
+            let mut levels = levels_as_shaded(&input, weights, task, sizes, n_settled, progress)?;
+            for closed in &mut levels.made {
+                closed.attributes = shaded_flat(&closed.mesh, &closed.attributes, &normals.name);
+            }
+            levels
+        }
     };
-    let others = attributes.clone().only(|role| role != Role::Normal, true);
-    let input = Input { attributes: &others, ..*input };
-    let mut levels = levels_as_shaded(&input, weights, task, sizes, n_settled, progress)?;
-    for closed in &mut levels.made {
-        closed.attributes = shaded_flat(&closed.mesh, &closed.attributes, &normals.name);
-    }
+    levels.made.iter_mut().for_each(|closed| closed.restore_kept(attributes));
     Ok(levels)
 }
 
@@ -141,19 +144,17 @@ fn levels_as_shaded(
     progress: Progress,
 ) -> Result<Levels, SimplifyError> {
     let Task { options, differentiable, half, .. } = *task;
-    let Input { mesh, attributes, importance, scene } = *input;
+    let Input { mesh, attributes, importance, scene, .. } = *input;
     let aim = Aim::of(options.optimize);
     let scores = score_source(options, &aim, weights);
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),
-        locked: &locked_vertices(mesh, options),
-        subset: options.subset,
-        purpose: options.purpose,
+        locked: &locked_vertices(input, options),
         attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
-        map: options.map,
         scene,
         drop: drop_rules(options, half, n_settled),
         half,
+        ..Keep::of(options, input.kept)
     };
     let request = Request {
         oversample: sizes.oversample,
@@ -213,10 +214,8 @@ pub(super) fn unchanged_but_pruned(
     let Some(pruned) = pruned(pulse, input, options) else {
         return Ok(unchanged(pulse, input, options, oversample));
     };
-    let (attributes, importance) = input.part(&pruned.sources, &pruned.faces)?;
-    let (mesh, scene) = (&pruned.mesh, input.scene);
-    let part = Input { mesh, attributes: &attributes, importance: &importance, scene };
-    let mut result = unchanged(pulse, &part, options, oversample);
+    let part = input.part(&pruned.sources, &pruned.faces)?;
+    let mut result = unchanged(pulse, &part.of(&pruned.mesh, input.scene), options, oversample);
     pruned.note(&mut result.report);
     result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);

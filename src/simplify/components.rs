@@ -62,7 +62,8 @@ impl Pruned {
 }
 
 /// Drops the components that the options let go whatever they are worth: those that are hidden, and those whose bounding box has a
-/// diagonal below `prune_below`, as a viewer sees them; of what shows, the largest by area always stays. `None` where nothing is dropped.
+/// diagonal below `prune_below`, as a viewer sees them; of what shows, the largest by area always stays, and so does each component with
+/// a face that is kept. `None` where nothing is dropped.
 pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<Pruned> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
@@ -71,12 +72,15 @@ pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<P
     let (component, n) = components(pulse, mesh);
     let view = input.view();
     let seen: Vec<u32> = view.faces.iter().map(|&face| component[face as usize]).collect();
-    let hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
+    let mut hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
+    let mut kept = vec![false; n];
+    component.iter().zip(input.kept).for_each(|(&c, is_kept)| kept[c as usize] |= is_kept);
+    hidden.iter_mut().zip(&kept).for_each(|(hidden, kept)| *hidden &= !kept);
     let areas = areas(&view.mesh, &seen, n);
     let shown = (0..n).filter(|&c| !hidden[c]);
     let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
     let diagonals = diagonals(&view.mesh, &seen, n);
-    let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && diagonals[c] < least).collect();
+    let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && !kept[c] && diagonals[c] < least).collect();
     let [n_dropped, n_hidden] = [&dropped, &hidden].map(|flags| flags.iter().filter(|&&flag| flag).count());
     without(mesh, n_dropped, |face| dropped[component[face] as usize]).map(|pruned| Pruned { n_hidden, ..pruned })
 }

@@ -18,12 +18,15 @@ pub struct Input<'a> {
     pub importance: &'a [f32],
     /// Where a viewer sees the mesh, if it unites those of a scene: components, hidden surfaces and distances are judged there.
     pub scene: Option<&'a United>,
+    /// Whether each face comes back as it is, with its vertices and what its corners carry, n_faces; empty where none has to (closed
+    /// assembly only, and no mirrored results).
+    pub kept: &'a [bool],
 }
 
 impl<'a> Input<'a> {
     /// A mesh alone.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None }
+        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[] }
     }
 
     /// Returns the mesh where a viewer sees it; each face of the view shows a face of the mesh.
@@ -36,7 +39,9 @@ impl<'a> Input<'a> {
         let is_factor = |x: &f32| *x > 0.0 && x.is_finite();
         let factors_fit = self.importance.is_empty()
             || self.importance.len() == self.mesh.positions().len() && self.importance.iter().all(is_factor);
-        if self.attributes.fit(self.mesh.faces().len()) && factors_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
+        let n_faces = self.mesh.faces().len();
+        let kept_fit = self.kept.is_empty() || self.kept.len() == n_faces;
+        if self.attributes.fit(n_faces) && factors_fit && kept_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 
     /// The importance of these vertices, or of all.
@@ -49,10 +54,29 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// What these faces carry, and the importance of these vertices.
-    pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<(Attributes, Vec<f32>), SimplifyError> {
+    /// Returns what belongs to these vertices and faces of the mesh.
+    pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<InputPart, SimplifyError> {
         let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
-        Ok((attributes, self.importance_of(Some(sources)).into_owned()))
+        let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
+        Ok(InputPart { attributes, importance: self.importance_of(Some(sources)).into_owned(), kept })
+    }
+}
+
+/// What belongs to some of the vertices and faces of an input.
+pub(super) struct InputPart {
+    /// What the corners and faces carry.
+    attributes: Attributes,
+    /// How much the vertices count.
+    importance: Vec<f32>,
+    /// Whether each face comes back as it is.
+    kept: Vec<bool>,
+}
+
+impl InputPart {
+    /// Returns the part as an input of its own, where `mesh` is made of these vertices and faces.
+    pub fn of<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a United>) -> Input<'a> {
+        let Self { attributes, importance, kept } = self;
+        Input { mesh, attributes, importance, scene, kept }
     }
 }
 
@@ -129,13 +153,17 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
     kept
 }
 
-/// Whether each vertex has to stay where it is; empty where none has to.
-pub(super) fn locked_vertices(mesh: &TriMesh, options: &Options) -> Vec<bool> {
-    if !options.lock_boundaries {
+/// Whether each vertex has to stay where it is: those of kept faces, and of boundaries that are locked; empty where none has to.
+pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
+    if !options.lock_boundaries && input.kept.is_empty() {
         return Vec::new();
     }
-    let mut locked = vec![false; mesh.positions().len()];
-    let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() != 2);
-    boundary.flat_map(|edge| edge.ends).for_each(|v| locked[v as usize] = true);
+    let mut locked = vec![false; input.mesh.positions().len()];
+    if options.lock_boundaries {
+        let boundary = edges(input.mesh).into_iter().filter(|edge| edge.n_faces() != 2);
+        boundary.flat_map(|edge| edge.ends).for_each(|v| locked[v as usize] = true);
+    }
+    let kept = input.mesh.faces().iter().zip(input.kept).filter(|(_, kept)| **kept);
+    kept.flat_map(|(face, _)| face).for_each(|&v| locked[v as usize] = true);
     locked
 }

@@ -22,6 +22,7 @@ use crate::args::{PurposeArg, SimplifyArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::names::{format_of, is_stream, level_paths, writable};
+use crate::numbers::RatioOf;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::request::{Request, Source, goal, options, prune_below, repair, strict, weld_near};
@@ -130,6 +131,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
         args.symmetric.as_ref().map(|plane| option_words("--symmetric", plane.as_ref())),
         args.importance.as_ref().map(|name| format!(" --importance {name}")),
+        (!args.keep.is_empty()).then(|| format!(" --keep {:?}", args.keep)),
         args.allow_outside.then(|| " --allow-outside".into()),
     ];
     words.extend(named.into_iter().flatten());
@@ -139,16 +141,19 @@ fn request_words(args: &SimplifyArgs) -> String {
 /// The size that is asked for.
 fn size_words(args: &SimplifyArgs) -> String {
     let sizes = [
-        args.ratio.map(|ratio| format!("--ratio {ratio}")),
+        (!args.ratio.is_empty()).then(|| {
+            let named = |of: &RatioOf| of.name.as_ref().map_or_else(String::new, |name| format!("{name}="));
+            let words = args.ratio.iter().map(|of| format!("--ratio {}{}", named(of), of.share));
+            words.collect::<Vec<_>>().join(" ")
+        }),
         args.vertices.map(|n| format!("--vertices {n}")),
         args.faces.map(|n| format!("--faces {n}")),
         args.error.as_ref().map(|error| format!("--error {error}")),
         args.size.as_ref().map(|size| format!("--size {size}")),
-        Some(args.lods.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
-            .filter(|ratios| !ratios.is_empty())
-            .map(|ratios| format!("--lods {ratios}")),
+        (!args.lods.is_empty()).then(|| format!("--lods {}", args.lods.join(","))),
+        args.lods_by.map(|by| format!("--lods-by {by:?}")),
     ];
-    sizes.into_iter().flatten().collect()
+    sizes.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
 /// An option as typed, with its value where it has one.
@@ -248,6 +253,8 @@ impl Batch {
             repair: repair(&self.args)?,
             ignore: self.args.ignore.clone(),
             importance: self.args.importance.clone(),
+            keep: self.args.keep.clone(),
+            shares: request::shares(&self.args),
             allow_outside: self.args.allow_outside,
             memory: None,
             map: None,

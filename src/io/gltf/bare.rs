@@ -7,13 +7,16 @@ use serde_json::{Value, json};
 use super::draft::{Draft, Stored, vector};
 use super::extensions::{drop_unused_names, name_extension};
 use super::files::one_file;
+use super::images::move_beside;
 use super::lighter::LighterPart;
 use super::materials::Materials;
 use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as};
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
+use super::repack::drop_unused;
 use super::rewrite::faces_by_group;
+use crate::io::bare_gltf::{BareFile, BareOptions};
 use crate::io::write::Content;
-use crate::io::{Format, ImageMaker, Packing, WriteError};
+use crate::io::{Format, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, Grid, Look, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
@@ -42,8 +45,9 @@ pub fn write_gltf(
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let named = Named { groups: group_names, ..Named::default() };
-    let (bytes, _, notes) = write_with_looks(part, origin, &named, (format, None, None))?;
-    Ok((bytes, notes))
+    let how = BareOptions { format, packing: None, images: None, shared_images: None };
+    let written = write_with_looks(part, origin, &named, &how)?;
+    Ok((written.bytes, written.notes))
 }
 
 /// What is known of groups by their numbers.
@@ -87,14 +91,14 @@ impl Named<'_> {
     }
 }
 
-/// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object; gives the
-/// number of vertices, too.
+/// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object.
 fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
     named: &Named,
-    (format, packing, images): (Format, Option<&Packing>, Option<&dyn ImageMaker>),
-) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
+    options: &BareOptions,
+) -> Result<BareFile, WriteError> {
+    let BareOptions { format, packing, images, .. } = *options;
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
@@ -121,8 +125,20 @@ fn write_with_looks(
         drop_unused_names(&mut draft.document);
     }
     notes.append(&mut objects.materials.notes);
+    let beside = moved_images(&mut draft, options);
     let buffer = pack_as(&mut draft, usize::MAX, packing)?;
-    Ok((one_file(draft.document, &buffer, format)?, objects.n_vertices, notes))
+    Ok(BareFile { bytes: one_file(draft.document, &buffer, format)?, beside, n_vertices: objects.n_vertices, notes })
+}
+
+/// Moves the images of a document into files beside it, where they are to be shared; returns these.
+fn moved_images(draft: &mut Draft, options: &BareOptions) -> Vec<OutputFile> {
+    let Some(name) = options.shared_images.filter(|_| options.format == Format::Gltf) else { return Vec::new() };
+    let moved = move_beside(draft, name, &[]);
+    // Nothing but the views of these images is unused.
+    if !moved.is_empty() {
+        drop_unused(draft);
+    }
+    moved
 }
 
 /// The primitives of objects by their names, with what they need.
@@ -169,8 +185,8 @@ pub(in crate::io) fn write_attributed(
     groups: &[String],
     objects: &[Option<String>],
     looks: &[Look],
-    how: (Format, Option<&Packing>, Option<&dyn ImageMaker>),
-) -> Result<(Vec<u8>, usize, Vec<String>), WriteError> {
+    how: &BareOptions,
+) -> Result<BareFile, WriteError> {
     let (origin, positions) = content.around_origin();
     let mut attributes = attributes.clone();
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {

@@ -1,5 +1,7 @@
 //! What an asset holds beside the shapes of its meshes, by name: for lists.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 
 use super::asset::Asset;
@@ -19,6 +21,8 @@ pub struct AssetContents {
     pub n_cameras: usize,
     /// For each of [`Asset::parts`] the names of the nodes that hold it.
     pub nodes_of_parts: Vec<Vec<String>>,
+    /// For each node its name and which of [`Asset::parts`] it and the nodes below it hold, ascending.
+    pub parts_of_nodes: Vec<(String, Vec<usize>)>,
     /// Names of materials.
     pub materials: Vec<String>,
     /// Names of images, whose bytes [`Asset::image`] gives.
@@ -60,6 +64,7 @@ impl Asset {
             n_nodes: nodes.len(),
             n_cameras: list("cameras").len(),
             nodes_of_parts: self.meshes.iter().map(holders).collect(),
+            parts_of_nodes: nodes.into_iter().zip(self.parts_below(list("nodes"))).collect(),
             materials: names(list("materials"), "material"),
             images: names(list("images"), "image"),
             skins: names(list("skins"), "skin").into_iter().zip(joints).collect(),
@@ -78,6 +83,25 @@ impl Asset {
     /// ```
     pub fn image(&self, at: usize) -> Option<Vec<u8>> {
         self.bytes_of_image(at)
+    }
+
+    /// Returns which parts each node and the nodes below it hold, ascending, n_nodes.
+    fn parts_below(&self, nodes: &[Value]) -> Vec<Vec<usize>> {
+        let part = |node: &Value| {
+            let mesh = node.get("mesh").and_then(index)?;
+            self.meshes.iter().position(|&of_part| of_part == mesh)
+        };
+        let below = |node: usize| {
+            let (mut open, mut visited, mut parts) = (vec![node], BTreeSet::new(), BTreeSet::new());
+            while let Some(node) = open.pop() {
+                // A file may say that a node is below itself.
+                let Some(value) = nodes.get(node).filter(|_| visited.insert(node)) else { continue };
+                parts.extend(part(value));
+                open.extend(value["children"].as_array().into_iter().flatten().filter_map(index));
+            }
+            parts.into_iter().collect()
+        };
+        (0..nodes.len()).map(below).collect()
     }
 
     /// The last moment that an animation names.

@@ -62,7 +62,7 @@ fn free_name(stem: &str, images: &[OutputFile]) -> String {
 }
 
 /// A file name as a URI.
-fn percent_encoded(name: &str) -> String {
+pub(super) fn percent_encoded(name: &str) -> String {
     let mut uri = String::new();
     for byte in name.bytes() {
         match byte {

@@ -1,5 +1,7 @@
 //! The images of an asset on their way out: made anew where that is asked for, bytes that are the same written once.
 
+use std::path::PathBuf;
+
 use base64::Engine;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -7,17 +9,20 @@ use serde_json::{Value, json};
 
 use super::asset::Asset;
 use super::draft::Draft;
+use super::files::percent_encoded;
 use super::load_uri::load_uri;
 use super::references::index;
+use super::rewrite::SceneOptions;
 use super::vrm;
+use crate::io::own_materials::extension;
 use crate::io::uri::path_inside;
-use crate::io::{ImageMaker, ImageUse, OutputFile, ReadError};
+use crate::io::{Format, ImageUse, OutputFile, ReadError};
 
 impl Asset {
-    /// Puts what is made of the images into the document, and gives those that are files of their own.
-    pub(super) fn put_images(&self, draft: &mut Draft, maker: Option<&dyn ImageMaker>) -> Vec<OutputFile> {
+    /// Puts what is made of the images into the document, and gives those that are files of their own in the end.
+    pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
         let mut files = self.images.clone();
-        if let Some(maker) = maker {
+        if let Some(maker) = options.images {
             let uses = uses(&self.document);
             let made: Vec<Option<Vec<u8>>> =
                 uses.par_iter().enumerate().map(|(at, &used)| maker.made(&self.bytes_of_image(at)?, used)).collect();
@@ -26,6 +31,9 @@ impl Asset {
             }
         }
         share_views(draft);
+        if let Some(name) = options.shared_images.filter(|_| options.format != Format::Glb) {
+            files.extend(move_beside(draft, name, &files));
+        }
         files
     }
 
@@ -68,6 +76,48 @@ fn replace(draft: &mut Draft, at: usize, bytes: Vec<u8>, files: &mut [OutputFile
                 .for_each(|file| file.bytes = bytes.clone());
         }
     }
+}
+
+/// Moves the images within a document into files beside it, `NAME_0.png` by their numbers, images of the same bytes into one; returns
+/// these. Names of files that lie there already, `taken`, stay theirs.
+pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -> Vec<OutputFile> {
+    let mut moved: Vec<OutputFile> = Vec::new();
+    let n_images = draft.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
+    for at in 0..n_images {
+        let Some(bytes) = bytes_within(draft, at) else { continue };
+        let known = moved.iter().find(|file| file.bytes == bytes).map(|file| file.path.clone());
+        let path = known.unwrap_or_else(|| {
+            let kind = draft.document["images"][at]["mimeType"].as_str();
+            let ending = if kind == Some("image/ktx2") { "ktx2" } else { extension(&bytes) };
+            let path = free_path(format!("{name}_{at}.{ending}"), taken);
+            moved.push(OutputFile { path: path.clone(), bytes });
+            path
+        });
+        if let Value::Object(image) = &mut draft.document["images"][at] {
+            image.shift_remove("bufferView");
+            image.insert("uri".into(), percent_encoded(&path.to_string_lossy()).into());
+        }
+    }
+    moved
+}
+
+/// Returns the bytes of an image that no file of its own holds.
+fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
+    let image = draft.document.get("images")?.get(at)?;
+    if let Some(view) = image.get("bufferView").and_then(index) {
+        return draft.views.get(view)?.as_deref().map(<[u8]>::to_vec);
+    }
+    let uri = image.get("uri")?.as_str().filter(|uri| uri.starts_with("data:"))?;
+    load_uri(uri, &|_: &str| Err(ReadError::file("no image", ""))).ok()
+}
+
+/// Returns a path that none of the files has, in whatever case.
+fn free_path(mut name: String, taken: &[OutputFile]) -> PathBuf {
+    let is_taken = |name: &str| taken.iter().any(|file| file.path.as_os_str().eq_ignore_ascii_case(name));
+    while is_taken(&name) {
+        name.insert(0, '_');
+    }
+    name.into()
 }
 
 /// Images of the same bytes take one view.
@@ -131,7 +181,7 @@ pub(super) fn used_as(key: &str) -> ImageUse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::{Format, LighterPart, SceneOptions};
+    use crate::io::{ImageMaker, LighterPart};
 
     /// Writes over an image what it is used for.
     #[derive(Debug)]
@@ -182,6 +232,27 @@ mod tests {
         let views = [0, 1, 2].map(|at| document["images"][at]["bufferView"].clone());
         assert_eq!(views, [json!(0), json!(1), json!(0)]);
         assert_eq!(document["bufferViews"].as_array().unwrap().len(), 2);
+    }
+
+    #[test]
+    fn images_move_into_files_beside_by_their_numbers() {
+        let fetch = |_: &str| Ok(b"file".to_vec());
+        let asset = Asset::from_bytes(TEXT.as_bytes(), &fetch).unwrap();
+        let mut options = SceneOptions::new(Format::Gltf, "a-lod0.gltf");
+        options.shared_images = Some("a b");
+        let files = asset.write_scene(&[&[]], &options).unwrap();
+        let document: Value = serde_json::from_slice(&files[0].bytes).unwrap();
+        let uris = |at: usize| document["images"][at]["uri"].as_str().unwrap();
+        // The first and the third have the same bytes; the last two were files.
+        assert_eq!([0, 1, 2, 3].map(uris), ["a%20b_0.bin", "a%20b_1.bin", "a%20b_0.bin", "a%20b_3.bin"]);
+        assert_eq!([4, 5].map(uris), ["a%20b.png", "kept.png"]);
+        assert!(document.get("bufferViews").is_none() && document["images"][0].get("bufferView").is_none());
+        let bytes = |name: &str| &files.iter().find(|file| file.path.to_str() == Some(name)).unwrap().bytes[..];
+        assert_eq!(["a b_0.bin", "a b_1.bin", "a b_3.bin"].map(bytes), [&b"one2"[..], b"two2", b"uri"]);
+        assert_eq!(
+            free_path("A_0.png".into(), &[OutputFile { path: "a_0.PNG".into(), bytes: Vec::new() }]),
+            PathBuf::from("_A_0.png")
+        );
     }
 
     #[test]

@@ -39,12 +39,14 @@ pub struct SceneOptions<'a> {
     pub packing: Option<&'a Packing>,
     /// Who makes other images of those of the asset, where someone does.
     pub images: Option<&'a dyn ImageMaker>,
+    /// The name after which images within the asset become files beside JSON, `NAME_0.png`, for several assets to share them.
+    pub shared_images: Option<&'a str>,
 }
 
 impl<'a> SceneOptions<'a> {
     /// A format and a name; everything as it was read.
     pub fn new(format: Format, name: &'a str) -> Self {
-        Self { format, name, coverage: &[], packing: None, images: None }
+        Self { format, name, coverage: &[], packing: None, images: None, shared_images: None }
     }
 }
 
@@ -146,7 +148,7 @@ impl Asset {
         take_from_nodes(&mut draft.document, &self.emptied_meshes(finest));
         levels::offer(&mut draft, &coarser, options.coverage);
         self.undo(&mut draft, &pack_with, &grids);
-        let images = self.put_images(&mut draft, options.images);
+        let images = self.put_images(&mut draft, options);
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
         let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();

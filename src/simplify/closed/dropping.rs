@@ -145,6 +145,12 @@ impl<'a> Placing<'a> {
         &self.faces[start..self.ends[component]]
     }
 
+    /// Whether a component has a vertex that is locked, as those with kept faces have.
+    fn is_locked(&self, component: usize) -> bool {
+        let Original { surface, pins, .. } = self.original;
+        self.faces(component).iter().any(|&face| surface.faces[face as usize].iter().any(|&v| pins.is_locked(v)))
+    }
+
     /// The corners of a face of the original at its component's largest place.
     fn corners(&self, face: u32) -> Option<[DVec3; 3]> {
         let place = self.places[self.of_faces[face as usize] as usize].first()?;
@@ -267,6 +273,9 @@ impl<'a> Components<'a> {
     /// What is lost with a component, by points on its faces, and the one that is nearest to most of them; without end where nothing
     /// is near, and of what no viewer sees.
     fn loss(&self, component: usize) -> (f64, usize) {
+        if self.placing.is_locked(component) {
+            return (f64::INFINITY, component);
+        }
         let faces = self.placing.faces(component);
         let own = &self.all[component];
         let (mut sum, mut areas, mut nearest) = (0.0, 0.0, Vec::new());

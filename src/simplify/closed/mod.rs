@@ -255,7 +255,7 @@ fn refine(
     let carried = attributes.and_then(|attributes| output.carried(original, attributes));
     let (attributes, corner_map) = carried.unzip();
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
-    let mut closed = Closed::new(original, output, positions)?;
+    let mut closed = Closed::new(original, output, positions, request.keep.kept)?;
     (closed.attributes, closed.derivative) = (attributes.unwrap_or_default(), derivative);
     closed.map = corner_map.filter(|_| map).map(|corners| closed.map_by(original.mesh, corners));
     closed.report = Report {

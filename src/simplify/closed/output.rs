@@ -88,11 +88,11 @@ impl Output {
         &self.around
     }
 
-    /// Whether the edge of a diamond may not be flipped: it is a seam, or the other diagonal would join two vertices of a
-    /// half's plane.
+    /// Whether the edge of a diamond may not be flipped: it is a seam or one of a kept face, or the other diagonal would join two
+    /// vertices of a half's plane.
     pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
         let is_seam = |corners: &Corners| corners.is_seam(&self.faces, *faces, [*a, *b]);
-        self.pins.are_on_cut(*c, *d) || self.corners.as_ref().is_some_and(is_seam)
+        self.pins.are_on_cut(*c, *d) || self.pins.hold_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
     }
 
     /// Gives a diamond its other diagonal.

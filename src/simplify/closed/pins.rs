@@ -13,6 +13,8 @@ use super::request::{Half, Keep};
 pub struct Pins {
     /// Whether each vertex stays where it is; empty where all may go.
     locked: Vec<bool>,
+    /// Whether edges between two such vertices stay edges.
+    holds_edges: bool,
     /// Whether the vertices have to lie on vertices of the mesh.
     subset: bool,
     /// The vertex of the surface that each vertex lies on, while it lies on one; empty over the surface itself.
@@ -26,7 +28,7 @@ impl Pins {
         let is_locked = |v: u32| keep.locked[v as usize];
         let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
         let plane = keep.half.map(|half| PlaneVertices::of(surface, &half));
-        Self { locked, subset: keep.subset, origin: Vec::new(), plane }
+        Self { locked, holds_edges: !keep.kept.is_empty(), subset: keep.subset, origin: Vec::new(), plane }
     }
 
     /// Those of a subset in which nothing is locked.
@@ -51,7 +53,7 @@ impl Pins {
         let mut locked = vec![false; n_regions];
         self.locked_vertices().for_each(|v| locked[region[v as usize] as usize] = true);
         let plane = self.plane.as_ref().map(|plane| plane.of_regions(region, n_regions));
-        Self { locked, subset: self.subset, origin, plane }
+        Self { locked, holds_edges: self.holds_edges, subset: self.subset, origin, plane }
     }
 
     /// The same with nothing locked.
@@ -63,6 +65,7 @@ impl Pins {
     pub fn of_living(&self, living: &[u32]) -> Self {
         Self {
             locked: living.iter().map(|&v| self.is_locked(v)).collect(),
+            holds_edges: self.holds_edges,
             subset: self.subset,
             origin: living.iter().map(|&v| self.origin[v as usize]).collect(),
             plane: self.plane.as_ref().map(|plane| plane.of_living(living)),
@@ -77,6 +80,11 @@ impl Pins {
     /// Whether a vertex stays where it is.
     pub fn is_locked(&self, v: u32) -> bool {
         self.locked.get(v as usize).is_some_and(|&locked| locked)
+    }
+
+    /// Whether the edge between two vertices stays one.
+    pub fn hold_edge(&self, u: u32, v: u32) -> bool {
+        self.holds_edges && self.is_locked(u) && self.is_locked(v)
     }
 
     /// Whether a vertex stays where it is, or on the plane.

@@ -2,7 +2,7 @@
 
 use crate::mesh::{Attributes, Frame, KeptEdge, Role, United};
 use crate::model::Weights;
-use crate::simplify::options::{Parts, Purpose};
+use crate::simplify::options::{Options, Parts, Purpose};
 
 use super::aim::Aim;
 
@@ -59,6 +59,8 @@ pub struct Keep<'a> {
     pub edges: &'a [KeptEdge],
     /// Whether each vertex stays where it is; empty where all may go.
     pub locked: &'a [bool],
+    /// Whether each face comes back as it is; empty where none has to. Their vertices are locked.
+    pub kept: &'a [bool],
     /// Whether the vertices of the result have to be vertices of the mesh.
     pub subset: bool,
     /// What the result is for.
@@ -76,6 +78,11 @@ pub struct Keep<'a> {
 }
 
 impl<'a> Keep<'a> {
+    /// What options and kept faces say by themselves.
+    pub fn of(options: &Options, kept: &'a [bool]) -> Self {
+        Self { kept, subset: options.subset, purpose: options.purpose, map: options.map, ..Self::default() }
+    }
+
     /// Whether the mesh is one that people look at, part of a scene or with something at its corners and faces, and no bare shape.
     pub fn is_asset(&self) -> bool {
         self.scene.is_some() || self.attributes.is_some()

@@ -8,6 +8,7 @@ use crate::simplify::map;
 use crate::simplify::options::{Map, Report, Simplified, SimplifyError};
 
 use super::attributes::corners::CornerMap;
+use super::attributes::kept::{KeptFace, find_kept, restore};
 use super::derivative::Derivative;
 use super::original::Original;
 use super::output::Output;
@@ -33,16 +34,25 @@ pub struct Closed {
     pub paid: Vec<(usize, f64)>,
     /// Whether each output vertex lies on the plane, where the mesh is one half of a mirrored one; else empty.
     pub on_plane: Vec<bool>,
+    /// The faces that came back as they were.
+    pub kept: Vec<KeptFace>,
 }
 
 impl Closed {
-    /// Hands an output out whose vertices go to `positions`, local coordinates, n_vertices x 3.
+    /// Hands an output out whose vertices go to `positions`, local coordinates, n_vertices x 3; `is_kept` says of each face of the mesh
+    /// whether it came back as it was, or is empty.
     ///
     /// # Errors
     /// [`SimplifyError::Overflow`] where a position is not finite.
-    pub fn new(original: &Original, output: Output, positions: Vec<[f32; 3]>) -> Result<Self, SimplifyError> {
+    pub fn new(
+        original: &Original,
+        output: Output,
+        positions: Vec<[f32; 3]>,
+        is_kept: &[bool],
+    ) -> Result<Self, SimplifyError> {
         let pulse = original.surface.pulse;
         pulse.beat(0);
+        let kept = find_kept(original, &output, is_kept);
         let (faces, pins, mut vertex_of) = output.into_parts();
         vertex_of.truncate(original.mesh.positions().len());
         pulse.beat(0);
@@ -57,6 +67,7 @@ impl Closed {
             derivative: None,
             paid: Vec::new(),
             on_plane: pins.into_plane_flags(),
+            kept,
             mesh,
         })
     }
@@ -64,6 +75,11 @@ impl Closed {
     /// The same, of which it is known what its merges cost.
     pub fn having_paid(self, paid: Vec<(usize, f64)>) -> Self {
         Self { paid, ..self }
+    }
+
+    /// Gives the corners of kept faces the very values that they carried in the mesh.
+    pub fn restore_kept(&mut self, own: &Attributes) {
+        restore(&mut self.attributes, own, &self.kept);
     }
 
     /// Where the result comes from, by where its corners stand.

@@ -38,7 +38,7 @@ pub(super) fn levels(
     targets: &[Target],
     progress: Progress,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    check(task)?;
+    check(input, task)?;
     progress.enter("symmetry", input.mesh.faces().len())?;
     let Used { mesh, sources, .. } = &Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(sources.as_deref());
@@ -48,9 +48,10 @@ pub(super) fn levels(
     let (attributes, groups) = twofold::twofold(input.attributes, &pairs);
     let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
     twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
-    let input = Input { mesh: &half.mesh, attributes: &half.attributes, importance: &half.importance, scene: None };
+    let mut of_half = Input::bare(&half.mesh);
+    (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
-    let halves = closed_levels(&input, weights, &task, &Sizes { limits: &limits, oversample: 1.0 }, progress)?;
+    let halves = closed_levels(&of_half, weights, &task, &Sizes { limits: &limits, oversample: 1.0 }, progress)?;
     halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()
 }
 
@@ -67,12 +68,13 @@ fn mirrored_about(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<(
 }
 
 /// Refuses what is not there for mirrored results.
-fn check(task: &Task) -> Result<(), SimplifyError> {
+fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
     let options = task.options;
     let refused = [
         ("the paper's assembly", options.assembly == Assembly::Paper),
         ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
+        ("faces that are kept", !input.kept.is_empty()),
         ("pruning", options.prune_below > 0.0),
         ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
         ("a map", options.map),

@@ -2,5 +2,6 @@
 
 pub mod blend;
 pub mod corners;
+pub mod kept;
 mod normals;
 mod values;

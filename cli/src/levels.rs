@@ -1,0 +1,147 @@
+//! Levels of detail as typed: by shares or numbers of vertices or faces, or by distances from the original.
+
+use neural_mesh::simplify::Target;
+
+use crate::args::LodsByArg;
+use crate::bound::{Bound, bound};
+use crate::failure::Failure;
+use crate::numbers::{Count, count, share};
+
+/// The size of a level of detail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LevelSize {
+    /// A number of vertices, or a share of them.
+    Vertices(Count),
+    /// A number of faces, or a share of them.
+    Faces(Count),
+}
+
+impl LevelSize {
+    /// Returns the target for a mesh of so many faces.
+    pub fn target(self, n_faces: usize) -> Target {
+        match self {
+            Self::Vertices(Count::Share(ratio)) => Target::Ratio(ratio),
+            Self::Vertices(Count::Number(n)) => Target::Vertices(n),
+            Self::Faces(count) => Target::Faces(count.of(n_faces)),
+        }
+    }
+
+    fn count(self) -> Count {
+        match self {
+            Self::Vertices(count) | Self::Faces(count) => count,
+        }
+    }
+}
+
+/// Levels of detail, the finest first.
+#[derive(Debug, PartialEq)]
+pub enum Levels {
+    /// Sizes, which fall.
+    Sizes(Vec<LevelSize>),
+    /// Largest distances, which rise.
+    Errors(Vec<Bound>),
+}
+
+impl Levels {
+    /// Reads levels as typed.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] where a level is none, or is finer than the one before.
+    pub fn of(lods: &[String], by: Option<LodsByArg>) -> Result<Self, Failure> {
+        if by == Some(LodsByArg::Error) {
+            let bounds = lods.iter().map(|text| bound("--lods", text)).collect::<Result<_, _>>()?;
+            return checked_errors(bounds).map(Self::Errors);
+        }
+        let size = |text: &String| size(text, by).map_err(|why| Failure::Usage(format!("--lods {text}: {why}")));
+        let sizes: Vec<LevelSize> = lods.iter().map(size).collect::<Result<_, _>>()?;
+        let grows = |pair: &[LevelSize]| match (pair[0].count(), pair[1].count()) {
+            (Count::Share(before), Count::Share(next)) => next > before,
+            (Count::Number(before), Count::Number(next)) => next > before,
+            // Which of them is larger shows when the mesh is read.
+            _ => false,
+        };
+        if sizes.windows(2).any(grows) {
+            let kind = if by.is_some() { "sizes, like 20k,5k,1k or" } else { "shares, like" };
+            return Err(Failure::Usage(format!("--lods: give falling {kind} 50%,25%,10% or 0.5,0.25,0.1")));
+        }
+        Ok(Self::Sizes(sizes))
+    }
+}
+
+/// Refuses distances that fall, and those of which that is not known.
+fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, Failure> {
+    let rises = |pair: &[Bound]| match (pair[0], pair[1]) {
+        (Bound::Percent(before), Bound::Percent(next)) | (Bound::Absolute(before), Bound::Absolute(next)) => {
+            before <= next
+        }
+        _ => false,
+    };
+    if bounds.windows(2).all(rises) {
+        return Ok(bounds);
+    }
+    let what = "--lods: give rising distances, like 0.1%,0.5%,2%, all in percent or all in the unit of the mesh";
+    Err(Failure::Usage(what.into()))
+}
+
+/// Reads a level as typed: a share of the vertices, where nothing says what numbers are of.
+fn size(text: &str, by: Option<LodsByArg>) -> Result<LevelSize, String> {
+    let number = || count(text).or_else(|why| share(text).map(Count::Share).map_err(|_| why));
+    match by {
+        Some(LodsByArg::Faces) => number().map(LevelSize::Faces),
+        Some(_) => number().map(LevelSize::Vertices),
+        None => share(text).map(|ratio| LevelSize::Vertices(Count::Share(ratio))).map_err(|why| match count(text) {
+            Ok(Count::Number(n)) if n > 100 => "say with --lods-by faces or --lods-by vertices what it is of".into(),
+            _ => why,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::SimplifyArgs;
+    use clap::Parser;
+
+    fn levels(words: &[&str]) -> Result<Levels, String> {
+        let words = ["simplify", "a.ply", "-o", "b.ply", "--lods"].iter().chain(words);
+        let args = SimplifyArgs::try_parse_from(words).unwrap();
+        Levels::of(&args.lods, args.lods_by).map_err(|failure| failure.to_string())
+    }
+
+    #[test]
+    fn levels_are_shares_of_vertices_unless_it_is_said_what_they_are_of() {
+        let vertices = |counts: &[Count]| Ok(Levels::Sizes(counts.iter().map(|&it| LevelSize::Vertices(it)).collect()));
+        let faces = |counts: &[Count]| Ok(Levels::Sizes(counts.iter().map(|&it| LevelSize::Faces(it)).collect()));
+        let [half, tenth] = [0.5, 0.1].map(Count::Share);
+        assert_eq!(levels(&["50%,0.1"]), vertices(&[half, tenth]));
+        assert_eq!(levels(&["20k,1k", "--lods-by", "faces"]), faces(&[Count::Number(20_000), Count::Number(1000)]));
+        assert_eq!(levels(&["0.5,10%,7", "--lods-by", "faces"]), faces(&[half, tenth, Count::Number(7)]));
+        assert_eq!(levels(&["900,10%", "--lods-by", "vertices"]), vertices(&[Count::Number(900), tenth]));
+        let errors = levels(&["0.1%,2%", "--lods-by", "error"]);
+        assert_eq!(errors, Ok(Levels::Errors(vec![Bound::Percent(0.1), Bound::Percent(2.0)])));
+    }
+
+    #[test]
+    fn levels_that_are_none_are_refused_in_one_line() {
+        for (words, why) in [
+            (&["20k,5k"][..], "--lods 20k: say with --lods-by faces or --lods-by vertices what it is of"),
+            (&["50,20"], "did you mean 50%?"),
+            (&["10%,50%"], "--lods: give falling shares"),
+            (&["1k,2k", "--lods-by", "faces"], "--lods: give falling sizes"),
+            (&["2%,1%", "--lods-by", "error"], "--lods: give rising distances"),
+            (&["1%,2", "--lods-by", "error"], "all in percent or all in the unit"),
+            (&["20k", "--lods-by", "error"], "--lods 20k: give a distance"),
+            (&["many", "--lods-by", "faces"], "--lods many: give a whole number"),
+        ] {
+            let said = levels(words).unwrap_err();
+            assert!(said.contains(why), "{words:?}: {said}");
+        }
+    }
+
+    #[test]
+    fn shares_of_faces_are_numbers_once_the_mesh_is_known() {
+        assert_eq!(LevelSize::Faces(Count::Share(0.25)).target(1000), Target::Faces(250));
+        assert_eq!(LevelSize::Vertices(Count::Share(0.25)).target(1000), Target::Ratio(0.25));
+        assert_eq!(LevelSize::Vertices(Count::Number(12)).target(1000), Target::Vertices(12));
+    }
+}

@@ -1,0 +1,251 @@
+//! `neural-mesh limits`: how small a mesh gets, how far it is from the original on the way there, and what holds it in the end.
+//!
+//! The mesh is simplified level by level in one collapse, the last level as far down as it goes; nothing is written.
+
+use std::collections::HashSet;
+use std::ffi::OsString;
+
+use clap::{Parser, ValueEnum};
+use neural_mesh::simplify::{DroppedComponent, Simplified};
+use serde::Serialize;
+
+use crate::advice::what_frees;
+use crate::args::{LimitsArgs, SimplifyArgs};
+use crate::failure::{Failure, name};
+use crate::interrupt;
+use crate::levels::LevelSize;
+use crate::numbers::{Count, percent};
+use crate::plain::plain_json;
+use crate::plan::{Part, Plan};
+use crate::progress::Progress;
+use crate::report::{Dropped, Level, Report, Size, why_stopped};
+use crate::request::{Goal, Request, resolve};
+use crate::simplify::{in_pool, simplify_subject};
+use crate::subject::Subject;
+use crate::words::{Voice, grouped, held, names_of};
+
+/// Shares of the vertices at which the mesh is looked at, before it goes as far down as it can.
+const SHARES: [f64; 6] = [0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
+/// Vertices of the smallest surface.
+const LEAST: usize = 3;
+
+/// All that is said, in the order of the JSON.
+#[derive(Debug, Serialize)]
+struct SizeLimits {
+    file: String,
+    vertices: usize,
+    faces: usize,
+    components: usize,
+    boundary_edges: usize,
+    /// The sizes on the way, those that are reached.
+    levels: Vec<Row>,
+    /// The smallest mesh there is with these options.
+    smallest: Row,
+    /// Why it is no smaller.
+    outcome: String,
+    held: Held,
+    /// Options that free what holds it, in one line each.
+    free: Vec<String>,
+}
+
+/// A size on the way down.
+#[derive(Debug, Serialize)]
+struct Row {
+    /// Share of the vertices in percent, as asked for; that of the result for the smallest.
+    percent: f64,
+    vertices: usize,
+    faces: usize,
+    components: usize,
+    /// Distance from the original in percent of the diagonal.
+    mean_percent: Option<f64>,
+    max_percent: Option<f64>,
+    /// Components that go between the size before and this one.
+    dropped: Vec<Dropped>,
+}
+
+/// What holds the smallest mesh.
+#[derive(Debug, Serialize)]
+struct Held {
+    kept_edges: usize,
+    locked_vertices: usize,
+    components_at_minimum: usize,
+    split_vertices: usize,
+    refined_regions: usize,
+}
+
+/// Describes how small the mesh gets, on standard output.
+pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
+    interrupt::watch(Failure::Interrupted);
+    in_pool(args.threads, || describe(args))
+}
+
+fn describe(args: &LimitsArgs) -> Result<(), Failure> {
+    let mut request = request(args)?;
+    let mut progress = Progress::new(args.quiet, Plan::of(&request, None));
+    progress.show(Part::Read);
+    let subject = Subject::follow(&mut request)?;
+    let sizes = sizes(subject.mesh().positions().len());
+    let targets = sizes.iter().map(|count| LevelSize::Vertices(*count)).collect();
+    request.goal = Goal::Levels(targets);
+    let (done, results) = simplify_subject(&subject, &request, None, 0.0, &mut progress)?;
+    drop(progress);
+    let limits = SizeLimits::of(&subject, &request, &done.report, &results, &sizes)?;
+    if args.json {
+        let json = serde_json::to_string(&limits).map_err(|error| Failure::of(&request.source.path, error))?;
+        Voice::Out.say(&plain_json(&json));
+    } else {
+        limits.lines(&done.report).iter().for_each(|line| Voice::Out.say(line));
+    }
+    Ok(())
+}
+
+/// Makes the request of `simplify` that has the same options, for a mesh that is written nowhere.
+fn request(args: &LimitsArgs) -> Result<Request, Failure> {
+    let mut words: Vec<OsString> = ["simplify", "-o", "-", "--lods", "50%"].map(OsString::from).into();
+    let flags = [
+        ("--no-weld", args.no_weld),
+        ("--lock-boundaries", args.lock_boundaries),
+        ("--keep-features", args.keep_features),
+        ("--keep-components", args.keep_components),
+    ];
+    words.extend(flags.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag.into()));
+    let ignored = args.ignore.iter().filter_map(|what| Some(what.to_possible_value()?.get_name().to_string()));
+    words.extend(ignored.map(|what| format!("--ignore={what}").into()));
+    words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
+    words.extend(args.format.iter().map(|format| format!("--format={format}").into()));
+    words.extend(["--".into(), args.input.clone().into_os_string()]);
+    let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
+    let mut request = resolve(parsed)?;
+    // The mesh goes nowhere; with a report, shapes are measured.
+    (request.report, request.stays_in_memory) = (Some("-".into()), true);
+    Ok(request)
+}
+
+/// Returns the sizes to look at of a mesh of `n_vertices`: shares of them, and the smallest.
+fn sizes(n_vertices: usize) -> Vec<Count> {
+    let is_more = |share: &f64| (share * n_vertices as f64) as usize > LEAST;
+    let shares = SHARES.into_iter().filter(is_more).map(Count::Share);
+    shares.chain([Count::Number(LEAST)]).collect()
+}
+
+impl SizeLimits {
+    fn of(
+        subject: &Subject,
+        request: &Request,
+        report: &Report,
+        results: &[Simplified],
+        sizes: &[Count],
+    ) -> Result<Self, Failure> {
+        let mut gone = HashSet::new();
+        let mut rows: Vec<Row> = Vec::new();
+        for ((level, result), size) in report.levels.iter().zip(results).zip(sizes) {
+            let is_new: Vec<bool> =
+                result.report.dropped.iter().map(|&DroppedComponent { face, .. }| gone.insert(face)).collect();
+            rows.push(Row::of(level, *size, report.input.vertices, &is_new));
+        }
+        let none = || Failure::of(&request.source.path, "no result was made");
+        let (last, smallest) = report.levels.last().zip(rows.pop()).ok_or_else(none)?;
+        let n_reached = report.levels.iter().take_while(|level| why_stopped(&level.outcome).is_none()).count();
+        let output = &last.output;
+        // What went at sizes that are not reached went on the way to the smallest.
+        let (levels, beyond) = split(rows, n_reached);
+        let dropped = beyond.into_iter().flat_map(|row| row.dropped).chain(smallest.dropped).collect();
+        Ok(Self {
+            file: name(&request.source.path),
+            vertices: report.input.vertices,
+            faces: report.input.faces,
+            components: shape(&report.input, |shape| shape.components),
+            boundary_edges: shape(&report.input, |shape| shape.boundary_edges),
+            levels,
+            smallest: Row { dropped, ..smallest },
+            outcome: last.outcome.clone(),
+            held: Held {
+                kept_edges: output.kept_edges,
+                locked_vertices: output.locked_vertices,
+                components_at_minimum: output.components_at_minimum,
+                split_vertices: output.split_vertices,
+                refined_regions: output.refined_regions,
+            },
+            free: what_frees(request, subject, output),
+        })
+    }
+
+    /// Returns the lines for the screen; the report has the words for what holds the smallest mesh.
+    fn lines(&self, report: &Report) -> Vec<String> {
+        let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(grouped);
+        let boundary = match self.boundary_edges {
+            0 => "closed".into(),
+            n => format!("{} boundary edges", grouped(n)),
+        };
+        let mut lines = vec![
+            format!("{}: {vertices} vertices, {faces} faces, components: {components}, {boundary}", self.file),
+            format!("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}", "size", "vertices", "faces", "components", "mean", "max"),
+        ];
+        lines.extend(self.levels.iter().map(|row| row.words(&format!("{} %", row.percent))));
+        lines.push(self.smallest.words("smallest"));
+        let named = self.levels.iter().map(|row| (format!("at {} %", row.percent), row));
+        for (size, row) in named.chain([("at last".into(), &self.smallest)]).filter(|(_, row)| !row.dropped.is_empty())
+        {
+            lines.push(format!("dropped   {size}: {}", names_of(&row.dropped, usize::MAX)));
+        }
+        lines.extend(report.levels.last().into_iter().flat_map(|last| held(&last.output)));
+        lines.extend(why_stopped(&self.outcome).map(|why| format!("so        it gets no smaller: {why}")));
+        lines.extend(self.free.iter().map(|how| format!("free      {how}")));
+        lines
+    }
+}
+
+/// Splits the first `n` rows off the others.
+fn split(mut rows: Vec<Row>, n: usize) -> (Vec<Row>, Vec<Row>) {
+    let beyond = rows.split_off(n.min(rows.len()));
+    (rows, beyond)
+}
+
+impl Row {
+    /// Makes the row of a level of a mesh of `n_vertices`; `is_new` says which of its dropped components no level before lacks.
+    fn of(level: &Level, size: Count, n_vertices: usize, is_new: &[bool]) -> Self {
+        let Size { vertices, faces, .. } = level.output.size;
+        let share = match size {
+            Count::Share(share) => share,
+            Count::Number(_) => vertices as f64 / n_vertices.max(1) as f64,
+        };
+        let dropped = level.output.dropped.iter().zip(is_new).filter(|(_, is_new)| **is_new);
+        Self {
+            percent: percent(share),
+            vertices,
+            faces,
+            components: shape(&level.output.size, |shape| shape.components),
+            mean_percent: level.distance.map(|distance| distance.mean_percent),
+            max_percent: level.distance.map(|distance| distance.max_percent),
+            dropped: dropped.map(|(component, _)| component.clone()).collect(),
+        }
+    }
+
+    /// `10 %             293         582           1     0.051 %     0.353 %`
+    fn words(&self, size: &str) -> String {
+        let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(grouped);
+        let far = |percent: Option<f64>| percent.map_or("-".into(), |percent| format!("{percent:.3} %"));
+        let [mean, max] = [self.mean_percent, self.max_percent].map(far);
+        format!("{size:<10}{vertices:>12}{faces:>12}{components:>12}{mean:>12}{max:>12}")
+    }
+}
+
+/// Returns a figure of the shape of a mesh, which is measured where there is a report.
+fn shape(size: &Size, figure: impl Fn(&crate::report::Shape) -> usize) -> usize {
+    size.shape.as_ref().map_or(0, figure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_fall_down_to_the_smallest_surface() {
+        assert_eq!(sizes(100_000).len(), 7);
+        assert_eq!(
+            sizes(100),
+            [Count::Share(0.5), Count::Share(0.25), Count::Share(0.1), Count::Share(0.05), Count::Number(3)]
+        );
+        assert_eq!(sizes(4), [Count::Number(3)]);
+    }
+}

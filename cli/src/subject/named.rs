@@ -1,0 +1,75 @@
+//! Names of what a file is made of, and the faces that each stands for: nodes, meshes and materials of a scene; objects, groups and
+//! materials of a mesh.
+
+use std::collections::{BTreeSet, HashSet};
+
+use neural_mesh::io::Group;
+
+use crate::failure::Failure;
+
+use super::{Kind, Subject};
+
+/// A name, and the groups of faces that it stands for.
+type Named = (String, Vec<u32>);
+
+impl Subject {
+    /// Returns whether each face belongs to one of these names, which `option` asks for; empty where there are no names.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] with the names there are, where one of these is unknown.
+    pub fn faces_named(&self, option: &str, names: &[String]) -> Result<Vec<bool>, Failure> {
+        if names.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut groups = HashSet::new();
+        for name in names {
+            let refused = |why: String| Failure::Usage(format!("{option} {name}: {why}"));
+            groups.extend(self.groups_named(name).map_err(refused)?);
+        }
+        let attributes = self.attributes();
+        Ok((0..self.mesh().faces().len() as u32).map(|face| groups.contains(&attributes.group(face))).collect())
+    }
+
+    /// Returns the groups of faces that a name stands for, or why there are none.
+    pub fn groups_named(&self, name: &str) -> Result<Vec<u32>, String> {
+        let named = self.named();
+        let groups: Vec<u32> =
+            named.iter().filter(|(other, _)| other == name).flat_map(|(_, groups)| groups).copied().collect();
+        if !groups.is_empty() {
+            return Ok(groups);
+        }
+        let kinds = if self.is_scene() { "node, mesh or material" } else { "material, group or object" };
+        let names: BTreeSet<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+        Err(format!("the mesh has no such {kinds}; it has: {}", listed(names)))
+    }
+
+    /// Returns all names with the groups of faces that they stand for, where they stand for any.
+    fn named(&self) -> Vec<Named> {
+        let (asset, united, pieces) = match &self.kind {
+            Kind::Scene { asset, united, pieces } => (asset, united, pieces),
+            Kind::Mesh { extra, .. } => {
+                let names = |group: &Group| [&group.material, &group.name, &group.object].map(Option::clone);
+                let named = extra.groups.iter().zip(0..).flat_map(|(group, i)| names(group).map(|name| (name, i)));
+                return named.filter_map(|(name, i)| Some((name?, vec![i]))).collect();
+            }
+        };
+        let of_piece = |piece: usize| united.first_group(piece)..united.first_group(piece + 1);
+        let of_part = |&part: &usize| pieces[part].into_iter().flat_map(of_piece).collect::<Vec<u32>>();
+        let nodes = asset.contents().parts_of_nodes.into_iter();
+        let nodes = nodes.map(|(name, parts)| (name, parts.iter().flat_map(of_part).collect()));
+        let parts = || asset.parts().iter().enumerate();
+        let meshes = parts().map(|(at, part)| (part.name.clone(), of_part(&at)));
+        let materials = parts().flat_map(|(at, part)| {
+            let groups = of_part(&at).into_iter();
+            part.materials.iter().zip(groups).map(|(name, group)| (name.clone(), vec![group]))
+        });
+        let named = nodes.chain(meshes).chain(materials);
+        named.filter(|(_, groups): &Named| !groups.is_empty()).collect()
+    }
+}
+
+/// Joins names in a row, or says that there is none.
+pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}

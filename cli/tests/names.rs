@@ -1,0 +1,282 @@
+//! `neural-mesh simplify` of what has a name: nodes, meshes and materials of scenes, groups and materials of other meshes.
+
+use std::path::Path;
+
+use crate::common::avatar::Avatar;
+use crate::common::{Run, folder, run, the_line};
+use neural_mesh::io::{self, Asset, Part, ReadMesh};
+use serde_json::json;
+
+/// A wavy square of 20 x 20 quads in two materials, with texture coordinates.
+fn plate(folder: &Path) {
+    let n = 20;
+    let mut text = String::new();
+    let all = || (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
+    all().for_each(|(i, j)| text += &format!("v {i}.1 {j} {}\n", 0.3 * f64::from(i).sin()));
+    all().for_each(|(i, j)| text += &format!("vt {} {}\n", f64::from(i) / 20.0, f64::from(j) / 20.0));
+    for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
+        text += &format!("usemtl {name}\n");
+        for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let at = |i, j| 1 + j * (n + 1) + i;
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|v| format!("{v}/{v}"));
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    std::fs::write(folder.join("plate.obj"), text).unwrap();
+}
+
+/// A scene of the meshes `ball` and `plain`; the node `hips` has the node that holds `plain` below it.
+fn scene(folder: &Path) {
+    let mut avatar = Avatar::new(8);
+    avatar.document["nodes"][1]["name"] = "box".into();
+    avatar.document["nodes"][2]["children"] = json!([3, 1]);
+    avatar.document["scenes"][0]["nodes"] = json!([0, 2]);
+    std::fs::write(folder.join("scene.glb"), avatar.glb()).unwrap();
+}
+
+fn simplified(folder: &Path, more: &[&str]) -> Run {
+    let run = run(folder, &[&["simplify"], more].concat());
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    run
+}
+
+fn read(folder: &Path, name: &str) -> ReadMesh {
+    io::read_attributed_path(&folder.join(name), None).unwrap()
+}
+
+/// The faces of a material as numbers, each from its least corner on.
+fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
+    let named = |group: u32| read.extra.groups[group as usize].material.as_deref() == Some(material);
+    let carried = &read.mesh.attributes;
+    let corner = |f: usize, c: usize| {
+        let place = read.mesh.positions[read.mesh.faces[f][c] as usize].map(f64::to_bits).to_vec();
+        let values = carried.channels.iter().flat_map(|channel| channel.of(carried.wedges[f][c]));
+        place.into_iter().chain(values.map(|x| u64::from(x.to_bits()))).collect::<Vec<u64>>()
+    };
+    let face = |f: usize| {
+        let mut corners = [0, 1, 2].map(|c| corner(f, c));
+        let least = (0..3).min_by_key(|&c| corners[c].clone()).unwrap();
+        corners.rotate_left(least);
+        corners.concat()
+    };
+    let mut faces: Vec<Vec<u64>> =
+        (0..read.mesh.faces.len()).filter(|&f| named(carried.group(f as u32))).map(face).collect();
+    faces.sort();
+    faces
+}
+
+fn part(folder: &Path, file: &str, name: &str) -> Part {
+    let asset = Asset::read_path(&folder.join(file)).unwrap();
+    asset.parts().iter().find(|part| part.name == name).unwrap().clone()
+}
+
+/// The corners of a part's faces: positions and values, in any order.
+fn corners(part: &Part) -> Vec<Vec<u32>> {
+    let carried = &part.mesh.attributes;
+    let corner = |f: usize, c: usize| {
+        let place = part.mesh.positions[part.mesh.faces[f][c] as usize].map(|x| (x as f32).to_bits()).to_vec();
+        let values = carried.channels.iter().flat_map(|channel| channel.of(carried.wedges[f][c]));
+        place.into_iter().chain(values.map(|x| x.to_bits())).collect::<Vec<u32>>()
+    };
+    let face = |f: usize| {
+        let mut corners = [0, 1, 2].map(|c| corner(f, c));
+        let least = (0..3).min_by_key(|&c| corners[c].clone()).unwrap();
+        corners.rotate_left(least);
+        corners.concat()
+    };
+    let mut faces: Vec<Vec<u32>> = (0..part.mesh.faces.len()).map(face).collect();
+    faces.sort();
+    faces
+}
+
+#[test]
+fn a_material_that_is_kept_comes_back_as_it_is() {
+    let folder = folder();
+    plate(folder.path());
+    let before = read(folder.path(), "plate.obj");
+    simplified(folder.path(), &["plate.obj", "-o", "kept.obj", "--vertices", "260", "--keep", "left"]);
+    let after = read(folder.path(), "kept.obj");
+    let [kept, rest] = ["left", "right"].map(|name| [&before, &after].map(|read| faces_of(read, name)));
+    assert_eq!(kept[0].len(), 400);
+    assert!(kept[0] == kept[1] && rest[1].len() < 150 && !rest[1].is_empty(), "{}", rest[1].len());
+    // The seam is shared: 231 vertices are kept, the others are of the rest.
+    let n_vertices = crate::common::welded(&folder.path().join("kept.obj")).positions().len();
+    assert!((250..=260).contains(&n_vertices), "{n_vertices}");
+}
+
+#[test]
+fn both_materials_that_are_kept_are_the_whole() {
+    let folder = folder();
+    plate(folder.path());
+    let before = read(folder.path(), "plate.obj");
+    let both = ["plate.obj", "-o", "kept.obj", "--ratio", "10%", "--keep", "left", "--keep", "right"];
+    let said = String::from_utf8(simplified(folder.path(), &both).out).unwrap();
+    assert!(said.contains("without --keep left and --keep right what is kept may go"), "{said}");
+    let after = read(folder.path(), "kept.obj");
+    assert!(["left", "right"].iter().all(|name| faces_of(&before, name) == faces_of(&after, name)));
+    let strict = run(folder.path(), &[&["simplify"], &both[..], &["--force", "--strict"]].concat());
+    assert_eq!(strict.code, Some(3), "{}", strict.words);
+}
+
+#[test]
+fn a_node_that_is_kept_keeps_the_meshes_below_it() {
+    let folder = folder();
+    scene(folder.path());
+    for name in ["box", "hips", "plain"] {
+        let out = format!("{name}.glb");
+        simplified(folder.path(), &["scene.glb", "-o", &out, "--ratio", "60%", "--keep", name]);
+        let [before, after] = ["scene.glb", &out].map(|file| corners(&part(folder.path(), file, "plain")));
+        assert!(before == after, "{name}");
+        let [before, after] = ["scene.glb", &out].map(|file| part(folder.path(), file, "ball").mesh.faces.len());
+        assert!(after * 3 < before, "{name}: {after} of {before}");
+    }
+}
+
+#[test]
+fn a_skin_and_its_targets_are_kept_bit_for_bit() {
+    let folder = folder();
+    scene(folder.path());
+    simplified(folder.path(), &["scene.glb", "-o", "out.glb", "--ratio", "60%", "--keep", "body"]);
+    let [before, after] = ["scene.glb", "out.glb"].map(|file| corners(&part(folder.path(), file, "ball")));
+    assert!(before == after);
+}
+
+#[test]
+fn names_that_nothing_has_are_told_with_those_there_are() {
+    let folder = folder();
+    plate(folder.path());
+    scene(folder.path());
+    let refused = |more: &[&str]| {
+        let run = run(folder.path(), &[&["simplify"], more].concat());
+        assert_eq!(run.code, Some(2));
+        the_line(&run)
+    };
+    let obj = refused(&["plate.obj", "-o", "x.obj", "--ratio", "0.5", "--keep", "top"]);
+    assert!(obj.contains("--keep top: the mesh has no such material, group or object; it has: left, right"), "{obj}");
+    let glb = refused(&["scene.glb", "-o", "x.glb", "--ratio", "0.5", "--keep", "top"]);
+    assert!(glb.contains("no such node, mesh or material; it has: ball, body, box, hips, plain, skin"), "{glb}");
+    let mirrored = refused(&["plate.obj", "-o", "x.obj", "--ratio", "0.5", "--keep", "left", "--symmetric"]);
+    assert!(mirrored.contains("--keep and --symmetric cannot be combined"), "{mirrored}");
+}
+
+#[test]
+fn a_node_can_count_more_than_others() {
+    let folder = folder();
+    scene(folder.path());
+    let n_faces = |file: &str, name: &str| part(folder.path(), file, name).mesh.faces.len();
+    for (name, out) in [("hips=20", "hips.glb"), ("body=20", "body.glb"), ("plain=20", "plain.glb")] {
+        simplified(folder.path(), &["scene.glb", "-o", out, "--ratio", "30%", "--importance", name]);
+    }
+    assert!(n_faces("hips.glb", "plain") > 2 * n_faces("hips.glb", "ball"));
+    assert!(n_faces("body.glb", "ball") > 2 * n_faces("body.glb", "plain"));
+    assert_eq!(n_faces("plain.glb", "plain"), n_faces("hips.glb", "plain"));
+}
+
+#[test]
+fn a_batch_keeps_what_has_the_name_and_says_which_mesh_has_none() {
+    let folder = folder();
+    plate(folder.path());
+    std::fs::create_dir(folder.path().join("in")).unwrap();
+    std::fs::rename(folder.path().join("plate.obj"), folder.path().join("in/plate.obj")).unwrap();
+    std::fs::write(folder.path().join("in/other.obj"), crate::common::OCTAHEDRON).unwrap();
+    let batch = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "60%", "--keep", "left"]);
+    assert_eq!(batch.code, Some(1), "{}", batch.words);
+    let manifest = std::fs::read_to_string(folder.path().join("out/manifest.csv")).unwrap();
+    assert!(manifest.contains("no such material, group or object"), "{manifest}");
+    let [before, after] = ["in/plate.obj", "out/plate.obj"].map(|name| read(folder.path(), name));
+    assert_eq!(faces_of(&before, "left"), faces_of(&after, "left"));
+}
+
+/// Faces of a file by material.
+fn n_faces(folder: &Path, name: &str) -> [usize; 2] {
+    let read = read(folder, name);
+    ["left", "right"].map(|material| faces_of(&read, material).len())
+}
+
+#[test]
+fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
+    let folder = folder();
+    plate(folder.path());
+    let words = ["plate.obj", "-o", "a.obj", "--ratio", "40%", "--ratio", "left=60%", "--report", "a.json"];
+    simplified(folder.path(), &words);
+    let n_vertices = crate::common::welded(&folder.path().join("a.obj")).positions().len();
+    assert_eq!(n_vertices, 176);
+    let [left, right] = n_faces(folder.path(), "a.obj");
+    assert!((200..=260).contains(&left) && right < 130 && right > 20, "{left} {right}");
+    let report = crate::common::json(&folder.path().join("a.json"));
+    let named = &report["named"][0];
+    assert_eq!((&named["name"], &named["ratio"], &named["faces_before"]), (&json!("left"), &json!(0.6), &json!(400)));
+    assert_eq!(named["faces"], left);
+    assert!(report["distance"]["mean_percent"].as_f64().unwrap() > 0.0);
+    // In numbers of faces, for both.
+    let words = ["plate.obj", "-o", "b.obj", "--faces", "150", "--ratio", "left=10%", "--ratio", "right=20%"];
+    simplified(folder.path(), &words);
+    let [left, right] = n_faces(folder.path(), "b.obj");
+    assert!(left + right <= 150 && left < 60 && right > left, "{left} {right}");
+}
+
+#[test]
+fn without_a_size_of_the_whole_the_rest_stays() {
+    let folder = folder();
+    plate(folder.path());
+    simplified(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%"]);
+    let [left, right] = n_faces(folder.path(), "a.obj");
+    // The border goes with the name that is simplified, and takes faces of the other along.
+    assert!(left < 170 && right > 350, "{left} {right}");
+    let closed = crate::common::info(folder.path(), "a.obj");
+    assert_eq!((&closed["components"], &closed["manifold"]), (&json!(1), &json!(true)));
+}
+
+#[test]
+fn shares_go_with_what_is_kept_and_with_formats_without_names() {
+    let folder = folder();
+    plate(folder.path());
+    let before = read(folder.path(), "plate.obj");
+    simplified(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%", "--keep", "right"]);
+    assert_eq!(faces_of(&read(folder.path(), "a.obj"), "right"), faces_of(&before, "right"));
+    assert!(n_faces(folder.path(), "a.obj")[0] < 250);
+    simplified(folder.path(), &["plate.obj", "-o", "a.stl", "--ratio", "50%", "--ratio", "left=80%"]);
+    let mesh = crate::common::welded(&folder.path().join("a.stl"));
+    let n_left = mesh.positions().iter().filter(|p| p[0] < 9.9).count();
+    assert!(n_left > 140 && mesh.positions().len() <= 220, "{n_left} of {}", mesh.positions().len());
+}
+
+#[test]
+fn nodes_of_a_scene_have_shares_at_each_level() {
+    let folder = folder();
+    scene(folder.path());
+    let words = ["scene.glb", "-o", "l-{level}.glb", "--lods", "60%,45%", "--ratio", "hips=70%"];
+    simplified(folder.path(), &words);
+    let n_faces = |file: &str, name: &str| part(folder.path(), file, name).mesh.faces.len();
+    let all = n_faces("scene.glb", "plain");
+    let [first, second] = ["l-0.glb", "l-1.glb"].map(|file| ["plain", "ball"].map(|name| n_faces(file, name)));
+    assert!(first[0] == second[0] && first[0].abs_diff(all * 7 / 10) < 20, "{first:?} {second:?} of {all}");
+    assert!(second[1] < first[1] && first[1] < all * 6 / 10, "{first:?} {second:?}");
+    let bones = part(folder.path(), "l-0.glb", "ball").mesh.attributes.channels.len();
+    assert_eq!(bones, part(folder.path(), "scene.glb", "ball").mesh.attributes.channels.len());
+}
+
+#[test]
+fn shares_that_cannot_be_are_one_line() {
+    let folder = folder();
+    plate(folder.path());
+    for (words, why) in [
+        (
+            &["--ratio", "top=50%"][..],
+            "--ratio top: the mesh has no such material, group or object; it has: left, right",
+        ),
+        (&["--ratio", "left=50"], "did you mean 50%?"),
+        (&["--ratio", "50%", "--ratio", "20%"], "--ratio cannot be used with a second one"),
+        (&["--ratio", "50%", "--faces", "20"], "--ratio cannot be used with --faces"),
+        (&["--ratio", "left=50%", "--error", "1%"], "--ratio NAME=R cannot be used with --error"),
+        (&["--ratio", "left=50%", "--symmetric"], "--ratio NAME=R cannot be used with --symmetric"),
+        (&["--ratio", "left=50%", "--assembly", "paper"], "--ratio NAME=R: not available with --assembly paper"),
+    ] {
+        let refused = run(folder.path(), &[&["simplify", "plate.obj", "-o", "x.obj"], words].concat());
+        assert_eq!(refused.code, Some(2), "{words:?}: {}", refused.words);
+        assert!(the_line(&refused).contains(why), "{words:?}: {}", refused.words);
+    }
+    let several = ["simplify", "plate.obj", "-o", "x.obj", "--vertices", "9", "--faces", "20"];
+    assert_eq!(run(folder.path(), &several).code, Some(2));
+    assert_eq!(run(folder.path(), &["simplify", "plate.obj", "-o", "x.obj"]).code, Some(2));
+}

@@ -1,0 +1,126 @@
+//! Faces that come back as they are: which faces of the result they are, and the values that their corners carried.
+//!
+//! Their vertices are locked and their edges held, so every one of them is a face of the result. What corners carry is looked up and
+//! fitted like that of all others; here the values of the mesh take its place, bit for bit.
+
+use std::collections::hash_map::Entry;
+
+use rustc_hash::FxHashMap;
+
+use crate::mesh::Attributes;
+use crate::simplify::closed::original::Original;
+use crate::simplify::closed::output::Output;
+
+/// A face that came back as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptFace {
+    /// The face of the result.
+    pub face: u32,
+    /// The face of the mesh.
+    pub source: u32,
+    /// The corner of that face that each of its corners is.
+    pub corners: [u8; 3],
+}
+
+/// Finds the kept faces of a mesh among those of the output; `is_kept` has a flag for each face of the mesh, or is empty.
+pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<KeptFace> {
+    let surface = &original.surface;
+    let became = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
+    let kept = (0u32..).zip(is_kept).filter(|(_, is_kept)| **is_kept);
+    let source_of: FxHashMap<[u32; 3], u32> = kept.map(|(source, _)| (turned(became(source)), source)).collect();
+    if source_of.is_empty() {
+        return Vec::new();
+    }
+    let found = |(face, &corners): (u32, &[u32; 3])| {
+        // A surface with one side may have been met from the other one.
+        let [a, b, c] = corners;
+        let source = source_of.get(&turned([a, b, c])).or_else(|| source_of.get(&turned([a, c, b])))?;
+        let of_mesh = original.mesh.faces()[*source as usize];
+        let now = became(*source);
+        let corner = |v: u32| {
+            let copy = now.iter().position(|&w| w == v).unwrap_or(0);
+            let vertex = surface.source(surface.faces[*source as usize][copy]);
+            of_mesh.iter().position(|&w| w == vertex).unwrap_or(0) as u8
+        };
+        Some(KeptFace { face, source: *source, corners: corners.map(corner) })
+    };
+    (0u32..).zip(output.faces()).filter_map(found).collect()
+}
+
+/// Returns a face that begins with its smallest vertex.
+fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        first if first == a => [a, b, c],
+        first if first == b => [b, c, a],
+        _ => [c, a, b],
+    }
+}
+
+/// Gives the corners of kept faces the values that they carried in the mesh, `own`. Corners that share a wedge with them share the
+/// values, where all kept corners of the wedge carried the same.
+pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
+    if own.channels.is_empty() || carried.channels.is_empty() {
+        return;
+    }
+    let n_before = carried.n_wedges() as u32;
+    let mut source_of: FxHashMap<u32, u32> = FxHashMap::default();
+    let mut split: FxHashMap<(u32, u32), u32> = FxHashMap::default();
+    for &KeptFace { face, source, corners } in kept {
+        for (wedge, corner) in carried.wedges[face as usize].iter_mut().zip(corners) {
+            let own_wedge = own.wedges[source as usize][usize::from(corner)];
+            match source_of.entry(*wedge) {
+                Entry::Vacant(free) => _ = free.insert(own_wedge),
+                Entry::Occupied(taken) if are_alike(own, *taken.get(), own_wedge) => {}
+                Entry::Occupied(_) => {
+                    let next = n_before + split.len() as u32;
+                    *wedge = *split.entry((*wedge, own_wedge)).or_insert(next);
+                }
+            }
+        }
+    }
+    let n_wedges = n_before as usize + split.len();
+    source_of.extend(split.into_iter().map(|((_, own_wedge), wedge)| (wedge, own_wedge)));
+    for channel in &mut carried.channels {
+        channel.values.resize(n_wedges * channel.width, 0.0);
+        let Some(own) = own.channels.iter().find(|own| own.name == channel.name) else { continue };
+        for (&wedge, &own_wedge) in &source_of {
+            channel.values[wedge as usize * channel.width..][..channel.width].copy_from_slice(own.of(own_wedge));
+        }
+    }
+}
+
+/// Whether all channels have the same values at two wedges.
+fn are_alike(attributes: &Attributes, a: u32, b: u32) -> bool {
+    a == b || attributes.channels.iter().all(|channel| channel.of(a) == channel.of(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Channel, Role};
+
+    fn of(wedges: Vec<[u32; 3]>, values: Vec<f32>) -> Attributes {
+        let channel = Channel { name: "a".into(), role: Role::Other, width: 1, values };
+        Attributes { wedges, channels: vec![channel], groups: Vec::new() }
+    }
+
+    #[test]
+    fn kept_corners_take_their_values_and_wedges_of_two_values_are_split() {
+        let own = of(vec![[0, 1, 2], [3, 2, 1]], vec![10.0, 11.0, 12.0, 13.0]);
+        // Wedge 0 is shared by corners that carried 10 and 13, wedge 3 by a face that is not kept.
+        let mut carried = of(vec![[0, 1, 3], [0, 3, 1], [0, 3, 4]], vec![1.0, 2.0, 3.0, 4.0, 5.0]);
+        let kept = [(0, 0, [0, 1, 2]), (1, 1, [0, 1, 2])];
+        let kept = kept.map(|(face, source, corners)| KeptFace { face, source, corners });
+        restore(&mut carried, &own, &kept);
+        let values = |face: usize| carried.wedges[face].map(|wedge| carried.channels[0].of(wedge)[0]);
+        assert_eq!([values(0), values(1), values(2)], [[10.0, 11.0, 12.0], [13.0, 12.0, 11.0], [10.0, 12.0, 5.0]]);
+        assert!(carried.fit(3));
+    }
+
+    #[test]
+    fn what_carries_nothing_stays_so() {
+        let mut carried = Attributes::default();
+        restore(&mut carried, &Attributes::default(), &[KeptFace { face: 0, source: 0, corners: [0, 1, 2] }]);
+        assert_eq!(carried, Attributes::default());
+    }
+}

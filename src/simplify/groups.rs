@@ -1,0 +1,229 @@
+//! Groups of faces that keep a share of their own: simplified one after the other while the rest stays, and then held.
+//!
+//! A group's border to others is its own: it is simplified with the group, and whatever is simplified later keeps it. So the surface
+//! stays whole. What the rest is to become is asked of [`simplify_input`](super::simplify_input) and its like with the result as input.
+
+use std::ops::ControlFlow;
+
+use rustc_hash::FxHashSet;
+
+use crate::mesh::{Attributes, TriMesh, United};
+use crate::model::Weights;
+
+use super::assemblies::Task;
+use super::driver::run;
+use super::input::Input;
+use super::options::{Event, Hidden, Listener, Options, SimplifyError, Target};
+
+/// Groups of faces and the share of their vertices that they keep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupRatio {
+    /// The groups, as [`Attributes::group`] numbers them.
+    pub groups: Vec<u32>,
+    /// The share, above 0 and at most 1. At 1 their faces come back as they are.
+    pub ratio: f64,
+}
+
+/// A mesh of which some groups are as small as they are to be.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GroupsSimplified {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// What its corners and faces carry.
+    pub attributes: Attributes,
+    /// How much its vertices count; empty where the scores decide.
+    pub importance: Vec<f32>,
+    /// Whether each face is of these groups, and so comes back as it is from here on, n_faces.
+    pub kept: Vec<bool>,
+    /// A face of the input for each face: one that it lies on.
+    pub faces: Vec<u32>,
+    /// The vertex of the input that each vertex is, where all vertices are such.
+    pub sources: Option<Vec<u32>>,
+}
+
+impl GroupsSimplified {
+    /// Returns it as the input of what simplifies the rest.
+    pub fn input<'a>(&'a self, scene: Option<&'a United>) -> Input<'a> {
+        let Self { mesh, attributes, importance, kept, .. } = self;
+        Input { mesh, attributes, importance, scene, kept }
+    }
+}
+
+/// Simplifies each of these groups to its share while all other faces stay, the first one first; groups of a share of 1 are held from the
+/// beginning. `options` say how, but for the target; no component is dropped.
+///
+/// # Errors
+/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] for a share out of range.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use neural_mesh::mesh::{Attributes, shapes};
+/// use neural_mesh::simplify::{GroupRatio, Input, Options, Target, simplify_groups, simplify_input};
+/// let mesh = shapes::icosphere(4);
+/// let north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
+/// let groups = mesh.faces().iter().map(|face| u32::from(north(face))).collect();
+/// let attributes = Attributes { groups, ..Attributes::default() };
+/// let mut input = Input::bare(&mesh);
+/// input.attributes = &attributes;
+/// let options = Options::new(Target::Ratio(0.2));
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let halved = GroupRatio { groups: vec![1], ratio: 0.3 };
+/// let before = simplify_groups(&input, None, &options, &[halved], go_on).unwrap();
+/// let n_north = before.kept.iter().filter(|kept| **kept).count();
+/// assert!((0.25..0.35).contains(&(n_north as f64 / 2560.0)));
+/// let whole = Options::new(Target::Vertices(512));
+/// let result = simplify_input(&before.input(None), None, &whole, go_on).unwrap();
+/// assert_eq!(result.mesh.positions().len(), 512);
+/// ```
+pub fn simplify_groups(
+    input: &Input,
+    weights: Option<&Weights>,
+    options: &Options,
+    ratios: &[GroupRatio],
+    progress: &mut Listener,
+) -> Result<GroupsSimplified, SimplifyError> {
+    let refused = ratios.iter().find(|of| !(of.ratio > 0.0 && of.ratio <= 1.0));
+    if let Some(refused) = refused {
+        return Err(SimplifyError::BadTarget(Target::Ratio(refused.ratio)));
+    }
+    let n_faces = input.mesh.faces().len() as u32;
+    let mut now = GroupsSimplified {
+        mesh: input.mesh.clone(),
+        attributes: input.attributes.clone(),
+        importance: input.importance.to_vec(),
+        kept: vec![false; n_faces as usize],
+        faces: (0..n_faces).collect(),
+        sources: Some((0..input.mesh.positions().len() as u32).collect()),
+    };
+    let mut held: FxHashSet<u32> =
+        ratios.iter().filter(|of| of.ratio == 1.0).flat_map(|of| &of.groups).copied().collect();
+    let smaller: Vec<&GroupRatio> = ratios.iter().filter(|of| of.ratio < 1.0).collect();
+    for (number, of) in smaller.iter().enumerate() {
+        let mut tell = |mut event: Event| -> ControlFlow<()> {
+            event.total = (number as f32 + event.total) / smaller.len() as f32;
+            progress(event)
+        };
+        now = without_others(now, (of, &held), (weights, options, input.scene), &mut tell)?;
+        held.extend(&of.groups);
+    }
+    now.kept = (0..now.mesh.faces().len() as u32).map(|face| held.contains(&now.attributes.group(face))).collect();
+    Ok(now)
+}
+
+/// Simplifies one of the groups; those in `held` stay, and so do all faces that do not touch it.
+fn without_others(
+    before: GroupsSimplified,
+    (of, held): (&GroupRatio, &FxHashSet<u32>),
+    (weights, options, scene): (Option<&Weights>, &Options, Option<&United>),
+    progress: &mut Listener,
+) -> Result<GroupsSimplified, SimplifyError> {
+    let (kept, n_own) = kept_beside(&before, of, held);
+    let n_gone = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
+    let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
+    let options = keeping_components(options, Target::Vertices((n_used - n_gone).max(1)));
+    let input = Input { kept: &kept, ..before.input(scene) };
+    let (result, _) = run(&input, weights, &Task::of(&options), progress)?;
+    let map = result.map.unwrap_or_default();
+    let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
+    let sources = result.source_vertices.zip(before.sources.as_ref());
+    Ok(GroupsSimplified {
+        importance,
+        kept: Vec::new(),
+        faces: map.corner_faces.iter().map(|corners| before.faces[corners[0] as usize]).collect(),
+        sources: sources.map(|(own, before)| own.iter().map(|&v| before[v as usize]).collect()),
+        mesh: result.mesh,
+        attributes: result.attributes,
+    })
+}
+
+/// Returns whether each face stays while a group is simplified, and how many vertices the group has, those of its border with them.
+fn kept_beside(before: &GroupsSimplified, of: &GroupRatio, held: &FxHashSet<u32>) -> (Vec<bool>, usize) {
+    let faces = before.mesh.faces();
+    let group = |face: usize| before.attributes.group(face as u32);
+    let is_own = |face: usize| of.groups.contains(&group(face)) && !held.contains(&group(face));
+    let mut is_touched = vec![false; before.mesh.positions().len()];
+    let own = faces.iter().enumerate().filter(|(face, _)| is_own(*face));
+    own.flat_map(|(_, corners)| corners).for_each(|&v| is_touched[v as usize] = true);
+    let touches = |corners: &[u32; 3]| corners.iter().any(|&v| is_touched[v as usize]);
+    let kept =
+        faces.iter().enumerate().map(|(face, corners)| held.contains(&group(face)) || !touches(corners)).collect();
+    (kept, is_touched.iter().filter(|is_touched| **is_touched).count())
+}
+
+/// Returns the options for a group: with a map, and without what drops components.
+fn keeping_components(options: &Options, target: Target) -> Options {
+    let hidden = if options.hidden == Hidden::Drop { Hidden::Keep } else { options.hidden };
+    Options { target, hidden, map: true, prune: false, prune_below: 0.0, ..options.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+    use crate::simplify::simplify_input;
+
+    /// A bumpy sphere in four bands of groups from south to north.
+    fn banded() -> (TriMesh, Attributes) {
+        let mesh = shapes::wavy_sphere(4, 6.0);
+        let height = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() / 3.0;
+        let band = |face: &[u32; 3]| {
+            if height(face) > 0.5 {
+                3
+            } else if height(face) > 0.0 {
+                2
+            } else {
+                u32::from(height(face) > -0.5)
+            }
+        };
+        let groups = mesh.faces().iter().map(band).collect();
+        (mesh, Attributes { groups, ..Attributes::default() })
+    }
+
+    fn n_of(attributes: &Attributes, group: u32) -> usize {
+        attributes.groups.iter().filter(|of| **of == group).count()
+    }
+
+    #[test]
+    fn each_group_has_its_share_and_the_surface_stays_whole() {
+        let (mesh, attributes) = banded();
+        let mut input = Input::bare(&mesh);
+        let importance = vec![1.0; mesh.positions().len()];
+        (input.attributes, input.importance) = (&attributes, &importance);
+        let ratios = [(3, 0.5), (1, 1.0), (0, 0.2)].map(|(group, ratio)| GroupRatio { groups: vec![group], ratio });
+        let mut go_on = |_| ControlFlow::Continue(());
+        let options = Options::new(Target::Ratio(1.0));
+        let made = simplify_groups(&input, None, &options, &ratios, &mut go_on).unwrap();
+        assert!(topology(&made.mesh).is_closed_manifold());
+        assert_eq!(made.importance.len(), made.mesh.positions().len());
+        let share = |after: &Attributes, group| n_of(after, group) as f64 / n_of(&attributes, group) as f64;
+        for (group, ratio) in [(3, 0.5), (1, 1.0), (0, 0.2)] {
+            let found = share(&made.attributes, group);
+            assert!((found - ratio).abs() < 0.08, "{group}: {found}");
+        }
+        assert!(
+            made.faces
+                .iter()
+                .zip(&made.attributes.groups)
+                .all(|(&face, group)| attributes.groups[face as usize] == *group)
+        );
+        let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 4 / 5));
+        let result = simplify_input(&made.input(None), None, &whole, &mut go_on).unwrap();
+        assert!(topology(&result.mesh).is_closed_manifold());
+        let kept = |group| n_of(&result.attributes, group) == n_of(&made.attributes, group);
+        assert!(kept(3) && kept(1) && kept(0) && !kept(2));
+    }
+
+    #[test]
+    fn shares_out_of_range_are_refused() {
+        let (mesh, attributes) = banded();
+        let mut input = Input::bare(&mesh);
+        input.attributes = &attributes;
+        let options = Options::new(Target::Ratio(1.0));
+        for ratio in [0.0, -1.0, 1.5, f64::NAN] {
+            let ratios = [GroupRatio { groups: vec![0], ratio }];
+            let refused = simplify_groups(&input, None, &options, &ratios, &mut |_| ControlFlow::Continue(()));
+            assert!(matches!(refused, Err(SimplifyError::BadTarget(_))), "{ratio}");
+        }
+    }
+}

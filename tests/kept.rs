@@ -1,0 +1,161 @@
+//! Faces that are kept come back bit for bit, whatever becomes of the rest.
+
+use std::ops::ControlFlow;
+
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes, topology};
+use neural_mesh::simplify::{
+    Hidden, Input, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify_input,
+    simplify_levels_of_detail,
+};
+
+use crate::common::{assert_closed_manifold, changed};
+
+fn go_on() -> impl FnMut(neural_mesh::simplify::Event) -> ControlFlow<()> {
+    |_| ControlFlow::Continue(())
+}
+
+fn input<'a>(mesh: &'a TriMesh, attributes: &'a Attributes, kept: &'a [bool]) -> Input<'a> {
+    changed(Input::bare(mesh), |input| (input.attributes, input.kept) = (attributes, kept))
+}
+
+/// A corner: the bits of its position and of all that it carries.
+type Corner = (Vec<u32>, Vec<(String, Vec<u32>)>);
+
+/// Faces as three corners, the least first, in order.
+fn faces(mesh: &TriMesh, attributes: &Attributes, is_one: impl Fn(usize) -> bool) -> Vec<[Corner; 3]> {
+    let bits = |values: &[f32]| values.iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
+    let corner = |f: usize, c: usize| {
+        let carried =
+            attributes.channels.iter().map(|channel| (channel.name.clone(), bits(channel.of(attributes.wedges[f][c]))));
+        let mut carried: Vec<_> = carried.collect();
+        carried.sort();
+        (bits(&mesh.positions()[mesh.faces()[f][c] as usize]), carried)
+    };
+    let mut faces: Vec<[Corner; 3]> = (0..mesh.faces().len())
+        .filter(|&f| is_one(f))
+        .map(|f| {
+            let mut face = [0, 1, 2].map(|c| corner(f, c));
+            let first = (0..3).min_by_key(|&c| face[c].0.clone()).unwrap();
+            face.rotate_left(first);
+            face
+        })
+        .collect();
+    faces.sort();
+    faces
+}
+
+#[track_caller]
+fn assert_kept(before: &Input, result: &Simplified) {
+    let kept = faces(before.mesh, before.attributes, |f| before.kept[f]);
+    let all = faces(&result.mesh, &result.attributes, |_| true);
+    assert!(!kept.is_empty());
+    let missing = kept.iter().filter(|face| all.binary_search(face).is_err()).count();
+    assert_eq!(missing, 0, "of {} kept faces", kept.len());
+}
+
+/// A bumpy sphere with smooth texture coordinates, of which the faces above a height are kept.
+fn capped(height: f32) -> (TriMesh, Attributes, Vec<bool>) {
+    let mesh = shapes::wavy_sphere(5, 6.0);
+    let z = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() / 3.0;
+    let kept: Vec<bool> = mesh.faces().iter().map(|face| z(face) > height).collect();
+    let values = mesh.positions().iter().flat_map(|p| [0.5 + 0.3 * p[0], 0.5 + 0.3 * p[1] * p[2]]).collect();
+    let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+    let attributes = Attributes { wedges: mesh.faces().to_vec(), channels, groups: Vec::new() };
+    (mesh, attributes, kept)
+}
+
+#[test]
+fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
+    let (mesh, attributes, kept) = capped(0.8);
+    let bare = Attributes::default();
+    let flat = shaded_flat(&mesh, &attributes, "normal");
+    for carried in [&bare, &attributes, &flat] {
+        let before = input(&mesh, carried, &kept);
+        for ratio in [0.5, 0.3] {
+            let result = simplify_input(&before, None, &Options::new(Target::Ratio(ratio)), &mut go_on()).unwrap();
+            assert_eq!(result.report.outcome, Outcome::Reached);
+            assert_eq!(result.mesh.positions().len(), (mesh.positions().len() as f64 * ratio) as usize);
+            assert_closed_manifold(&result.mesh);
+            assert_kept(&before, &result);
+        }
+    }
+}
+
+#[test]
+fn what_is_kept_is_a_limit_that_is_told() {
+    let (mesh, attributes, kept) = capped(0.0);
+    let before = input(&mesh, &attributes, &kept);
+    let result = simplify_input(&before, None, &Options::new(Target::Ratio(0.02)), &mut go_on()).unwrap();
+    assert!(matches!(result.report.outcome, Outcome::Stopped(_)), "{:?}", result.report);
+    assert!(result.report.locked_vertices > mesh.positions().len() / 3);
+    assert_closed_manifold(&result.mesh);
+    assert_kept(&before, &result);
+}
+
+#[test]
+fn all_levels_keep_what_is_kept() {
+    let (mesh, attributes, kept) = capped(0.9);
+    let before = input(&mesh, &attributes, &kept);
+    let further = [Target::Ratio(0.3), Target::Ratio(0.2)];
+    let options = Options::new(Target::Ratio(0.5));
+    let levels = simplify_levels_of_detail(&before, None, &options, &further, &mut go_on()).unwrap();
+    assert_eq!(levels.len(), 3);
+    levels.iter().for_each(|level| assert_kept(&before, level));
+}
+
+/// A large sphere and small ones within it, of which the last two are kept.
+fn nested() -> (TriMesh, Vec<bool>) {
+    let [large, small] = [shapes::icosphere(4), shapes::icosphere(1)];
+    let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
+    for number in 0..6 {
+        let first = positions.len() as u32;
+        positions
+            .extend(small.positions().iter().map(|p| [0.01 * p[0] + 0.1 * number as f32, 0.01 * p[1], 0.01 * p[2]]));
+        faces.extend(small.faces().iter().map(|face| face.map(|v| v + first)));
+    }
+    let n_kept = 2 * small.faces().len();
+    let kept = (0..faces.len()).map(|f| f + n_kept >= faces.len()).collect();
+    (TriMesh::new(positions, faces).unwrap(), kept)
+}
+
+#[test]
+fn kept_components_are_dropped_for_nothing() {
+    let (mesh, kept) = nested();
+    let attributes = Attributes::default();
+    let before = input(&mesh, &attributes, &kept);
+    let plain = Options::new(Target::Vertices(150));
+    let pruned = changed(plain.clone(), |options| options.prune_below = 0.1);
+    let hidden = changed(plain.clone(), |options| options.hidden = Hidden::Drop);
+    for (options, n_components) in [(&plain, None), (&pruned, Some(3)), (&hidden, Some(3))] {
+        let result = simplify_input(&before, None, options, &mut go_on()).unwrap();
+        assert_kept(&before, &result);
+        let found = topology(&result.mesh).components;
+        assert!(n_components.is_none_or(|n| n == found), "{found}");
+    }
+    let unkept = simplify_input(&Input::bare(&mesh), None, &pruned, &mut go_on()).unwrap();
+    assert_eq!(topology(&unkept.mesh).components, 1);
+}
+
+#[test]
+fn a_torn_surface_keeps_its_faces() {
+    let sheets = shapes::tetrahedra_sharing_edge();
+    let kept = vec![true; sheets.faces().len()];
+    let attributes = Attributes::default();
+    let before = input(&sheets, &attributes, &kept);
+    let result = simplify_input(&before, None, &Options::new(Target::Vertices(4)), &mut go_on()).unwrap();
+    assert_kept(&before, &result);
+}
+
+#[test]
+fn flags_that_do_not_fit_and_mirrored_results_are_refused() {
+    let mesh = shapes::icosphere(2);
+    let attributes = Attributes::default();
+    let short = vec![true; 3];
+    let options = Options::new(Target::Ratio(0.5));
+    let refused = simplify_input(&input(&mesh, &attributes, &short), None, &options, &mut go_on());
+    assert_eq!(refused.unwrap_err(), SimplifyError::BadInput);
+    let kept = vec![true; mesh.faces().len()];
+    let mirrored = changed(options, |options| options.symmetric = Some(Symmetry::Found));
+    let refused = simplify_input(&input(&mesh, &attributes, &kept), None, &mirrored, &mut go_on());
+    assert!(matches!(refused, Err(SimplifyError::NotWithSymmetry(_))));
+}
