@@ -328,11 +328,14 @@ fn weld(
     Ok(repeated)
 }
 
-/// Step 5.
+/// Step 5, until nothing more goes: without a flap another wall may hold nothing.
 fn drop_duplicate_faces(faces: &mut FaceList, n_vertices: usize, counts: &mut CleanCounts) {
-    let repeated = superfluous_faces(&faces.corners, repeated_faces(&faces.corners, n_vertices));
-    counts.duplicate_faces += repeated.len();
-    if !repeated.is_empty() {
+    loop {
+        let repeated = superfluous_faces(&faces.corners, repeated_faces(&faces.corners, n_vertices));
+        if repeated.is_empty() {
+            return;
+        }
+        counts.duplicate_faces += repeated.len();
         let mut repeated = repeated.into_iter().peekable();
         let mut faces_before = 0..;
         faces.retain(|_| faces_before.next() != repeated.peek().copied() || repeated.next().is_none());

@@ -4,7 +4,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, shaded_flat};
 use crate::model::Weights;
 
-use super::closed::{Aim, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
+use super::closed::{Aim, Begun, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
 use super::components::{Pruned, pruned, without};
 use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
@@ -22,6 +22,8 @@ pub(super) struct Task<'a> {
     pub differentiable: bool,
     /// Whether the collapse begins with all vertices, however few are to stay.
     pub from_all: bool,
+    /// Whether the size is reached however far what is not locked gets from the mesh.
+    pub insists_on_size: bool,
     /// Where the mesh is one half of a mirrored one.
     pub half: Option<Half<'a>>,
 }
@@ -29,7 +31,7 @@ pub(super) struct Task<'a> {
 impl<'a> Task<'a> {
     /// What the caller asked for and nothing else.
     pub fn of(options: &'a Options) -> Self {
-        Self { options, differentiable: false, from_all: false, half: None }
+        Self { options, differentiable: false, from_all: false, insists_on_size: false, half: None }
     }
 }
 
@@ -39,6 +41,8 @@ pub(super) struct Sizes<'a> {
     pub limits: &'a [Limit],
     /// Samples per vertex of the first.
     pub oversample: f64,
+    /// How many of the sizes it is settled for which components go.
+    pub n_settled: usize,
 }
 
 /// The closed assembly's results of a mesh: of the first size, and from where its collapse stood then, of the further ones.
@@ -50,9 +54,9 @@ pub(super) fn closed_levels(
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
     let Some(pruned) = pruned(progress.pulse, input, task.options) else {
-        return levels_of(input, weights, task, sizes, 0, progress);
+        return levels_of(input, weights, task, sizes, None, progress);
     };
-    of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, 0, progress))
+    of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, None, progress))
 }
 
 /// What is made of a part of a mesh, over the vertices and faces of the mesh.
@@ -67,21 +71,21 @@ fn of_part(
     Ok(levels)
 }
 
-/// The closed assembly's results of a mesh without the components that cost more than a viewer would miss, which is settled for so many levels. A
-/// level at which some go begins anew from what stays.
+/// The closed assembly's results of a mesh without the components that cost more than a viewer would miss. A level at which some go is made of what
+/// stays, from where a collapse begun for more of the mesh was, or anew.
 fn levels_of(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     sizes: &Sizes,
-    n_settled: usize,
+    begun: Option<Begun>,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Levels { mut made, dropped } = levels_of_whole(input, weights, task, sizes, n_settled, progress)?;
+    let Levels { mut made, dropped, begun } = levels_of_whole(input, weights, task, sizes, begun, progress)?;
     let Some(dropped) = dropped else { return Ok(made) };
     let Some(pruned) = without(input.mesh, dropped.n_components, |face| dropped.faces[face]) else { return Ok(made) };
-    let left = Sizes { limits: &sizes.limits[made.len()..], oversample: sizes.oversample };
-    made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, 1, progress))?);
+    let left = Sizes { limits: &sizes.limits[made.len()..], n_settled: 1, ..*sizes };
+    made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, begun, progress))?);
     Ok(made)
 }
 
@@ -108,22 +112,22 @@ fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a 
 
 /// The closed assembly's results of all of a mesh, as far as all of it is to stay. One that is shaded flat is simplified without its
 /// normals, and its results have their own.
-fn levels_of_whole(
+fn levels_of_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     sizes: &Sizes,
-    n_settled: usize,
-    progress: Progress,
-) -> Result<Levels, SimplifyError> {
+    begun: Option<Begun<'a>>,
+    progress: Progress<'a>,
+) -> Result<Levels<'a>, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
-        None => levels_as_shaded(input, weights, task, sizes, n_settled, progress)?,
+        None => levels_as_shaded(input, weights, task, sizes, begun, progress)?,
         Some(normals) => {
             let others = attributes.clone().only(|role| role != Role::Normal, true);
             let input = Input { attributes: &others, ..*input };
-            let mut levels = levels_as_shaded(&input, weights, task, sizes, n_settled, progress)?;
+            let mut levels = levels_as_shaded(&input, weights, task, sizes, begun, progress)?;
             for closed in &mut levels.made {
                 closed.attributes = shaded_flat(&closed.mesh, &closed.attributes, &normals.name);
             }
@@ -135,15 +139,15 @@ fn levels_of_whole(
 }
 
 /// The same with all normals as they are.
-fn levels_as_shaded(
+fn levels_as_shaded<'a>(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     sizes: &Sizes,
-    n_settled: usize,
-    progress: Progress,
-) -> Result<Levels, SimplifyError> {
-    let Task { options, differentiable, half, .. } = *task;
+    begun: Option<Begun<'a>>,
+    progress: Progress<'a>,
+) -> Result<Levels<'a>, SimplifyError> {
+    let Task { options, differentiable, insists_on_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
     let aim = Aim::of(options.optimize);
     let scores = score_source(options, &aim, weights);
@@ -152,7 +156,7 @@ fn levels_as_shaded(
         locked: &locked_vertices(input, options),
         attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
         scene,
-        drop: drop_rules(options, half, n_settled),
+        drop: drop_rules(options, half, sizes.n_settled),
         half,
         ..Keep::of(options, input.kept)
     };
@@ -167,9 +171,10 @@ fn levels_as_shaded(
         frame: options.frame,
         differentiable,
         keep,
+        insists_on_size,
         price: None,
     };
-    let mut levels = simplify_levels(mesh, &request, sizes.limits, progress)?;
+    let mut levels = simplify_levels(mesh, &request, sizes.limits, begun, progress)?;
     levels.made.iter_mut().for_each(|closed| closed.report.scores = scores);
     Ok(levels)
 }

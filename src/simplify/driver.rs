@@ -74,7 +74,7 @@ fn closed(
     limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
     let same = || Ok((unchanged_but_pruned(progress.pulse, &input, options, oversample)?, None));
     let same: Vec<Traced> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
-    let sizes = Sizes { limits: &limits[n_unchanged..], oversample };
+    let sizes = Sizes { limits: &limits[n_unchanged..], oversample, n_settled: 0 };
     let lighter = closed_levels(&input, weights, task, &sizes, progress)?;
     let levels = same.into_iter().chain(lighter.into_iter().map(|closed| closed.into_result()));
     let widen = |derivative| used.widen_derivative(derivative);

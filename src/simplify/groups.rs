@@ -123,7 +123,7 @@ fn without_others(
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
     let options = keeping_components(options, Target::Vertices((n_used - n_gone).max(1)));
     let input = Input { kept: &kept, ..before.input(scene) };
-    let (result, _) = run(&input, weights, &Task::of(&options), progress)?;
+    let (result, _) = run(&input, weights, &Task { insists_on_size: true, ..Task::of(&options) }, progress)?;
     let map = result.map.unwrap_or_default();
     let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
     let sources = result.source_vertices.zip(before.sources.as_ref());
@@ -207,7 +207,7 @@ mod tests {
                 .zip(&made.attributes.groups)
                 .all(|(&face, group)| attributes.groups[face as usize] == *group)
         );
-        let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 4 / 5));
+        let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 24 / 25));
         let result = simplify_input(&made.input(None), None, &whole, &mut go_on).unwrap();
         assert!(topology(&result.mesh).is_closed_manifold());
         let kept = |group| n_of(&result.attributes, group) == n_of(&made.attributes, group);

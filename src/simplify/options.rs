@@ -62,7 +62,8 @@ pub struct Options {
     /// Whether components may go that cost more vertices than they show (closed assembly only). All stay with `lock_boundaries`,
     /// `subset` and `symmetric`, and at the mesh's own size.
     pub prune: bool,
-    /// No component goes for its price that reaches farther than this from those that stay, in the unit of the mesh.
+    /// No component goes for its price that reaches farther than this from those that stay, in the unit of the mesh. Where it is finite,
+    /// components may lose their shape up to it.
     pub prune_within: f64,
     /// Components whose bounding box has a diagonal below this, in the unit of the mesh, are dropped; the largest by area
     /// stays (closed assembly only). 0 drops none.

@@ -42,9 +42,10 @@ pub(crate) fn simplify_piece(
         frame: options.frame,
         differentiable: false,
         keep: Keep { edges: &kept_edges(mesh, Attributes::NONE, options), locked, ..Keep::default() },
+        insists_on_size: false,
         price,
     };
-    let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD)?;
+    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::UNHEARD)?;
     let Closed { mesh, paid, .. } = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(Piece { mesh, paid })
 }

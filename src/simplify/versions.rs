@@ -13,7 +13,7 @@ pub const CLOSED_VERSION: u32 = 8;
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 2;
+pub const CARRIED_VERSION: u32 = 3;
 
 /// Version of the paper's assembly, likewise.
 ///

@@ -61,9 +61,10 @@ pub fn simplify_weighed(
         frame: Frame::default(),
         differentiable: false,
         keep: Keep::default(),
+        insists_on_size: false,
         price: None,
     };
-    let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD)?;
+    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::UNHEARD)?;
     let closed = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(Weighed { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }

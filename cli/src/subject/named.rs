@@ -9,6 +9,9 @@ use crate::failure::Failure;
 
 use super::{Kind, Subject};
 
+/// Names that a line lists, at most.
+const MOST_LISTED: usize = 40;
+
 /// A name, and the groups of faces that it stands for.
 type Named = (String, Vec<u32>);
 
@@ -68,8 +71,24 @@ impl Subject {
     }
 }
 
-/// Joins names in a row, or says that there is none.
+/// Joins names in a row, the first of many; or says that there is none.
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
-    if names.is_empty() { "none".into() } else { names.join(", ") }
+    match names.len() {
+        0 => "none".into(),
+        n if n > MOST_LISTED => format!("{}, and {} more", names[..MOST_LISTED].join(", "), n - MOST_LISTED),
+        _ => names.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_names_the_first_are_listed() {
+        assert_eq!((listed([]), listed(["a", "b"])), ("none".into(), "a, b".into()));
+        let many: Vec<String> = (0..50).map(|i| format!("n{i}")).collect();
+        assert!(listed(many.iter().map(String::as_str)).ends_with("n38, n39, and 10 more"));
+    }
 }

@@ -15,8 +15,8 @@ const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
 /// Diagonal of a component over that of all, as a viewer sees them, below which it may lose its shape: a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns how far merges, one after the other, may leave each vertex of the surface from what is there then, n_vertices; empty where there is one component, and
-/// for a bare mesh.
+/// Returns how far merges, one after the other, may leave each vertex of the surface from what is there then, n_vertices: as far as was asked for, or farther.
+/// Empty where there is one component, and for a bare mesh.
 pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let surface = &original.surface;
     if keep.half.is_some() || !keep.is_asset() {
@@ -36,13 +36,15 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
         Some(scene) => scene.diagonal() * f64::from(surface.length(1.0)),
         None => f64::from(surface.length(original.mesh.diagonal() as f32)),
     };
+    let allowed = keep.allowed_distance * f64::from(surface.length(1.0));
     let ceiling = |extent: &Extent| {
         let size = extent.size();
         if size * stretch(extent) < LEAST_SIZE * whole {
             return f32::INFINITY;
         }
-        let of_whole = MOST_DISTANCE[1] * whole / stretch(extent).max(f64::MIN_POSITIVE);
-        (MOST_DISTANCE[0] * size).min(of_whole) as f32
+        let stretch = stretch(extent).max(f64::MIN_POSITIVE);
+        let of_whole = MOST_DISTANCE[1] * whole / stretch;
+        (MOST_DISTANCE[0] * size).min(of_whole).max(allowed / stretch) as f32
     };
     let ceilings: Vec<f32> = sums.iter().map(ceiling).collect();
     of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()

@@ -20,7 +20,7 @@ const MANY: usize = 2;
 const MOST: f64 = 2.0;
 /// A mean distance that ruins no surface of unit size.
 const NEAR: f64 = 1e-4;
-/// From each size that is tried to the next.
+/// From each size that is tried to the next, of the vertices that are not held.
 const STEP: f64 = 1.25;
 /// Points of the original that tell how far a surface is, about.
 const POINTS: usize = 4096;
@@ -65,7 +65,9 @@ impl<'a> Beginning<'a> {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
         loop {
-            collapse.run(Limit::of_vertices((last as f64 / STEP) as usize), last_stretch);
+            let n_held = collapse.n_held().min(last);
+            let next = n_held + ((last - n_held) as f64 / STEP) as usize;
+            collapse.run(Limit::of_vertices(next), last_stretch);
             let (size, _) = collapse.size();
             if size <= least || size >= last || !is_well(&collapse) {
                 return Limit::of_vertices(last);

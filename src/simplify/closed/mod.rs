@@ -5,6 +5,7 @@
 
 mod aim;
 mod attributes;
+mod begun;
 mod ceilings;
 mod cluster;
 mod collapse;
@@ -44,6 +45,7 @@ use trace::Trace;
 
 pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
+pub(super) use begun::Begun;
 pub use cluster::importance::importance_of_scores;
 pub(super) use derivative::Derivative;
 pub(super) use dropping::Dropped;
@@ -58,54 +60,92 @@ pub(super) use result::Closed;
 const COARSE: usize = 15;
 
 /// Levels of detail as far as all components of the mesh stay.
-pub(super) struct Levels {
+pub(super) struct Levels<'a> {
     /// The levels that were made: all that were asked for, or those before components are dropped.
     pub made: Vec<Closed>,
     /// What is dropped at the next one.
     pub dropped: Option<Dropped>,
+    /// From where that one can go on without it.
+    pub begun: Option<Begun<'a>>,
 }
 
 /// Simplifies `mesh` to the first of the limits, then on to each further one, from where the collapse stood before. The first
 /// level alone is known as a function of the positions.
-pub(super) fn simplify_levels(
+pub(super) fn simplify_levels<'a>(
     mesh: &TriMesh,
     request: &Request,
     limits: &[Limit],
-    progress: Progress,
-) -> Result<Levels, SimplifyError> {
-    let Some(&first) = limits.first() else { return Ok(Levels { made: Vec::new(), dropped: None }) };
-    let (clustered, collapse) = cluster(mesh, request, first, progress)?;
-    let may_ruin = request.price.is_none() && !collapse.has_ceilings();
+    begun: Option<Begun<'a>>,
+    progress: Progress<'a>,
+) -> Result<Levels<'a>, SimplifyError> {
+    let mut levels = Levels { made: Vec::with_capacity(limits.len()), dropped: None, begun: None };
+    let Some(&first) = limits.first() else { return Ok(levels) };
+    let (clustered, collapse) = begin(mesh, request, first, begun, progress)?;
+    let may_ruin = request.price.is_none() && !request.insists_on_size && !collapse.has_ceilings();
     let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
-    let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
-    let (mut collapse, mut made) = (Some(collapse), Vec::with_capacity(limits.len()));
+    let mut collapse = Some(keeping_copy(collapse, request, limits.len()));
     for &limit in limits {
         // The last level needs the memory of the collapse for itself.
-        let Some(mut running) = collapse.take() else { break };
-        if !made.is_empty() {
+        let Some(running) = collapse.take() else { break };
+        if !levels.made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let last_stretch = request.aim.last_stretch;
-        let mut end = running.run(clustered.limit(request.price, limit), last_stretch);
-        let anew = beginning.as_ref().and_then(|it| it.anew(&running, limit, last_stretch, distance));
-        anew.into_iter().for_each(|anew| (running, end) = anew);
+        let (mut running, end) = run(&clustered, running, beginning.as_ref(), request, limit);
         let trace = clustered.traced(running.history.take());
         let output = running.output(&clustered.assignment);
-        if let Some(rules) = request.keep.drop.filter(|rules| made.len() >= rules.from_level) {
+        if let Some(rules) = request.keep.drop.filter(|rules| levels.made.len() >= rules.from_level) {
             let cost = Cost::of(&running, limit, end);
-            let dropped = dropping::dropped(&clustered.original, &output, &cost, &rules, &request.shown());
-            if dropped.is_some() {
-                return Ok(Levels { made, dropped });
+            levels.dropped = dropping::dropped(&clustered.original, &output, &cost, &rules, &request.shown());
+            if let Some(dropped) = &levels.dropped {
+                levels.begun = running.take_copy().and_then(|copy| Begun::without(dropped, &clustered, copy, limit));
+                return Ok(levels);
             }
         }
         let paid = clustered.paid(&running);
-        match made.len() + 1 < limits.len() {
+        match levels.made.len() + 1 < limits.len() {
             true => collapse = Some(running),
             false => running.end(),
         }
-        made.push(refine(&clustered, request, output, end, trace, progress)?.having_paid(paid));
+        levels.made.push(refine(&clustered, request, output, end, trace, progress)?.having_paid(paid));
     }
-    Ok(Levels { made, dropped: None })
+    Ok(levels)
+}
+
+/// Begins a collapse, or goes on with one that was begun for more of the mesh.
+fn begin<'a, 'p: 'a>(
+    mesh: &'a TriMesh,
+    request: &Request,
+    limit: Limit,
+    begun: Option<Begun<'p>>,
+    progress: Progress<'p>,
+) -> Result<(Clustered<'a>, Collapse<'p>), SimplifyError> {
+    match begun {
+        Some(begun) => begun.over(mesh, request, limit, progress),
+        None => cluster(mesh, request, limit, progress),
+    }
+}
+
+/// A collapse that keeps a copy of itself, from where it can go on without components. Where components of bare meshes go, the others begin
+/// anew and keep their bits.
+fn keeping_copy<'a>(collapse: Collapse<'a>, request: &Request, n_levels: usize) -> Collapse<'a> {
+    let may_drop = request.keep.drop.is_some_and(|rules| rules.from_level < n_levels);
+    let can_go_on = collapse.has_ceilings() && !request.differentiable;
+    if may_drop && can_go_on { collapse.keeping_a_copy() } else { collapse }
+}
+
+/// Runs a collapse to a limit, or to where what has to stay would ruin the rest.
+fn run<'a>(
+    clustered: &Clustered,
+    mut collapse: Collapse<'a>,
+    beginning: Option<&Beginning<'a>>,
+    request: &Request,
+    limit: Limit,
+) -> (Collapse<'a>, End) {
+    let last_stretch = request.aim.last_stretch;
+    let end = collapse.run(clustered.limit(request.price, limit), last_stretch);
+    let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
+    let anew = beginning.and_then(|it| it.anew(&collapse, limit, last_stretch, distance));
+    anew.unwrap_or((collapse, end))
 }
 
 /// What the collapse began with.
@@ -161,12 +201,12 @@ impl Clustered<'_> {
 }
 
 /// Everything up to the collapse: the original, its regions, one vertex for each.
-fn cluster<'a>(
+fn cluster<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &Request,
     limit: Limit,
-    progress: Progress<'a>,
-) -> Result<(Clustered<'a>, Collapse<'a>), SimplifyError> {
+    progress: Progress<'p>,
+) -> Result<(Clustered<'a>, Collapse<'p>), SimplifyError> {
     let (n_faces, keep) = (mesh.faces().len(), &request.keep);
     progress.enter("surface", n_faces)?;
     let mut original = prepare(mesh, keep, progress.pulse);

@@ -28,6 +28,8 @@ pub struct Request<'a> {
     pub differentiable: bool,
     /// What has to stay.
     pub keep: Keep<'a>,
+    /// Whether the size is reached whatever has to stay.
+    pub insists_on_size: bool,
     /// Where no merge may cost more, squared distance times area in the unit of the mesh: then that alone ends the collapse, and the size
     /// asked for says how many samples there are.
     pub price: Option<f64>,
@@ -71,6 +73,8 @@ pub struct Keep<'a> {
     pub map: bool,
     /// Where a viewer sees the mesh, if it unites those of a scene.
     pub scene: Option<&'a United>,
+    /// Distance from the mesh that was asked for, in the unit of the scene; 0 where none was.
+    pub allowed_distance: f64,
     /// Where components may be dropped that cost more than a viewer would miss.
     pub drop: Option<DropRules>,
     /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
@@ -80,7 +84,9 @@ pub struct Keep<'a> {
 impl<'a> Keep<'a> {
     /// What options and kept faces say by themselves.
     pub fn of(options: &Options, kept: &'a [bool]) -> Self {
-        Self { kept, subset: options.subset, purpose: options.purpose, map: options.map, ..Self::default() }
+        let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
+        let Options { subset, purpose, map, .. } = *options;
+        Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }
     }
 
     /// Whether the mesh is one that people look at, part of a scene or with something at its corners and faces, and no bare shape.

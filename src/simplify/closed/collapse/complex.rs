@@ -61,10 +61,24 @@ pub struct Collapse<'a> {
     pub(super) poses: Poses,
     /// What constrains it beside the topology.
     pub(super) constraints: Option<Constraints>,
+    /// What it was on its way, where that is to be kept.
+    pub(super) copy: OwnCopy<'a>,
     /// What happened, in order, where that is to be remembered.
     pub history: Option<Vec<Event>>,
     /// Who listens: the items done are merges.
     pub(super) pulse: Pulse<'a>,
+}
+
+/// Whether a collapse keeps a copy of itself on its way.
+#[derive(Clone, Default)]
+pub(super) enum OwnCopy<'a> {
+    /// It does not.
+    #[default]
+    Unwanted,
+    /// It will.
+    Wanted,
+    /// It did.
+    Kept(Box<Collapse<'a>>),
 }
 
 /// How a run ended.
@@ -186,6 +200,7 @@ impl<'a> Collapse<'a> {
             attributes: AttributeQuadrics::default(),
             poses: Poses::default(),
             constraints: None,
+            copy: OwnCopy::Unwanted,
             history: None,
             pulse,
         }
@@ -229,7 +244,7 @@ impl<'a> Collapse<'a> {
     }
 
     /// The faces whose first vertices these are, those at ghost vertices left out, by the numbers of their vertices.
-    fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
+    pub(super) fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
         self.pulse.beat(0);
         let mut faces = Vec::with_capacity(2 * vertices.len());
         for &v in vertices {

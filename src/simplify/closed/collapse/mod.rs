@@ -13,6 +13,7 @@ mod attribute_quadrics;
 mod blocks;
 mod complex;
 mod constraints;
+mod copy;
 mod half;
 mod history;
 mod hubs;

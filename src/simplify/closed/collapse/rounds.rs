@@ -87,6 +87,7 @@ impl Collapse<'_> {
         self.turn_forbidden = false;
         let (mut most, mut last_merge, mut n_in_vain) = (0.0f32, 0.0f32, 0);
         while !self.reached(limit) {
+            self.keep_copy(limit);
             let before = self.n_vertices;
             let to_do = self.merges_to(limit);
             most = self.leap(price_of_round(to_do, most, [&*self]), n_in_vain).min(limit.price);

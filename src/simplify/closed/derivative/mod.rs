@@ -160,9 +160,10 @@ mod tests {
             frame: Frame::default(),
             differentiable: true,
             keep: Keep { purpose, ..Keep::default() },
+            insists_on_size: false,
             price: None,
         };
-        let levels = simplify_levels(mesh, &request, &[limit], Progress::UNHEARD).unwrap().made;
+        let levels = simplify_levels(mesh, &request, &[limit], None, Progress::UNHEARD).unwrap().made;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)

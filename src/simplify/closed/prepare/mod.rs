@@ -12,11 +12,19 @@ use super::original::Original;
 use super::pins::Pins;
 use super::request::Keep;
 use feature_edges::FeatureEdges;
-use surface::Surface;
+use surface::{Normalisation, Surface};
 
 /// Makes a mesh and what of it has to stay the original of an assembly, to whose work `pulse` listens.
 pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
-    let mut surface = Surface::new(mesh, pulse);
+    prepare_surface(mesh, Surface::new(mesh, pulse), keep)
+}
+
+/// The same of part of a mesh, normalised like all of it.
+pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
+    prepare_surface(mesh, Surface::at_scale(mesh, scale, pulse), keep)
+}
+
+fn prepare_surface<'a>(mesh: &'a TriMesh, mut surface: Surface<'a>, keep: &Keep) -> Original<'a> {
     let features = FeatureEdges::on(&surface, keep.edges);
     let pins = Pins::on(&surface, keep);
     surface.support_edges(features.held());

@@ -110,9 +110,13 @@ impl Normalisation {
 impl<'a> Surface<'a> {
     /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
     pub fn new(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
+        Self::at_scale(mesh, Normalisation::of(mesh.positions()), pulse)
+    }
+
+    /// The same of part of a mesh, normalised like all of it.
+    pub fn at_scale(mesh: &'a TriMesh, scale: Normalisation, pulse: Pulse<'a>) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
         pulse.beat(0);
-        let scale = Normalisation::of(mesh.positions());
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
         let (normals, mut quadrics) = face_sums(pulse, &positions, &faces);
