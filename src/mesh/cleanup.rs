@@ -191,7 +191,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     if is_welded {
         drop_degenerate_faces(&mut faces, &mut counts);
     }
-    drop_duplicate_faces(&mut faces, local.len(), &mut counts);
+    drop_duplicate_faces(&local, &mut faces, &mut counts);
     let are_as_before = !is_welded && faces.len() == n_sound_faces;
     let FaceList { corners: mut faces, numbers } = faces;
     let used = if are_as_before { used } else { used_vertices(&faces, local.len()) };
@@ -329,9 +329,9 @@ fn weld(
 }
 
 /// Step 5, until nothing more goes: without a flap another wall may hold nothing.
-fn drop_duplicate_faces(faces: &mut FaceList, n_vertices: usize, counts: &mut CleanCounts) {
+fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     loop {
-        let repeated = superfluous_faces(&faces.corners, repeated_faces(&faces.corners, n_vertices));
+        let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
         if repeated.is_empty() {
             return;
         }

@@ -1,10 +1,16 @@
 //! Finds faces that have the same three vertices as an earlier face, in any order, and those of them that hold a surface closed.
 
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use crate::geometry::triangle::area_normal_f64;
+
 use super::first_equal::first_equal;
+use super::pulse::Pulse;
 use super::union_find::UnionFind;
 
+/// Area of a flap over that of all faces, at most, with which both its sides go: nobody would miss it.
+const SMALL: f64 = 1e-4;
 /// All bits of a vertex's mark: at least two faces at it set the same one.
 const SUSPECT: u32 = u32::MAX;
 
@@ -32,13 +38,13 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
 }
 
-/// Of the faces that repeat an earlier one (ascending), those without which nothing is lost, ascending, and both faces of flaps: of closed
-/// bodies that touch in a face both keep theirs.
+/// Of the faces that repeat an earlier one (ascending), those without which nothing is lost, ascending, and both faces of small flaps at a
+/// body: of closed bodies that touch in a face both keep theirs.
 ///
 /// Faces that hang together stay or go together. They stay where an edge of theirs has an even number of faces with them and an odd
 /// one without, three or more: where one is left, a sheet has been stated twice. Of a face, then, as many stay as leave that number
 /// even.
-pub(super) fn superfluous_faces(faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
+pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
     if repeated.is_empty() {
         return repeated;
     }
@@ -68,14 +74,14 @@ pub(super) fn superfluous_faces(faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u
     for side in superfluous.iter().flat_map(|&face| sides(faces[face as usize])) {
         edges.entry(side).and_modify(|edge| edge.n_faces -= 1);
     }
-    superfluous.extend(flaps(faces, &kept, edges));
+    superfluous.extend(superfluous_of_flaps(positions, faces, flaps(faces, &kept, &mut edges), &edges));
     superfluous.sort_unstable();
     superfluous
 }
 
-/// Returns both faces of each pair in one place that bounds no body: two of its sides or more have no other face. Where a flap has more
-/// pairs than one, they are peeled off from its rim.
-fn flaps(faces: &[[u32; 3]], kept: &[u32], mut edges: FxHashMap<[u32; 2], Edge>) -> Vec<u32> {
+/// Returns each pair of faces in one place that bounds no body, the one that repeats the other last, and takes them off their edges: two of its
+/// sides or more have no other face. Where a flap has more pairs than one, they are peeled off from its rim.
+fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Edge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
         kept.iter().map(|&face| (sorted(faces[face as usize]), Vec::new())).collect();
     for (face, &corners) in (0..).zip(faces) {
@@ -87,8 +93,9 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], mut edges: FxHashMap<[u32; 2], Edge>)
     let mut open: Vec<[u32; 3]> = same.keys().copied().collect();
     while let Some(face) = open.pop() {
         let n_own = sides(face).iter().filter(|side| edges.get(*side).is_some_and(|edge| edge.n_faces == 2)).count();
-        let Some(pair) = same.get(&face).filter(|pair| pair.len() == 2 && n_own >= 2) else { continue };
-        flaps.extend(pair);
+        let pair = same.get(&face).and_then(|same| <[u32; 2]>::try_from(same.as_slice()).ok());
+        let Some(pair) = pair.filter(|_| n_own >= 2) else { continue };
+        flaps.push(pair);
         same.remove(&face);
         for side in sides(face) {
             edges.entry(side).and_modify(|edge| edge.n_faces -= 2);
@@ -96,6 +103,35 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], mut edges: FxHashMap<[u32; 2], Edge>)
         }
     }
     flaps
+}
+
+/// Of small flaps that hang on other faces both sides, of others the second one: a leaf with two sides is seen.
+fn superfluous_of_flaps(
+    positions: &[[f32; 3]],
+    faces: &[[u32; 3]],
+    flaps: Vec<[u32; 2]>,
+    edges: &FxHashMap<[u32; 2], Edge>,
+) -> Vec<u32> {
+    let area =
+        |face: [u32; 3]| area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from)))).length();
+    let mut joined = UnionFind::new(flaps.len());
+    let mut first_at: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    for (number, pair) in (0..).zip(&flaps) {
+        for side in sides(faces[pair[0] as usize]) {
+            joined.union(number, *first_at.entry(side).or_insert(number));
+        }
+    }
+    let (flap, n) = joined.numbered(Pulse::NONE);
+    let mut sums = vec![(0.0, false); n];
+    for (pair, &flap) in flaps.iter().zip(&flap) {
+        let face = faces[pair[0] as usize];
+        let (sum, hangs) = &mut sums[flap as usize];
+        *sum += area(face);
+        *hangs |= sides(face).iter().any(|side| edges.get(side).is_some_and(|edge| edge.n_faces > 0));
+    }
+    let all: f64 = if flaps.is_empty() { 0.0 } else { faces.iter().map(|&face| area(face)).sum() };
+    let goes = |flap: u32| sums[flap as usize].1 && sums[flap as usize].0 <= SMALL * all;
+    flaps.iter().zip(flap).flat_map(|(pair, flap)| if goes(flap) { &pair[..] } else { &pair[1..] }).copied().collect()
 }
 
 /// An edge of repeated faces: the number of its faces, of those that repeat others, and the place of one of these.
@@ -158,34 +194,54 @@ mod tests {
         }
     }
 
+    /// Points on a curve, no four of them in a plane.
+    fn curve(n: usize) -> Vec<[f32; 3]> {
+        (0..n).map(|i| [i as f32, (i * i) as f32, (i * i * i) as f32]).collect()
+    }
+
+    fn superfluous(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
+        superfluous_faces(positions, faces, repeated_faces(faces, positions.len()))
+    }
+
     /// Two tetrahedra on one base, whose base is there twice.
     #[test]
     fn a_wall_between_closed_bodies_keeps_both_its_sides() {
         let bodies = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 2, 0], [1, 0, 4], [2, 1, 4], [0, 2, 4]];
         assert_eq!(repeated_faces(&bodies, 5), [4]);
-        assert!(superfluous_faces(&bodies, vec![4]).is_empty());
+        assert!(superfluous(&curve(5), &bodies).is_empty());
         // A third and a fourth one in the other direction: two of the four stay.
         let more = [&bodies[..], &[[0, 2, 1], [1, 2, 0]]].concat();
-        assert_eq!(superfluous_faces(&more, repeated_faces(&more, 5)).len(), 2);
+        assert_eq!(superfluous(&curve(5), &more).len(), 2);
     }
 
     /// A tetrahedron with a flap of two triangles, each there twice, along an edge.
     #[test]
-    fn a_flap_goes_with_both_its_sides() {
+    fn a_flap_goes_with_both_its_sides_where_it_is_small() {
         let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let flap = [[0, 1, 4], [1, 0, 4], [1, 5, 4], [5, 1, 4]];
         let faces = [&body[..], &flap[..]].concat();
-        assert_eq!(superfluous_faces(&faces, repeated_faces(&faces, 6)), [4, 5, 6, 7]);
+        let mut positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        positions.extend([[0.5, -1e-4, 0.0], [1.0, -1e-4, 0.0]]);
+        assert_eq!(superfluous(&positions, &faces), [4, 5, 6, 7]);
+        positions[4..].copy_from_slice(&[[0.5, -0.1, 0.0], [1.0, -0.1, 0.0]]);
+        assert_eq!(superfluous(&positions, &faces), [5, 7]);
+    }
+
+    /// Three leaves at an edge, each with two sides: without one side of each, the edge has an odd number of faces.
+    #[test]
+    fn leaves_with_two_sides_keep_one() {
+        let leaves: Vec<[u32; 3]> = [2, 3, 4].into_iter().flat_map(|tip| [[0, 1, tip], [1, 0, tip]]).collect();
+        assert_eq!(superfluous(&curve(5), &leaves), [1, 3, 5]);
     }
 
     #[test]
     fn what_opens_nothing_is_superfluous() {
         let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let one_more = [&body[..], &[[0, 1, 2]]].concat();
-        assert_eq!(superfluous_faces(&one_more, vec![4]), [4]);
+        assert_eq!(superfluous(&curve(4), &one_more), [4]);
         let twice = [body, body].concat();
-        assert_eq!(superfluous_faces(&twice, vec![4, 5, 6, 7]), [4, 5, 6, 7]);
-        assert_eq!(superfluous_faces(&[[0, 1, 2], [1, 2, 0]], vec![1]), [1]);
+        assert_eq!(superfluous(&curve(4), &twice), [4, 5, 6, 7]);
+        assert_eq!(superfluous(&curve(3), &[[0, 1, 2], [1, 2, 0]]), [1]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::Clustered;
 use super::cluster::assignment::Assignment;
 use super::collapse::Collapse;
 use super::dropping::Dropped;
+use super::original::Original;
 use super::prepare::prepare_at_scale;
 use super::prepare::surface::Normalisation;
 use super::request::Request;
@@ -52,7 +53,7 @@ impl<'a> Begun<'a> {
         })
     }
 
-    /// Lays the collapse over the mesh without the dropped components.
+    /// Lays the collapse over the mesh without the dropped components; `None` where its sheets part otherwise than they did beside these.
     ///
     /// # Errors
     /// [`SimplifyError::Interrupted`] where the listener says so.
@@ -62,22 +63,31 @@ impl<'a> Begun<'a> {
         request: &Request,
         limit: Limit,
         progress: Progress<'b>,
-    ) -> Result<(Clustered<'b>, Collapse<'a>), SimplifyError> {
+    ) -> Result<Option<(Clustered<'b>, Collapse<'a>)>, SimplifyError> {
         progress.enter("surface", mesh.faces().len())?;
         let mut original = prepare_at_scale(mesh, self.scale, &request.keep, progress.pulse);
-        let surface = &mut original.surface;
         // Nothing that follows asks for these.
-        surface.quadrics = Vec::new();
-        let mut region = vec![0; surface.n_vertices()];
-        for ((face, corners), regions) in surface.faces.iter().zip(mesh.faces()).zip(&self.regions) {
-            for &v in face {
-                let at = corners.iter().position(|&corner| corner == surface.source(v)).unwrap_or(0);
-                region[v as usize] = regions[at];
-            }
-        }
+        original.surface.quadrics = Vec::new();
+        let Some(region) = self.region(&original) else { return Ok(None) };
         progress.enter("collapse", self.collapse.merges_to(limit))?;
         let assignment = Assignment { region, n_regions: self.n_regions, samples: Vec::new() };
         let Self { collapse, oversample, n_refined, .. } = self;
-        Ok((Clustered { original, assignment, oversample, n_refined, cases: None }, collapse))
+        Ok(Some((Clustered { original, assignment, oversample, n_refined, cases: None }, collapse)))
+    }
+
+    /// The region of each vertex of the surface; `None` where one would have two.
+    fn region(&self, Original { mesh, surface, .. }: &Original) -> Option<Vec<u32>> {
+        const NONE: u32 = u32::MAX;
+        let mut region = vec![NONE; surface.n_vertices()];
+        for ((face, corners), regions) in surface.faces.iter().zip(mesh.faces()).zip(&self.regions) {
+            for &v in face {
+                let at = corners.iter().position(|&corner| corner == surface.source(v))?;
+                let before = std::mem::replace(&mut region[v as usize], regions[at]);
+                if before != NONE && before != regions[at] {
+                    return None;
+                }
+            }
+        }
+        Some(region)
     }
 }

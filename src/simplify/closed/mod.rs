@@ -119,10 +119,12 @@ fn begin<'a, 'p: 'a>(
     begun: Option<Begun<'p>>,
     progress: Progress<'p>,
 ) -> Result<(Clustered<'a>, Collapse<'p>), SimplifyError> {
-    match begun {
-        Some(begun) => begun.over(mesh, request, limit, progress),
-        None => cluster(mesh, request, limit, progress),
+    if let Some(begun) = begun
+        && let Some(gone_on) = begun.over(mesh, request, limit, progress)?
+    {
+        return Ok(gone_on);
     }
+    cluster(mesh, request, limit, progress)
 }
 
 /// A collapse that keeps a copy of itself, from where it can go on without components. Where components of bare meshes go, the others begin
