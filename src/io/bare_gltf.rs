@@ -4,6 +4,7 @@ use super::{Format, ImageMaker, OutputFile, Packing};
 
 /// How a mesh that came from no glTF file is written.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "builds without glTF write none"))]
 pub(super) struct BareOptions<'a> {
     /// glTF or GLB.
     pub format: Format,
