@@ -1,20 +1,6 @@
-//! How a mesh that came from no glTF file is written as glTF, and what it becomes: plain data, also for builds without glTF.
+//! What a mesh becomes that came from no glTF file and is written as one: plain data, also for builds without glTF.
 
-use super::{Format, ImageMaker, OutputFile, Packing};
-
-/// How a mesh that came from no glTF file is written.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "builds without glTF write none"))]
-pub(super) struct BareOptions<'a> {
-    /// glTF or GLB.
-    pub format: Format,
-    /// How its numbers are packed.
-    pub packing: Option<&'a Packing>,
-    /// Who makes other images of those that it wears.
-    pub images: Option<&'a dyn ImageMaker>,
-    /// The name after which its images become files beside JSON.
-    pub shared_images: Option<&'a str>,
-}
+use super::OutputFile;
 
 /// A mesh as a file of glTF.
 pub(super) struct BareFile {

@@ -59,6 +59,7 @@ mod threemf;
 mod units;
 mod uri;
 mod write;
+mod write_options;
 mod write_path;
 
 use error::UNKNOWN;
@@ -69,7 +70,7 @@ pub use format::Format;
 pub use gltf::{Asset, AssetContents, LighterPart, Part, SceneOptions, write_gltf};
 pub use images::{ImageMaker, ImageUse};
 pub use looks::looks;
-pub use model::{Model, WriteOptions, Written, geometry_only, packing, write_attributed};
+pub use model::{Model, Written, geometry_only, packing, write_attributed};
 #[cfg(any(feature = "evaluate", feature = "train"))]
 pub(crate) use one_line::one_line;
 pub use output_file::{OutputFile, write_files};
@@ -80,6 +81,7 @@ pub use read_path::{is_gltf, is_gltf_path, read_attributed_path, read_path};
 pub use room::{read_file, read_stream};
 pub use scalar::Scalar;
 pub(crate) use spool::Spool;
+pub use write_options::WriteOptions;
 pub use write_path::{packed_by_name, write_path};
 
 use crate::mesh::{Frame, RawMesh, TriMesh};

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::bare_gltf::{BareFile, BareOptions};
+use super::bare_gltf::BareFile;
 use super::beside::{Finder, reference};
 use super::extra::{Column, Extra, Group, Layout};
 use super::looks::looks;
@@ -10,9 +10,10 @@ use super::material::Libraries;
 use super::own_materials::OwnMaterials;
 use super::texture_comments::{texture_number, texture_of, textures};
 use super::write::Content;
+use super::write_options::WriteOptions;
 use super::{
-    Format, ImageMaker, ImageUse, OutputFile, PackOptions, Packing, Scalar, WriteError, fitted, gltf, held, obj, ply,
-    threemf, write_fitted,
+    Format, ImageUse, OutputFile, PackOptions, Packing, Scalar, WriteError, fitted, gltf, held, obj, ply, threemf,
+    write_fitted,
 };
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
@@ -36,35 +37,10 @@ pub struct Model<'a> {
     pub extra: &'a Extra,
 }
 
-/// How a model is written.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct WriteOptions<'a> {
-    /// The format.
-    pub format: Format,
-    /// What the file is called, without its extension: a library of materials that has to be made is named after it.
-    pub name: String,
-    /// Whether files that the asset names may be read from outside its folder; they are copied beside the output.
-    pub allow_outside: bool,
-    /// How the numbers of a glTF are packed, as [`packing`] says for the model.
-    pub packing: Option<Packing>,
-    /// Who makes other images of those that the mesh wears, where someone does.
-    pub images: Option<&'a dyn ImageMaker>,
-    /// Whether images within a `.gltf` become files beside it, `NAME_0.png`, for several meshes to share them.
-    pub shares_images: bool,
-}
-
 impl<'a> Model<'a> {
     /// A mesh as it lies in its frame, rounded as the frame says.
     pub fn new(mesh: &'a TriMesh, frame: Frame, attributes: &'a Attributes, extra: &'a Extra) -> Self {
         Self { mesh, frame, exact: None, attributes, extra }
-    }
-}
-
-impl WriteOptions<'_> {
-    /// A format, and the file's name without its extension; what the asset names is read from its own folder alone.
-    pub fn new(format: Format, name: impl Into<String>) -> Self {
-        Self { format, name: name.into(), allow_outside: false, packing: None, images: None, shares_images: false }
     }
 }
 
@@ -173,13 +149,7 @@ fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<B
     let of_library = (!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into());
     let (looks, missing) = looks(extra, options.allow_outside);
     let objects: Vec<Option<String>> = extra.groups.iter().map(|group| group.object.clone()).collect();
-    let how = BareOptions {
-        format: options.format,
-        packing: options.packing.as_ref(),
-        images: options.images,
-        shared_images: options.shares_images.then_some(options.name.as_str()),
-    };
-    let mut written = gltf::write_attributed(content, attributes, &names, &objects, &looks.of_groups, &how)?;
+    let mut written = gltf::write_attributed(content, attributes, &names, &objects, &looks.of_groups, options)?;
     written.notes = of_library.into_iter().chain(missing).chain(written.notes).collect();
     Ok(written)
 }

@@ -1,7 +1,8 @@
 //! What stands for glTF in a build without the feature `gltf`: refusals.
 
-use super::bare_gltf::{BareFile, BareOptions};
+use super::bare_gltf::BareFile;
 use super::write::Content;
+use super::write_options::WriteOptions;
 use super::{Format, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
 
@@ -34,7 +35,7 @@ pub(super) fn write_attributed(
     _: &[String],
     _: &[Option<String>],
     _: &[Look],
-    options: &BareOptions,
+    options: &WriteOptions,
 ) -> Result<BareFile, WriteError> {
     let of = |bytes| BareFile { bytes, beside: Vec::new(), n_vertices: content.n_vertices(), notes: Vec::new() };
     write(content, options.format).map(of)

@@ -3,13 +3,15 @@
 
 use glam::{Vec2, Vec3};
 
-use super::half_edges::{for_each_edge, next, start};
+use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::{Attributes, Channel, Role, TriMesh};
 
 /// Normals of two corners at a vertex that are farther apart (degrees) make a hard edge; less is the rounding of facets.
 const HARD: f32 = 15.0;
 /// Texture coordinates and other values that differ by less are the same, relative to their size.
 const SAME: f32 = 1e-5;
+/// Faces of an edge that are looked at, at most.
+const MOST_FACES: usize = 16;
 /// Colours that differ by less in each channel are the same.
 const SAME_COLOUR: f32 = 1.0 / 64.0;
 
@@ -25,7 +27,8 @@ pub struct KeptEdge {
     pub is_hard: bool,
 }
 
-/// The edges between two faces whose corners carry different values there, or that belong to different groups, ascending.
+/// The edges between faces whose corners carry different values there, or that belong to different groups, ascending; of more than two faces, where two
+/// go on in no other.
 ///
 /// Where nothing but texture coordinates and normals jumps, the edge's slack is what takes these as far as `seam_error`: texture coordinates
 /// in shares of the texture's side, normals in their difference times the distance over the mesh's diagonal. Everywhere else it is 0.
@@ -47,18 +50,28 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Ke
     }
     let diagonal = mesh.diagonal() as f32;
     for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
-        if let &[a, b] = half_edges {
-            let pair = [a.half_edge, b.half_edge];
-            if !joins(mesh, attributes, pair, |_| true) {
-                let may_move = |role| is_texture(role) || role == Role::Normal;
-                let is_soft = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !may_move(role));
-                let slack = if is_soft { slack(mesh, attributes, pair, seam_error, diagonal) } else { 0.0 };
-                let is_hard = !carries_same(mesh, attributes, pair, |role| role == Role::Normal);
-                seams.push(KeptEdge { ends, slack, is_hard });
-            }
+        let faces = &half_edges[..half_edges.len().min(MOST_FACES)];
+        let join = |x: &HalfEdge, y: &HalfEdge| joins(mesh, attributes, [x.half_edge, y.half_edge], |_| true);
+        if faces[1..].iter().all(|face| join(&faces[0], face)) {
+            return;
         }
+        // Which of more than two belong together is not known here: two that go on in no other are sides of a seam, one ends.
+        let goes_on = |x: &HalfEdge| faces.iter().any(|y| x.half_edge != y.half_edge && join(x, y));
+        let mut alone = faces.iter().filter(|face| !goes_on(face)).map(|face| face.half_edge);
+        let Some(first) = alone.next() else { return };
+        let seam = |other: u32| seam(mesh, attributes, [first, other], seam_error, diagonal);
+        let worst = alone.map(seam).reduce(|x, y| (x.0.min(y.0), x.1 || y.1));
+        seams.extend(worst.map(|(slack, is_hard)| KeptEdge { ends, slack, is_hard }));
     });
     seams
+}
+
+/// Returns how far the seam between two faces that do not join may leave its place, and whether their normals differ.
+fn seam(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], seam_error: f32, diagonal: f32) -> (f32, bool) {
+    let may_move = |role| is_texture(role) || role == Role::Normal;
+    let is_soft = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !may_move(role));
+    let slack = if is_soft { slack(mesh, attributes, pair, seam_error, diagonal) } else { 0.0 };
+    (slack, !carries_same(mesh, attributes, pair, |role| role == Role::Normal))
 }
 
 /// The edges between two faces whose normals are more than `degrees` apart; their vertices ascending, and the edges too.
@@ -203,6 +216,27 @@ mod tests {
         let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let channel = Channel { name: "x".into(), role, width: values[0].len(), values: values.concat() };
         (mesh, Attributes { wedges, channels: vec![channel], groups: Vec::new() })
+    }
+
+    /// Two slabs that meet at a wall between them, and a floor that a wall stands on.
+    #[test]
+    fn seams_of_more_than_two_faces_are_those_that_go_on_in_no_other() {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, -1.0, 0.0], [0.5, 0.0, 1.0]];
+        let [left, right, front, back] = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [1, 0, 4]];
+        let up = [0.0, 0.0, 1.0];
+        let normals = |of: &[[f32; 3]]| {
+            let values = of.iter().flat_map(|n| n.repeat(3)).collect();
+            let channels = vec![Channel { name: "normal".into(), role: Role::Normal, width: 3, values }];
+            let wedges = (0..of.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+            Attributes { wedges, channels, groups: Vec::new() }
+        };
+        let slabs = TriMesh::new(positions.clone(), vec![left, right, front, back]).unwrap();
+        let found = seams(&slabs, &normals(&[up, up, [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]), 0.0);
+        let middle = found.iter().find(|seam| seam.ends == [0, 1]).unwrap();
+        assert!(middle.is_hard && middle.slack == 0.0);
+        let stands = TriMesh::new(positions, vec![left, right, front]).unwrap();
+        let found = seams(&stands, &normals(&[up, up, [0.0, -1.0, 0.0]]), 0.0);
+        assert!(found.iter().all(|seam| seam.ends != [0, 1]));
     }
 
     #[test]

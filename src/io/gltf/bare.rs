@@ -14,8 +14,9 @@ use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as};
 use super::primitive::{PrimitiveWriter, Slots, Vertices};
 use super::repack::drop_unused;
 use super::rewrite::faces_by_group;
-use crate::io::bare_gltf::{BareFile, BareOptions};
+use crate::io::bare_gltf::BareFile;
 use crate::io::write::Content;
+use crate::io::write_options::WriteOptions;
 use crate::io::{Format, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, Grid, Look, Role, linear_light};
 
@@ -45,8 +46,7 @@ pub fn write_gltf(
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let named = Named { groups: group_names, ..Named::default() };
-    let how = BareOptions { format, packing: None, images: None, shared_images: None };
-    let written = write_with_looks(part, origin, &named, &how)?;
+    let written = write_with_looks(part, origin, &named, &WriteOptions::new(format, ""))?;
     Ok((written.bytes, written.notes))
 }
 
@@ -96,9 +96,10 @@ fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
     named: &Named,
-    options: &BareOptions,
+    options: &WriteOptions,
 ) -> Result<BareFile, WriteError> {
-    let BareOptions { format, packing, images, .. } = *options;
+    let WriteOptions { format, images, .. } = *options;
+    let packing = options.packing.as_ref();
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
@@ -131,9 +132,11 @@ fn write_with_looks(
 }
 
 /// Moves the images of a document into files beside it, where they are to be shared; returns these.
-fn moved_images(draft: &mut Draft, options: &BareOptions) -> Vec<OutputFile> {
-    let Some(name) = options.shared_images.filter(|_| options.format == Format::Gltf) else { return Vec::new() };
-    let moved = move_beside(draft, name, &[]);
+fn moved_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
+    if !options.shares_images || options.format != Format::Gltf {
+        return Vec::new();
+    }
+    let moved = move_beside(draft, &options.name, &[]);
     // Nothing but the views of these images is unused.
     if !moved.is_empty() {
         drop_unused(draft);
@@ -185,7 +188,7 @@ pub(in crate::io) fn write_attributed(
     groups: &[String],
     objects: &[Option<String>],
     looks: &[Look],
-    how: &BareOptions,
+    how: &WriteOptions,
 ) -> Result<BareFile, WriteError> {
     let (origin, positions) = content.around_origin();
     let mut attributes = attributes.clone();

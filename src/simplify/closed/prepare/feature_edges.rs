@@ -112,7 +112,7 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
     edges
 }
 
-/// The surface's edges over these edges of the mesh.
+/// The surface's edges over these edges of the mesh, as far as they have two sides there.
 fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
     let wanted: FxHashMap<[u32; 2], &KeptEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
@@ -126,6 +126,6 @@ fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut found: Vec<KeptEdge> = sides.filter_map(kept).collect();
     found.sort_unstable_by_key(|edge| edge.ends);
-    found.dedup_by_key(|edge| edge.ends);
-    found
+    let with_two_sides = found.chunk_by(|x, y| x.ends == y.ends).filter(|sides| sides.len() == 2);
+    with_two_sides.map(|sides| sides[0]).collect()
 }
