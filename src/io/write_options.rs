@@ -12,7 +12,7 @@ pub struct WriteOptions<'a> {
     pub name: String,
     /// Whether files that the asset names may be read from outside its folder; they are copied beside the output.
     pub allow_outside: bool,
-    /// How the numbers of a glTF are packed, as [`packing`] says for the model.
+    /// How the numbers of a glTF are packed, as [`packing`](super::packing) says for the model.
     pub packing: Option<Packing>,
     /// Who makes other images of those that the mesh wears, where someone does.
     pub images: Option<&'a dyn ImageMaker>,
