@@ -1,4 +1,4 @@
-//! What a mesh becomes that came from no glTF file and is written as one: plain data, also for builds without glTF.
+//! The glTF file of a mesh of another format: plain data, also for builds without glTF.
 
 use super::OutputFile;
 

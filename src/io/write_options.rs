@@ -1,22 +1,22 @@
-//! How a mesh is written with all that it carries.
+//! Options for writing a mesh with its attributes.
 
 use super::{Format, ImageMaker, Packing};
 
-/// How a model is written.
+/// Options for writing a model.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct WriteOptions<'a> {
     /// The format.
     pub format: Format,
-    /// What the file is called, without its extension: a library of materials that has to be made is named after it.
+    /// The name of the file without its extension; a new library of materials takes it, too.
     pub name: String,
-    /// Whether files that the asset names may be read from outside its folder; they are copied beside the output.
+    /// Whether files outside the folder of the asset may be read; they are copied beside the output.
     pub allow_outside: bool,
-    /// How the numbers of a glTF are packed, as [`packing`](super::packing) says for the model.
+    /// The packing of the numbers in a glTF, as [`packing`](super::packing) returns it for the model.
     pub packing: Option<Packing>,
     /// Who makes other images of those that the mesh wears, where someone does.
     pub images: Option<&'a dyn ImageMaker>,
-    /// Whether images within a `.gltf` become files beside it, `NAME_0.png`, for several meshes to share them.
+    /// Whether images in a `.gltf` become files beside it, `NAME_0.png`, so that several meshes share them.
     pub shares_images: bool,
 }
 

@@ -105,7 +105,7 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Edge>
     flaps
 }
 
-/// Of small flaps that hang on other faces both sides, of others the second one: a leaf with two sides is seen.
+/// Returns both sides of small flaps that share an edge with other faces, and the second side of all others, such as leaves.
 fn superfluous_of_flaps(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],

@@ -22,7 +22,7 @@ pub(super) struct Task<'a> {
     pub differentiable: bool,
     /// Whether the collapse begins with all vertices, however few are to stay.
     pub from_all: bool,
-    /// Whether the size is reached however far what is not locked gets from the mesh.
+    /// Whether the collapse goes on to the size although held vertices leave few to the rest.
     pub insists_on_size: bool,
     /// Where the mesh is one half of a mirrored one.
     pub half: Option<Half<'a>>,
@@ -41,7 +41,7 @@ pub(super) struct Sizes<'a> {
     pub limits: &'a [Limit],
     /// Samples per vertex of the first.
     pub oversample: f64,
-    /// How many of the sizes it is settled for which components go.
+    /// Number of the first sizes at which no further component is dropped.
     pub n_settled: usize,
 }
 

@@ -14,10 +14,10 @@ use super::prepare::prepare_at_scale;
 use super::prepare::surface::Normalisation;
 use super::request::Request;
 
-/// What was begun for all components, without those that were dropped.
+/// A collapse of all components from which the dropped ones were removed.
 pub struct Begun<'a> {
     collapse: Collapse<'a>,
-    /// How the surface of all was normalised.
+    /// The normalisation of the surface of all components.
     scale: Normalisation,
     /// The regions of the corners of each face that stays, as the mesh has them.
     regions: Vec<[u32; 3]>,

@@ -127,8 +127,8 @@ fn begin<'a, 'p: 'a>(
     cluster(mesh, request, limit, progress)
 }
 
-/// A collapse that keeps a copy of itself, from where it can go on without components. Where components of bare meshes go, the others begin
-/// anew and keep their bits.
+/// Sets the collapse of an asset to keep a copy of itself, from which it continues without dropped components. Bare meshes start again and
+/// keep their bits.
 fn keeping_copy<'a>(collapse: Collapse<'a>, request: &Request, n_levels: usize) -> Collapse<'a> {
     let may_drop = request.keep.drop.is_some_and(|rules| rules.from_level < n_levels);
     let can_go_on = collapse.has_ceilings() && !request.differentiable;

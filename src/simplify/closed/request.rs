@@ -28,7 +28,7 @@ pub struct Request<'a> {
     pub differentiable: bool,
     /// What has to stay.
     pub keep: Keep<'a>,
-    /// Whether the size is reached whatever has to stay.
+    /// Whether the collapse goes on to the size although held vertices leave few to the rest.
     pub insists_on_size: bool,
     /// Where no merge may cost more, squared distance times area in the unit of the mesh: then that alone ends the collapse, and the size
     /// asked for says how many samples there are.

@@ -61,7 +61,7 @@ pub struct Collapse<'a> {
     pub(super) poses: Poses,
     /// What constrains it beside the topology.
     pub(super) constraints: Option<Constraints>,
-    /// What it was on its way, where that is to be kept.
+    /// The copy of itself from an earlier round, if one is wanted.
     pub(super) copy: OwnCopy<'a>,
     /// What happened, in order, where that is to be remembered.
     pub history: Option<Vec<Event>>,
@@ -69,7 +69,7 @@ pub struct Collapse<'a> {
     pub(super) pulse: Pulse<'a>,
 }
 
-/// Whether a collapse keeps a copy of itself on its way.
+/// The copy that a collapse makes of itself in an early round.
 #[derive(Clone, Default)]
 pub(super) enum OwnCopy<'a> {
     /// It does not.

@@ -9,7 +9,7 @@ use super::links::Span;
 const KEPT_AT: f64 = 4.0;
 
 impl<'a> Collapse<'a> {
-    /// The same collapse, which keeps a copy of itself on the way to the next limit.
+    /// Returns the collapse, set to keep a copy of itself before it reaches the next limit.
     pub fn keeping_a_copy(self) -> Self {
         Self { copy: OwnCopy::Wanted, ..self }
     }

@@ -19,7 +19,7 @@ pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original
     prepare_surface(mesh, Surface::new(mesh, pulse), keep)
 }
 
-/// The same of part of a mesh, normalised like all of it.
+/// Prepares a part of a mesh with the normalisation of the whole.
 pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
     prepare_surface(mesh, Surface::at_scale(mesh, scale, pulse), keep)
 }

@@ -113,7 +113,7 @@ impl<'a> Surface<'a> {
         Self::at_scale(mesh, Normalisation::of(mesh.positions()), pulse)
     }
 
-    /// The same of part of a mesh, normalised like all of it.
+    /// Makes the surface of a part of a mesh with the normalisation of the whole.
     pub fn at_scale(mesh: &'a TriMesh, scale: Normalisation, pulse: Pulse<'a>) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
         pulse.beat(0);
