@@ -70,7 +70,7 @@ fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMe
     let paper = simplified(mesh, Assembly::Paper, Some(weights))?;
     let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };
     let qem = simplify_by(Baseline::Qem, mesh, size, 0)?;
-    Ok(vec![("network", ours), ("paper", paper), ("qem", qem)])
+    Ok(vec![("closed", ours), ("paper", paper), ("qem", qem)])
 }
 
 fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> Result<TriMesh, Failure> {

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, changed};
+use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{RawMesh, TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, Simplified, Target, simplify};
@@ -20,12 +20,9 @@ fn welded(mesh: TriMesh) -> TriMesh {
 #[test]
 fn a_number_of_faces_is_reached_from_above_where_boundaries_cost_faces() {
     let tube = shapes::open_cylinder(12, 4);
-    for oversample in [1.0, 1.2, 2.0] {
-        let options = changed(Options::new(Target::Faces(64)), |options| options.oversample = Some(oversample));
-        let result = run(&tube, &options);
-        assert_eq!((result.report.outcome, result.mesh.faces().len()), (Outcome::Reached, 64), "{oversample}");
-        assert_manifold(&result.mesh);
-    }
+    let result = run(&tube, &Options::new(Target::Faces(64)));
+    assert_eq!((result.report.outcome, result.mesh.faces().len()), (Outcome::Reached, 64));
+    assert_manifold(&result.mesh);
 }
 
 #[test]
@@ -60,8 +57,7 @@ fn narrow_rings_keep_both_boundaries() {
     positions.iter_mut().for_each(|p| p[2] *= 0.01);
     let ring = TriMesh::new(positions, faces).unwrap();
     for vertices in [6, 8, 12, 20] {
-        let options = changed(Options::new(Target::Vertices(vertices)), |options| options.oversample = Some(1.0));
-        let result = run(&ring, &options);
+        let result = run(&ring, &Options::new(Target::Vertices(vertices)));
         assert_manifold(&result.mesh);
         assert_same_topology(&ring, &result.mesh);
     }
@@ -72,6 +68,5 @@ fn a_surface_pressed_flat_leaves_no_vertex_without_faces() {
     let (mut positions, faces) = shapes::chain_of_tori(2).into_parts();
     positions.iter_mut().for_each(|p| p[0] = 0.0);
     let flat = welded(TriMesh::new(positions, faces).unwrap());
-    let options = changed(Options::new(Target::Ratio(0.02)), |options| options.oversample = Some(1.1));
-    assert_manifold(&run(&flat, &options).mesh);
+    assert_manifold(&run(&flat, &Options::new(Target::Ratio(0.02))).mesh);
 }

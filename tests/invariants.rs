@@ -10,12 +10,7 @@ use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target,
 use proptest::prelude::*;
 
 fn to(mesh: &TriMesh, target: Target) -> Simplified {
-    with_oversample(mesh, target, Some(2.0))
-}
-
-/// By the one pass where the oversample is given, which small meshes go without otherwise.
-fn with_oversample(mesh: &TriMesh, target: Target, oversample: Option<f64>) -> Simplified {
-    with(mesh, &changed(Options::new(target), |options| options.oversample = oversample))
+    with(mesh, &Options::new(target))
 }
 
 fn with(mesh: &TriMesh, options: &Options) -> Simplified {
@@ -34,8 +29,7 @@ fn corners_and_creases_of_large_parts_stay() {
     let size = [3.0, 2.0, 1.0];
     let mesh = shapes::cuboid(size, 60);
     assert!(mesh.positions().len() > 20_000);
-    let lighter = with_oversample(&mesh, Target::Ratio(0.01), None);
-    assert_eq!(lighter.report.vertices_after_pass, mesh.positions().len());
+    let lighter = to(&mesh, Target::Ratio(0.01));
     let bounds: [f32; 3] = size.map(|x| x as f32);
     for corner in 0..8 {
         let place: [f32; 3] = std::array::from_fn(|k| if corner >> k & 1 == 1 { bounds[k] } else { 0.0 });
@@ -52,14 +46,12 @@ fn corners_and_creases_of_large_parts_stay() {
 
 /// Closed, of the asked size, and the same after its positions are welded; all parts are there but those reported dropped.
 fn check(original: &TriMesh, ratio: f64) {
-    for oversample in [None, Some(1.5)] {
-        let options = changed(Options::new(Target::Ratio(ratio)), |options| options.oversample = oversample);
-        let result = check_with(original, ratio, &options);
-        let components = topology(original).components - result.report.components_pruned;
-        assert_eq!(topology(&result.mesh).components, components);
-        let result = check_with(original, ratio, &changed(options, |options| options.prune = false));
-        assert_same_topology(original, &result.mesh);
-    }
+    let options = Options::new(Target::Ratio(ratio));
+    let result = check_with(original, ratio, &options);
+    let components = topology(original).components - result.report.components_pruned;
+    assert_eq!(topology(&result.mesh).components, components);
+    let result = check_with(original, ratio, &changed(options, |options| options.prune = false));
+    assert_same_topology(original, &result.mesh);
 }
 
 fn check_with(original: &TriMesh, ratio: f64, options: &Options) -> Simplified {

@@ -53,5 +53,5 @@ fn each_is_best_by_its_own_figure() {
 fn the_mean_asks_for_no_scores_and_says_so() {
     let mesh = mesh(NAMES[0]);
     assert_eq!(to(&mesh, 0.1, Optimize::Mean).report.scores, ScoreSource::Geometry);
-    assert_eq!(to(&mesh, 0.1, Optimize::Max).report.scores, ScoreSource::Network);
+    assert_eq!(to(&mesh, 0.1, Optimize::Max).report.scores, ScoreSource::Bending);
 }

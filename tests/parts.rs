@@ -12,12 +12,8 @@ fn to(mesh: &TriMesh, ratio: f64) -> Simplified {
 }
 
 fn with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
-    // By the one pass, which small meshes go without otherwise.
-    let oversample = Some((1.45 / ratio.cbrt()).clamp(1.0, 4.0));
     let options = changed(Options::new(Target::Ratio(ratio)), |options| {
-        options.seed = 2;
         options.scores = scores;
-        options.oversample = oversample;
         options.prune = false;
     });
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()

@@ -9,8 +9,8 @@ use neural_mesh::simplify::{Options, Purpose, ScoreSource, Target, simplify, ver
 fn to(mesh: &TriMesh, n: usize, purpose: Purpose) -> TriMesh {
     let options = changed(Options::new(Target::Vertices(n)), |options| options.purpose = purpose);
     let result = simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-    let by_network = cfg!(feature = "weights") && purpose != Purpose::Spectrum;
-    assert_eq!(result.report.scores, if by_network { ScoreSource::Network } else { ScoreSource::Geometry });
+    let is_shape = purpose == Purpose::Shape;
+    assert_eq!(result.report.scores, if is_shape { ScoreSource::Bending } else { ScoreSource::Geometry });
     assert_eq!(result.mesh.positions().len(), n);
     result.mesh
 }

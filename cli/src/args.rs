@@ -14,9 +14,9 @@ Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compresse
 sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
 carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
 
-Scores decide where vertices go. They come from a small network that ships with the program, or from yours with \
---weights FILE. With --scores geometry there is no network and every vertex counts by its area. The report says which \
-(\"scores\": \"network\").
+Scores decide where vertices go: more where the surface bends, by a formula. --scores network asks a small network that \
+ships with the program, --weights FILE yours; with --scores geometry every vertex counts by its area. The report says which \
+(\"scores\": \"bending\").
 
 Batches: meshes are simplified in parallel, each into a file of its name below OUT, with a row in OUT/manifest.csv. A mesh \
 that fails is a row too; the others continue, and the exit code is 1. OUT takes one batch at a time. Folders are searched with all folders below. \
@@ -123,19 +123,16 @@ pub struct SimplifyArgs {
     /// How sampled vertices become a surface
     #[arg(long, value_enum, default_value = "closed")]
     pub assembly: AssemblyArg,
-    /// Where the scores come from, which decide where vertices go
-    #[arg(long, value_enum, default_value = "network")]
-    pub scores: ScoresArg,
+    /// Where the scores come from, which decide where vertices go [default: bending, with --weights network]
+    #[arg(long, value_enum)]
+    pub scores: Option<ScoresArg>,
     /// The figure in which the result is to be near
     #[arg(long, value_enum, default_value = "balanced")]
     pub optimize: OptimizeArg,
     /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
-    /// Samples drawn per vertex asked for, 1 to 4 [default: the method's choice]
-    #[arg(long, value_name = "X", value_parser = number("a number from 1 to 4", |x| (1.0..=4.0).contains(&x)), allow_negative_numbers = true)]
-    pub oversample: Option<f64>,
-    /// Seed of the sampling; the same seed gives the same mesh
+    /// Seed of the sampling of `--assembly paper`; the same seed gives the same mesh
     #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads to use [default: one per core]; the result is the same with any number
@@ -266,9 +263,11 @@ impl From<AssemblyArg> for Assembly {
 /// Where the scores come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ScoresArg {
+    /// From a formula: more vertices where the surface bends
+    Bending,
     /// From a trained network
     Network,
-    /// No network: every vertex counts by its area
+    /// From nowhere: every vertex counts by its area
     Geometry,
 }
 
@@ -331,7 +330,7 @@ pub struct MeshPointsArgs {
     /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
-    /// Seed of the sampling; the same seed gives the same mesh
+    /// Seed of the sampling of `--assembly paper`; the same seed gives the same mesh
     #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads to use [default: one per core]; the result is the same with any number

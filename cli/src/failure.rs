@@ -35,10 +35,9 @@ impl Failure {
     pub fn of_simplify(error: &SimplifyError, input: &Path) -> Self {
         match error {
             SimplifyError::Interrupted => Self::Interrupted,
-            SimplifyError::BadTarget(_)
-            | SimplifyError::BadOversample(_)
-            | SimplifyError::BadError(_)
-            | SimplifyError::NotWithSymmetry(_) => Self::Usage(error.to_string()),
+            SimplifyError::BadTarget(_) | SimplifyError::BadError(_) | SimplifyError::NotWithSymmetry(_) => {
+                Self::Usage(error.to_string())
+            }
             _ => Self::of(input, error),
         }
     }

@@ -140,7 +140,6 @@ fn told(request: &Request, found: &OutOfCore, target: Target) -> Report {
         target: report::target(&request.goal, target),
         outcome: report::outcome(&simplified.report.outcome),
         scores: report::scores(simplified.report.scores),
-        oversample: simplified.report.oversample,
         seed: request.options.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),

@@ -41,7 +41,7 @@ impl Part {
 pub fn words_of(stage: &str) -> &'static str {
     match stage {
         "surface" | "symmetry" => "looking at the surface",
-        "samples" | "scores" | "cuts" | "quotient" | "placement" | "sample" => "choosing vertices",
+        "scores" | "sample" => "choosing vertices",
         "collapse" => "merging vertices",
         "flips" | "fit" => "fitting to the original",
         "assign" | "edges" | "faces" => "choosing faces",

@@ -27,8 +27,6 @@ pub struct Report {
     pub outcome: String,
     /// `geometry` or `network`.
     pub scores: &'static str,
-    /// Samples per vertex asked for, as used.
-    pub oversample: f64,
     /// Seed of the sampling.
     pub seed: u64,
     /// Threads used.
@@ -189,8 +187,6 @@ pub struct Output {
     /// faces share none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices_written: Option<usize>,
-    /// Vertices left by the one pass, before the collapse.
-    pub vertices_after_pass: usize,
     /// Components in their smallest closed form.
     pub components_at_minimum: usize,
     /// Whether a smaller result would take the shape of a component.
@@ -208,8 +204,6 @@ pub struct Output {
     pub locked_vertices: usize,
     /// Vertices and edges of the input cut because more than one sheet met there.
     pub split_vertices: usize,
-    /// Regions refined to keep the surface a manifold.
-    pub refined_regions: usize,
     /// Edges that gave way to the other diagonal of their faces.
     pub flipped_edges: usize,
     /// Vertices moved apart because their written positions would have been the same.
@@ -391,7 +385,6 @@ impl Output {
         Self {
             size,
             vertices_written: None,
-            vertices_after_pass: done.vertices_after_pass,
             components_at_minimum: done.components_at_minimum,
             components_keep_shape: done.components_keep_shape,
             components_pruned: done.components_pruned,
@@ -400,7 +393,6 @@ impl Output {
             kept_edges: done.kept_edges,
             locked_vertices: done.locked_vertices,
             split_vertices: done.split_vertices,
-            refined_regions: done.refined_regions,
             flipped_edges: done.flipped_edges,
             separated_vertices: done.separated_vertices,
         }
@@ -457,6 +449,7 @@ impl Distance {
 /// The word for where the scores came from.
 pub fn scores(source: ScoreSource) -> &'static str {
     match source {
+        ScoreSource::Bending => "bending",
         ScoreSource::Geometry => "geometry",
         ScoreSource::Network => "network",
     }

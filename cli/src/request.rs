@@ -285,16 +285,19 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     let mut options = Options::new(target(args)?);
     options.assembly = args.assembly.into();
     options.scores = match args.scores {
-        ScoresArg::Network => ScoreSource::Network,
-        ScoresArg::Geometry => ScoreSource::Geometry,
+        None if args.weights.is_some() => ScoreSource::Network,
+        None | Some(ScoresArg::Bending) => ScoreSource::Bending,
+        Some(ScoresArg::Network) => ScoreSource::Network,
+        Some(ScoresArg::Geometry) => ScoreSource::Geometry,
     };
     options.optimize = optimize(args.optimize);
-    if options.scores == ScoreSource::Geometry {
+    if args.scores == Some(ScoresArg::Geometry) {
         check_no_network("--scores geometry", args)?;
+    } else if args.scores == Some(ScoresArg::Bending) {
+        check_no_network("--scores bending", args)?;
     } else if options.optimize == Optimize::Mean {
         check_no_network("--optimize mean", args)?;
     }
-    options.oversample = args.oversample;
     options.seed = args.seed;
     options.prune = !args.keep_components;
     options.hidden = hidden(args.hidden);

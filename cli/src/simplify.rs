@@ -512,7 +512,6 @@ fn told(
         target: report::target(&request.goal, request.options.target),
         outcome: first.outcome,
         scores: report::scores(result.report.scores),
-        oversample: result.report.oversample,
         seed: request.options.seed,
         threads: rayon::current_num_threads(),
         seconds,

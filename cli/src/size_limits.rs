@@ -70,7 +70,6 @@ struct Held {
     locked_vertices: usize,
     components_at_minimum: usize,
     split_vertices: usize,
-    refined_regions: usize,
 }
 
 /// Describes how small the mesh gets, on standard output.
@@ -164,7 +163,6 @@ impl SizeLimits {
                 locked_vertices: output.locked_vertices,
                 components_at_minimum: output.components_at_minimum,
                 split_vertices: output.split_vertices,
-                refined_regions: output.refined_regions,
             },
             free: what_frees(request, subject, output),
         })

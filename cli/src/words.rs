@@ -163,7 +163,6 @@ pub fn held(output: &Output) -> Vec<String> {
         (output.locked_vertices, "locked vertices: of boundaries, of what is kept"),
         (output.components_at_minimum, "components as small as their topology allows"),
         (output.split_vertices, "vertices split where parts only touch or more than two sheets meet"),
-        (output.refined_regions, "regions cut to keep the surface, its seams and creases whole"),
         (output.components_pruned, "components dropped"),
     ];
     held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("held      {} {what}", grouped(n))).collect()

@@ -504,7 +504,6 @@ fn what_makes_no_sense_is_a_usage_error() {
         &["--format", "fbx"],
         &["--memory", "0"],
         &["--threads", "0"],
-        &["--oversample", "9"],
     ] {
         let refused = run(folder.path(), &[&["simplify", "in", "-o", "out", "--ratio", "0.2"], more].concat());
         assert_eq!(refused.code, Some(2), "{more:?} {}", refused.words);

@@ -117,11 +117,11 @@ fn in_a_batch_it_is_a_row() {
     let rows = |out: &str| fs::read_to_string(folder.path().join(out).join("manifest.csv")).unwrap();
     let count = |out: &str, outcome: &str| rows(out).matches(outcome).count();
     // A bound: only the sphere fits.
-    let sized = batch("a", &["--size", "1kB"]);
+    let sized = batch("a", &["--size", "0.5kB"]);
     assert_eq!(sized.code, Some(3), "{}", sized.words);
     assert!(the_line(&sized).contains("1 meshes were stopped before what was asked"), "{}", sized.words);
     assert_eq!((count("a", ",reached,"), count("a", ",stopped: the smallest result takes ")), (1, 1), "{}", rows("a"));
-    assert_eq!(batch("a", &["--size", "1kB", "--resume"]).code, Some(3));
+    assert_eq!(batch("a", &["--size", "0.5kB", "--resume"]).code, Some(3));
     // A size.
     for (more, code) in
         [(&[][..], 0), (&["--strict", "--resume"], 3), (&["--resume"], 0), (&["--strict", "--force"], 3)]

@@ -47,7 +47,7 @@ fn timeless(folder: &Path, run: &str) -> Vec<Vec<String>> {
 fn every_case_has_its_row_with_sensible_figures() {
     let folder = prepared(&[("wave.ply", shapes::wavy_sphere(4, 0.5)), ball()]);
     std::fs::write(folder.path().join("data/bad.ply"), "ply\nno mesh\n").unwrap();
-    let more = ["--methods", "network,qem,clustering,paper", "--ratios", "0.1,0.3"];
+    let more = ["--methods", "closed,qem,clustering,paper", "--ratios", "0.1,0.3"];
     let done = run(folder.path(), &evaluation("run", &more));
     assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
     let said = String::from_utf8(done.out).unwrap();
@@ -59,7 +59,7 @@ fn every_case_has_its_row_with_sensible_figures() {
         rows.iter().find(is_it).unwrap()
     };
     for ratio in [0.1, 0.3] {
-        let [ours, qem, clustering] = ["network", "qem", "clustering"].map(|method| find("wave.ply", ratio, method));
+        let [ours, qem, clustering] = ["closed", "qem", "clustering"].map(|method| find("wave.ply", ratio, method));
         let number = |row: &Value, name: &str| row[name].as_f64().unwrap();
         assert!(number(qem, "distance_mean") < number(clustering, "distance_mean"));
         assert!(number(ours, "seconds") > 0.0 && number(ours, "distance_mean") > 0.0);
@@ -72,7 +72,7 @@ fn every_case_has_its_row_with_sensible_figures() {
     }
     let tables = std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap();
     for words in
-        ["| network | 2 of 2 |", "| qem | 2 of 2 |", "| clustering |", "| paper |", "Relative to qem", "bad.ply"]
+        ["| closed | 2 of 2 |", "| qem | 2 of 2 |", "| clustering |", "| paper |", "Relative to qem", "bad.ply"]
     {
         assert!(tables.contains(words), "{words}: {tables}");
     }
@@ -117,7 +117,7 @@ fn a_method_that_takes_too_long_is_stopped() {
     };
     let hangs = "hangs=sh -c 'test {ratio} = 0.4 && sleep 600; cp $0 $1' {in} {out}";
     assert_eq!(stopped("tool", "5", &["--methods", "hangs", "--tool", hangs]), 1);
-    assert_eq!(stopped("ours", "0.000001", &["--methods", "network,qem"]), 2);
+    assert_eq!(stopped("ours", "0.000001", &["--methods", "closed,qem"]), 2);
     assert!(began.elapsed().as_secs() < 600);
 }
 

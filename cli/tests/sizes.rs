@@ -107,7 +107,6 @@ fn every_number_that_is_none_is_told_what_is_taken() {
         (sized, "--memory", "-1", "a number of GiB above 0"),
         (sized, "--crease-angle", "200", "degrees from 0 to 180"),
         (sized, "--seam-error", "-1", "texels, 0 or more"),
-        (sized, "--oversample", "5", "a number from 1 to 4"),
         (sized, "--seed", "-1", "a whole number of at least 0"),
         (sized, "--threads", "0", "from 1 to 1024"),
         (sized, "--fill-holes=", "-1", "a whole number of at least 0"),

@@ -11,7 +11,7 @@ use neural_mesh::mesh::{RawMesh, Topology, TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let [shape, size, oversample, flags, edits @ ..] = bytes else { return };
+    let [shape, size, flags, edits @ ..] = bytes else { return };
     let (positions, faces) = start(*shape);
     let mut raw = RawMesh::new(positions, faces);
     raw.double = flags & 16 != 0;
@@ -25,8 +25,6 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         _ => Target::Faces(*size as usize),
     };
     let mut options = Options::new(target);
-    options.oversample = (*oversample > 0).then(|| 1.0 + f64::from(*oversample) / 85.0);
-    options.seed = u64::from(*flags);
     options.prune = flags & 8 != 0;
     options.frame = cleaned.frame;
     let run = || simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()));

@@ -105,13 +105,12 @@ def record(
     n_vertices: int | str | None = None,
     n_faces: int | str | None = None,
     optimize: Literal["balanced", "mean", "max", "normals"] | None = None,
-    scores: Literal["network", "geometry"] | None = None,
+    scores: Literal["bending", "network", "geometry"] | None = None,
     assembly: Literal["closed", "paper"] | None = None,
     weights: str | None = None,
     keep_components: bool = False,
     lock_boundaries: bool = False,
     subset: bool = False,
-    oversample: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -124,7 +123,7 @@ def record(
         raise _native.OptionError("record: give exactly one of ratio, n_vertices, n_faces")
     options = {
         **said, "optimize": optimize, "scores": scores, "assembly": assembly, "weights": weights, "keep_components": keep_components,
-        "lock_boundaries": lock_boundaries, "subset": subset, "oversample": oversample, "seed": seed, "threads": threads,
+        "lock_boundaries": lock_boundaries, "subset": subset, "seed": seed, "threads": threads,
     }  # fmt: skip
     if isinstance(vertices, (list, tuple)) and len(vertices) > 0 and hasattr(vertices[0], "shape"):
         return [Record(v, f, options, progress) for v, f in zip(vertices, faces, strict=True)]

@@ -77,7 +77,7 @@ def cut(mesh: Any) -> Cut:
     return Cut([Block(*block) for block in blocks], np.array(origin), n_vertices)
 
 
-def sample(block: Block, share: float, *, scores: Literal["network", "geometry"] = "network", seed: int = 0, threads: int | None = None) -> Paid:
+def sample(block: Block, share: float, *, scores: Literal["bending", "network", "geometry"] = "bending", seed: int = 0, threads: int | None = None) -> Paid:
     """What a block pays on the way to a share of its vertices; a few blocks tell the price for all."""
     return Paid(*_native.sample_block(block._arrays, share, scores, seed, threads))
 
@@ -88,7 +88,7 @@ def price(samples: Sequence[Paid], share: float) -> float:
 
 
 def lighten(
-    block: Block, share: float, price: float, *, scores: Literal["network", "geometry"] = "network", seed: int = 0, threads: int | None = None
+    block: Block, share: float, price: float, *, scores: Literal["bending", "network", "geometry"] = "bending", seed: int = 0, threads: int | None = None
 ) -> Block:
     """Simplifies a block as long as merges cost no more than the price; `share` is what that leaves in the mean of all blocks."""
     return Block(*_native.simplify_block(block._arrays, share, price, scores, seed, threads))
@@ -100,7 +100,7 @@ def join(blocks: Iterable[Block]) -> tuple[NDArray[np.float32], NDArray[np.int32
 
 
 def simplify(
-    mesh: Any, *, ratio: float, each: Each = map, scores: Literal["network", "geometry"] = "network", seed: int = 0, threads: int | None = None
+    mesh: Any, *, ratio: float, each: Each = map, scores: Literal["bending", "network", "geometry"] = "bending", seed: int = 0, threads: int | None = None
 ) -> tuple[NDArray[Any], NDArray[np.int32]]:
     """Simplifies a mesh to a share of its vertices in blocks that `each` gives to workers; vertices and faces of the result."""
     if not 0 < ratio <= 1:

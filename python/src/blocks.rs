@@ -48,9 +48,10 @@ fn options(share: f64, scores: &str, seed: u64) -> PyResult<Options> {
     let mut options = Options::new(Target::Ratio(share));
     options.seed = seed;
     options.scores = match scores {
+        "bending" => ScoreSource::Bending,
         "geometry" => ScoreSource::Geometry,
         "network" => ScoreSource::Network,
-        _ => return Err(raised(&Failure::Usage(format!("scores: {scores}: give network or geometry")))),
+        _ => return Err(raised(&Failure::Usage(format!("scores: {scores}: give bending, network or geometry")))),
     };
     Ok(options)
 }

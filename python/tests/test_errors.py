@@ -27,7 +27,6 @@ MESH = torus(20, 12)
         (MESH, {"ratio": 0.5, "importance": "force"}, "importance force: the mesh has no such attribute"),
         (MESH, {"ratio": 0.5, "weights": "-f"}, "-f: "),
         (MESH, {"error": "much"}, "error much: give a distance"),
-        (MESH, {"ratio": 0.5, "oversample": 9.0}, "oversample 9.0: give a number from 1 to 4"),
         (MESH, {"ratio": 0.5, "assembly": "paper", "keep_components": True}, "keep_components: not available with assembly paper"),
         (MESH, {"ratio": 0.5, "threads": 0}, "threads: give a number from 1"),
         (MESH, {"ratio": 0.5, "optimize": "speed"}, "possible values"),

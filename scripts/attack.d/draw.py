@@ -215,8 +215,6 @@ def options(rng, drawn):
         some += rng.choice([["--optimize", "mean"], ["--optimize", "max"], ["--optimize", "normals"], ["--scores", "geometry"]])
     if rng.random() < 0.12:
         some += rng.choice([["--keep-features"], ["--crease-angle", "10"]])
-    if rng.random() < 0.25:
-        some += ["--oversample", rng.choice(["1", "1.5", "3"])]
     if rng.random() < 0.1:
         some += ["--seed", str(rng.randint(0, 99))]
     return some + ["--threads", rng.choice(["1", "1", "2", "3", "8"])]

@@ -79,7 +79,8 @@ pub(super) fn run(job: &Job) -> Result<f64, String> {
 fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: &Loaded) -> Result<TriMesh, String> {
     let options = Options { seed: job.seed, ..Options::new(Target::Vertices(job.vertices)) };
     let options = match method {
-        Method::Network => options,
+        Method::Closed => options,
+        Method::Network => Options { scores: ScoreSource::Network, ..options },
         Method::Geometry => Options { scores: ScoreSource::Geometry, ..options },
         Method::Mean => Options { optimize: Optimize::Mean, ..options },
         Method::Max => Options { optimize: Optimize::Max, ..options },

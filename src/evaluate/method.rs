@@ -8,9 +8,11 @@ use crate::learned_baselines::LearnedBaseline;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// Ours as it comes: closed assembly, scores of a network.
+    /// Ours as it comes: closed assembly, scores by a formula.
+    Closed,
+    /// The same with the scores of a network.
     Network,
-    /// Ours without a network: closed assembly, scores of the geometry.
+    /// The same without scores: every vertex counts by its area.
     Geometry,
     /// Ours for the mean distance.
     Mean,
@@ -31,7 +33,8 @@ pub enum Method {
 }
 
 /// This library's own, by name.
-const OURS: [(&str, Method); 7] = [
+const OURS: [(&str, Method); 8] = [
+    ("closed", Method::Closed),
     ("network", Method::Network),
     ("geometry", Method::Geometry),
     ("mean", Method::Mean),
@@ -46,7 +49,7 @@ impl Method {
     ///
     /// ```
     /// use neural_mesh::evaluate::Method;
-    /// assert_eq!(Method::names()[..4], ["network", "geometry", "mean", "max"]);
+    /// assert_eq!(Method::names()[..4], ["closed", "network", "geometry", "mean"]);
     /// ```
     pub fn names() -> Vec<&'static str> {
         let baselines = Baseline::ALL.map(Baseline::name);

@@ -390,7 +390,7 @@ impl Run<'_> {
         let Settings { threads, time_limit, samples, .. } = self.request.settings;
         let [closed, paper] = &self.origin.weights;
         let weights = match method {
-            Method::Network | Method::Max | Method::Normals => closed.as_str(),
+            Method::Network => closed.as_str(),
             _ if method.is_paper() => paper,
             Method::Learned(baseline) => self.origin.learned.get(baseline.name()).map_or("", String::as_str),
             _ => "",

@@ -62,22 +62,6 @@ pub(crate) fn add_faces<T: Send, F>(
     });
 }
 
-/// Adds each item, by its index, to the row that it belongs to. Every row takes its items in their order, whichever thread it
-/// belongs to.
-pub(crate) fn add_to_rows<T: Send>(pulse: Pulse, rows: &mut [T], row_of: &[u32], add: impl Fn(&mut T, usize) + Sync) {
-    let shares = shares(rows.len());
-    let parts: Vec<_> = shares.iter().zip(cut(&shares, rows, |row| row + 1)).collect();
-    parts.into_par_iter().for_each(|(share, rows)| {
-        for numbers in pulse.counting_if(share.start == 0).through(0..row_of.len()) {
-            for (i, &row) in numbers.clone().zip(&row_of[numbers]) {
-                if let Some(row) = rows.get_mut((row as usize).wrapping_sub(share.start)) {
-                    add(row, i);
-                }
-            }
-        }
-    });
-}
-
 /// The indices of the items that are wanted, ascending.
 pub(crate) fn indices_where<T: Sync>(
     pulse: Pulse,
@@ -107,18 +91,6 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let mut rows = vec![Vec::new(); n as usize];
         pool.install(|| add_faces(Pulse::NONE, &mut rows, &faces, |f| f, |row, &f, corner| row.push([f, corner])));
-        assert_eq!(rows, naive);
-    }
-
-    #[test]
-    fn items_are_added_to_their_rows_in_order() {
-        let n = 3 * LEAST;
-        let row_of: Vec<u32> = (0..2 * n as u64).map(|i| (i * i % n as u64) as u32).collect();
-        let mut naive = vec![Vec::new(); n];
-        row_of.iter().enumerate().for_each(|(i, &row)| naive[row as usize].push(i));
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-        let mut rows = vec![Vec::new(); n];
-        pool.install(|| add_to_rows(Pulse::NONE, &mut rows, &row_of, |row, i| row.push(i)));
         assert_eq!(rows, naive);
     }
 

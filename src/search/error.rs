@@ -8,7 +8,7 @@ use crate::mesh::{TriMesh, United};
 use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified_within};
 use crate::model::Weights;
 use crate::simplify::{
-    Input, Listener, Options, Outcome, Pruned, Simplified, SimplifyError, Target, levels_from_all, pruned,
+    Input, Listener, Options, Outcome, Pruned, Simplified, SimplifyError, Target, levels_of_sizes, pruned,
 };
 
 use super::part::Search;
@@ -183,7 +183,7 @@ fn at_sizes(
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
-    levels_from_all(input, weights, options, &sizes, progress)
+    levels_of_sizes(input, weights, options, &sizes, progress)
 }
 
 /// The smallest result found that holds the error, if one does, and how many were made.

@@ -20,8 +20,6 @@ pub(super) struct Task<'a> {
     pub options: &'a Options,
     /// Whether the closed result is to be known as a function of the positions.
     pub differentiable: bool,
-    /// Whether the collapse begins with all vertices, however few are to stay.
-    pub from_all: bool,
     /// Whether the collapse goes on to the size although held vertices leave few to the rest.
     pub insists_on_size: bool,
     /// Where the mesh is one half of a mirrored one.
@@ -31,16 +29,14 @@ pub(super) struct Task<'a> {
 impl<'a> Task<'a> {
     /// What the caller asked for and nothing else.
     pub fn of(options: &'a Options) -> Self {
-        Self { options, differentiable: false, from_all: false, insists_on_size: false, half: None }
+        Self { options, differentiable: false, insists_on_size: false, half: None }
     }
 }
 
-/// Sizes to reach, each no larger than the one before, and samples per vertex asked for.
+/// Sizes to reach, each no larger than the one before.
 pub(super) struct Sizes<'a> {
     /// The sizes.
     pub limits: &'a [Limit],
-    /// Samples per vertex of the first.
-    pub oversample: f64,
     /// Number of the first sizes at which no further component is dropped.
     pub n_settled: usize,
 }
@@ -84,7 +80,7 @@ fn levels_of(
     let Levels { mut made, dropped, begun } = levels_of_whole(input, weights, task, sizes, begun, progress)?;
     let Some(dropped) = dropped else { return Ok(made) };
     let Some(pruned) = without(input.mesh, dropped.n_components, |face| dropped.faces[face]) else { return Ok(made) };
-    let left = Sizes { limits: &sizes.limits[made.len()..], n_settled: 1, ..*sizes };
+    let left = Sizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
     made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, begun, progress))?);
     Ok(made)
 }
@@ -95,17 +91,21 @@ fn drop_rules(options: &Options, half: Option<Half>, from_level: usize) -> Optio
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// Where scores come from: from no network where none counts.
-fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
-    let asks_network = aim.strength > 0.0 && (options.purpose != Purpose::Spectrum || weights.is_some());
-    if asks_network { options.scores } else { ScoreSource::Geometry }
+/// Where scores come from: from nowhere where none counts, from the caller's network where there is one.
+pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
+    match options.scores {
+        _ if aim.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => ScoreSource::Geometry,
+        ScoreSource::Bending if weights.is_some() => ScoreSource::Network,
+        scores => scores,
+    }
 }
 
-/// Vertex importance: the caller's, else the network's, else uniform.
-fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a Weights>) -> Importance<'a> {
+/// Vertex importance: the caller's, else by the scores.
+pub(super) fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a Weights>) -> Importance<'a> {
     match scores {
         _ if !given.is_empty() => Importance::Given(given),
         ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
+        ScoreSource::Bending => Importance::Bending,
         ScoreSource::Geometry => Importance::Even,
     }
 }
@@ -161,13 +161,10 @@ fn levels_as_shaded<'a>(
         ..Keep::of(options, input.kept)
     };
     let request = Request {
-        oversample: sizes.oversample,
-        all_if_uneven: options.oversample.is_none(),
         importance: importance_by(importance, scores, weights),
         hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
         aim,
         parts: Parts::default(),
-        seed: options.seed,
         frame: options.frame,
         differentiable,
         keep,
@@ -197,7 +194,7 @@ pub(super) fn paper_result(
 }
 
 /// The mesh as it is, for targets that it meets already.
-pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options, oversample: f64) -> Simplified {
+pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options) -> Simplified {
     let mesh = input.mesh;
     let scores = if options.assembly == Assembly::Closed { options.scores } else { ScoreSource::Network };
     Simplified {
@@ -205,7 +202,7 @@ pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options, oversamp
         attributes: input.attributes.clone(),
         source_vertices: Some((0..mesh.positions().len() as u32).collect()),
         map: options.map.then(|| map::of_unchanged(mesh)),
-        report: Report { oversample, scores, ..Report::of(pulse, mesh) },
+        report: Report { scores, ..Report::of(pulse, mesh) },
     }
 }
 
@@ -214,13 +211,12 @@ pub(super) fn unchanged_but_pruned(
     pulse: Pulse,
     input: &Input,
     options: &Options,
-    oversample: f64,
 ) -> Result<Simplified, SimplifyError> {
     let Some(pruned) = pruned(pulse, input, options) else {
-        return Ok(unchanged(pulse, input, options, oversample));
+        return Ok(unchanged(pulse, input, options));
     };
     let part = input.part(&pruned.sources, &pruned.faces)?;
-    let mut result = unchanged(pulse, &part.of(&pruned.mesh, input.scene), options, oversample);
+    let mut result = unchanged(pulse, &part.of(&pruned.mesh, input.scene), options);
     pruned.note(&mut result.report);
     result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);

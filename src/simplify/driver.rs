@@ -5,7 +5,7 @@ use crate::model::Weights;
 use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged, unchanged_but_pruned};
 use super::closed::{Derivative, is_sound};
 use super::input::Input;
-use super::limits::{Limit, ratio, resolve_levels, resolve_limit, resolve_oversample};
+use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
 use super::progress::{PAPER, Progress, closed_stages, listened};
 use super::symmetric;
@@ -37,9 +37,7 @@ pub(super) fn run_levels(
     targets: &[Target],
     listener: &mut Listener,
 ) -> Result<Vec<Traced>, SimplifyError> {
-    // All vertices go through the whole collapse where it is made from all.
-    let first = targets.first().filter(|_| !task.from_all);
-    let share = first.map_or(1.0, |target| target.share_of(input.mesh));
+    let share = targets.first().map_or(1.0, |target| target.share_of(input.mesh));
     let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
     listened(listener, &stages, |progress| closed(input, weights, task, targets, progress))
 }
@@ -63,18 +61,14 @@ fn closed(
     let importance = input.importance_of(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, ..*input };
     let mut limits = resolve_levels(&used.mesh, targets, options)?;
-    let oversample = match task.from_all {
-        true => 1.0 / ratio(&used.mesh, limits[0]),
-        false => resolve_oversample(&used.mesh, limits[0], options)?,
-    };
     // What is as large as the mesh is the mesh.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
     // What is taken apart has more vertices than the mesh, and loses none for that.
     limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
-    let same = || Ok((unchanged_but_pruned(progress.pulse, &input, options, oversample)?, None));
+    let same = || Ok((unchanged_but_pruned(progress.pulse, &input, options)?, None));
     let same: Vec<Traced> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
-    let sizes = Sizes { limits: &limits[n_unchanged..], oversample, n_settled: 0 };
+    let sizes = Sizes { limits: &limits[n_unchanged..], n_settled: 0 };
     let lighter = closed_levels(&input, weights, task, &sizes, progress)?;
     let levels = same.into_iter().chain(lighter.into_iter().map(|closed| closed.into_result()));
     let widen = |derivative| used.widen_derivative(derivative);
@@ -92,9 +86,8 @@ fn by_the_paper(
     input.check()?;
     let used = Used::of(progress.pulse, input.mesh)?;
     let limit = resolve_limit(&used.mesh, options)?;
-    let oversample = resolve_oversample(&used.mesh, limit, options)?;
     let simplified = if limit.is_met_by(&used.mesh) {
-        unchanged(progress.pulse, &Input { mesh: &used.mesh, ..*input }, options, oversample)
+        unchanged(progress.pulse, &Input { mesh: &used.mesh, ..*input }, options)
     } else {
         paper_result(&used.mesh, weights, options, limit, progress)?
     };

@@ -37,16 +37,15 @@ pub fn simplify_levels_of_detail(
     of_task(input, weights, &Task::of(options), &targets, progress)
 }
 
-/// Levels of these sizes from a collapse that begins with all vertices; the target of `options` does not count. What the one pass leaves
-/// out is missed by the largest distance before it is missed by the mean.
-pub(crate) fn levels_from_all(
+/// Levels of these sizes from one collapse; the target of `options` does not count.
+pub(crate) fn levels_of_sizes(
     input: &Input,
     weights: Option<&Weights>,
     options: &Options,
     targets: &[Target],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    of_task(input, weights, &Task { from_all: true, ..Task::of(options) }, targets, progress)
+    of_task(input, weights, &Task::of(options), targets, progress)
 }
 
 fn of_task(

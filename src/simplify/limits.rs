@@ -1,26 +1,8 @@
-//! Targets as numbers: how many vertices and faces are left, and how many samples are drawn for that.
+//! Targets as numbers: how many vertices and faces are left.
 
 use crate::mesh::TriMesh;
 
 use super::options::{Assembly, Options, SimplifyError, Target};
-
-/// Samples per vertex asked for at a ratio of 1, where the caller leaves the choice; they rise with the cube root of
-/// one over the ratio. Twelve large training meshes at ratios 0.03 to 0.15: at 1.1 the mean distance is 3.6 % farther
-/// in 0.88 of the time; at 1.9 it is 2.8 % nearer in 1.1 of it.
-const OVERSAMPLE: f64 = 1.45;
-/// Samples per vertex asked for, at most. Twelve large training meshes: at 3 the mean distance is 1 to 3 % farther at
-/// ratios of 0.1 to 0.03; at 6 it is 1.6 % nearer at 0.03.
-const MOST_OVERSAMPLE: f64 = 4.0;
-
-/// Vertices up to which all of them are samples, where the caller leaves the choice: one pass saves time where there is
-/// much to save. Sixteen training meshes below this at ratios 0.05 and 0.1: with darts the mean distance is 2 % farther
-/// and the largest 12 %, in 0.9 of the time.
-const SMALL: usize = 15_000;
-
-/// Share of the vertices that would be samples from which on all of them are, where the caller leaves the choice. Six
-/// large training meshes at a ratio of 0.2: with darts the mean distance is 9 % farther, the largest 23 %. At 0.3
-/// results of twelve at 0.1 and 0.15 lie 7 and 8 % nearer, in 1.5 and 1.2 of the time.
-const HARDLY_LESS: f64 = 0.45;
 
 /// When to stop.
 #[derive(Clone, Copy)]
@@ -87,33 +69,4 @@ pub(super) fn resolve_levels(
         limits.push(limit);
     }
     Ok(limits)
-}
-
-/// Samples per vertex asked for.
-pub(super) fn resolve_oversample(mesh: &TriMesh, limit: Limit, options: &Options) -> Result<f64, SimplifyError> {
-    match options.oversample {
-        Some(oversample) if !(1.0..=MOST_OVERSAMPLE).contains(&oversample) => {
-            Err(SimplifyError::BadOversample(oversample))
-        }
-        Some(oversample) => Ok(oversample),
-        None => Ok(default_oversample(mesh, limit)),
-    }
-}
-
-/// Samples per vertex asked for, where the caller leaves the choice.
-fn default_oversample(mesh: &TriMesh, limit: Limit) -> f64 {
-    let ratio = ratio(mesh, limit);
-    let of_pass = oversample_of_pass(ratio);
-    let is_all = mesh.positions().len() <= SMALL || of_pass * ratio >= HARDLY_LESS;
-    if is_all { (1.0 / ratio).max(1.0) } else { of_pass }
-}
-
-/// The share of the vertices that a limit leaves.
-pub(super) fn ratio(mesh: &TriMesh, limit: Limit) -> f64 {
-    limit.size() as f64 / mesh.positions().len() as f64
-}
-
-/// Samples per vertex asked for where the one pass does most of the work.
-pub(super) fn oversample_of_pass(ratio: f64) -> f64 {
-    (OVERSAMPLE / ratio.cbrt()).clamp(1.0, MOST_OVERSAMPLE)
 }

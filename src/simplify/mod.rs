@@ -38,7 +38,7 @@ pub(crate) use components::{Pruned, pruned};
 pub use groups::{GroupRatio, GroupsSimplified, simplify_groups};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
-pub(crate) use levels::levels_from_all;
+pub(crate) use levels::levels_of_sizes;
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
@@ -55,8 +55,8 @@ pub use weighed::{Weighed, simplify_weighed};
 
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
 ///
-/// `weights` are those of the network; without, those that ship: [`Weights::shipped_default`] for the closed assembly,
-/// [`Weights::shipped_paper_open`] for the paper's. With [`ScoreSource::Geometry`] the closed assembly uses none.
+/// `weights` are those of the network; without, those that ship where one is asked for: [`Weights::shipped_default`] with
+/// [`ScoreSource::Network`], [`Weights::shipped_paper_open`] for the paper's assembly.
 ///
 /// # Errors
 /// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. A target that cannot be
@@ -70,7 +70,7 @@ pub use weighed::{Weighed, simplify_weighed};
 /// let mut options = Options::new(Target::Vertices(100));
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 100);
-/// // Without a network:
+/// // Every vertex counts by its area:
 /// options.scores = ScoreSource::Geometry;
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.report.scores, ScoreSource::Geometry);

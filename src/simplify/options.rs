@@ -36,7 +36,7 @@ impl Target {
 /// How sampled vertices become a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Assembly {
-    /// Closed where the input was closed: cuts, quotient, collapse, flips, fit.
+    /// Closed where the input was closed: collapse, flips, fit.
     #[default]
     Closed,
     /// The paper's (Sec. 4): faces with p > 0.5, the best two per edge, vertices at input positions.
@@ -55,9 +55,7 @@ pub struct Options {
     pub scores: ScoreSource,
     /// What the result is to be near in (closed assembly only).
     pub optimize: Optimize,
-    /// Samples drawn per vertex asked for, 1 to 4; `None` lets the method choose (closed assembly only).
-    pub oversample: Option<f64>,
-    /// Seed of the sampling.
+    /// Seed of the sampling (paper assembly only).
     pub seed: u64,
     /// Whether components may go that cost more vertices than they show (closed assembly only). All stay with `lock_boundaries`,
     /// `subset` and `symmetric`, and at the mesh's own size.
@@ -99,18 +97,10 @@ pub enum Purpose {
     #[default]
     Shape,
     /// To be near in the poses, too, that morph targets of the input take the mesh to, each alone; without targets, in poses that
-    /// nobody knows, as if every place might bend alike. All vertices are samples then.
+    /// nobody knows, as if every place might bend alike.
     Poses,
-    /// To have the eigenfunctions of the Laplacian of the original (LE): faces of like areas, whatever the surface does. All
-    /// vertices are samples then.
+    /// To have the eigenfunctions of the Laplacian of the original (LE): faces of like areas, whatever the surface does.
     Spectrum,
-}
-
-impl Purpose {
-    /// Whether what is flat counts, too: there all vertices are samples, and no scores of a network are asked for.
-    pub(super) fn counts_flat(self) -> bool {
-        matches!(self, Self::Poses | Self::Spectrum)
-    }
 }
 
 /// What becomes of surfaces that no ray from outside reaches ([`hidden_faces`](super::hidden_faces)).
@@ -132,14 +122,13 @@ pub enum Hidden {
 pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
 
 impl Options {
-    /// The defaults for a target: closed assembly, the network's scores, seed 0, coordinates written as `f32`.
+    /// The defaults for a target: closed assembly, scores by how much the surface bends, seed 0, coordinates written as `f32`.
     pub fn new(target: Target) -> Self {
         Self {
             target,
             assembly: Assembly::default(),
             scores: ScoreSource::default(),
             optimize: Optimize::default(),
-            oversample: None,
             seed: 0,
             prune: true,
             prune_within: f64::INFINITY,
@@ -212,13 +201,11 @@ pub enum Symmetry {
     Plane(MirrorPlane),
 }
 
-/// What the closed assembly does beside darts, quotient and collapse: switches for measuring what each is worth.
+/// What the closed assembly does beside the collapse: switches for measuring what each is worth.
 /// [`simplify`](super::simplify) does all of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Parts {
-    /// Draws more samples than vertices asked for, so that the collapse can choose.
-    pub oversampling: bool,
     /// Flips edges whose other diagonal lies nearer to the original.
     pub flips: bool,
     /// Moves the vertices of the result toward the original.
@@ -228,15 +215,17 @@ pub struct Parts {
 impl Default for Parts {
     /// All of it.
     fn default() -> Self {
-        Self { oversampling: true, flips: true, fit: true }
+        Self { flips: true, fit: true }
     }
 }
 
 /// Where the scores come from, which say where the result is to have more vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ScoreSource {
-    /// From the network's Point Sampler.
+    /// From a formula: more vertices where the surface bends. Where weights are given, from their network.
     #[default]
+    Bending,
+    /// From the network's Point Sampler.
     Network,
     /// From the geometry alone: every vertex counts by its area. No weights are used.
     Geometry,
@@ -274,10 +263,6 @@ pub struct Report {
     pub outcome: Outcome,
     /// Where the scores came from.
     pub scores: ScoreSource,
-    /// Samples drawn per vertex asked for, as used.
-    pub oversample: f64,
-    /// Vertices left by the one pass, before the collapse.
-    pub vertices_after_pass: usize,
     /// Components that stand in the result in their smallest closed form.
     pub components_at_minimum: usize,
     /// Whether a smaller result would take the shape of a component.
@@ -294,8 +279,6 @@ pub struct Report {
     pub locked_vertices: usize,
     /// Vertices that were split because more than one sheet met there, and edges that were cut likewise.
     pub split_vertices: usize,
-    /// Quotient edges or regions that had to be refined to keep the surface a manifold.
-    pub refined_regions: usize,
     /// Edges that gave way to the other diagonal of their faces.
     pub flipped_edges: usize,
     /// Output vertices moved apart because their written positions would have been the same.
@@ -378,8 +361,6 @@ pub enum SimplifyError {
     BadTarget(Target),
     /// The largest distance asked for is negative or not a number.
     BadError(f64),
-    /// `oversample` outside 1 to 4.
-    BadOversample(f64),
     /// The attributes have not one row for each face, or there is not one importance for each vertex.
     BadInput,
     /// The mesh is not its own mirror image.
@@ -414,7 +395,6 @@ impl std::fmt::Display for SimplifyError {
                 write!(f, "invalid size {target:?}: must be a ratio above 0 and at most 1, or a count of at least 1")
             }
             Self::BadError(x) => write!(f, "invalid distance {x}: must be at least 0"),
-            Self::BadOversample(x) => write!(f, "invalid oversample {x}: must be from 1 to 4"),
             Self::BadInput => write!(
                 f,
                 "attributes or importance do not match the mesh: give one row per face and one positive number per vertex"

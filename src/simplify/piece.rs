@@ -3,10 +3,11 @@
 use crate::mesh::{Attributes, TriMesh};
 use crate::model::Weights;
 
-use super::closed::{Aim, Closed, Importance, Keep, Request, simplify_levels};
+use super::assemblies::{importance_by, score_source};
+use super::closed::{Aim, Closed, Keep, Request, simplify_levels};
 use super::input::kept_edges;
-use super::limits::{Limit, oversample_of_pass, ratio};
-use super::options::{Options, Parts, ScoreSource, SimplifyError};
+use super::limits::Limit;
+use super::options::{Options, Parts, SimplifyError};
 use super::progress::Progress;
 
 /// What became of a block.
@@ -18,8 +19,7 @@ pub(crate) struct Piece {
     pub paid: Vec<(usize, f64)>,
 }
 
-/// Simplifies a block to about `n_vertices`, or where a price is given, as long as merges cost no more, with as many samples as that
-/// number calls for. Locked vertices, n_input, keep every bit.
+/// Simplifies a block to about `n_vertices`, or where a price is given, as long as merges cost no more. Locked vertices, n_input, keep every bit.
 pub(crate) fn simplify_piece(
     mesh: &TriMesh,
     locked: &[bool],
@@ -29,16 +29,11 @@ pub(crate) fn simplify_piece(
 ) -> Result<Piece, SimplifyError> {
     let limit = Limit::of_vertices(n_vertices.max(4));
     let aim = Aim::of(options.optimize);
-    let is_by_network = aim.strength > 0.0 && options.scores == ScoreSource::Network;
-    let by_network = || Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default()));
     let request = Request {
-        oversample: oversample_of_pass(ratio(mesh, limit).min(1.0)),
-        all_if_uneven: true,
-        importance: if is_by_network { by_network() } else { Importance::Even },
+        importance: importance_by(&[], score_source(options, &aim, weights), weights),
         hidden: &[],
         aim,
         parts: Parts::default(),
-        seed: options.seed,
         frame: options.frame,
         differentiable: false,
         keep: Keep { edges: &kept_edges(mesh, Attributes::NONE, options), locked, ..Keep::default() },

@@ -12,8 +12,6 @@ impl Report {
         Self {
             outcome: Outcome::Reached,
             scores: ScoreSource::Network,
-            oversample: 1.0,
-            vertices_after_pass: mesh.positions().len(),
             components_at_minimum: count_components(pulse, mesh).1,
             components_keep_shape: false,
             components_pruned: 0,
@@ -22,7 +20,6 @@ impl Report {
             kept_edges: 0,
             locked_vertices: 0,
             split_vertices: 0,
-            refined_regions: 0,
             flipped_edges: 0,
             separated_vertices: 0,
             mirror: None,

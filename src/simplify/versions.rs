@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 8;
+pub const CLOSED_VERSION: u32 = 9;
 
 /// Version of what holds the closed assembly and of what its results carry: another number where seams, hard edges, creases, borders of
 /// materials or locked vertices give other bits. Bare meshes and what they promise have [`CLOSED_VERSION`] alone.
@@ -13,7 +13,7 @@ pub const CLOSED_VERSION: u32 = 8;
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 3;
+pub const CARRIED_VERSION: u32 = 4;
 
 /// Version of the paper's assembly, likewise.
 ///
@@ -63,7 +63,7 @@ mod tests {
             for ratio in [0.05, 0.2, 0.5] {
                 let network = Options::new(Target::Ratio(ratio));
                 results.push((format!("{name} at {ratio}"), hash_of(&mesh, &network)));
-                let geometry = Options { scores: ScoreSource::Geometry, seed: 7, ..network };
+                let geometry = Options { scores: ScoreSource::Geometry, ..network };
                 results.push((format!("{name} at {ratio} by geometry"), hash_of(&mesh, &geometry)));
             }
         }
@@ -78,12 +78,7 @@ mod tests {
         let cases = [
             ("subset", shapes::wavy_sphere(4, 8.0), Options { subset: true, ..plain.clone() }),
             ("poses unknown", shapes::wavy_sphere(4, 8.0), Options { purpose: Purpose::Poses, ..plain.clone() }),
-            (
-                "mirrored",
-                shapes::torus(48, 24, 2.0, 0.7),
-                Options { symmetric: Some(Symmetry::Found), ..plain.clone() },
-            ),
-            ("oversampled", shapes::wavy_sphere(5, 8.0), Options { oversample: Some(1.5), ..plain }),
+            ("mirrored", shapes::torus(48, 24, 2.0, 0.7), Options { symmetric: Some(Symmetry::Found), ..plain }),
         ];
         cases.into_iter().map(|(name, mesh, options)| (name.into(), hash_of(&mesh, &options))).collect()
     }

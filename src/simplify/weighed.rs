@@ -4,7 +4,7 @@
 use crate::mesh::{Frame, TriMesh};
 
 use super::closed::{Aim, Importance, Keep, Request, simplify_levels};
-use super::limits::{Limit, oversample_of_pass, ratio};
+use super::limits::Limit;
 use super::options::{Parts, SimplifyError};
 use super::progress::Progress;
 
@@ -18,7 +18,7 @@ pub struct Weighed {
     pub vertex_of: Vec<u32>,
 }
 
-/// Simplifies `mesh` to `n_vertices`, by the one pass however small the mesh is, where vertices count by their area times their importance, with these parts of the
+/// Simplifies `mesh` to `n_vertices`, where vertices count by their area times their importance, with these parts of the
 /// assembly.
 ///
 /// # Shapes
@@ -32,7 +32,7 @@ pub struct Weighed {
 /// use neural_mesh::{mesh::shapes, simplify::{Importance, Parts, simplify_weighed}};
 /// let sphere = shapes::icosphere(4);
 /// let north: Vec<f32> = sphere.positions().iter().map(|p| if p[2] > 0.0 { 16.0 } else { 1.0 }).collect();
-/// let lighter = simplify_weighed(&sphere, 200, Importance::Given(&north), 1, &Parts::default()).unwrap().mesh;
+/// let lighter = simplify_weighed(&sphere, 200, Importance::Given(&north), &Parts::default()).unwrap().mesh;
 /// let n_north = lighter.positions().iter().filter(|p| p[2] > 0.0).count();
 /// assert!(lighter.positions().len() == 200 && n_north > 110);
 /// ```
@@ -40,7 +40,6 @@ pub fn simplify_weighed(
     mesh: &TriMesh,
     n_vertices: usize,
     importance: Importance,
-    seed: u64,
     parts: &Parts,
 ) -> Result<Weighed, SimplifyError> {
     let n = mesh.positions().len();
@@ -51,13 +50,10 @@ pub fn simplify_weighed(
     }
     let limit = Limit::of_vertices(n_vertices.max(1));
     let request = Request {
-        oversample: if parts.oversampling { oversample_of_pass(ratio(mesh, limit)) } else { 1.0 },
-        all_if_uneven: false,
         importance,
         hidden: &[],
         aim: Aim::default(),
         parts: *parts,
-        seed,
         frame: Frame::default(),
         differentiable: false,
         keep: Keep::default(),
@@ -72,7 +68,7 @@ pub fn simplify_weighed(
 /// Whether factors that are given are one positive number per vertex.
 fn is_importance(importance: Importance, n_vertices: usize) -> bool {
     match importance {
-        Importance::Even | Importance::Network(_) => true,
+        Importance::Even | Importance::Bending | Importance::Network(_) => true,
         Importance::Given(factors) => factors.len() == n_vertices && factors.iter().all(|&x| x > 0.0 && x.is_finite()),
     }
 }
@@ -89,13 +85,11 @@ mod tests {
     #[test]
     fn equal_factors_change_nothing() {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let oversample = Some(oversample_of_pass(150.0 / mesh.positions().len() as f64));
-        let options =
-            Options { seed: 3, oversample, scores: ScoreSource::Geometry, ..Options::new(Target::Vertices(150)) };
+        let options = Options { scores: ScoreSource::Geometry, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];
-        let weighed = simplify_weighed(&mesh, 150, Importance::Given(&fours), 3, &Parts::default()).unwrap();
+        let weighed = simplify_weighed(&mesh, 150, Importance::Given(&fours), &Parts::default()).unwrap();
         assert_eq!(weighed.mesh, plain.mesh);
         assert!(weighed.vertex_of.iter().all(|&v| (v as usize) < 150));
     }
@@ -103,21 +97,19 @@ mod tests {
     #[test]
     fn the_network_weighs_as_in_the_pipeline() {
         let (mesh, weights) = (shapes::wavy_sphere(4, 8.0), Weights::random(1));
-        let oversample = Some(oversample_of_pass(150.0 / mesh.positions().len() as f64));
-        let options = Options { seed: 3, oversample, ..Options::new(Target::Vertices(150)) };
+        let options = Options { scores: ScoreSource::Network, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, Some(&weights), &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let weighed = simplify_weighed(&mesh, 150, Importance::Network(&weights), 3, &Parts::default()).unwrap();
+        let weighed = simplify_weighed(&mesh, 150, Importance::Network(&weights), &Parts::default()).unwrap();
         assert_eq!(weighed.mesh, plain.mesh);
     }
 
     #[test]
     fn every_part_changes_the_result_and_none_is_needed_for_a_closed_one() {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let result = |parts| simplify_weighed(&mesh, 100, Importance::Even, 3, &parts).unwrap().mesh;
+        let result = |parts| simplify_weighed(&mesh, 100, Importance::Even, &parts).unwrap().mesh;
         let all = Parts::default();
         let whole = result(all);
-        let without =
-            [Parts { oversampling: false, ..all }, Parts { flips: false, ..all }, Parts { fit: false, ..all }];
+        let without = [Parts { flips: false, ..all }, Parts { fit: false, ..all }];
         for parts in without {
             let mesh = result(parts);
             assert_ne!(mesh, whole, "{parts:?}");
@@ -130,7 +122,7 @@ mod tests {
         let mesh = shapes::tetrahedron();
         for bad in [vec![], vec![1.0; 3], vec![1.0, 0.0, 1.0, 1.0], vec![1.0, f32::NAN, 1.0, 1.0]] {
             assert_eq!(
-                simplify_weighed(&mesh, 4, Importance::Given(&bad), 0, &Parts::default()),
+                simplify_weighed(&mesh, 4, Importance::Given(&bad), &Parts::default()),
                 Err(SimplifyError::BadImportance)
             );
         }

@@ -13,7 +13,7 @@ use crate::mesh::TriMesh;
 use crate::model::Weights;
 use crate::simplify::{Importance, Parts, Weighed, edge_graph, importance_of_scores, simplify_weighed, vertex_areas};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rand_xoshiro::rand_core::SeedableRng;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
@@ -155,10 +155,9 @@ impl Probing<'_> {
         let n_cells = (self.n_output / self.settings.probe_cell.max(1)).max(4);
         let cells = cells(self.rings, n_cells, random);
         let signs: Vec<f32> = (0..n_cells).map(|_| if uniform(random) < 0.5 { -1.0 } else { 1.0 }).collect();
-        let seed = random.next_u64();
         let step = self.settings.probe_step as f32;
         let moved = |by: f32| -> Vec<f32> { cells.iter().map(|&cell| by * signs[cell as usize]).collect() };
-        let (up, down) = (self.side(&moved(step), seed)?, self.side(&moved(-step), seed)?);
+        let (up, down) = (self.side(&moved(step))?, self.side(&moved(-step))?);
         let Verdict { terms, blame } = self.objective.judge(self.mesh, [&up, &down])?;
         let mut counts = vec![0.0f64; n_cells];
         let [of_up, of_down] = [self.counts(&up), self.counts(&down)];
@@ -192,10 +191,10 @@ impl Probing<'_> {
     }
 
     /// Simplifies with the scores moved.
-    fn side(&self, moves: &[f32], seed: u64) -> Result<Weighed, String> {
+    fn side(&self, moves: &[f32]) -> Result<Weighed, String> {
         let importance: Vec<f32> = self.importance.iter().zip(moves).map(|(factor, by)| factor * by.exp()).collect();
         let (importance, parts) = (Importance::Given(&importance), Parts::default());
-        simplify_weighed(self.mesh, self.n_output, importance, seed, &parts).map_err(|error| error.to_string())
+        simplify_weighed(self.mesh, self.n_output, importance, &parts).map_err(|error| error.to_string())
     }
 
     /// The share of an output vertex in each input vertex, n_vertices.

@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::train::VERSION >= 1);
 /// ```
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 #[cfg(test)]
 mod tests {

@@ -102,13 +102,13 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
 fn request_words(args: &SimplifyArgs) -> String {
     let mut words = [
         size_words(args),
-        format!("--assembly {:?} --scores {:?} --optimize {:?}", args.assembly, args.scores, args.optimize),
+        format!("--assembly {:?} --optimize {:?}", args.assembly, args.optimize),
         format!("--hidden {:?} --seed {}", args.hidden, args.seed),
     ]
     .join(" ");
     words.make_ascii_lowercase();
     let named = [
-        args.oversample.map(|x| format!(" --oversample {x}")),
+        args.scores.map(|scores| format!(" --scores {scores:?}").to_ascii_lowercase()),
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
         args.prune.as_ref().map(|size| option_words("--prune", size.as_ref())),

@@ -1,4 +1,4 @@
-//! The closed assembly, ours: prepare, cluster, collapse, refine. Closed in, closed out.
+//! The closed assembly, ours: prepare, collapse, refine. Closed in, closed out.
 //!
 //! Two nouns carry it: [`Original`](original::Original) answers every question about a place on the input;
 //! [`Output`](output::Output) is made once by the collapse and kept in step by all that follows.
@@ -7,13 +7,13 @@ mod aim;
 mod attributes;
 mod begun;
 mod ceilings;
-mod cluster;
 mod collapse;
 mod derivative;
 mod diamond;
 mod dropping;
 mod faces_around;
 mod held;
+mod importance;
 mod original;
 mod output;
 mod pins;
@@ -29,11 +29,7 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use super::limits::Limit;
 use super::options::{Report, SimplifyError};
 use super::progress::Progress;
-use cluster::assignment::Assignment;
-use cluster::placement::{self, Placement};
-use cluster::samples::{self, SampleCount};
-use cluster::{importance, quotient};
-use collapse::{Collapse, Constraints, End, Poses, first_quadrics, merges_to, of_attributes};
+use collapse::{Collapse, Constraints, End, Poses, merges_to, of_attributes};
 use dropping::Cost;
 use held::Beginning;
 use original::Original;
@@ -46,9 +42,9 @@ use trace::Trace;
 pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
 pub(super) use begun::Begun;
-pub use cluster::importance::importance_of_scores;
 pub(super) use derivative::Derivative;
 pub(super) use dropping::Dropped;
+pub use importance::importance_of_scores;
 pub(super) use refine::duplicate_positions::separate_twins;
 pub use request::Importance;
 pub(super) use request::{DropRules, Half, Keep, Request};
@@ -80,7 +76,7 @@ pub(super) fn simplify_levels<'a>(
 ) -> Result<Levels<'a>, SimplifyError> {
     let mut levels = Levels { made: Vec::with_capacity(limits.len()), dropped: None, begun: None };
     let Some(&first) = limits.first() else { return Ok(levels) };
-    let (clustered, collapse) = begin(mesh, request, first, begun, progress)?;
+    let (base, collapse) = begin(mesh, request, first, begun, progress)?;
     let may_ruin = request.price.is_none() && !request.insists_on_size && !collapse.has_ceilings();
     let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
     let mut collapse = Some(keeping_copy(collapse, request, limits.len()));
@@ -90,23 +86,23 @@ pub(super) fn simplify_levels<'a>(
         if !levels.made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let (mut running, end) = run(&clustered, running, beginning.as_ref(), request, limit);
-        let trace = clustered.traced(running.history.take());
-        let output = running.output(&clustered.assignment);
+        let (mut running, end) = run(&base, running, beginning.as_ref(), request, limit);
+        let trace = traced(running.history.take());
+        let output = base.output(&running);
         if let Some(rules) = request.keep.drop.filter(|rules| levels.made.len() >= rules.from_level) {
             let cost = Cost::of(&running, limit, end);
-            levels.dropped = dropping::dropped(&clustered.original, &output, &cost, &rules, &request.shown());
+            levels.dropped = dropping::dropped(&base.original, &output, &cost, &rules, &request.shown());
             if let Some(dropped) = &levels.dropped {
-                levels.begun = running.take_copy().and_then(|copy| Begun::without(dropped, &clustered, copy, limit));
+                levels.begun = running.take_copy().and_then(|copy| Begun::without(dropped, &base, copy, limit));
                 return Ok(levels);
             }
         }
-        let paid = clustered.paid(&running);
+        let paid = base.paid(&running);
         match levels.made.len() + 1 < limits.len() {
             true => collapse = Some(running),
             false => running.end(),
         }
-        levels.made.push(refine(&clustered, request, output, end, trace, progress)?.having_paid(paid));
+        levels.made.push(refine(&base, request, output, end, trace, progress)?.having_paid(paid));
     }
     Ok(levels)
 }
@@ -118,13 +114,13 @@ fn begin<'a, 'p: 'a>(
     limit: Limit,
     begun: Option<Begun<'p>>,
     progress: Progress<'p>,
-) -> Result<(Clustered<'a>, Collapse<'p>), SimplifyError> {
+) -> Result<(Base<'a>, Collapse<'p>), SimplifyError> {
     if let Some(begun) = begun
         && let Some(gone_on) = begun.over(mesh, request, limit, progress)?
     {
         return Ok(gone_on);
     }
-    cluster(mesh, request, limit, progress)
+    start(mesh, request, limit, progress)
 }
 
 /// Sets the collapse of an asset to keep a copy of itself, from which it continues without dropped components. Bare meshes start again and
@@ -137,41 +133,41 @@ fn keeping_copy<'a>(collapse: Collapse<'a>, request: &Request, n_levels: usize) 
 
 /// Runs a collapse to a limit, or to where what has to stay would ruin the rest.
 fn run<'a>(
-    clustered: &Clustered,
+    base: &Base,
     mut collapse: Collapse<'a>,
     beginning: Option<&Beginning<'a>>,
     request: &Request,
     limit: Limit,
 ) -> (Collapse<'a>, End) {
-    let last_stretch = request.aim.last_stretch;
-    let end = collapse.run(clustered.limit(request.price, limit), last_stretch);
-    let distance = |of: &Collapse| held::distance(&clustered.original, &of.output(&clustered.assignment));
-    let anew = beginning.and_then(|it| it.anew(&collapse, limit, last_stretch, distance));
+    let end = collapse.run(base.limit(request.price, limit));
+    let distance = |of: &Collapse| held::distance(&base.original, &base.output(of));
+    let anew = beginning.and_then(|it| it.anew(&collapse, limit, distance));
     anew.unwrap_or((collapse, end))
 }
 
-/// What the collapse began with.
-struct Clustered<'a> {
+/// What a collapse begins with.
+struct Base<'a> {
     original: Original<'a>,
-    assignment: Assignment,
-    /// Samples per vertex asked for.
-    oversample: f64,
-    /// Regions cut to keep the surface a manifold.
-    n_refined: usize,
-    /// How the vertices of the regions were placed, where that is to be known.
-    cases: Option<Vec<placement::Case>>,
+    /// The collapse's vertex for each vertex of the surface; empty where they are the same.
+    begun: Vec<u32>,
 }
 
-impl Clustered<'_> {
+impl Base<'_> {
+    /// What a collapse left.
+    fn output(&self, collapse: &Collapse) -> Output {
+        let mut output = collapse.output();
+        if !self.begun.is_empty() {
+            output.vertex_of = self.begun.iter().map(|&v| output.vertex_of[v as usize]).collect();
+        }
+        output
+    }
+
     /// What was done up to the end of the collapse.
     fn report(&self, Keep { edges, locked, .. }: &Keep, end: End, plain: Report) -> Report {
         Report {
             outcome: end.outcome(),
             components_keep_shape: end == End::LosesShape,
-            oversample: self.oversample,
-            vertices_after_pass: self.assignment.n_regions,
             split_vertices: self.original.surface.n_split(),
-            refined_regions: self.n_refined,
             kept_edges: edges.len(),
             locked_vertices: locked.iter().filter(|&&locked| locked).count(),
             ..plain
@@ -194,88 +190,47 @@ impl Clustered<'_> {
         let up_to = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::of_vertices(0) };
         price.map_or(limit, up_to)
     }
-
-    /// What the run has chosen so far, where its merges were written down.
-    fn traced(&self, history: Option<Vec<collapse::Event>>) -> Option<Trace> {
-        let (history, cases) = (history?, self.cases.clone()?);
-        Some(Trace { region: self.assignment.region.clone(), cases, history, ..Trace::default() })
-    }
 }
 
-/// Everything up to the collapse: the original, its regions, one vertex for each.
-fn cluster<'a, 'p: 'a>(
+/// What a run has chosen so far, where its merges were written down.
+fn traced(history: Option<Vec<collapse::Event>>) -> Option<Trace> {
+    Some(Trace { history: history?, ..Trace::default() })
+}
+
+/// Everything up to the collapse.
+fn start<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &Request,
     limit: Limit,
     progress: Progress<'p>,
-) -> Result<(Clustered<'a>, Collapse<'p>), SimplifyError> {
+) -> Result<(Base<'a>, Collapse<'p>), SimplifyError> {
     let (n_faces, keep) = (mesh.faces().len(), &request.keep);
     progress.enter("surface", n_faces)?;
     let mut original = prepare(mesh, keep, progress.pulse);
-    progress.enter("samples", n_faces)?;
-    let count = SampleCount::of(&original.surface, request, limit);
-    let mut assignment = samples::draw(&original.surface, count, request.seed);
     progress.enter("scores", n_faces)?;
-    importance::weigh(&mut original.surface, &assignment, request.importance, request.aim.strength, request.hidden);
-    progress.enter("cuts", n_faces)?;
-    let mut sums = samples::cut(&original, &mut assignment, count);
-    progress.enter("quotient", n_faces)?;
-    let quotient = quotient::quotient(&original.surface, &original.features, &mut assignment, &mut sums);
-    progress.enter("placement", n_faces)?;
-    let mut placed = Placement::new(&original.surface, quotient.places, &sums);
-    let constraints = constraints(&original, &assignment, &mut placed);
-    placed.sum_planes(&quotient.rings, &assignment);
-    let cases = request.differentiable.then(|| placement::cases(&assignment, &placed));
-    progress.enter("collapse", merges_to(limit, assignment.n_regions, quotient.faces.len()))?;
-    let attributes = keep.attributes.map(|it| of_attributes(&original, &assignment, &placed, it)).unwrap_or_default();
+    importance::weigh(&mut original.surface, request.importance, request.aim.strength, request.hidden);
+    progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
+    let constrains = !original.features.is_empty() || !original.pins.is_empty();
+    let constraints = constrains.then(|| Constraints::new(&original));
+    let attributes = keep.attributes.map(|it| of_attributes(&original, it)).unwrap_or_default();
     let poses = Poses::new(&original, keep);
-    let ceilings = ceilings_of_regions(&original, &assignment, keep);
-    let is_plain = constraints.is_none() && attributes.is_empty() && !keep.purpose.counts_flat();
-    let collapse = if request.differentiable || !is_plain {
-        let history = request.differentiable.then(|| first_quadrics(&placed, &quotient.rings));
-        let collapse = Collapse::new(progress.pulse, &placed, &quotient.rings).below(ceilings);
-        collapse.under(constraints, attributes, poses, history)
-    } else {
-        Collapse::toward(progress.pulse, limit, request.aim.last_stretch, &placed, &quotient.rings, ceilings)
-    };
-    let (oversample, n_refined) = (count.oversample, quotient.n_refined);
+    let collapse = Collapse::new(progress.pulse, &original.surface).below(ceilings::ceilings(&original, keep));
+    let collapse = collapse.under(constraints, attributes, poses, request.differentiable.then(Vec::new));
     // Nothing that follows asks for these.
-    (original.surface.quadrics, assignment.samples) = (Vec::new(), Vec::new());
-    Ok((Clustered { original, assignment, oversample, n_refined, cases }, collapse))
-}
-
-/// How far merges may leave each region's vertex from the surface; empty where that is no matter.
-fn ceilings_of_regions(original: &Original, assignment: &Assignment, keep: &Keep) -> Vec<f32> {
-    let ceilings = ceilings::ceilings(original, keep);
-    let mut of_regions = vec![f32::INFINITY; if ceilings.is_empty() { 0 } else { assignment.n_regions }];
-    assignment.region.iter().zip(ceilings).for_each(|(&region, ceiling)| of_regions[region as usize] = ceiling);
-    of_regions
-}
-
-/// What constrains the collapse beside the topology; in the end the regions' vertices lie where they have to.
-fn constraints(original: &Original, assignment: &Assignment, placed: &mut Placement) -> Option<Constraints> {
-    if original.features.is_empty() && original.pins.is_empty() {
-        return None;
-    }
-    let mut origins = vec![0; assignment.n_regions];
-    (0u32..).zip(&assignment.region).for_each(|(v, &r)| origins[r as usize] = v);
-    if original.pins.is_subset() {
-        origins = placement::to_own_vertices(&original.surface, assignment, placed);
-    }
-    placed.move_to_vertices(original.pins.locked_vertices().map(|v| (assignment.region[v as usize], v)));
-    Some(Constraints::new(original, &assignment.region, origins))
+    original.surface.quadrics = Vec::new();
+    Ok((Base { original, begun: Vec::new() }, collapse))
 }
 
 /// What follows the collapse: flips, fit, foldover repair, and what the corners carry.
 fn refine(
-    clustered: &Clustered,
+    base: &Base,
     request: &Request,
     mut output: Output,
     end: End,
     mut trace: Option<Trace>,
     progress: Progress,
 ) -> Result<Closed, SimplifyError> {
-    let original = &clustered.original;
+    let original = &base.original;
     let Keep { subset, attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
@@ -303,7 +258,7 @@ fn refine(
     closed.report = Report {
         flipped_edges: n_flipped,
         separated_vertices: n_separated,
-        ..clustered.report(&request.keep, end, closed.report)
+        ..base.report(&request.keep, end, closed.report)
     };
     Ok(closed)
 }

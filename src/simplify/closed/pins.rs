@@ -47,13 +47,11 @@ impl Pins {
         self.subset || self.plane.is_none() || self.locked.contains(&true)
     }
 
-    /// For the vertices that `region` says the surface's became, each on the vertex of the surface that is its `origin`.
-    pub fn of_regions(&self, region: &[u32], origin: Vec<u32>) -> Self {
-        let n_regions = origin.len();
-        let mut locked = vec![false; n_regions];
-        self.locked_vertices().for_each(|v| locked[region[v as usize] as usize] = true);
-        let plane = self.plane.as_ref().map(|plane| plane.of_regions(region, n_regions));
-        Self { locked, holds_edges: self.holds_edges, subset: self.subset, origin, plane }
+    /// For so many vertices of a collapse, which are those of the surface, each on itself.
+    pub fn on_own_vertices(&self, n_vertices: usize) -> Self {
+        let vertices = 0..n_vertices as u32;
+        let locked = vertices.clone().map(|v| self.is_locked(v)).collect();
+        Self { locked, origin: vertices.collect(), ..self.clone() }
     }
 
     /// The same with nothing locked.
@@ -165,12 +163,6 @@ impl PlaneVertices {
         };
         let is_on = |v: u32| flag(v) && surface.rings.ghost(v).is_some() && meets_cut(v);
         Self::new(half.axis, (0..surface.n_vertices() as u32).map(is_on).collect())
-    }
-
-    fn of_regions(&self, region: &[u32], n_regions: usize) -> Self {
-        let mut is_on = vec![false; n_regions];
-        region.iter().zip(&self.is_on).for_each(|(&r, on)| is_on[r as usize] |= on);
-        Self::new(self.axis, is_on)
     }
 
     fn of_living(&self, living: &[u32]) -> Self {

@@ -8,20 +8,14 @@ use super::aim::Aim;
 
 /// What the closed assembly is asked.
 pub struct Request<'a> {
-    /// Samples per vertex asked for.
-    pub oversample: f64,
-    /// Whether all vertices are samples where the surface is uneven.
-    pub all_if_uneven: bool,
     /// How much more than its area each vertex of the mesh counts.
     pub importance: Importance<'a>,
     /// Whether each vertex of the mesh is one that does not show, and counts little; empty where all show.
     pub hidden: &'a [bool],
     /// What the result is to be near in.
     pub aim: Aim,
-    /// What is done beside the darts, quotient and collapse.
+    /// What is done beside the collapse.
     pub parts: Parts,
-    /// Seed of the darts.
-    pub seed: u64,
     /// How the result will be written.
     pub frame: Frame,
     /// Whether the result is to be known as a function of the positions.
@@ -30,8 +24,7 @@ pub struct Request<'a> {
     pub keep: Keep<'a>,
     /// Whether the collapse goes on to the size although held vertices leave few to the rest.
     pub insists_on_size: bool,
-    /// Where no merge may cost more, squared distance times area in the unit of the mesh: then that alone ends the collapse, and the size
-    /// asked for says how many samples there are.
+    /// Where no merge may cost more, squared distance times area in the unit of the mesh: then that alone ends the collapse.
     pub price: Option<f64>,
 }
 
@@ -130,6 +123,8 @@ pub struct Half<'a> {
 pub enum Importance<'a> {
     /// All count alike.
     Even,
+    /// More where the surface bends.
+    Bending,
     /// From the Point Sampler of this network.
     Network(&'a Weights),
     /// One positive factor per vertex of the mesh.

@@ -1,16 +1,11 @@
 //! What a run wrote down, so that its result is known as a function of the positions.
 
-use super::cluster::placement::Case;
 use super::collapse::Event;
 use super::refine::points::{Density, Match};
 
 /// What a run chose on its way, as far as its result depends on positions.
 #[derive(Default)]
 pub struct Trace {
-    /// The region of each vertex of the surface.
-    pub region: Vec<u32>,
-    /// How the vertex of each region was placed.
-    pub cases: Vec<Case>,
     /// What happened in the collapse, in order.
     pub history: Vec<Event>,
     /// The faces that were fitted.

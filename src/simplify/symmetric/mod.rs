@@ -51,8 +51,7 @@ pub(super) fn levels(
     let mut of_half = Input::bare(&half.mesh);
     (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
-    let halves =
-        closed_levels(&of_half, weights, &task, &Sizes { limits: &limits, oversample: 1.0, n_settled: 0 }, progress)?;
+    let halves = closed_levels(&of_half, weights, &task, &Sizes { limits: &limits, n_settled: 0 }, progress)?;
     halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()
 }
 

@@ -22,10 +22,10 @@ pub enum Errors {
 /// use neural_mesh::simplify::{Importance, Parts, Weighed, simplify_weighed, vertex_areas};
 /// use neural_mesh::train::{Errors, Given, Objective};
 /// let sphere = shapes::icosphere(4);
-/// let of = |seed| simplify_weighed(&sphere, 100, Importance::Even, seed, &Parts::default()).unwrap();
+/// let of = |n| simplify_weighed(&sphere, n, Importance::Even, &Parts::default()).unwrap();
 /// let area = |mesh: &TriMesh| vertex_areas(mesh).iter().sum::<f64>();
 /// let lost = Given(|original: &TriMesh, result: &Weighed| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
-/// let verdict = lost.judge(&sphere, [&of(0), &of(1)]).unwrap();
+/// let verdict = lost.judge(&sphere, [&of(100), &of(90)]).unwrap();
 /// assert!(verdict.terms[0].0 == "objective" && verdict.terms[0].1.is_finite());
 /// ```
 pub struct Given<F>(pub F);

@@ -30,7 +30,7 @@ pub fn page(bench: &Bench) -> Result<String> {
 /// Parts of machines against meshoptimizer.
 fn parts_of_machines(bench: &Bench) -> Result<String> {
     let mut settings = Settings::default();
-    settings.methods = ["network", "meshopt"].map(String::from).into();
+    settings.methods = ["closed", "meshopt"].map(String::from).into();
     (settings.ratios, settings.repeats) = (RATIOS.into(), 1);
     settings.only = PARTS.map(String::from).into();
     let rows = bench.evaluated("parts-of-machines", "train", settings, None)?;
@@ -41,17 +41,15 @@ fn parts_of_machines(bench: &Bench) -> Result<String> {
     let line = |mesh: String| {
         let mut cells = vec![mesh.trim_end_matches(".ply").to_owned()];
         for figure in figures {
-            let each = RATIOS.map(|ratio| quotients.median_of_mesh(&mesh, "network", figure, &[ratio]));
+            let each = RATIOS.map(|ratio| quotients.median_of_mesh(&mesh, "closed", figure, &[ratio]));
             let worst = each.into_iter().flatten().reduce(f64::max);
-            cells.extend([number(quotients.median_of_mesh(&mesh, "network", figure, &RATIOS)), number(worst)]);
+            cells.extend([number(quotients.median_of_mesh(&mesh, "closed", figure, &RATIOS)), number(worst)]);
         }
         cells
     };
     let mut lines: Vec<Vec<String>> = quotients.meshes().into_iter().map(line).collect();
     let mut all = vec!["median of all".to_owned()];
-    figures
-        .iter()
-        .for_each(|&figure| all.extend([number(quotients.median("network", figure, &RATIOS)), String::new()]));
+    figures.iter().for_each(|&figure| all.extend([number(quotients.median("closed", figure, &RATIOS)), String::new()]));
     lines.push(all);
     Ok(format!(
         "## Parts of machines\n\nThe {} training meshes that are parts of machines, against meshoptimizer's `simplify` at the same number \

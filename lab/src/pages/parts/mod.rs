@@ -6,12 +6,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use neural_mesh::evaluate::{Row, Table};
-use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::model::{Weights, in_edge_lengths};
-use neural_mesh::simplify::{
-    Importance, Parts, bending_scores, edge_graph, simplify_weighed, vertex_areas, vertex_normals,
-};
+use neural_mesh::model::Weights;
+use neural_mesh::simplify::{Importance, Parts, simplify_weighed};
 use serde::{Deserialize, Serialize};
 
 use super::RATIOS;
@@ -30,9 +27,8 @@ const SAMPLES: usize = 50_000;
 const FIGURES: [&str; 3] = ["distance_mean", "distance_max", "normal_error_signed"];
 
 const SCORES: [(&str, &str); 3] =
-    [("even", "no scores"), ("bending", "scores by a formula"), ("shuffled", "shuffled weights")];
-const LEFT_OUT: [(&str, &str); 3] =
-    [("oversampling", "without oversampling"), ("flips", "without flips"), ("fit", "without fit")];
+    [("even", "no scores"), ("network", "scores of the network"), ("shuffled", "shuffled weights")];
+const LEFT_OUT: [(&str, &str); 2] = [("flips", "without flips"), ("fit", "without fit")];
 
 /// One result.
 #[derive(Serialize, Deserialize)]
@@ -53,13 +49,12 @@ pub fn page(bench: &Bench) -> Result<String> {
     let rows = Table { figures: FIGURES.map(String::from).into(), rows };
     let quotients = Quotients { table: &rows, over: WHOLE };
     Ok(format!(
-        "{n_meshes} benchmark meshes, each ratio, one seed. Cells are medians over the meshes of quotients to the whole assembly with \
-         the network's scores: above 1 is worse. Figures as on [the benchmark's page](benchmark.md), from 50,000 samples; time is the \
-         processor's on one thread. Here every mesh goes through sampling, also those that `simplify` collapses whole.\n\n## Scores\n\n\
-         The network says how much each vertex counts. In its place: nothing (`--scores geometry`), the formula that it has learned \
-         from (the root of how much the surface bends), and its own weights in random order, which look alike and know nothing.\n\n{}\n\
-         ## Parts\n\n*Oversampling* draws more samples than vertices are asked for and lets the collapse choose. *Flips* turn edges whose \
-         other diagonal lies nearer. *Fit* moves vertices toward the surface.\n\n{}",
+        "{n_meshes} benchmark meshes, each ratio, one seed. Cells are medians over the meshes of quotients to the whole assembly: \
+         above 1 is worse. Figures as on [the benchmark's page](benchmark.md), from 50,000 samples; time is the \
+         processor's on one thread.\n\n## Scores\n\n\
+         A formula says how much each vertex counts. In its place: nothing (`--scores geometry`), the network that ships \
+         (`--scores network`), and its own weights in random order, which look alike and know nothing.\n\n{}\n\
+         ## Parts\n\n*Flips* turn edges whose other diagonal lies nearer. *Fit* moves vertices toward the surface.\n\n{}",
         tables(&quotients, &SCORES),
         tables(&quotients, &LEFT_OUT)
     ))
@@ -74,18 +69,16 @@ fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
     let mesh = load(path)?;
     let weights = Weights::shipped_default();
     let shuffled = shuffled::shuffled(weights, 0)?;
-    let bending = bending_importance(&mesh);
-    let (network, all) = (Importance::Network(weights), Parts::default());
-    let [mut one_sample, mut unflipped, mut unfitted] = [all; 3];
-    (one_sample.oversampling, unflipped.flips, unfitted.fit) = (false, false, false);
+    let all = Parts::default();
+    let [mut unflipped, mut unfitted] = [all; 2];
+    (unflipped.flips, unfitted.fit) = (false, false);
     let cases = [
-        (WHOLE, network, all),
+        (WHOLE, Importance::Bending, all),
         ("even", Importance::Even, all),
-        ("bending", Importance::Given(&bending), all),
+        ("network", Importance::Network(weights), all),
         ("shuffled", Importance::Network(&shuffled), all),
-        ("oversampling", network, one_sample),
-        ("flips", network, unflipped),
-        ("fit", network, unfitted),
+        ("flips", Importance::Bending, unflipped),
+        ("fit", Importance::Bending, unfitted),
     ];
     let original = Surface::new(&mesh, SAMPLES, 0);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
@@ -93,7 +86,7 @@ fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
     for ratio in RATIOS {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
         for (method, importance, parts) in cases {
-            let simplify = || Ok(simplify_weighed(&mesh, n, importance, 0, &parts)?.mesh);
+            let simplify = || Ok(simplify_weighed(&mesh, n, importance, &parts)?.mesh);
             let (lighter, time) = one.install(|| timed(simplify)).with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&lighter, SAMPLES, 1)).context("no faces")?;
             let (both, share) = (distance.both, 100.0 / distance.diagonal);
@@ -102,15 +95,6 @@ fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
         }
     }
     Ok(measured)
-}
-
-/// The importance that the shipped network has learned from: the exponentials of [`bending_scores`], all alike where
-/// nothing bends.
-fn bending_importance(mesh: &TriMesh) -> Vec<f32> {
-    let rings = edge_graph(mesh);
-    let points = in_edge_lengths(mesh.positions(), &rings);
-    let scores = bending_scores(&points, &vertex_normals(mesh), &vertex_areas(mesh), &rings);
-    scores.map_or(vec![1.0; points.len()], |scores| scores.into_iter().map(f32::exp).collect())
 }
 
 /// A row per case and figure, a column per ratio.

@@ -13,8 +13,6 @@ use glam::DVec3;
 use crate::geometry::Quadric;
 use crate::mesh::{Attributes, Channel, Role};
 
-use crate::simplify::closed::cluster::assignment::Assignment;
-use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::original::Original;
 
 /// Numbers that count, at most: red, green, blue, opacity, and the three of a normal.
@@ -92,30 +90,25 @@ fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
     Quadric { a, b: gradient * (-weight * value), c: weight * value * value }
 }
 
-/// Returns the quadrics of the regions' colours and normals about their placed vertices; none where the corners carry neither.
-pub fn of_attributes(
-    original: &Original,
-    assignment: &Assignment,
-    placed: &Placement,
-    attributes: &Attributes,
-) -> AttributeQuadrics {
-    let counted = CountedChannels::new(original, assignment, attributes);
+/// Returns the quadrics of the vertices' colours and normals; none where the corners carry neither.
+pub fn of_attributes(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
+    let counted = CountedChannels::new(original, attributes);
     if counted.channels.iter().all(Option::is_none) {
         return AttributeQuadrics::default();
     }
     let surface = &original.surface;
-    let mut quadrics = vec![AttributeQuadric::default(); assignment.n_regions];
+    let mut quadrics = vec![AttributeQuadric::default(); surface.n_vertices()];
     let wedges = attributes.wedges.iter().zip(original.corner_orders());
     for (face, (wedges, order)) in surface.faces.iter().zip(wedges) {
         let wedges = order.map(|corner| wedges[corner as usize]);
-        let Some(weights) = Weights::new(face.map(|v| surface.positions[v as usize].as_dvec3())) else { continue };
-        for &v in face {
-            let region = assignment.region[v as usize];
+        let corners = face.map(|v| surface.positions[v as usize].as_dvec3());
+        let Some(weights) = Weights::new(corners) else { continue };
+        for (&v, corner) in face.iter().zip(corners) {
             let importance = surface.importance.get(v as usize).map_or(1.0, |&factor| f64::from(factor));
-            for (kind, channel) in counted.in_region(region) {
+            for (kind, channel) in counted.at(v) {
                 let numbers = (0..channel.width).map(|k| wedges.map(|wedge| length(kind, channel.of(wedge)[k])));
-                let functions = numbers.map(|numbers| weights.function(numbers, placed.position(region)));
-                quadrics[region as usize].add(kind, weights.area / 3.0 * importance, functions);
+                let functions = numbers.map(|numbers| weights.function(numbers, corner));
+                quadrics[v as usize].add(kind, weights.area / 3.0 * importance, functions);
             }
         }
     }
@@ -126,28 +119,28 @@ pub fn of_attributes(
 struct CountedChannels<'a> {
     /// One of each kind.
     channels: [Option<&'a Channel>; 2],
-    /// Whether each region has an edge that parts values of this kind.
+    /// Whether each vertex has an edge that parts values of this kind.
     at_seam: [Vec<bool>; 2],
 }
 
 impl<'a> CountedChannels<'a> {
-    fn new(original: &Original, assignment: &Assignment, attributes: &'a Attributes) -> Self {
+    fn new(original: &Original, attributes: &'a Attributes) -> Self {
         let channel = |role: Role| attributes.channels.iter().find(|channel| channel.role == role);
-        let regions_of = |edges: &mut dyn Iterator<Item = [u32; 2]>| {
-            let mut touched = vec![false; assignment.n_regions];
-            edges.flatten().for_each(|v| touched[assignment.region[v as usize] as usize] = true);
+        let ends_of = |edges: &mut dyn Iterator<Item = [u32; 2]>| {
+            let mut touched = vec![false; original.surface.n_vertices()];
+            edges.flatten().for_each(|v| touched[v as usize] = true);
             touched
         };
         let features = &original.features;
         Self {
             channels: [channel(Role::Colour), channel(Role::Normal).filter(|channel| channel.width == 3)],
-            at_seam: [regions_of(&mut features.edges.iter().copied()), regions_of(&mut features.hard())],
+            at_seam: [ends_of(&mut features.edges.iter().copied()), ends_of(&mut features.hard())],
         }
     }
 
-    /// Returns the kinds that count in a region, with their channels.
-    fn in_region(&self, region: u32) -> impl Iterator<Item = (usize, &'a Channel)> {
-        let counts = move |kind: &usize| !self.at_seam[*kind][region as usize];
+    /// Returns the kinds that count at a vertex, with their channels.
+    fn at(&self, v: u32) -> impl Iterator<Item = (usize, &'a Channel)> {
+        let counts = move |kind: &usize| !self.at_seam[*kind][v as usize];
         (0..KINDS.len()).filter(counts).filter_map(|kind| Some((kind, self.channels[kind]?)))
     }
 }
@@ -169,6 +162,11 @@ impl AttributeQuadrics {
     /// Whether nothing counts.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// Whether something counts at a vertex.
+    pub(super) fn count_at(&self, v: u32) -> bool {
+        self.0.get(v as usize).is_some_and(|quadric| quadric.weights != [0.0; 2])
     }
 
     /// What a merge of two vertices costs, about the first one; `other` is where the second is from there.

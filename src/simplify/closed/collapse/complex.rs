@@ -1,67 +1,71 @@
-//! A closed complex being collapsed: its vertices, their neighbours, and what is left of them.
+//! A closed complex being collapsed: its vertices, the corners of its faces, and what is left of them.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
-use crate::mesh::OneRings;
-use crate::mesh::pulse::{PARALLEL, Pulse};
+use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::indices_where;
-use crate::simplify::closed::cluster::assignment::Assignment;
-use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::output::Output;
+use crate::simplify::closed::prepare::surface::Surface;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::Outcome;
+use crate::spatial::curve_order;
 
 use super::attribute_quadrics::AttributeQuadrics;
+use super::cheapest::Cheapest;
 use super::constraints::Constraints;
+use super::corners::{Corners, NONE, moved};
 use super::history::Event;
-use super::links::{Links, Span};
-use super::pair::Node;
+use super::pair::{Node, pulled};
 use super::poses::Poses;
+use super::star::Star;
 
-/// No vertex.
-pub(super) const NONE: u32 = u32::MAX;
+/// The corner of a vertex that is gone.
+pub(super) const GONE: u32 = u32::MAX - 1;
+
+/// Vertices, of which one is gone at least, from which on those that are left are moved together.
+const LEAST_GONE: usize = 8;
 
 /// A closed complex being collapsed.
+///
+/// Vertices and faces lie along a space-filling curve and are moved together from pass to pass; what constrains the collapse knows
+/// vertices by their numbers on the surface.
 #[derive(Clone)]
 pub struct Collapse<'a> {
     /// Vertices, the ghost vertices of the boundaries last.
     pub(super) nodes: Vec<Node>,
-    /// Where the vertices are: what the nodes say, once more and closer together.
-    pub(super) positions: Vec<Vec3>,
-    /// The neighbours of the vertices; those of the ghost vertices and of hubs are not kept.
-    pub(super) links: Links,
-    /// The vertex each vertex was merged into, itself while it lives.
+    /// The corners of the faces, those at ghost vertices included.
+    pub(super) corners: Corners,
+    /// The vertex each vertex of the surface was merged into, itself while it lives.
     pub(super) merged: Vec<u32>,
+    /// Number of nodes that are no ghost vertices.
     pub(super) n_inner: usize,
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
-    /// The price at which each vertex is to be merged with its partner; infinite for those that may not go.
-    pub(super) least: Vec<f32>,
-    /// The vertices whose prices are not known; `None` where no price is.
-    pub(super) unpriced: Option<Vec<u32>>,
-    /// The vertices whose turn it is in a round.
-    pub(super) turn: Vec<u32>,
-    /// Whether each vertex belongs to no edge that may go; empty where all may.
-    pub(super) frozen: Vec<bool>,
-    /// How far merges may still leave each vertex from the surface after them, n_inner; empty where that is no matter.
+    /// The pass that runs or ran last.
+    pub(super) pass: u32,
+    /// The cheapest edge of every vertex as it was before the last pass; empty before the first.
+    pub(super) cheapest: Vec<Cheapest>,
+    /// Number of links that were tested.
+    pub(super) n_tested: u32,
+    /// What merges look at, kept for its memory.
+    pub(super) stars: [Star; 2],
+    /// How far merges may still leave each vertex of the surface from it after them; empty where that is no matter.
     pub(super) ceilings: Vec<f32>,
     /// Whether a ceiling kept an edge that could go.
     pub(super) ceiling_met: bool,
-    /// For each vertex at the start the one it was when these vertices were numbered; empty where they are the same.
-    pub(super) begun: Vec<u32>,
+    /// Whether an edge could not go because a face would turn over.
     pub(super) turn_forbidden: bool,
-    /// How many vertices each round left that merged some, and up to which price.
+    /// How many vertices each pass left that merged some, and up to which price.
     pub(super) paid: Vec<(usize, f32)>,
-    /// Whether every price is kept that of the present surface.
-    pub(super) is_last_stretch: bool,
     /// What merges cost the colours and normals at the corners, if there are any.
     pub(super) attributes: AttributeQuadrics,
     /// What merges cost other poses, if there are any.
     pub(super) poses: Poses,
     /// What constrains it beside the topology.
     pub(super) constraints: Option<Constraints>,
-    /// The copy of itself from an earlier round, if one is wanted.
+    /// Whether the price of an edge at each vertex of the surface is set by more than its planes; empty where none is.
+    pub(super) is_special: Vec<bool>,
+    /// The copy of itself from an earlier pass, if one is wanted.
     pub(super) copy: OwnCopy<'a>,
     /// What happened, in order, where that is to be remembered.
     pub history: Option<Vec<Event>>,
@@ -69,7 +73,7 @@ pub struct Collapse<'a> {
     pub(super) pulse: Pulse<'a>,
 }
 
-/// The copy that a collapse makes of itself in an early round.
+/// The copy that a collapse makes of itself in an early pass.
 #[derive(Clone, Default)]
 pub(super) enum OwnCopy<'a> {
     /// It does not.
@@ -124,36 +128,69 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The ghost vertices, each with as many neighbours as there are vertices on its boundary, and the faces of a surface with these
-/// rings, those at ghost vertices left out.
-pub(super) fn ghosts(rings: &OneRings) -> (Vec<Node>, usize) {
-    let n_inner = rings.n_vertices();
-    let mut n_neighbors = vec![0; rings.n_ghosts()];
-    if rings.n_ghosts() > 0 {
-        let at_ghosts = (0..n_inner as u32).filter_map(|v| rings.ghost(v));
-        at_ghosts.for_each(|ghost| n_neighbors[ghost as usize - n_inner] += 1);
+/// A face that begins with its smallest vertex.
+fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        first if first == a => [a, b, c],
+        first if first == b => [b, c, a],
+        _ => [c, a, b],
     }
-    let at_ghosts: usize = n_neighbors.iter().map(|n| *n as usize).sum();
-    let ghosts = n_neighbors.into_iter().map(|len| Node { ring: Span::unlisted(len), ..Node::default() });
-    (ghosts.collect(), (rings.n_entries() - 2 * at_ghosts) / 3)
+}
+
+/// The corners of a surface and of what joins its boundaries to their ghost vertices, where its vertices stand in this order.
+fn corners_in_order(surface: &Surface, order: &[u32]) -> Corners {
+    let mut rank = vec![0; order.len()];
+    (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
+    let n_ghosts = surface.rings.n_ghosts();
+    let ghost_faces = if n_ghosts > 0 { surface.rings.ghost_faces() } else { Vec::new() };
+    let by_rank = |face: &[u32; 3]| face.map(|v| rank.get(v as usize).copied().unwrap_or(v));
+    Corners::new(order.len() + n_ghosts, surface.faces.iter().chain(&ghost_faces).map(by_rank))
 }
 
 impl<'a> Collapse<'a> {
-    /// Starts from the placed vertices and the rings of the faces over them.
-    pub fn new(pulse: Pulse<'a>, placed: &Placement, rings: &OneRings) -> Self {
-        let n_inner = rings.n_vertices();
-        let mut links = Links::with_capacity(n_inner);
-        let mut node = |v: usize| Node::new(placed, v as u32, links.push(rings.ring(v as u32).iter().copied()));
-        let (ghosts, n_faces) = ghosts(rings);
-        let mut nodes: Vec<Node> = Vec::with_capacity(n_inner + ghosts.len());
-        for vertices in pulse.counting_if(false).through(0..n_inner) {
-            nodes.extend(vertices.map(&mut node));
+    /// Starts from the vertices and faces of a surface.
+    pub fn new(pulse: Pulse<'a>, surface: &Surface) -> Self {
+        let n_inner = surface.n_vertices();
+        let order = curve_order(n_inner, |v| surface.positions[v as usize].to_array(), || pulse.beat(0));
+        let corners = corners_in_order(surface, &order);
+        pulse.beat(0);
+        let node = |&v: &u32| {
+            let importance = surface.importance.get(v as usize).copied().unwrap_or(1.0);
+            Node::new(surface.positions[v as usize], pulled(surface.quadrics[v as usize]), importance, v)
+        };
+        let mut nodes: Vec<Node> = pulse.counting_if(false).map(&order, node);
+        nodes.extend((0..surface.rings.n_ghosts()).map(|_| Node::ghost()));
+        for c in corners.all() {
+            let node = &mut nodes[corners.vertex(c) as usize];
+            (node.corner, node.degree) = (c, node.degree + 1);
         }
-        nodes.extend(ghosts);
-        Self::of(pulse, nodes, links, n_inner, n_faces)
+        pulse.beat(0);
+        Self {
+            nodes,
+            corners,
+            merged: (0..n_inner as u32).collect(),
+            n_inner,
+            n_vertices: n_inner,
+            n_faces: surface.faces.len(),
+            pass: 1,
+            cheapest: Vec::new(),
+            n_tested: 0,
+            stars: Default::default(),
+            ceilings: Vec::new(),
+            ceiling_met: false,
+            turn_forbidden: false,
+            paid: Vec::new(),
+            attributes: AttributeQuadrics::default(),
+            poses: Poses::default(),
+            constraints: None,
+            is_special: Vec::new(),
+            copy: OwnCopy::Unwanted,
+            history: None,
+            pulse,
+        }
     }
 
-    /// The same, where merges together may not leave a vertex farther from the surface than its ceiling, n_inner; any may where they are empty.
+    /// The same, where merges together may not leave a vertex farther from the surface than its ceiling, n_vertices; any may where they are empty.
     pub fn below(self, ceilings: Vec<f32>) -> Self {
         Self { ceilings, ..self }
     }
@@ -167,105 +204,49 @@ impl<'a> Collapse<'a> {
         history: Option<Vec<Event>>,
     ) -> Self {
         let mut under = Self { constraints, attributes, poses, history, ..self };
+        if under.constraints.is_some() || !under.attributes.is_empty() || !under.poses.is_empty() {
+            let has_more = |v| !under.poses.is_empty() || under.attributes.count_at(v);
+            let is_special = |v| has_more(v) || under.constraints.as_ref().is_some_and(|it| it.touch(v));
+            under.is_special = (0..under.merged.len() as u32).map(is_special).collect();
+        }
         if !under.poses.is_empty() {
             (0..under.n_inner as u32).for_each(|v| under.renew_poses(v));
         }
         under
     }
 
-    /// Starts from nodes, the ghost vertices last, and their neighbours; so many vertices and faces.
-    pub(super) fn of(pulse: Pulse<'a>, nodes: Vec<Node>, links: Links, n_inner: usize, n_faces: usize) -> Self {
-        let mut positions = Vec::with_capacity(n_inner);
-        for nodes in pulse.counting_if(false).over(&nodes[..n_inner]) {
-            positions.extend(nodes.iter().map(|node| node.position));
-        }
-        Self {
-            positions,
-            merged: (0..n_inner as u32).collect(),
-            nodes,
-            links,
-            n_inner,
-            n_vertices: n_inner,
-            n_faces,
-            least: vec![f32::INFINITY; n_inner],
-            unpriced: None,
-            turn: Vec::new(),
-            frozen: Vec::new(),
-            ceilings: Vec::new(),
-            ceiling_met: false,
-            begun: Vec::new(),
-            turn_forbidden: false,
-            paid: Vec::new(),
-            is_last_stretch: false,
-            attributes: AttributeQuadrics::default(),
-            poses: Poses::default(),
-            constraints: None,
-            copy: OwnCopy::Unwanted,
-            history: None,
-            pulse,
-        }
-    }
-
     /// Gives the memory back, in parts: that of millions of vertices takes a while.
     pub fn end(self) {
-        let Self { nodes, links, pulse, .. } = self;
+        let Self { nodes, corners, pulse, .. } = self;
         pulse.beat(0);
         drop(nodes);
         pulse.beat(0);
-        drop(links);
+        drop(corners);
         pulse.beat(0);
     }
 
-    /// What is left, renumbered; each face begins with its first vertex. `assignment` says which vertex each of the surface's was
-    /// at the start.
-    pub fn output(&self, assignment: &Assignment) -> Output {
+    /// What is left, in the order of the surface's vertices; each of these has the output vertex that stands for it. Faces begin with
+    /// their smallest vertices.
+    pub fn output(&self) -> Output {
         let pulse = self.pulse.counting_if(false);
         let living = indices_where(pulse, &self.merged, |v, &merged| v == merged);
-        let mut number = vec![NONE; self.n_inner];
+        let mut number = vec![NONE; self.merged.len()];
         (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
-        let place = |&v: &u32| self.positions[v as usize];
-        let positions: Vec<Vec3> = pulse.map(&living, place);
-        let faces: Vec<Vec<[u32; 3]>> =
-            living.par_chunks(PARALLEL).map(|chunk| self.faces_from(chunk, &number)).collect();
-        let faces = faces.concat();
-        let of_regions = self.vertex_of_regions(&number);
-        let vertex_of = pulse.map(&assignment.region, |&region| of_regions[region as usize]);
+        let mut positions = vec![Vec3::ZERO; living.len()];
+        for node in self.nodes[..self.n_inner].iter().filter(|node| node.corner != GONE) {
+            positions[number[node.id as usize] as usize] = node.position;
+        }
+        pulse.beat(0);
+        let is_own = |face: &[u32; 3]| face.iter().all(|&v| !self.is_ghost(v));
+        let by_number = |face: [u32; 3]| smallest_first(face.map(|v| number[self.nodes[v as usize].id as usize]));
+        let faces: Vec<[u32; 3]> = self.corners.faces().filter(is_own).map(by_number).collect();
+        pulse.beat(0);
+        let vertex_of = pulse.map_numbers(self.merged.len(), |v| number[self.last(v as u32) as usize]);
         let pins = self.constraints.as_ref().map(|constraints| constraints.pins.of_living(&living));
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
-    /// For each vertex at the start the number of the one that stands for it now.
-    fn vertex_of_regions(&self, number: &[u32]) -> Vec<u32> {
-        let last = |v: u32| number[self.last(v) as usize];
-        match self.begun.as_slice() {
-            [] => self.pulse.counting_if(false).map_numbers(self.n_inner, |v| last(v as u32)),
-            begun => self.pulse.counting_if(false).map(begun, |&v| last(v)),
-        }
-    }
-
-    /// The faces whose first vertices these are, those at ghost vertices left out, by the numbers of their vertices.
-    pub(super) fn faces_from(&self, vertices: &[u32], number: &[u32]) -> Vec<[u32; 3]> {
-        self.pulse.beat(0);
-        let mut faces = Vec::with_capacity(2 * vertices.len());
-        for &v in vertices {
-            let span = self.nodes[v as usize].ring;
-            if span.is_unlisted() {
-                continue;
-            }
-            // Faces at a vertex without a list are found at their others.
-            let is_behind = |w: u32| v < w || self.is_frozen(w);
-            let mut last = span.len().checked_sub(1).map_or(NONE, |last| self.links.at(span, last));
-            for w in self.links.of(span) {
-                if is_behind(last) && is_behind(w) && !self.is_ghost(last.max(w)) {
-                    faces.push([v, last, w].map(|v| number[v as usize]));
-                }
-                last = w;
-            }
-        }
-        faces
-    }
-
-    /// The vertex that stands for `v` now.
+    /// The vertex of the surface that stands for this one now.
     pub(super) fn last(&self, mut v: u32) -> u32 {
         while self.merged[v as usize] != v {
             v = self.merged[v as usize];
@@ -273,20 +254,41 @@ impl<'a> Collapse<'a> {
         v
     }
 
-    pub(super) fn living(&self) -> impl Iterator<Item = u32> {
-        (0..self.n_inner as u32).filter(|&v| self.merged[v as usize] == v)
+    /// Moves what is left together.
+    pub(super) fn compact(&mut self) {
+        let is_left = |node: &Node| node.corner != GONE;
+        let mut number = Vec::with_capacity(self.nodes.len());
+        let mut n_left = 0;
+        for node in &self.nodes {
+            number.push(n_left);
+            n_left += u32::from(is_left(node));
+        }
+        if (self.nodes.len() - n_left as usize) * LEAST_GONE <= self.nodes.len() {
+            return;
+        }
+        let faces = self.corners.compact(|v| number[v as usize]);
+        self.nodes.retain_mut(|node| {
+            if node.corner < GONE {
+                node.corner = moved(&faces, node.corner);
+            }
+            is_left(node)
+        });
+        // A number that is that of the next vertex is of one that is gone.
+        let is_kept = |v: usize| number.get(v + 1).is_none_or(|&after| after > number[v]);
+        for v in (0..self.cheapest.len()).filter(|&v| is_kept(v)) {
+            self.cheapest[number[v] as usize] = self.cheapest[v].moved(&faces);
+        }
+        self.cheapest.truncate(self.n_vertices);
+        self.n_inner = self.n_vertices;
     }
 
-    pub(super) fn ring(&self, v: u32) -> impl ExactSizeIterator<Item = u32> + Clone {
-        self.links.of(self.nodes[v as usize].ring)
+    /// The nodes that are there, ghost vertices left out.
+    pub(super) fn living(&self) -> impl Iterator<Item = u32> {
+        (0..self.n_inner as u32).filter(|&v| self.nodes[v as usize].corner != GONE)
     }
 
     pub(super) fn is_ghost(&self, v: u32) -> bool {
         v as usize >= self.n_inner
-    }
-
-    pub(super) fn is_frozen(&self, v: u32) -> bool {
-        self.frozen.get(v as usize).is_some_and(|frozen| *frozen)
     }
 
     pub(super) fn reached(&self, limit: Limit) -> bool {
@@ -294,8 +296,8 @@ impl<'a> Collapse<'a> {
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
-    /// How many vertices rounds of merges left, falling, and up to which price each went: squared distances times area, on the surface
-    /// of unit size.
+    /// How many vertices passes left, falling, and up to which price each went: squared distances times area, on the surface of unit
+    /// size.
     pub fn paid(&self) -> &[(usize, f32)] {
         &self.paid
     }
@@ -308,7 +310,7 @@ impl<'a> Collapse<'a> {
     /// How many vertices are on held curves or locked; where this is one half of a mirrored mesh, at most so many of the whole.
     pub fn n_held(&self) -> usize {
         let Some(constraints) = &self.constraints else { return 0 };
-        let n = self.living().filter(|&v| constraints.is_held(v)).count();
+        let n = self.living().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
         if self.plane().is_some() { 2 * n } else { n }
     }
 
@@ -328,5 +330,18 @@ impl<'a> Collapse<'a> {
             None => (self.n_vertices, self.n_faces),
             Some(plane) => (2 * self.n_vertices - plane.len(), 2 * self.n_faces),
         }
+    }
+
+    /// The merges without which this limit is not reached. One along a boundary takes one face away, not two: as many are of that
+    /// kind as the boundary has of the vertices.
+    pub fn merges_to(&self, limit: Limit) -> usize {
+        let (n_vertices, n_faces) = self.size();
+        let least = merges_to(limit, n_vertices, n_faces);
+        let n_boundary: usize = self.nodes[self.n_inner..].iter().map(|ghost| ghost.degree as usize).sum();
+        if n_boundary == 0 || self.plane().is_some() || n_faces <= limit.faces {
+            return least;
+        }
+        let share = (n_boundary as f64 / n_vertices.max(1) as f64).min(1.0);
+        least.max(((n_faces - limit.faces) as f64 / (2.0 - share)) as usize)
     }
 }

@@ -44,12 +44,11 @@ struct Curve {
 }
 
 impl Constraints {
-    /// The constraints where `region` says which vertex each vertex of the surface became, and `origin` on which of them each
-    /// vertex lies.
-    pub fn new(original: &Original, region: &[u32], origin: Vec<u32>) -> Self {
+    /// The constraints over the vertices of a surface.
+    pub fn new(original: &Original) -> Self {
         let mut curves: FxHashMap<u32, Curve> = FxHashMap::default();
         let mut curve = |v: u32, change: &dyn Fn(&mut Curve)| change(curves.entry(v).or_default());
-        for [a, b] in original.features.edges_between(region) {
+        for &[a, b] in &original.features.edges {
             curve(a, &|curve| curve.along.push(b));
             curve(b, &|curve| curve.along.push(a));
         }
@@ -57,7 +56,7 @@ impl Constraints {
             for v in edge {
                 let planes = original.surface.plane_on_edge(edge, v);
                 let weight = planes.trace();
-                curve(region[v as usize], &|curve| {
+                curve(v, &|curve| {
                     curve.planes += planes;
                     curve.slack += weight * f64::from(slack * slack);
                     curve.is_held |= slack == 0.0;
@@ -67,12 +66,17 @@ impl Constraints {
         // An end has a place along its curve, too.
         for v in original.features.ends() {
             let place = original.surface.positions[v as usize].as_dvec3();
-            curve(region[v as usize], &|curve| {
+            curve(v, &|curve| {
                 curve.planes = curve.planes.pulled_to(place, curve.planes.trace());
                 curve.slack *= 2.0;
             });
         }
-        Self { curves, pins: original.pins.of_regions(region, origin) }
+        Self { curves, pins: original.pins.on_own_vertices(original.surface.n_vertices()) }
+    }
+
+    /// Whether a vertex is on a curve, or pinned.
+    pub(super) fn touch(&self, v: u32) -> bool {
+        self.pins.is_subset() || self.pins.has(v) || self.curves.contains_key(&v)
     }
 
     /// Whether anything holds vertices beside the plane of a half.

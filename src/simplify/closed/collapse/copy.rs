@@ -2,8 +2,8 @@
 
 use crate::simplify::limits::Limit;
 
-use super::complex::{Collapse, OwnCopy};
-use super::links::Span;
+use super::complex::{Collapse, GONE, OwnCopy};
+use super::corners::NONE;
 
 /// Vertices over those asked for with which a copy is kept: of the rest enough are left where up to three quarters of them go.
 const KEPT_AT: f64 = 4.0;
@@ -30,24 +30,34 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Removes the components that the vertices of these regions make up, all vertices of each.
-    pub fn without(mut self, regions: impl Iterator<Item = u32>) -> Self {
-        let mut is_gone = vec![false; self.n_inner];
-        for region in regions {
-            let v = self.begun.get(region as usize).copied().unwrap_or(region);
-            is_gone[self.last(v) as usize] = true;
-        }
-        let (gone, left): (Vec<u32>, Vec<u32>) = self.living().partition(|&v| is_gone[v as usize]);
-        let own: Vec<u32> = (0..self.n_inner as u32).collect();
-        self.n_faces -= self.faces_from(&gone, &own).len();
-        self.n_vertices -= gone.len();
+    /// Removes the components that these vertices of the surface belong to, which are all vertices of each.
+    pub fn without(mut self, vertices: impl Iterator<Item = u32>) -> Self {
+        let mut is_gone = vec![false; self.merged.len()];
+        vertices.for_each(|v| is_gone[self.last(v) as usize] = true);
+        let (nodes, n_inner) = (&mut self.nodes, self.n_inner);
+        let mut n_faces = 0;
+        self.corners.retain(|face| {
+            let ghost = face.into_iter().find(|&v| v as usize >= n_inner);
+            let stays = face.into_iter().all(|v| !is_gone.get(nodes[v as usize].id as usize).is_some_and(|gone| *gone));
+            n_faces += usize::from(stays && ghost.is_none());
+            if let (false, Some(ghost)) = (stays, ghost) {
+                nodes[ghost as usize].degree -= 1;
+            }
+            stays
+        });
+        let ghosts = self.nodes[n_inner..].iter_mut();
+        ghosts.filter(|ghost| ghost.degree == 0).for_each(|ghost| ghost.corner = NONE);
+        let living: Vec<u32> = self.living().collect();
+        let is_removed = |&v: &u32| is_gone[self.nodes[v as usize].id as usize];
+        let (gone, left): (Vec<u32>, Vec<u32>) = living.into_iter().partition(is_removed);
+        // Nobody asks any more what they became.
+        let left = left.first().map(|&v| self.nodes[v as usize].id);
         for &v in &gone {
-            let ghosts: Vec<u32> = self.ring(v).filter(|&w| self.is_ghost(w)).collect();
-            ghosts.into_iter().for_each(|ghost| self.nodes[ghost as usize].ring = Span::unlisted(0));
-            // Nobody asks any more what it became.
-            self.merged[v as usize] = left.first().copied().unwrap_or(v);
-            (self.least[v as usize], self.nodes[v as usize].ring) = (f32::INFINITY, Span::default());
+            let id = self.nodes[v as usize].id;
+            self.merged[id as usize] = left.unwrap_or(id);
+            self.nodes[v as usize].corner = GONE;
         }
+        (self.n_vertices, self.n_faces) = (self.n_vertices - gone.len(), n_faces);
         self.paid.clear();
         self
     }
@@ -57,16 +67,12 @@ impl<'a> Collapse<'a> {
 mod tests {
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::cluster::assignment::Assignment;
-    use crate::simplify::closed::cluster::placement::{Placement, Places};
     use crate::simplify::closed::collapse::{Collapse, End};
     use crate::simplify::closed::prepare::surface::Surface;
     use crate::simplify::limits::Limit;
 
-    const LAST_STRETCH: f64 = 1.1;
-
     fn collapse<'a>(surface: &Surface<'a>) -> Collapse<'a> {
-        Collapse::new(Pulse::NONE, &Placement::new(surface, Places::default(), &[]), &surface.rings)
+        Collapse::new(Pulse::NONE, surface)
     }
 
     /// A sphere, and an open cylinder with fewer vertices beside it.
@@ -85,13 +91,13 @@ mod tests {
         let surface = Surface::new(&mesh, Pulse::NONE);
         let mut whole = collapse(&surface).keeping_a_copy();
         let limit = Limit::of_vertices(300);
-        assert_eq!(whole.run(limit, LAST_STRETCH), End::Reached);
+        assert_eq!(whole.run(limit), End::Reached);
         let copy = whole.take_copy().unwrap();
         assert!(whole.take_copy().is_none() && copy.size().0 > 600);
         let mut rest = copy.without(n as u32..mesh.positions().len() as u32);
         assert_eq!(rest.merges_to(limit), rest.size().0 - 300);
-        assert_eq!(rest.run(limit, LAST_STRETCH), End::Reached);
-        let output = rest.output(&Assignment::identity(mesh.positions().len()));
+        assert_eq!(rest.run(limit), End::Reached);
+        let output = rest.output();
         assert_eq!((output.positions.len(), output.faces().len()), (300, 596));
         assert!(output.positions.iter().all(|p| surface.scale.restore(p.as_dvec3())[0] < 2.0));
         let stands_for = |v: usize| surface.positions[v].distance(output.positions[output.vertex_of[v] as usize]);
@@ -104,7 +110,7 @@ mod tests {
         let surface = Surface::new(&mesh, Pulse::NONE);
         let mut rest = collapse(&surface).without(0..n as u32);
         assert_eq!(rest.size(), (mesh.positions().len() - n, mesh.faces().len() - 5120));
-        assert_eq!(rest.run(Limit::of_vertices(100), LAST_STRETCH), End::Reached);
-        assert_eq!(rest.output(&Assignment::identity(mesh.positions().len())).faces().len(), rest.size().1);
+        assert_eq!(rest.run(Limit::of_vertices(100)), End::Reached);
+        assert_eq!(rest.output().faces().len(), rest.size().1);
     }
 }

@@ -7,6 +7,7 @@ use crate::simplify::closed::pins::PlaneVertices;
 use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, End};
+use super::star::Star;
 
 impl Collapse<'_> {
     /// The vertices that stay on the plane, where this is the collapse of a half.
@@ -14,11 +15,12 @@ impl Collapse<'_> {
         self.constraints.as_ref().and_then(|constraints| constraints.pins.plane())
     }
 
-    /// Whether after a merge the surface and its image would be no manifold: they would share an edge beside the cut, or a face, or
-    /// no edge but a vertex.
-    pub(super) fn would_break_whole(&self, u: u32, v: u32) -> bool {
+    /// Whether after a merge of these vertices of the surface the surface and its image would be no manifold: they would share an edge
+    /// beside the cut, or a face, or no edge but a vertex.
+    pub(super) fn would_break_whole(&self, [u, v]: [u32; 2], stars: &[Star; 2]) -> bool {
         let Some(plane) = self.plane() else { return false };
-        let [of_u, of_v] = [u, v].map(|w| self.ring(w).collect::<Vec<u32>>());
+        let ids = |star: &Star| star.ring.iter().map(|&w| self.nodes[w as usize].id).collect::<Vec<u32>>();
+        let [of_u, of_v] = [ids(&stars[0]), ids(&stars[1])];
         let rings = [&of_u[..], &of_v[..]];
         plane.would_bridge([u, v], rings) || plane.would_lay_flat([u, v], rings) || plane.would_end_cut([u, v], rings)
     }
@@ -36,15 +38,15 @@ impl Collapse<'_> {
 
     /// Does the cheapest merge of two neighbours on the cut that may be done, if there is one.
     fn merge_within_cut(&mut self) {
+        self.begin_pass();
         let Some(plane) = self.plane() else { return };
+        let is_on = |v: u32| plane.has(self.nodes[v as usize].id);
         let mut edges = Vec::new();
-        for u in self.living().filter(|&u| plane.has(u)) {
-            let along = self.ring(u).filter(|&v| v > u && plane.has(v));
-            edges.extend(
-                along.map(|v| (self.constrained_price(u, v), [u, v])).filter(|(price, _)| *price < f32::INFINITY),
-            );
+        for u in self.living().filter(|&u| is_on(u)) {
+            let is_along = |edge: &(f32, u32)| self.corners.edge(edge.1).into_iter().all(is_on);
+            edges.extend(self.edges_at(u).into_iter().filter(is_along).map(|(price, edge)| (price, edge, u)));
         }
         edges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        _ = edges.into_iter().any(|(_, [u, v])| self.try_merge(u, v));
+        _ = edges.into_iter().any(|(_, edge, u)| self.try_merge(u, edge));
     }
 }

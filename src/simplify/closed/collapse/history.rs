@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use crate::mesh::OneRings;
-use crate::simplify::closed::cluster::placement::Placement;
 use crate::simplify::closed::prepare::surface::folds_around;
 
 use super::pair::Place;
@@ -47,24 +45,16 @@ pub struct Renewal {
 }
 
 impl Renewal {
-    /// Of a vertex with these neighbours in order, [`GHOST`] for a ghost vertex, where they lie now; how much it counts, and bends.
-    pub fn new(vertex: u32, ring: Vec<u32>, place: impl Fn(u32) -> Vec3, [importance, bend]: [f32; 2]) -> Self {
-        let places = ring.iter().map(|&w| (w != GHOST).then(|| place(w)));
-        let folds = folds_around(place(vertex), places).map(|i| ring[i]).collect();
+    /// Of a vertex at `position` with these neighbours in order, [`GHOST`] for a ghost vertex, and where each of them lies; how much it
+    /// counts, and bends.
+    pub fn new(
+        vertex: u32,
+        ring: Vec<u32>,
+        position: Vec3,
+        place: impl Fn(usize) -> Option<Vec3>,
+        [importance, bend]: [f32; 2],
+    ) -> Self {
+        let folds = folds_around(position, (0..ring.len()).map(place)).map(|i| ring[i]).collect();
         Self { vertex, ring, folds, importance, bend }
     }
-}
-
-/// What a history begins with: the quadrics of regions that are no vertices, over the faces of the quotient, which has these rings.
-pub fn first_quadrics(placed: &Placement, rings: &OneRings) -> Vec<Event> {
-    if placed.is_of_surface() {
-        return Vec::new();
-    }
-    let n_regions = rings.n_vertices() as u32;
-    let place = |region: u32| placed.position(region).as_vec3();
-    let first = |vertex: u32| {
-        let ring = rings.ring(vertex).iter().map(|&w| if w < n_regions { w } else { GHOST }).collect();
-        Event::Renewal(Renewal::new(vertex, ring, place, [placed.importance(vertex), 0.0]))
-    };
-    (0..n_regions).map(first).collect()
 }

@@ -1,89 +1,186 @@
 //! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"): a merged vertex forgets what it
 //! was merged from.
 //!
-//! Its quadric is summed anew over its present faces. Quadrics that remember the original keep the planes of faces long gone:
-//! they choose worse which edge goes next. Kept curves alone remember (`constraints`): where they drift, it shows. On the last
-//! stretch the neighbours of a merged vertex are summed and priced anew, too, so that every price is that of the present surface.
+//! Before each pass the quadrics of the vertices whose faces have changed are summed anew over these. Quadrics that remember the original
+//! keep the planes of faces long gone: they choose worse which edge goes next. Kept curves alone remember (`constraints`): where they
+//! drift, it shows.
 
-use crate::simplify::closed::cluster::placement::{drawn, pulled};
-use crate::simplify::closed::prepare::surface::{Neighbour, planes_around};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::linalg::{Isa, Work};
+use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
 use super::complex::Collapse;
+use super::corners::{Step, next};
 use super::history::{Event, GHOST, Renewal};
+use super::pair::{Node, drawn, pulled};
+
+/// Vertices whose quadrics are summed by one thread, one after the other.
+const TOGETHER: usize = 1024;
+
+/// Summing the planes around some vertices, as work that is compiled for the instructions at hand.
+struct Summing<'a, 'b> {
+    collapse: &'a Collapse<'b>,
+    planes: &'a mut [[f32; 6]],
+    vertices: &'a [u32],
+}
+
+impl Work for Summing<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (planes, &v) in self.planes.iter_mut().zip(self.vertices) {
+            *planes = self.collapse.planes_of(v);
+        }
+    }
+}
 
 impl Collapse<'_> {
-    /// Begins the last stretch: sums all quadrics anew; no price is known then.
-    pub(super) fn begin_last_stretch(&mut self) {
-        self.renew_all();
-        (self.unpriced, self.is_last_stretch) = (None, true);
-    }
-
-    /// Sums all quadrics anew.
-    pub fn renew_all(&mut self) {
-        let vertices: Vec<u32> = self.living().collect();
-        let pulse = self.pulse.counting_if(false);
-        pulse.over(&vertices).for_each(|vertices| vertices.iter().for_each(|&v| self.renew(v)));
-    }
-
-    /// Sums the quadric of a vertex anew over its present faces; not where some of them are another block's.
-    #[inline(always)]
-    pub(super) fn renew(&mut self, u: u32) {
-        if self.is_frozen(u) {
-            return;
+    /// Sums the quadrics anew of the vertices that the last pass changed or whose neighbours it changed; returns which these are.
+    pub(super) fn renew(&mut self) -> Vec<u32> {
+        let pass = self.pass;
+        let is_stale = |&v: &u32| self.nodes[v as usize].changed.is_in(pass);
+        let stale: Vec<u32> = self.living().filter(is_stale).collect();
+        let mut planes = vec![[0.0; 6]; stale.len()];
+        planes.par_chunks_mut(TOGETHER).zip(stale.par_chunks(TOGETHER)).for_each(|(planes, stale)| {
+            self.pulse.beat(0);
+            Isa::best().run(Summing { collapse: self, planes, vertices: stale });
+        });
+        for (&v, planes) in stale.iter().zip(&planes) {
+            let node = &mut self.nodes[v as usize];
+            node.planes = drawn(planes.map(|entry| entry * node.importance), self.poses.bend());
         }
-        let planes = self.planes_of(u);
-        let node = &mut self.nodes[u as usize];
-        node.planes = drawn(planes.map(|entry| entry * node.importance), self.poses.bend());
-        let importance = node.importance;
         if !self.poses.is_empty() {
-            self.renew_poses(u);
+            stale.iter().for_each(|&v| self.renew_poses(v));
         }
         if self.history.is_some() {
-            self.write_down(u, importance);
+            stale.iter().for_each(|&v| self.write_down(v));
         }
+        stale
     }
 
-    /// The same in all other poses.
+    /// The neighbours of a vertex in order.
+    pub(super) fn ring(&self, v: u32) -> Vec<u32> {
+        self.neighbors(v).collect()
+    }
+
+    /// The same, one after the other.
+    #[inline(always)]
+    pub(super) fn neighbors(&self, v: u32) -> impl Iterator<Item = u32> {
+        self.faces_around(v).map(|step| self.corners.vertex(step.from))
+    }
+
+    /// The faces around a vertex in order.
+    #[inline(always)]
+    pub(super) fn faces_around(&self, v: u32) -> impl Iterator<Item = Step> {
+        let Node { corner, degree, .. } = self.nodes[v as usize];
+        let first = (degree > 0).then(|| Step { at: corner, from: next(corner) });
+        first.into_iter().flat_map(|first| self.corners.around(first))
+    }
+
+    /// Sums the quadrics of a vertex anew in all other poses.
     #[inline(never)]
-    pub(super) fn renew_poses(&mut self, u: u32) {
-        let (span, importance) = (self.nodes[u as usize].ring, self.nodes[u as usize].importance);
+    pub(super) fn renew_poses(&mut self, v: u32) {
+        let ring = self.ring(v);
+        let Node { id, importance, .. } = self.nodes[v as usize];
         for k in 0..self.poses.n_poses() {
-            let neighbour = |i: usize| match self.links.at(span, i) {
-                w if self.is_ghost(w) => Neighbour::Ghost,
-                w => Neighbour::At(self.poses.of(w)[k].position),
+            let neighbour = |&w: &u32| match self.is_ghost(w) {
+                true => Neighbour::Ghost,
+                false => Neighbour::At(self.poses.of(self.nodes[w as usize].id)[k].position),
             };
-            let planes = planes_around(self.poses.of(u)[k].position, (0..span.len()).map(neighbour));
-            self.poses.of_mut(u)[k].planes = pulled(planes.map(|entry| entry * importance));
+            let planes = planes_around(self.poses.of(id)[k].position, ring.iter().map(neighbour));
+            self.poses.of_mut(id)[k].planes = pulled(planes.map(|entry| entry * importance));
         }
     }
 
     /// Writes down that the quadric of a vertex was summed anew.
-    fn write_down(&mut self, u: u32, importance: f32) {
-        let ring = self.ring(u).map(|w| if self.is_ghost(w) { GHOST } else { w }).collect();
-        let renewal = Renewal::new(u, ring, |w| self.positions[w as usize], [importance, self.poses.bend()]);
+    fn write_down(&mut self, v: u32) {
+        let Node { id, importance, position, .. } = self.nodes[v as usize];
+        let ring = self.ring(v);
+        let place = |i: usize| (!self.is_ghost(ring[i])).then(|| self.nodes[ring[i] as usize].position);
+        let ids = ring.iter().map(|&w| if self.is_ghost(w) { GHOST } else { self.nodes[w as usize].id });
+        let renewal = Renewal::new(id, ids.collect(), position, place, [importance, self.poses.bend()]);
         self.history.get_or_insert_default().push(Event::Renewal(renewal));
     }
 
     /// The planes around a vertex.
     #[inline(always)]
-    fn planes_of(&self, u: u32) -> [f32; 6] {
-        let span = self.nodes[u as usize].ring;
-        let centre = self.positions[u as usize];
-        let place = |i: usize| self.positions.get(self.links.at(span, i) as usize);
-        let Some(constraints) = &self.constraints else {
-            let neighbour = |i: usize| place(i).map_or(Neighbour::Ghost, |p| Neighbour::At(*p));
-            return planes_around(centre, (0..span.len()).map(neighbour));
-        };
-        let pins = &constraints.pins;
-        let neighbour = |i: usize| match place(i) {
-            None => Neighbour::Ghost,
-            Some(p) if pins.are_on_cut(u, self.links.at(span, i)) => Neighbour::AlongCut(*p),
-            Some(p) => Neighbour::At(*p),
-        };
-        let planes = planes_around(centre, (0..span.len()).map(neighbour));
-        match pins.plane().filter(|plane| plane.has(u)) {
+    fn planes_of(&self, v: u32) -> [f32; 6] {
+        let Node { position, corner, degree, .. } = self.nodes[v as usize];
+        if self.constraints.is_none() && degree > 0 {
+            let place = |corner: u32| {
+                let w = self.corners.vertex(corner);
+                (!self.is_ghost(w)).then(|| self.nodes[w as usize].position - position)
+            };
+            let mut fan = Fan::default();
+            for step in self.corners.around(Step { at: corner, from: next(corner) }) {
+                fan.add([place(step.from), place(step.opposite())]);
+            }
+            if !fan.may_fold() {
+                return fan.planes;
+            }
+        }
+        self.planes_of_fold(v)
+    }
+
+    /// The planes around a vertex that may have folds, or that is constrained.
+    #[inline(never)]
+    fn planes_of_fold(&self, v: u32) -> [f32; 6] {
+        let node = &self.nodes[v as usize];
+        let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
+        let mut ring = Vec::with_capacity(node.degree as usize);
+        for w in self.neighbors(v) {
+            let Node { position, id, .. } = self.nodes[w as usize];
+            ring.push(match pins {
+                _ if self.is_ghost(w) => Neighbour::Ghost,
+                Some(pins) if pins.are_on_cut(node.id, id) => Neighbour::AlongCut(position),
+                _ => Neighbour::At(position),
+            });
+        }
+        let planes = planes_around(node.position, ring.iter().copied());
+        match pins.and_then(|pins| pins.plane()).filter(|plane| plane.has(node.id)) {
             Some(plane) => plane.with_image(planes),
             None => planes,
         }
+    }
+}
+
+/// The faces around a vertex, one after the other.
+#[derive(Default)]
+struct Fan {
+    /// The planes of the faces and the lines along boundary edges.
+    planes: [f32; 6],
+    /// The normals of the first face and of the last one so far; zero beyond a boundary.
+    first: Option<Vec3>,
+    last: Vec3,
+    turns_back: bool,
+}
+
+impl Fan {
+    /// Adds a face by its two other corners, from the vertex; `None` is a ghost vertex.
+    #[inline(always)]
+    fn add(&mut self, corners: [Option<Vec3>; 2]) {
+        let mut normal = Vec3::ZERO;
+        match corners {
+            [Some(p), Some(q)] => {
+                if let Some((of_face, plane)) = plane_of([Vec3::ZERO, p, q]) {
+                    add(&mut self.planes, &plane);
+                    normal = of_face;
+                }
+            }
+            [Some(end), None] | [None, Some(end)] => add(&mut self.planes, &line_along(end)),
+            [None, None] => {}
+        }
+        self.turns_back |= self.last.dot(normal) < 0.0;
+        self.first = self.first.or(Some(normal));
+        self.last = normal;
+    }
+
+    /// Whether two faces beside each other look more than a right angle apart.
+    #[inline(always)]
+    fn may_fold(&self) -> bool {
+        self.turns_back || self.first.is_some_and(|first| self.last.dot(first) < 0.0)
     }
 }

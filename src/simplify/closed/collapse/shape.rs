@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::geometry::triangle::nearest_point;
 
 use super::complex::Collapse;
+use super::star::Star;
 
 /// Share of a ceiling below which a distance is not measured on.
 const NEGLIGIBLE: f32 = 0.02;
@@ -13,31 +14,31 @@ impl Collapse<'_> {
     /// Returns how far later merges may still take a vertex from the surface after the ends of an edge have gone to `x`, in the unit of
     /// the positions; below 0 where this merge takes the surface too far.
     #[inline(always)]
-    pub(super) fn ceiling_after(&self, ends: [u32; 2], opposite: [u32; 2], x: Vec3) -> f32 {
-        let Some(&of_u) = self.ceilings.get(ends[0] as usize) else { return f32::INFINITY };
-        let ceiling = of_u.min(self.ceilings[ends[1] as usize]);
-        if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, opposite, x, ceiling) }
+    pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3) -> f32 {
+        if self.ceilings.is_empty() {
+            return f32::INFINITY;
+        }
+        let ceiling = self.ids(ends).into_iter().map(|v| self.ceilings[v as usize]).fold(f32::INFINITY, f32::min);
+        if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, stars, x, ceiling) }
     }
 
     /// The distance between the faces around an edge before and after its ends have gone to `x`, or one above `most`.
     #[inline(never)]
-    fn distance_of_merge(&self, ends: [u32; 2], opposite: [u32; 2], x: Vec3, most: f32) -> f32 {
-        let [u, v] = ends.map(|w| self.positions[w as usize]);
+    fn distance_of_merge(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3, most: f32) -> f32 {
+        let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
+        let [u, v] = ends.map(|w| self.nodes[w as usize].position);
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
-        for (own, other, here) in [(ends[0], ends[1], u), (ends[1], ends[0], v)] {
-            let ring = self.nodes[own as usize].ring;
-            let at = self.links.position(ring, other).unwrap_or(0);
-            let mut last: Option<Vec3> = None;
-            for w in self.links.beyond(ring, at) {
-                let next = self.positions.get(w as usize).copied();
-                if let (Some(q), Some(r)) = (last, next) {
+        for (here, star) in [u, v].into_iter().zip(stars) {
+            for pair in star.ring[1..].windows(2) {
+                if let (Some(q), Some(r)) = (place(pair[0]), place(pair[1])) {
                     before.push([here, q, r]);
                     after.push([x, q, r]);
                 }
-                last = next;
             }
         }
-        before.extend(opposite.iter().filter_map(|&w| Some([u, v, *self.positions.get(w as usize)?])));
+        let ring = &stars[0].ring;
+        let opposite = [ring[1], ring[ring.len() - 1]];
+        before.extend(opposite.into_iter().filter_map(|w| Some([u, v, place(w)?])));
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
         farthest.look(&after, [u, v].into_iter());
         // What lies between corners that stay near may be gone, and what was open may be covered.

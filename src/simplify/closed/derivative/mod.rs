@@ -53,19 +53,17 @@ impl Derivative {
     /// From a run that wrote down its choices and ended with vertices at `output`, in local coordinates; `vertex_of` names the
     /// output vertex of each vertex of the surface.
     pub(super) fn new(original: &Original, trace: Trace, vertex_of: &[u32], output: &[[f32; 3]]) -> Self {
-        let Trace { region, cases, history, faces, steps } = trace;
+        let Trace { history, faces, steps } = trace;
         let surface = &original.surface;
         let (scale, sources) = (surface.scale, surface.sources().collect::<Vec<u32>>());
         let positions = original.mesh.positions();
         let positions: Vec<DVec3> = sources.iter().map(|&v| scale.to_unit(positions[v as usize])).collect();
-        let mut output_of = vec![0; cases.len()];
-        region.iter().zip(vertex_of).for_each(|(&r, &x)| output_of[r as usize] = x);
         let mut derivative = Self {
             scale,
             sources,
             output_of: vertex_of.to_vec(),
             planes: Planes::new(surface, &positions),
-            tree: Tree::new(region, cases, &history, &output_of),
+            tree: Tree::new(&history, vertex_of),
             faces,
             steps,
             offsets: Vec::new(),
@@ -120,7 +118,7 @@ impl Derivative {
         for (step, before) in self.steps.iter().zip(&at.stages).rev() {
             gradient = self.fit_step(step, &at.input, before).backward(&gradient, &mut to_input);
         }
-        let to_planes = self.tree.backward(&at.tree, &at.input, &at.planes.matrices, &gradient, &mut to_input);
+        let to_planes = self.tree.backward(&at.tree, &at.input, &gradient, &mut to_input);
         self.planes.backward(&at.input, &at.planes, &to_planes, &mut to_input);
         to_input
     }
@@ -150,13 +148,10 @@ mod tests {
         let limit = Limit::of_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
         let request = Request {
-            oversample: 2.0,
-            all_if_uneven: false,
             importance: Importance::Given(&factors),
             hidden: &[],
             aim: Aim::default(),
             parts: Parts::default(),
-            seed: 1,
             frame: Frame::default(),
             differentiable: true,
             keep: Keep { purpose, ..Keep::default() },

@@ -5,8 +5,7 @@ use glam::{DMat3, DVec3};
 use super::algebra::{Form, area_normal_backward, outer, stiffened, stiffened_backward, trace};
 use super::planes::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::cluster::placement::PULL;
-use crate::simplify::closed::collapse::Renewal;
+use crate::simplify::closed::collapse::{PULL, Renewal};
 
 /// The faces, boundary edges and folds around a node.
 pub(super) struct Star {

@@ -1,13 +1,11 @@
 //! Edges that stay edges: seams and creases.
 //!
-//! They are curves on the surface. The quotient keeps a curve where no region holds two pieces of it, or a whole loop, and no
-//! two regions share two of its edges: then every region that a curve runs through is one point of it, and the faces on either
-//! side stay on their side. Regions that break this are cut, like those that are no discs.
+//!
+//! They are curves on the surface; the collapse leaves them where they are, or sets a price on moving them.
 
 use rustc_hash::FxHashMap;
 
 use crate::mesh::KeptEdge;
-use crate::simplify::closed::cluster::assignment::Assignment;
 
 use super::surface::Surface;
 
@@ -20,8 +18,6 @@ pub struct FeatureEdges {
     pub slack: Vec<f32>,
     /// Whether the normals on the two sides of each differ.
     is_hard: Vec<bool>,
-    /// The vertices of the edges, ascending.
-    vertices: Vec<u32>,
 }
 
 impl FeatureEdges {
@@ -32,10 +28,7 @@ impl FeatureEdges {
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
         let slack = kept.iter().map(|edge| surface.length(edge.slack)).collect();
         let is_hard = kept.iter().map(|edge| edge.is_hard).collect();
-        let mut vertices = edges.as_flattened().to_vec();
-        vertices.sort_unstable();
-        vertices.dedup();
-        Self { edges, slack, is_hard, vertices }
+        Self { edges, slack, is_hard }
     }
 
     /// Whether some are held.
@@ -58,30 +51,6 @@ impl FeatureEdges {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
-    }
-
-    /// Marks the regions that hold two pieces of kept curves or a whole loop, or that share two of their edges.
-    pub fn mark_broken(&self, assignment: &Assignment, broken: &mut [bool]) {
-        if self.edges.is_empty() {
-            return;
-        }
-        let region = |v: u32| assignment.region[v as usize];
-        let (mut n_vertices, mut n_edges) = (vec![0u32; assignment.n_regions], vec![0u32; assignment.n_regions]);
-        self.vertices.iter().for_each(|&v| n_vertices[region(v) as usize] += 1);
-        let mut between = Vec::new();
-        for [r, s] in self.edges.iter().map(|edge| edge.map(region)) {
-            if r == s {
-                n_edges[r as usize] += 1;
-            } else {
-                between.push([r.min(s), r.max(s)]);
-            }
-        }
-        for (broken, (vertices, edges)) in broken.iter_mut().zip(n_vertices.into_iter().zip(n_edges)) {
-            *broken |= vertices > 0 && vertices != edges + 1;
-        }
-        between.sort_unstable();
-        let twice = between.windows(2).filter(|pair| pair[0] == pair[1]);
-        twice.flat_map(|pair| pair[0]).for_each(|r| broken[r as usize] = true);
     }
 
     /// Returns the edges across which normals differ.

@@ -3,7 +3,6 @@
 pub mod feature_edges;
 mod half;
 pub mod surface;
-pub mod uneven;
 
 use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;

@@ -271,7 +271,8 @@ fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32
 }
 
 /// The weighted squared distance from the line along a boundary edge or a fold, an upper triangle.
-fn line_along(edge: Vec3) -> [f32; 6] {
+#[inline(always)]
+pub fn line_along(edge: Vec3) -> [f32; 6] {
     let mut line = outer(edge, -BOUNDARY_WEIGHT);
     [0, 3, 5].into_iter().for_each(|diagonal| line[diagonal] += BOUNDARY_WEIGHT * edge.length_squared());
     line
@@ -366,12 +367,14 @@ pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
 }
 
 /// Upper triangle of `weight n n'`.
+#[inline(always)]
 pub fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     let m = n * weight;
     [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
 }
 
 /// Adds an upper triangle to another.
+#[inline(always)]
 pub fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
     for (s, o) in sum.iter_mut().zip(other) {
         *s += o;

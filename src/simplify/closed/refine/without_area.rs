@@ -201,7 +201,7 @@ mod tests {
         // Three of the mesh's vertices on a line, and one beside.
         let origins = vec![0, 1, 2, 6];
         let places = || origins.iter().map(|&v| original.surface.positions[v as usize]).collect::<Vec<_>>();
-        let pins = original.pins.of_regions(&[], origins.clone());
+        let pins = original.pins.on_own_vertices(original.surface.n_vertices()).of_living(&origins);
         let mut output = Output::new(Pulse::NONE, places(), vec![[0, 1, 2], [0, 2, 3]], pins, Vec::new());
         let mut positions: Vec<[f32; 3]> = origins.iter().map(|&v| mesh.positions()[v as usize]).collect();
         assert_eq!(widen(&original, &mut output, &mut positions, &Frame::default()), 1);

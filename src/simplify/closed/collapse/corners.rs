@@ -1,0 +1,306 @@
+//! The faces of a closed complex as a corner table: which vertex stands at each corner, and which corner lies across the edge opposite to it.
+//!
+//! A face takes four slots, the last one empty, so that the other corners of a face follow from a corner's number without a division. Faces
+//! need not be wound the same way around: a surface may have one side only.
+
+/// No vertex, no corner.
+pub(super) const NONE: u32 = u32::MAX;
+/// Edges at a vertex from which on they are sorted to be matched.
+const MANY: usize = 32;
+
+/// The corners of all faces.
+#[derive(Clone, Default)]
+pub(super) struct Corners {
+    /// The vertex at each corner, n_faces x 4; [`NONE`] at the corners of a face that is gone, and in every last slot.
+    vertices: Vec<u32>,
+    /// The corner across the edge opposite to each, n_faces x 4.
+    across: Vec<u32>,
+}
+
+/// The corner after this one in its face.
+#[inline(always)]
+pub(super) fn next(corner: u32) -> u32 {
+    corner + 1 - 3 * ((corner & 2) >> 1)
+}
+
+/// The corner before this one in its face.
+#[inline(always)]
+pub(super) fn previous(corner: u32) -> u32 {
+    corner + 3 * u32::from(corner & 3 == 0) - 1
+}
+
+/// The third corner of a face beside these two.
+#[inline(always)]
+pub(super) fn third(one: u32, other: u32) -> u32 {
+    // The three numbers within a face add up to 3.
+    3 * (one & !3) + 3 - one - other
+}
+
+/// A step of a walk around a vertex: a face, entered across the edge to one neighbour.
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    /// The corner of the face at the vertex.
+    pub at: u32,
+    /// Its corner at the neighbour.
+    pub from: u32,
+}
+
+impl Step {
+    /// The corner of the face opposite to the edge that was crossed.
+    #[inline(always)]
+    pub fn opposite(self) -> u32 {
+        third(self.at, self.from)
+    }
+}
+
+/// A walk around a vertex.
+pub(super) struct Around<'a> {
+    corners: &'a Corners,
+    vertex: u32,
+    /// The corner at which it ends.
+    end: u32,
+    next: Option<Step>,
+}
+
+impl Iterator for Around<'_> {
+    type Item = Step;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Step> {
+        let step = self.next?;
+        let opposite = self.corners.across(step.from);
+        let at = self.corners.beside(opposite, self.vertex);
+        self.next = (at != self.end).then(|| Step { at, from: third(opposite, at) });
+        Some(step)
+    }
+}
+
+impl Corners {
+    /// The table of faces over so many vertices, where every edge has two faces; faces are put in the order of their smallest vertices.
+    pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
+        let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
+        let mut places = vec![0u32; n_vertices + 1];
+        faces.clone().for_each(|face| places[smallest(face) + 1] += 4);
+        (0..n_vertices).for_each(|v| places[v + 1] += places[v]);
+        let mut vertices = vec![NONE; places[n_vertices] as usize];
+        for face in faces {
+            let place = &mut places[smallest(face)];
+            vertices[*place as usize..][..3].copy_from_slice(&face);
+            *place += 4;
+        }
+        let mut across = vec![NONE; vertices.len()];
+        let table = Self { vertices, across: Vec::new() };
+        // The corners opposite to the edges at each vertex that is the smaller one of their ends, row by row.
+        let mut ends = vec![0u32; n_vertices + 1];
+        table.all().for_each(|c| ends[table.ends(c)[0] as usize + 1] += 1);
+        (0..n_vertices).for_each(|v| ends[v + 1] += ends[v]);
+        let mut rows = vec![(0, 0); ends[n_vertices] as usize];
+        for c in table.all() {
+            let [low, high] = table.ends(c);
+            rows[ends[low as usize] as usize] = (high, c);
+            ends[low as usize] += 1;
+        }
+        let mut start = 0;
+        for &end in &ends[..n_vertices] {
+            match_edges(&mut rows[start..end as usize], &mut across);
+            start = end as usize;
+        }
+        Self { across, ..table }
+    }
+
+    /// All corners of faces that are there.
+    pub fn all(&self) -> impl Iterator<Item = u32> {
+        (0..self.vertices.len() as u32).filter(|&c| self.vertices[c as usize] != NONE)
+    }
+
+    /// Number of faces, gone ones that still take their place counted.
+    pub fn n_faces(&self) -> usize {
+        self.vertices.len() / 4
+    }
+
+    /// The vertex at a corner.
+    #[inline(always)]
+    pub fn vertex(&self, corner: u32) -> u32 {
+        self.vertices[corner as usize]
+    }
+
+    /// The ends of the edge opposite to a corner.
+    #[inline(always)]
+    pub fn edge(&self, corner: u32) -> [u32; 2] {
+        [self.vertex(next(corner)), self.vertex(previous(corner))]
+    }
+
+    /// The same, the smaller one first.
+    fn ends(&self, corner: u32) -> [u32; 2] {
+        let [a, b] = self.edge(corner);
+        [a.min(b), a.max(b)]
+    }
+
+    /// The corner across the edge opposite to a corner.
+    #[inline(always)]
+    pub fn across(&self, corner: u32) -> u32 {
+        self.across[corner as usize]
+    }
+
+    /// The smaller one of the two corners opposite to the edge that lies opposite to one of them: one number for the edge.
+    #[inline(always)]
+    pub fn number_of_edge(&self, corner: u32) -> u32 {
+        corner.min(self.across(corner))
+    }
+
+    /// The corner of a face at a vertex, beside one that is not there.
+    #[inline(always)]
+    fn beside(&self, corner: u32, vertex: u32) -> u32 {
+        let next = next(corner);
+        if self.vertex(next) == vertex { next } else { previous(corner) }
+    }
+
+    /// The steps of a walk around the vertex of the first one, once around.
+    #[inline(always)]
+    pub fn around(&self, first: Step) -> Around<'_> {
+        Around { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
+    }
+
+    /// Puts another vertex at a corner.
+    #[inline(always)]
+    pub fn set_vertex(&mut self, corner: u32, vertex: u32) {
+        self.vertices[corner as usize] = vertex;
+    }
+
+    /// Takes the face of a corner out and joins the faces across its two other edges. Returns the corners of one of these at the vertex
+    /// of the corner and at the vertex that both of its other corners became.
+    #[inline(always)]
+    pub fn close(&mut self, corner: u32) -> [u32; 2] {
+        let apex = self.vertex(corner);
+        let [one, other] = [next(corner), previous(corner)].map(|c| self.across(c));
+        (self.across[one as usize], self.across[other as usize]) = (other, one);
+        let face = (corner & !3) as usize;
+        self.vertices[face..face + 3].fill(NONE);
+        let at_apex = self.beside(one, apex);
+        [at_apex, third(one, at_apex)]
+    }
+
+    /// Takes out the faces that do not stay, with all faces around them.
+    pub fn retain(&mut self, mut stays: impl FnMut([u32; 3]) -> bool) {
+        let faces = self.vertices.chunks_exact_mut(4).filter(|slots| slots[0] != NONE);
+        faces.for_each(|slots| {
+            if !stays([slots[0], slots[1], slots[2]]) {
+                slots[..3].fill(NONE);
+            }
+        });
+    }
+
+    /// Moves the faces that are left together, over vertices with new numbers. Returns the new number of each old corner's face.
+    pub fn compact(&mut self, number: impl Fn(u32) -> u32) -> Vec<u32> {
+        let mut faces = Vec::with_capacity(self.n_faces());
+        let mut n_left = 0;
+        for slots in self.vertices.chunks_exact(4) {
+            faces.push(n_left);
+            n_left += u32::from(slots[0] != NONE);
+        }
+        for (face, &to) in faces.iter().enumerate() {
+            let (from, to) = (4 * face, 4 * to as usize);
+            if self.vertices[from] == NONE {
+                continue;
+            }
+            for k in 0..3 {
+                self.vertices[to + k] = number(self.vertices[from + k]);
+                self.across[to + k] = moved(&faces, self.across[from + k]);
+            }
+            self.vertices[to + 3] = NONE;
+        }
+        self.vertices.truncate(4 * n_left as usize);
+        self.across.truncate(4 * n_left as usize);
+        faces
+    }
+
+    /// The faces by their vertices.
+    pub fn faces(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.vertices.chunks_exact(4).filter(|slots| slots[0] != NONE).map(|slots| [slots[0], slots[1], slots[2]])
+    }
+}
+
+/// Where a corner went whose face has this new number.
+#[inline(always)]
+pub(super) fn moved(faces: &[u32], corner: u32) -> u32 {
+    4 * faces[corner as usize / 4] + (corner & 3)
+}
+
+/// Joins the corners across the edges of one row: pairs of the other end and the corner opposite.
+fn match_edges(row: &mut [(u32, u32)], across: &mut [u32]) {
+    if row.len() > MANY {
+        row.sort_unstable();
+    }
+    for i in 0..row.len() {
+        let (end, corner) = row[i];
+        if across[corner as usize] != NONE {
+            continue;
+        }
+        let rest = &row[i + 1..];
+        let other = if row.len() > MANY { rest.first() } else { rest.iter().find(|(other, _)| *other == end) };
+        if let Some(&(_, other)) = other {
+            (across[corner as usize], across[other as usize]) = (other, corner);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{OneRings, TriMesh, shapes};
+
+    fn closed(mesh: &TriMesh) -> (OneRings, Corners) {
+        let rings = OneRings::new(mesh.positions().len(), mesh.faces()).unwrap();
+        let faces = mesh.faces().iter().copied().chain(rings.ghost_faces());
+        let corners = Corners::new(rings.n_vertices() + rings.n_ghosts(), faces);
+        (rings, corners)
+    }
+
+    #[test]
+    fn walks_meet_the_neighbours_in_their_order_and_edges_have_one_number() {
+        let fan: Vec<[u32; 3]> = (1..100).map(|i| [0, i, i + 1]).collect();
+        let fan = TriMesh::new((0..101).map(|i| [i as f32, (i * i) as f32, 0.0]).collect(), fan).unwrap();
+        for mesh in [shapes::icosphere(2), shapes::open_cylinder(7, 4), shapes::klein_bottle(8, 6), fan] {
+            let (rings, corners) = closed(&mesh);
+            for c in corners.all() {
+                let across = corners.across(c);
+                assert_eq!((corners.across(across), corners.ends(across)), (c, corners.ends(c)));
+                assert_eq!(corners.number_of_edge(c), corners.number_of_edge(across));
+                let v = corners.vertex(c);
+                if v as usize >= rings.n_vertices() {
+                    continue;
+                }
+                let mut walked = Vec::new();
+                for step in corners.around(Step { at: c, from: next(c) }) {
+                    assert_eq!(corners.vertex(step.at), v);
+                    walked.push(corners.vertex(step.from));
+                }
+                let ring = rings.ring(v);
+                let start = ring.iter().position(|&w| w == walked[0]).unwrap();
+                let turned = |back: bool| {
+                    let n = ring.len();
+                    (0..n).map(move |i| ring[if back { start + n - i } else { start + i } % n])
+                };
+                assert!(turned(false).eq(walked.iter().copied()) || turned(true).eq(walked.iter().copied()));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_left_moves_together() {
+        // A bipyramid over a square; its edge from 1 to 2 goes.
+        let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]];
+        let mut corners = Corners::new(6, faces.into_iter());
+        for c in corners.all().filter(|&c| corners.vertex(c) == 2).collect::<Vec<u32>>() {
+            corners.set_vertex(c, 1);
+        }
+        for (corner, apex) in [(0, 0), (16, 5)] {
+            assert_eq!((corners.vertex(corner), corners.close(corner).map(|c| corners.vertex(c))), (apex, [apex, 1]));
+        }
+        corners.compact(|v| if v > 2 { v - 1 } else { v });
+        let left: Vec<[u32; 3]> = corners.faces().collect();
+        assert_eq!(left, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [4, 1, 3], [4, 2, 1], [4, 3, 2]]);
+        let again = Corners::new(5, left.into_iter());
+        assert!(again.all().all(|c| again.across(c) == corners.across(c)));
+    }
+}
