@@ -3,6 +3,8 @@
 //! A face takes four slots, the last one empty, so that the other corners of a face follow from a corner's number without a division. Faces
 //! need not be wound the same way around: a surface may have one side only.
 
+use std::ops::Range;
+
 /// No vertex, no corner.
 pub(super) const NONE: u32 = u32::MAX;
 /// Edges at a vertex from which on they are sorted to be matched.
@@ -88,24 +90,25 @@ impl Corners {
             vertices[*place as usize..][..3].copy_from_slice(&face);
             *place += 4;
         }
-        let mut across = vec![NONE; vertices.len()];
-        let table = Self { vertices, across: Vec::new() };
-        // The corners opposite to the edges at each vertex that is the smaller one of their ends, row by row.
-        let mut ends = vec![0u32; n_vertices + 1];
-        table.all().for_each(|c| ends[table.ends(c)[0] as usize + 1] += 1);
-        (0..n_vertices).for_each(|v| ends[v + 1] += ends[v]);
-        let mut rows = vec![(0, 0); ends[n_vertices] as usize];
-        for c in table.all() {
-            let [low, high] = table.ends(c);
-            rows[ends[low as usize] as usize] = (high, c);
-            ends[low as usize] += 1;
+        let mut table = Self { across: vec![NONE; vertices.len()], vertices };
+        // First the corners opposite to the edges whose smaller ends are one vertex are a list: where it begins, and what follows each.
+        let mut firsts = vec![NONE; n_vertices];
+        for c in 0..table.vertices.len() as u32 {
+            if c & 3 != 3 {
+                let first = &mut firsts[table.ends(c)[0] as usize];
+                table.across[c as usize] = std::mem::replace(first, c);
+            }
         }
-        let mut start = 0;
-        for &end in &ends[..n_vertices] {
-            match_edges(&mut rows[start..end as usize], &mut across);
-            start = end as usize;
+        let mut edges = Vec::new();
+        for mut c in firsts {
+            edges.clear();
+            while c != NONE {
+                edges.push((table.ends(c)[1], c));
+                c = table.across(c);
+            }
+            match_edges(&mut edges, &mut table.across);
         }
-        Self { across, ..table }
+        table
     }
 
     /// All corners of faces that are there.
@@ -140,6 +143,16 @@ impl Corners {
     #[inline(always)]
     pub fn across(&self, corner: u32) -> u32 {
         self.across[corner as usize]
+    }
+
+    /// The faces with these numbers that are there: the first corner of each, its vertices, and the corners across its edges.
+    #[inline(always)]
+    pub fn faces_in(&self, numbers: Range<usize>) -> impl Iterator<Item = (u32, [u32; 3], [u32; 3])> {
+        let firsts = (4 * numbers.start as u32..).step_by(4);
+        let vertices = self.vertices.as_chunks::<4>().0[numbers.clone()].iter();
+        let across = self.across.as_chunks::<4>().0[numbers].iter();
+        let faces = firsts.zip(vertices.zip(across)).filter(|(_, (vertices, _))| vertices[0] != NONE);
+        faces.map(|(first, (&[a, b, c, _], &[d, e, f, _]))| (first, [a, b, c], [d, e, f]))
     }
 
     /// The smaller one of the two corners opposite to the edge that lies opposite to one of them: one number for the edge.
@@ -226,20 +239,21 @@ pub(super) fn moved(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
-/// Joins the corners across the edges of one row: pairs of the other end and the corner opposite.
-fn match_edges(row: &mut [(u32, u32)], across: &mut [u32]) {
-    if row.len() > MANY {
-        row.sort_unstable();
+/// Joins the corners across the edges of one vertex: pairs of the other end and the corner opposite, two of each end.
+fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
+    if edges.len() > MANY {
+        edges.sort_unstable();
     }
-    for i in 0..row.len() {
-        let (end, corner) = row[i];
-        if across[corner as usize] != NONE {
-            continue;
-        }
-        let rest = &row[i + 1..];
-        let other = if row.len() > MANY { rest.first() } else { rest.iter().find(|(other, _)| *other == end) };
-        if let Some(&(_, other)) = other {
-            (across[corner as usize], across[other as usize]) = (other, corner);
+    let mut rest = edges;
+    while let [(end, corner), others @ ..] = rest {
+        if let Some(at) = others.iter().position(|(other, _)| other == end) {
+            let other = others[at].1;
+            (across[*corner as usize], across[other as usize]) = (other, *corner);
+            others.swap(0, at);
+            rest = &mut others[1..];
+        } else {
+            across[*corner as usize] = NONE;
+            rest = others;
         }
     }
 }

@@ -114,9 +114,11 @@ impl Collapse<'_> {
                 let w = self.corners.vertex(corner);
                 (!self.is_ghost(w)).then(|| self.nodes[w as usize].position - position)
             };
-            let mut fan = Fan::default();
+            let (mut fan, mut before) = (Fan::default(), place(next(corner)));
             for step in self.corners.around(Step { at: corner, from: next(corner) }) {
-                fan.add([place(step.from), place(step.opposite())]);
+                let here = place(step.opposite());
+                fan.add([before, here]);
+                before = here;
             }
             if !fan.may_fold() {
                 return fan.planes;

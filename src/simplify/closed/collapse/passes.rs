@@ -16,7 +16,7 @@ use crate::simplify::limits::Limit;
 
 use super::cheapest::Cheapest;
 use super::complex::{Collapse, End, GONE};
-use super::pair::{Changed, WIDTH, prices};
+use super::pair::{Changed, Node, WIDTH, prices};
 
 /// Vertices that a pass takes, for each merge that is left to do. Thirteen training meshes at ratios of 0.05, 0.2 and 0.5: at 1.5 the mean
 /// distance is 24 % farther, at 0.6 the same, in more passes.
@@ -35,8 +35,8 @@ const RISE: usize = 8;
 const MOST_IN_VAIN: i32 = 3;
 /// How much lower an edge may be priced anew that waits for its turn, and count as not tried.
 const SLACK: f32 = 0.999;
-/// Corners whose edges are priced by one thread, one after the other.
-const TOGETHER: u32 = 1 << 15;
+/// Faces whose edges are priced by one thread, one after the other.
+const TOGETHER: usize = 1 << 13;
 /// Edges that are gathered before they are priced.
 const BATCH: usize = 128;
 /// Vertices that are visited between two beats: a few milliseconds.
@@ -50,11 +50,11 @@ struct Candidate {
     edge: u32,
 }
 
-/// Pricing the edges opposite to some corners, as work that is compiled for the instructions at hand.
+/// Pricing the edges of some faces, as work that is compiled for the instructions at hand.
 struct Pricing<'a, 'b> {
     collapse: &'a Collapse<'b>,
-    /// The corners; of the two opposite to an edge the first one counts.
-    opposite: Range<u32>,
+    /// The faces; of the two at an edge the first one counts.
+    faces: Range<usize>,
     /// Whether the cheapest edge of each vertex is not known; empty where none is.
     is_unknown: &'a [bool],
     /// The cheapest edge of each vertex so far.
@@ -76,30 +76,32 @@ impl Work for Pricing<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let (mut edges, mut n) = ([Edge::default(); BATCH + 4], 0);
-        let end = self.opposite.end;
-        for face in self.opposite.clone().step_by(4) {
-            for number in face..face + 3 {
-                let edge = Edge { ends: self.collapse.corners.edge(number), number };
-                edges[n] = edge;
-                n += usize::from(self.is_priced(&edge));
+        for (first, [a, b, c], across) in self.collapse.corners.faces_in(self.faces.clone()) {
+            if self.are_known([a, b, c]) {
+                continue;
             }
-            if n > BATCH || face + 4 >= end {
+            for (k, ends) in [[b, c], [c, a], [a, b]].into_iter().enumerate() {
+                let number = first + k as u32;
+                edges[n] = Edge { ends, number };
+                // Without a branch: nobody can guess which way it would go.
+                let is_own = !self.collapse.is_ghost(ends[0].max(ends[1]));
+                n += usize::from((number < across[k]) & is_own & !self.are_known(ends));
+            }
+            if n > BATCH {
                 self.price(&edges[..n]);
                 n = 0;
             }
         }
+        self.price(&edges[..n]);
     }
 }
 
 impl Pricing<'_, '_> {
-    /// Whether the price of an edge is asked for, and at this corner. Without a branch: nobody can guess which way it would go.
+    /// Whether the cheapest edges of all these vertices are known.
     #[inline(always)]
-    fn is_priced(&self, edge: &Edge) -> bool {
-        let is_first = edge.number < self.collapse.corners.across(edge.number);
-        let [u, v] = edge.ends;
-        let is_own = !self.collapse.is_ghost(u.max(v));
-        let is_unknown = |v: u32| self.is_unknown.is_empty() || self.is_unknown.get(v as usize).is_some_and(|it| *it);
-        is_first & is_own & (is_unknown(u) | is_unknown(v))
+    fn are_known<const N: usize>(&self, vertices: [u32; N]) -> bool {
+        let is_known = |v: u32| self.is_unknown.get(v as usize).is_some_and(|unknown| !unknown);
+        !self.is_unknown.is_empty() && vertices.into_iter().fold(true, |all, v| all & is_known(v))
     }
 
     /// Prices edges, eight side by side, and tells their ends.
@@ -217,15 +219,17 @@ impl Collapse<'_> {
 
     /// The vertices whose turn it is, and up to which price.
     fn candidates(&self, limit: Limit, n_in_vain: i32, is_last: bool) -> (Vec<Candidate>, f32) {
-        let cheapest = &self.cheapest;
-        let price = |v: usize| cheapest[v].price().max(self.nodes[v].wait);
         let to_do = self.merges_to(limit);
         let share = if is_last { SHARE_OF_LAST } else { SHARE };
         let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
-        let most = if n_in_vain >= MOST_IN_VAIN { f32::MAX } else { nth_price((0..self.n_inner).map(price), n) };
+        let price = |(cheapest, node): (&Cheapest, &Node)| cheapest.price().max(node.wait);
+        let prices: Vec<f32> = self.cheapest.iter().zip(&self.nodes).map(price).collect();
+        let most = if n_in_vain >= MOST_IN_VAIN { f32::MAX } else { nth_price(&prices, n) };
         let most = most.min(limit.price);
-        let candidate = |v: usize| Candidate { price: price(v), vertex: v as u32, edge: cheapest[v].edge() };
-        let mut candidates: Vec<Candidate> = (0..self.n_inner).filter(|&v| price(v) <= most).map(candidate).collect();
+        let taken = (0u32..).zip(prices.iter().zip(&self.cheapest)).filter(|(_, (price, _))| **price <= most);
+        let candidate =
+            |(vertex, (&price, cheapest)): (u32, (&f32, &Cheapest))| Candidate { price, vertex, edge: cheapest.edge() };
+        let mut candidates: Vec<Candidate> = taken.map(candidate).collect();
         if is_last {
             candidates.sort_unstable_by(|x, y| x.price.total_cmp(&y.price).then(x.vertex.cmp(&y.vertex)));
         }
@@ -235,22 +239,17 @@ impl Collapse<'_> {
     /// Prices the edges whose prices may have changed: the cheapest edge of every vertex is known then.
     fn price(&mut self, stale: &[u32]) {
         let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.beside(stale) };
-        self.cheapest.resize(self.n_inner, Cheapest::NONE);
+        let mut known = std::mem::take(&mut self.cheapest);
+        known.resize(self.n_inner, Cheapest::NONE);
         let is_known = |v: usize| is_unknown.get(v).is_some_and(|unknown| !unknown) && self.nodes[v].corner != GONE;
-        let so_far = |(v, known): (usize, &Cheapest)| AtomicU64::new(if is_known(v) { known.0 } else { u64::MAX });
-        let cheapest: Vec<AtomicU64> = self.cheapest.iter().enumerate().map(so_far).collect();
-        let corners = 0..4 * self.corners.n_faces() as u32;
-        let chunks = corners.clone().step_by(TOGETHER as usize).map(|first| first..(first + TOGETHER).min(corners.end));
+        let so_far = |(v, known): (usize, Cheapest)| AtomicU64::new(if is_known(v) { known.0 } else { u64::MAX });
+        let cheapest: Vec<AtomicU64> = known.into_iter().enumerate().map(so_far).collect();
+        let n_faces = self.corners.n_faces();
+        let chunks = (0..n_faces).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(n_faces));
         let is_alone = rayon::current_num_threads() == 1;
-        chunks.collect::<Vec<_>>().into_par_iter().for_each(|opposite| {
+        chunks.collect::<Vec<_>>().into_par_iter().for_each(|faces| {
             self.pulse.beat(0);
-            Isa::best().run(Pricing {
-                collapse: self,
-                opposite,
-                is_unknown: &is_unknown,
-                cheapest: &cheapest,
-                is_alone,
-            });
+            Isa::best().run(Pricing { collapse: self, faces, is_unknown: &is_unknown, cheapest: &cheapest, is_alone });
         });
         self.cheapest = cheapest.into_iter().map(|cheapest| Cheapest(cheapest.into_inner())).collect();
     }
@@ -332,11 +331,10 @@ impl Collapse<'_> {
 }
 
 /// The n-th least of these prices, of those that are finite; the largest one where there are fewer.
-fn nth_price(prices: impl Iterator<Item = f32>, n: usize) -> f32 {
-    let mut prices: Vec<f32> = prices.filter(|price| *price < f32::INFINITY).collect();
-    if prices.is_empty() {
-        return 0.0;
+fn nth_price(prices: &[f32], n: usize) -> f32 {
+    let mut finite: Vec<f32> = prices.iter().copied().filter(|price| *price < f32::INFINITY).collect();
+    match finite.len() {
+        0 => 0.0,
+        n_finite => *finite.select_nth_unstable_by(n.clamp(1, n_finite) - 1, f32::total_cmp).1,
     }
-    let at = n.clamp(1, prices.len()) - 1;
-    *prices.select_nth_unstable_by(at, f32::total_cmp).1
 }
