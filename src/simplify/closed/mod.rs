@@ -123,12 +123,10 @@ fn begin<'a, 'p: 'a>(
     start(mesh, request, limit, progress)
 }
 
-/// Sets the collapse of an asset to keep a copy of itself, from which it continues without dropped components. Bare meshes start again and
-/// keep their bits.
+/// Sets the collapse to keep a copy of itself, from which it continues without dropped components.
 fn keeping_copy<'a>(collapse: Collapse<'a>, request: &Request, n_levels: usize) -> Collapse<'a> {
     let may_drop = request.keep.drop.is_some_and(|rules| rules.from_level < n_levels);
-    let can_go_on = collapse.has_ceilings() && !request.differentiable;
-    if may_drop && can_go_on { collapse.keeping_a_copy() } else { collapse }
+    if may_drop && !request.differentiable { collapse.keeping_a_copy() } else { collapse }
 }
 
 /// Runs a collapse to a limit, or to where what has to stay would ruin the rest.
@@ -153,10 +151,13 @@ struct Base<'a> {
 }
 
 impl Base<'_> {
-    /// What a collapse left.
+    /// What a collapse left, over the vertices of this surface.
     fn output(&self, collapse: &Collapse) -> Output {
         let mut output = collapse.output();
         if !self.begun.is_empty() {
+            let mut of_surface = vec![0; output.vertex_of.len()];
+            (0u32..).zip(&self.begun).for_each(|(own, &v)| of_surface[v as usize] = own);
+            output.pins.renumber_origins(|v| of_surface[v as usize]);
             output.vertex_of = self.begun.iter().map(|&v| output.vertex_of[v as usize]).collect();
         }
         output

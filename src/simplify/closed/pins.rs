@@ -121,6 +121,11 @@ impl Pins {
         &self.origin
     }
 
+    /// Gives the vertices of the surface that vertices lie on other numbers.
+    pub fn renumber_origins(&mut self, number: impl Fn(u32) -> u32) {
+        self.origin.iter_mut().for_each(|v| *v = number(*v));
+    }
+
     /// Takes note that a vertex lies on this one of the surface now.
     pub fn set_origin(&mut self, v: u32, origin: u32) {
         self.origin[v as usize] = origin;

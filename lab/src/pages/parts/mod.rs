@@ -114,19 +114,3 @@ fn tables(quotients: &Quotients, cases: &[(&str, &str)]) -> String {
     let lines: Vec<_> = cases.iter().flat_map(|case| Figure::ALL.map(|figure| line(case, figure))).collect();
     table(&head, &lines)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use neural_mesh::mesh::shapes;
-
-    #[test]
-    fn edges_count_more_than_planes() {
-        let mesh = shapes::cuboid([1.0; 3], 8);
-        let importance = bending_importance(&mesh);
-        let at = |wanted: [f32; 3]| mesh.positions().iter().position(|&p| p == wanted).unwrap();
-        assert!((importance[at([0.5, 0.5, 0.0])] - (1.0f32 / 30.0).sqrt()).abs() < 1e-6);
-        assert!(importance[at([0.0; 3])] > 1.2);
-        assert!(bending_importance(&shapes::grid(5, 5)).iter().all(|&x| x == 1.0));
-    }
-}

@@ -14,12 +14,31 @@ impl<'a> Collapse<'a> {
         Self { copy: OwnCopy::Wanted, ..self }
     }
 
-    /// Keeps the copy if it is wanted and the limit is near.
+    /// Keeps the copy if it is wanted, the limit is near, and there is more than one component.
     pub(super) fn keep_copy(&mut self, limit: Limit) {
         if matches!(self.copy, OwnCopy::Wanted) && self.reached(limit.times(KEPT_AT)) {
             self.copy = OwnCopy::Unwanted;
-            self.copy = OwnCopy::Kept(Box::new(self.clone()));
+            if !self.is_one_component() {
+                self.copy = OwnCopy::Kept(Box::new(self.clone()));
+            }
         }
+    }
+
+    /// Whether all vertices are connected.
+    fn is_one_component(&self) -> bool {
+        let mut pending: Vec<u32> = self.living().take(1).collect();
+        let mut is_met = vec![false; self.nodes.len()];
+        pending.iter().for_each(|&v| is_met[v as usize] = true);
+        let mut n_met = 0;
+        while let Some(v) = pending.pop() {
+            n_met += 1;
+            for w in self.neighbors(v).filter(|&w| !self.is_ghost(w)) {
+                if !std::mem::replace(&mut is_met[w as usize], true) {
+                    pending.push(w);
+                }
+            }
+        }
+        n_met == self.n_vertices
     }
 
     /// Takes the copy out, if one was kept.
