@@ -81,13 +81,8 @@ impl OneRings {
     }
 
     /// Where the ring of `vertex` stands among the entries of all rings.
-    pub fn range(&self, vertex: u32) -> std::ops::Range<usize> {
+    fn range(&self, vertex: u32) -> std::ops::Range<usize> {
         self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize
-    }
-
-    /// Number of entries of all rings together.
-    pub fn n_entries(&self) -> usize {
-        self.neighbors.len()
     }
 
     /// Number of vertices, ghost vertices not counted.

@@ -9,6 +9,15 @@ use crate::mesh::shares::{add_faces, cut, shares};
 /// Faces of a vertex beyond which its edges are looked up: a fan of 150 thousand faces asks for each edge of its hub.
 const MOST_SEARCHED: usize = 64;
 
+/// Turns a face so that it begins with its smallest vertex: then equal faces have equal corners.
+pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        first if first == a => [a, b, c],
+        first if first == b => [b, c, a],
+        _ => [c, a, b],
+    }
+}
+
 /// The faces around each vertex as compressed rows.
 pub struct FacesAround {
     starts: Vec<u32>,

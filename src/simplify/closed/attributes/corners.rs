@@ -15,7 +15,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Channel, Role};
-use crate::simplify::closed::faces_around::FacesAround;
+use crate::simplify::closed::faces_around::{FacesAround, smallest_first};
 use crate::simplify::closed::original::{Original, SidesOfSeams, SurfacePoint};
 use crate::simplify::closed::pins::Pins;
 
@@ -223,14 +223,7 @@ fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]
         if a == b || b == c || c == a {
             continue;
         }
-        let first = a.min(b).min(c);
-        let [x, y, z] = if a == first {
-            [a, b, c]
-        } else if b == first {
-            [b, c, a]
-        } else {
-            [c, a, b]
-        };
+        let [x, y, z] = smallest_first([a, b, c]);
         // On a surface that has no two sides the face may have been met from the other one.
         if let Some(&f) = number.get(&[x, y, z]).or_else(|| number.get(&[x, z, y])) {
             came_of[f as usize] = face;

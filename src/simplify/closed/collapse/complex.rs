@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::indices_where;
+use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::output::Output;
 use crate::simplify::closed::prepare::surface::Surface;
 use crate::simplify::limits::Limit;
@@ -126,15 +127,6 @@ impl End {
 /// The merges without which so many vertices and faces do not come to the limit: each takes away two faces at most.
 pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
-}
-
-/// A face that begins with its smallest vertex.
-fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
-    match a.min(b).min(c) {
-        first if first == a => [a, b, c],
-        first if first == b => [b, c, a],
-        _ => [c, a, b],
-    }
 }
 
 /// The corners of a surface and of what joins its boundaries to their ghost vertices, where its vertices stand in this order.

@@ -163,7 +163,7 @@ impl Corners {
 
     /// The corner of a face at a vertex, beside one that is not there.
     #[inline(always)]
-    fn beside(&self, corner: u32, vertex: u32) -> u32 {
+    pub fn beside(&self, corner: u32, vertex: u32) -> u32 {
         let next = next(corner);
         if self.vertex(next) == vertex { next } else { previous(corner) }
     }

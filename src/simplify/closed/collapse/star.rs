@@ -1,6 +1,6 @@
 //! What surrounds an edge that is about to go.
 
-use super::corners::{Corners, Step, next, previous, third};
+use super::corners::{Corners, Step, third};
 
 /// What surrounds an end of an edge.
 #[derive(Clone, Default)]
@@ -17,8 +17,7 @@ impl Star {
     pub fn gather(&mut self, corners: &Corners, end: u32, corner: u32) {
         self.ring.clear();
         self.corners.clear();
-        let after = next(corner);
-        let at = if corners.vertex(after) == end { after } else { previous(corner) };
+        let at = corners.beside(corner, end);
         for step in corners.around(Step { at, from: third(corner, at) }) {
             self.ring.push(corners.vertex(step.from));
             self.corners.push(step.at);
