@@ -16,14 +16,22 @@ use crate::worker::worker;
 /// Folders of meshes, and the folder of what was measured with the present versions.
 pub struct Bench {
     data: PathBuf,
+    /// What is kept of all versions, a folder for those of a page.
+    all: PathBuf,
     work: PathBuf,
 }
 
 impl Bench {
-    pub fn new(data: PathBuf, work: &Path) -> Result<Self> {
-        let work = work.join(stamp(&Part::ALL).replace(", ", "-").replace(' ', ""));
+    /// For what depends on these parts: what was measured stays while their versions do.
+    pub fn new(data: PathBuf, all: &Path, parts: &[Part]) -> Result<Self> {
+        let work = all.join(stamp(parts).replace(", ", "-").replace(' ', ""));
         std::fs::create_dir_all(&work).with_context(|| work.display().to_string())?;
-        Ok(Self { data, work })
+        Ok(Self { data, all: all.into(), work })
+    }
+
+    /// The same for what depends on other parts.
+    pub fn of(&self, parts: &[Part]) -> Result<Self> {
+        Self::new(self.data.clone(), &self.all, parts)
     }
 
     /// The folder of a set of meshes.
@@ -94,11 +102,13 @@ mod tests {
     #[test]
     fn what_was_measured_is_not_measured_again() {
         let folder = tempfile::tempdir().unwrap();
-        let bench = Bench::new(folder.path().into(), folder.path()).unwrap();
+        let bench = Bench::new(folder.path().into(), folder.path(), &[Part::Closed]).unwrap();
         assert_eq!(bench.kept("a/b", || Ok(1)).unwrap(), 1);
         assert_eq!(bench.kept("a/b", || Ok(2)).unwrap(), 1);
         assert_eq!(bench.kept("a/c", || Ok(3)).unwrap(), 3);
         assert!(bench.kept::<u32>("d", || anyhow::bail!("why")).is_err());
         assert_eq!(bench.kept("d", || Ok(4)).unwrap(), 4);
+        assert_eq!(bench.of(&[Part::Paper]).unwrap().kept("d", || Ok(5)).unwrap(), 5);
+        assert_eq!(bench.of(&[Part::Closed]).unwrap().kept("d", || Ok(6)).unwrap(), 4);
     }
 }

@@ -47,7 +47,7 @@ struct Measure {
     /// Folder that holds the folders of meshes: `train`, `test` and `tosca`.
     #[arg(long)]
     data: PathBuf,
-    /// Folder for what is measured, kept by version; what is there is not measured again.
+    /// Folder for what is measured, kept by the versions that a page depends on; what is there is not measured again.
     #[arg(long, default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/target/measured"))]
     work: PathBuf,
     /// Pages to make; all of them without it.
@@ -62,7 +62,7 @@ fn root() -> &'static Path {
 
 fn main() -> Result<()> {
     match Args::parse().command {
-        Command::Measure(Measure { data, work, only }) => pages::make(&bench::Bench::new(data, &work)?, &only),
+        Command::Measure(Measure { data, work, only }) => pages::make(data, &work, &only),
         Command::Stale => stale(),
         Command::Work => worker::work(),
         Command::WholeOther(args) => pages::whole_other(&args),

@@ -59,6 +59,7 @@ pub fn measured(bench: &Bench) -> Result<Table> {
     all.tools = cgal::tools(&bench.scratch("cgal")?)?;
     let mut seeds = settings;
     (seeds.methods, seeds.seeds) = (names(&["closed", REFERENCE]), vec![1, 2]);
+    let bench = bench.of(&[Part::Closed])?;
     let mut table = bench.evaluated("benchmark", "test", all, None)?;
     table.rows.extend(bench.evaluated("benchmark-seeds", "test", seeds, None)?.rows);
     table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));

@@ -8,7 +8,7 @@ mod performance;
 mod pictures;
 mod weights;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
@@ -54,7 +54,7 @@ const PAGES: [Page; 7] = [
     Page {
         name: "paper",
         title: "The paper's tables",
-        parts: &[Part::Closed, Part::Paper, Part::Training],
+        parts: &[Part::Paper],
         make: paper::page,
     },
     Page {
@@ -64,11 +64,11 @@ const PAGES: [Page; 7] = [
         make: weights::page,
     },
     Page { name: "assets", title: "Assets", parts: &[Part::Closed, Part::Carried], make: assets::page },
-    Page { name: "pictures", title: "Pictures", parts: &[Part::Closed], make: pictures::page },
+    Page { name: "pictures", title: "Pictures", parts: &[Part::Closed, Part::Paper], make: pictures::page },
 ];
 
 /// Makes the pages of these names, or all of them, and an index.
-pub fn make(bench: &Bench, only: &[String]) -> Result<()> {
+pub fn make(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
     let unknown = only.iter().find(|name| !PAGES.iter().any(|page| page.name == **name));
     let names = PAGES.map(|page| page.name).join(", ");
     ensure!(unknown.is_none(), "{}: no such page: give some of {names}", unknown.map_or("", |name| name));
@@ -77,7 +77,7 @@ pub fn make(bench: &Bench, only: &[String]) -> Result<()> {
     let mut failed = Vec::new();
     for page in PAGES.iter().filter(|page| only.is_empty() || only.iter().any(|name| name == page.name)) {
         // A page that cannot be made keeps no other from being made.
-        match (page.make)(bench) {
+        match Bench::new(data.clone(), work, page.parts).and_then(|bench| (page.make)(&bench)) {
             Ok(body) => {
                 let text = format!("{}{body}", head(page.title, page.parts, page.name));
                 write_path(&folder.join(page.name).with_extension("md"), text.as_bytes(), true)?;

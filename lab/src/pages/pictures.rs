@@ -1,4 +1,4 @@
-//! Meshes before and after, by neural-mesh and by meshoptimizer at the same number of faces.
+//! Meshes before and after, by neural-mesh and by meshoptimizer at the same number of faces; the paper's Figure 6.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,7 +12,7 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
 use neural_mesh::simplify::{Options, Target, simplify};
 
-use super::program;
+use super::{paper, program};
 use crate::bench::Bench;
 use crate::markdown::count;
 use crate::meshes::{load, name};
@@ -42,10 +42,28 @@ pub fn page(bench: &Bench) -> Result<String> {
         page += &bench.kept(&format!("pictures/{mesh}"), || drawn(&path, ratio))?;
     }
     bench.kept("pictures/readme", || of_readme(&bench.scratch("readme")?))?;
+    page += &figure_6(bench)?;
     Ok(page
         + "\n## Whose meshes these are\n\nSpot by Keenan Crane (CC0), the bust of Nefertiti by Nora Al-Badri and Jan Nikolai Nelles \
            (public domain), Suzanne of Blender (MIT, from the trimesh repository), the deer by Sizzler (CC0); the engine block and the \
            gyroid are made by formulas (CC0).\n")
+}
+
+/// The paper's Figure 6 by the example of that name: the picture, and the errors that it prints.
+fn figure_6(bench: &Bench) -> Result<String> {
+    let picture = "docs/measured/figure6.png";
+    let printed: String = bench.kept("figure6", || {
+        let mut cargo = Command::new("cargo");
+        cargo.args(["run", "--quiet", "--release", "--example", "figure6", "--features", "baselines,spectrum", "--"]);
+        let mesh = std::path::absolute(bench.set("tosca").join("cat0.ply"))?;
+        let done = cargo.arg(mesh).arg(paper::weights()).arg(picture).current_dir(root()).output().context("cargo")?;
+        ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        Ok(String::from_utf8(done.stdout)?)
+    })?;
+    Ok(format!(
+        "\n## The paper's Figure 6: distances along the surface\n\nA cat at a tenth of its vertices: errors of geodesic and biharmonic \
+         distances from one point; lines of equal distance.\n\n{printed}\n![Distances on a cat, and on what three methods make of it](figure6.png)\n"
+    ))
 }
 
 /// Has the program draw the picture of the README.

@@ -1,13 +1,12 @@
-//! The paper's tables: Table 1, simplified meshes; Table 2, samplers; Figure 6, distances along the surface.
+//! The paper's tables: Table 1, simplified meshes; Table 2, samplers.
 
 mod maps;
 mod print;
 mod samplers;
 
 use std::path::PathBuf;
-use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use neural_mesh::evaluate::{Settings, report};
 
 use super::RATIOS;
@@ -16,8 +15,7 @@ use crate::root;
 
 /// The classes of TOSCA that the weights have not seen.
 pub const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
-pub const METHODS: [&str; 10] = [
-    "closed",
+pub const METHODS: [&str; 9] = [
     "paper",
     "paper-closed",
     "pointtrinet",
@@ -67,14 +65,13 @@ const TIME_LIMIT: f64 = 1800.0;
 pub fn page(bench: &Bench) -> Result<String> {
     Ok(format!(
         "The cats, gorillas, victorias and wolves of TOSCA (Bronstein, Bronstein and Kimmel 2008): classes that the weights of `paper`, \
-         `weights/paper-tosca.safetensors`, have not seen. `closed` is the closed assembly. Methods: [evaluate.md](../evaluate.md); figures: [metrics.md](../metrics.md), CD in 1e-6 of the squared diagonal.\n\n## Table 1: simplified meshes\n\n{}\n\
+         `weights/paper-tosca.safetensors`, have not seen. The closed assembly on these meshes: [weights.md](weights.md), Figure 6: [pictures.md](pictures.md). Methods: [evaluate.md](../evaluate.md); figures: [metrics.md](../metrics.md), CD in 1e-6 of the squared diagonal.\n\n## Table 1: simplified meshes\n\n{}\n\
          ## Table 1 of other meshes\n\nThe meshes of `test` with at most 41 thousand faces, `paper` with the weights that ship, as above.\n\n{}\n\
-         ## Learned and exact maps\n\n{}\n## Table 2: samplers\n\n{}\n## Figure 6: distances along the surface\n\n{}",
+         ## Learned and exact maps\n\n{}\n## Table 2: samplers\n\n{}",
         of_tosca(bench)?,
         of_test(bench)?,
         maps::section(bench)?,
-        samplers::table_2(bench)?,
-        figure_6(bench)?
+        samplers::table_2(bench)?
     ))
 }
 
@@ -140,23 +137,6 @@ fn shortened(body: &str) -> String {
         _ => format!("{line}\n"),
     };
     lines.map(shorter).collect()
-}
-
-/// The paper's Figure 6 by the example of that name: the picture, and the errors that it prints.
-fn figure_6(bench: &Bench) -> Result<String> {
-    let picture = "docs/measured/figure6.png";
-    let printed: String = bench.kept("figure6", || {
-        std::fs::create_dir_all(root().join("docs/measured"))?;
-        let mut cargo = Command::new("cargo");
-        cargo.args(["run", "--quiet", "--release", "--example", "figure6", "--features", "baselines,spectrum", "--"]);
-        let mesh = std::path::absolute(bench.set("tosca").join("cat0.ply"))?;
-        let done = cargo.arg(mesh).arg(weights()).arg(picture).current_dir(root()).output().context("cargo")?;
-        ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        Ok(String::from_utf8(done.stdout)?)
-    })?;
-    Ok(format!(
-        "A cat at a tenth of its vertices: errors of geodesic and biharmonic distances from one point; lines of equal distance.\n\n{printed}\n![Distances on a cat, and on what three methods make of it](figure6.png)\n"
-    ))
 }
 
 #[cfg(test)]
