@@ -129,6 +129,9 @@ pub struct SimplifyArgs {
     /// The figure in which the result is to be near
     #[arg(long, value_enum, default_value = "balanced")]
     pub optimize: OptimizeArg,
+    /// How long it may take
+    #[arg(long, value_enum, default_value = "standard")]
+    pub effort: EffortArg,
     /// Weights of a trained network (safetensors) [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
@@ -282,6 +285,16 @@ pub enum OptimizeArg {
     Max,
     /// The normals, and so the shading; the mean is farther
     Normals,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EffortArg {
+    /// The collapse alone
+    Fast,
+    /// What pays
+    Standard,
+    /// All that brings the result nearer
+    Best,
 }
 
 /// What a result is for.

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use neural_mesh::io::{Format, PackOptions};
-use neural_mesh::simplify::{Axis, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target};
+use neural_mesh::simplify::{
+    Axis, Effort, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target,
+};
 
 use crate::args::{
-    AssemblyArg, CompressArg, HiddenArg, IgnoreArg, LodsByArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs,
+    AssemblyArg, CompressArg, EffortArg, HiddenArg, IgnoreArg, LodsByArg, OptimizeArg, PurposeArg, ScoresArg,
+    SimplifyArgs,
 };
 use crate::bake;
 use crate::bound::{Bound, bound};
@@ -291,6 +294,7 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
         Some(ScoresArg::Geometry) => ScoreSource::Geometry,
     };
     options.optimize = optimize(args.optimize);
+    options.effort = effort(args.effort);
     if args.scores == Some(ScoresArg::Geometry) {
         check_no_network("--scores geometry", args)?;
     } else if args.scores == Some(ScoresArg::Bending) {
@@ -319,6 +323,14 @@ fn optimize(figure: OptimizeArg) -> Optimize {
         OptimizeArg::Mean => Optimize::Mean,
         OptimizeArg::Max => Optimize::Max,
         OptimizeArg::Normals => Optimize::Normals,
+    }
+}
+
+fn effort(effort: EffortArg) -> Effort {
+    match effort {
+        EffortArg::Fast => Effort::Fast,
+        EffortArg::Standard => Effort::Standard,
+        EffortArg::Best => Effort::Best,
     }
 }
 
@@ -381,6 +393,7 @@ fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
         ("--keep", !args.keep.is_empty()),
         ("--ratio NAME=R", args.ratio.iter().any(|of| of.name.is_some())),
         ("--optimize", args.optimize != OptimizeArg::Balanced),
+        ("--effort", args.effort != EffortArg::Standard),
         ("--map", args.map.is_some()),
         ("--printable", args.printable.is_some()),
         ("--for", args.purpose != PurposeArg::Shape),

@@ -105,6 +105,7 @@ def record(
     n_vertices: int | str | None = None,
     n_faces: int | str | None = None,
     optimize: Literal["balanced", "mean", "max", "normals"] | None = None,
+    effort: Literal["fast", "standard", "best"] | None = None,
     scores: Literal["bending", "network", "geometry"] | None = None,
     assembly: Literal["closed", "paper"] | None = None,
     weights: str | None = None,
@@ -122,8 +123,8 @@ def record(
     if len(said) != 1:
         raise _native.OptionError("record: give exactly one of ratio, n_vertices, n_faces")
     options = {
-        **said, "optimize": optimize, "scores": scores, "assembly": assembly, "weights": weights, "keep_components": keep_components,
-        "lock_boundaries": lock_boundaries, "subset": subset, "seed": seed, "threads": threads,
+        **said, "optimize": optimize, "effort": effort, "scores": scores, "assembly": assembly, "weights": weights,
+        "keep_components": keep_components, "lock_boundaries": lock_boundaries, "subset": subset, "seed": seed, "threads": threads,
     }  # fmt: skip
     if isinstance(vertices, (list, tuple)) and len(vertices) > 0 and hasattr(vertices[0], "shape"):
         return [Record(v, f, options, progress) for v, f in zip(vertices, faces, strict=True)]

@@ -47,6 +47,7 @@ def simplify(
     ignore: Sequence[Literal["uv", "normals", "colors", "materials"]] | None = None,
     map: bool = False,
     optimize: Literal["balanced", "mean", "max", "normals"] | None = None,
+    effort: Literal["fast", "standard", "best"] | None = None,
     scores: Literal["bending", "network", "geometry"] | None = None,
     assembly: Literal["closed", "paper"] | None = None,
     weights: str | os.PathLike[str] | None = None,

@@ -15,7 +15,7 @@ use crate::io::{Format, read_path, write, write_path};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 use crate::mesh::{Frame, TriMesh};
 use crate::model::Weights;
-use crate::simplify::{Assembly, Optimize, Options, ScoreSource, Target, simplify};
+use crate::simplify::{Assembly, Effort, Optimize, Options, ScoreSource, Target, simplify};
 
 /// What one run is to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,6 +85,9 @@ fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: &Loaded) -> R
         Method::Mean => Options { optimize: Optimize::Mean, ..options },
         Method::Max => Options { optimize: Optimize::Max, ..options },
         Method::Normals => Options { optimize: Optimize::Normals, ..options },
+        Method::Fast => Options { effort: Effort::Fast, ..options },
+        Method::Best => Options { effort: Effort::Best, ..options },
+        Method::BestMean => Options { optimize: Optimize::Mean, effort: Effort::Best, ..options },
         Method::Paper => Options { assembly: Assembly::Paper, ..options },
         Method::PaperClosed => Options { assembly: Assembly::Paper, close: true, ..options },
         Method::Baseline(baseline) => {

@@ -20,6 +20,12 @@ pub enum Method {
     Max,
     /// Ours for the normals.
     Normals,
+    /// Ours, the collapse alone.
+    Fast,
+    /// Ours as near as it gets.
+    Best,
+    /// The same for the mean distance.
+    BestMean,
     /// The paper's assembly with a network of the paper's sizes.
     Paper,
     /// The same, the holes closed that its network leaves.
@@ -33,13 +39,16 @@ pub enum Method {
 }
 
 /// This library's own, by name.
-const OURS: [(&str, Method); 8] = [
+const OURS: [(&str, Method); 11] = [
     ("closed", Method::Closed),
     ("network", Method::Network),
     ("geometry", Method::Geometry),
     ("mean", Method::Mean),
     ("max", Method::Max),
     ("normals", Method::Normals),
+    ("fast", Method::Fast),
+    ("best", Method::Best),
+    ("best-mean", Method::BestMean),
     ("paper", Method::Paper),
     ("paper-closed", Method::PaperClosed),
 ];

@@ -149,7 +149,7 @@ fn levels_as_shaded<'a>(
 ) -> Result<Levels<'a>, SimplifyError> {
     let Task { options, differentiable, insists_on_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
-    let aim = Aim::of(options.optimize);
+    let aim = Aim::of(options.optimize, options.effort);
     let scores = score_source(options, &aim, weights);
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),

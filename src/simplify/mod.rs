@@ -43,8 +43,8 @@ pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, DroppedComponent, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome, Parts,
-    Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
+    Assembly, Axis, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome,
+    Parts, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
 pub(crate) use piece::simplify_piece;
 pub use record::Record;

@@ -55,6 +55,8 @@ pub struct Options {
     pub scores: ScoreSource,
     /// What the result is to be near in (closed assembly only).
     pub optimize: Optimize,
+    /// How long it may take (closed assembly only).
+    pub effort: Effort,
     /// Seed of the sampling (paper assembly only).
     pub seed: u64,
     /// Whether components may go that cost more vertices than they show (closed assembly only). All stay with `lock_boundaries`,
@@ -129,6 +131,7 @@ impl Options {
             assembly: Assembly::default(),
             scores: ScoreSource::default(),
             optimize: Optimize::default(),
+            effort: Effort::default(),
             seed: 0,
             prune: true,
             prune_within: f64::INFINITY,
@@ -244,6 +247,19 @@ pub enum Optimize {
     Max,
     /// The normals, and so the shading. The same trade.
     Normals,
+}
+
+/// How long a result may take: three points of one curve, time against distance (`docs/measured/benchmark.md`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Effort {
+    /// The collapse alone: vertices lie where their merges put them.
+    Fast,
+    /// What pays.
+    #[default]
+    Standard,
+    /// All that brings the result nearer: more points of the original, and more steps toward them.
+    Best,
 }
 
 /// Whether the size asked for was reached, or what stopped it short.

@@ -28,7 +28,7 @@ pub(crate) fn simplify_piece(
     options: &Options,
 ) -> Result<Piece, SimplifyError> {
     let limit = Limit::of_vertices(n_vertices.max(4));
-    let aim = Aim::of(options.optimize);
+    let aim = Aim::of(options.optimize, options.effort);
     let request = Request {
         importance: importance_by(&[], score_source(options, &aim, weights), weights),
         hidden: &[],

@@ -102,7 +102,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
 fn request_words(args: &SimplifyArgs) -> String {
     let mut words = [
         size_words(args),
-        format!("--assembly {:?} --optimize {:?}", args.assembly, args.optimize),
+        format!("--assembly {:?} --optimize {:?} --effort {:?}", args.assembly, args.optimize, args.effort),
         format!("--hidden {:?} --seed {}", args.hidden, args.seed),
     ]
     .join(" ");

@@ -23,8 +23,11 @@ pub const REFERENCE: &str = "meshopt";
 const TIME_LIMIT: f64 = 3600.0;
 
 /// Methods of the tables and what they are.
-const METHODS: [(&str, &str); 8] = [
+const METHODS: [(&str, &str); 11] = [
     ("closed", "neural-mesh"),
+    ("fast", "neural-mesh, `--effort fast`"),
+    ("best", "neural-mesh, `--effort best`"),
+    ("best-mean", "neural-mesh, `--effort best --optimize mean`"),
     ("network", "neural-mesh, `--scores network`"),
     ("mean", "neural-mesh, `--optimize mean`"),
     ("max", "neural-mesh, `--optimize max`"),
@@ -40,8 +43,10 @@ pub fn page(bench: &Bench) -> Result<String> {
     let inputs = bench.kept("benchmark-inputs", || inputs(bench))?;
     readme(&rows, &inputs)?;
     let quotients = Quotients { table: &rows, over: REFERENCE };
+    let large = Table { rows: rows_of_large(&rows, &inputs), figures: rows.figures.clone() };
     let sections = [
         medians(&quotients),
+        of_large(&Quotients { table: &large, over: REFERENCE }),
         "## Topology\n\n".to_owned() + &whole(&rows, &inputs),
         each_mesh(&quotients, &inputs),
         failures(&rows),
@@ -49,19 +54,14 @@ pub fn page(bench: &Bench) -> Result<String> {
     Ok(intro(&rows, &inputs) + &sections.join("\n"))
 }
 
-/// The rows: everyone with one seed, what draws with three.
+/// The rows.
 pub fn measured(bench: &Bench) -> Result<Table> {
     let mut settings = Settings::default();
     (settings.ratios, settings.repeats, settings.time_limit) = (RATIOS.into(), 1, TIME_LIMIT);
-    let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-    let mut all = settings.clone();
-    all.methods = names(&["closed", "network", "geometry", "mean", "max", "normals", REFERENCE, "meshopt-update"]);
-    all.tools = cgal::tools(&bench.scratch("cgal")?)?;
-    let mut seeds = settings;
-    (seeds.methods, seeds.seeds) = (names(&["closed", REFERENCE]), vec![1, 2]);
-    let bench = bench.of(&[Part::Closed])?;
-    let mut table = bench.evaluated("benchmark", "test", all, None)?;
-    table.rows.extend(bench.evaluated("benchmark-seeds", "test", seeds, None)?.rows);
+    settings.tools = cgal::tools(&bench.scratch("cgal")?)?;
+    let with_program = METHODS.iter().map(|method| method.0).filter(|name| !cgal::NAMES.contains(name));
+    settings.methods = with_program.chain(["geometry", REFERENCE]).map(String::from).collect();
+    let mut table = bench.of(&[Part::Closed])?.evaluated("benchmark", "test", settings, None)?;
     table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));
     Ok(table)
 }
@@ -85,8 +85,7 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
     format!(
         "{} benchmark meshes of {} to {} faces; the weights have seen none of them. Every method gets the number of faces that \
          neural-mesh came to at the ratios 0.05, 0.1, 0.2 and 0.5. Cells are quotients to meshoptimizer's `simplify`, run without \
-         options or error limit: below 1 is better. Per mesh and ratio the median over three seeds (one for `--optimize` and methods without \
-         randomness), then the median over the meshes.\n\n\
+         options or error limit: below 1 is better, and medians over the meshes.\n\n\
          - *mean distance*: from 50,000 samples on each surface to the other, both ways, averaged.\n\
          - *largest distance*: certified (Hausdorff): no point of either surface is farther, and some within 1 %.\n\
          - *normal error*: mean of 1 - n.n' at the same samples, n' the normal at the nearest point.\n\
@@ -106,6 +105,20 @@ fn medians(quotients: &Quotients) -> String {
         text += &format!("\n## Ratio {ratio}\n\n{}", by_figure(quotients, &[ratio]));
     }
     text
+}
+
+/// Faces of a mesh above which it counts as large.
+const LARGE: usize = 50_000;
+
+fn rows_of_large(rows: &Table, inputs: &Inputs) -> Vec<Row> {
+    let is_large = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.0 > LARGE);
+    rows.rows.iter().filter(is_large).cloned().collect()
+}
+
+/// The same over all ratios, of large meshes alone.
+fn of_large(quotients: &Quotients) -> String {
+    let n = quotients.meshes().len();
+    format!("## Meshes above {} faces\n\n{n} of them, all ratios.\n\n{}", count(LARGE), by_figure(quotients, &RATIOS))
 }
 
 /// A row per method: each figure, with the worst mesh.

@@ -51,12 +51,7 @@ const PAGES: [Page; 7] = [
         make: performance::page,
     },
     Page { name: "parts", title: "Scores and parts of the closed assembly", parts: &[Part::Closed], make: parts::page },
-    Page {
-        name: "paper",
-        title: "The paper's tables",
-        parts: &[Part::Paper],
-        make: paper::page,
-    },
+    Page { name: "paper", title: "The paper's tables", parts: &[Part::Paper], make: paper::page },
     Page {
         name: "weights",
         title: "Weights",

@@ -51,7 +51,8 @@ pub fn page(bench: &Bench) -> Result<String> {
     let both = paper::settings(&["closed", "paper"]);
     let open = bench.evaluated("weights-open", "tosca", both, None)?;
     let tosca = bench.evaluated("weights-tosca", "tosca", paper::settings(&["paper"]), Some(paper::weights()))?;
-    let lines = [("paper-open", "paper", &open), ("paper-tosca", "paper", &tosca), ("closed assembly", "closed", &open)];
+    let lines =
+        [("paper-open", "paper", &open), ("paper-tosca", "paper", &tosca), ("closed assembly", "closed", &open)];
     Ok(format!("{DEFAULT}{}{PAPER}{}", over_even(&rows), of_tosca(&lines)))
 }
 

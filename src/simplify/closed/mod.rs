@@ -239,10 +239,12 @@ fn refine(
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
-    let mut n_flipped = if is_coarse && request.parts.flips { flips::flip(&mut points, &mut output) } else { 0 };
+    let refines = request.aim.steps > 0;
+    let mut n_flipped =
+        if is_coarse && refines && request.parts.flips { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
-    if request.parts.fit && !subset && !is_whole {
+    if request.parts.fit && refines && !subset && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
         nested::move_back(original, &mut output, |face| request.keep.piece_of(face));
     }

@@ -152,8 +152,8 @@ impl Collapse<'_> {
     #[inline(always)]
     fn turns_over(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3) -> bool {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
-        let of_end = |(v, star): (u32, &Star)| turns_over_where(v, &star.ring[1..], x, place);
-        ends.into_iter().zip(stars).any(of_end)
+        turns_over_where(ends[0], &stars[0].ring[1..], x, place)
+            || turns_over_where(ends[1], &stars[1].ring[1..], x, place)
     }
 
     /// Whether one would in another pose when the ends merge into the first, which moves by `offset` here.

@@ -83,6 +83,13 @@ impl Node {
         Self::new(Vec3::ZERO, [0.0; 6], 1.0, NONE)
     }
 
+    /// The first eight of the numbers that a price asks for, which lie side by side.
+    #[inline(always)]
+    fn head(&self) -> [f32; WIDTH] {
+        let (Vec3 { x, y, z }, [xx, xy, xz, yy, yz, _]) = (self.position, self.planes);
+        [x, y, z, xx, xy, xz, yy, yz]
+    }
+
     /// The area that it stands for.
     #[inline(always)]
     pub fn area(&self) -> f32 {
@@ -258,16 +265,77 @@ fn dot(x: [Lanes; 3], y: [Lanes; 3]) -> Lanes {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
-/// One number of each of these vertices.
-macro_rules! lanes {
-    ($nodes:ident, $($field:tt)+) => {{
-        let mut out = [0.0; WIDTH];
-        for (out, node) in out.iter_mut().zip($nodes) {
-            *out = node.$($field)+;
-        }
-        Lanes(out)
-    }};
+/// The numbers that a price asks of eight vertices, side by side: the three coordinates and the six entries of the planes.
+struct Ends {
+    position: [Lanes; 3],
+    planes: [Lanes; 6],
 }
+
+impl Ends {
+    /// Reads each vertex as a whole and turns rows into columns: one by one the numbers would take three times as long.
+    #[inline(always)]
+    fn new(nodes: [&Node; WIDTH]) -> Self {
+        let [a, b, c, d, e, f, g, h] = nodes;
+        let [x, y, z, xx, xy, xz, yy, yz] =
+            transposed([a.head(), b.head(), c.head(), d.head(), e.head(), f.head(), g.head(), h.head()]);
+        let mut zz = [0.0; WIDTH];
+        for (zz, node) in zz.iter_mut().zip(nodes) {
+            *zz = node.planes[5];
+        }
+        let planes = [Lanes(xx), Lanes(xy), Lanes(xz), Lanes(yy), Lanes(yz), Lanes(zz)];
+        Self { position: [Lanes(x), Lanes(y), Lanes(z)], planes }
+    }
+}
+
+/// The columns of eight rows, in three steps of the shuffles that registers of 256 bits have.
+#[inline(always)]
+fn transposed(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
+    let [a, b, c, d, e, f, g, h] = rows;
+    let [a, b, c, d, e, f, g, h] =
+        [low(a, b), high(a, b), low(c, d), high(c, d), low(e, f), high(e, f), low(g, h), high(g, h)];
+    let [a, b, c, d, e, f, g, h] = [
+        low_pairs(a, c),
+        high_pairs(a, c),
+        low_pairs(b, d),
+        high_pairs(b, d),
+        low_pairs(e, g),
+        high_pairs(e, g),
+        low_pairs(f, h),
+        high_pairs(f, h),
+    ];
+    [
+        low_half(a, e),
+        low_half(b, f),
+        low_half(c, g),
+        low_half(d, h),
+        high_half(a, e),
+        high_half(b, f),
+        high_half(c, g),
+        high_half(d, h),
+    ]
+}
+
+/// Shuffles of two registers by the numbers of their lanes, the second one's from 8 on.
+macro_rules! shuffles {
+    ($($name:ident $lanes:expr),*) => {$(
+        #[inline(always)]
+        fn $name(a: [f32; WIDTH], b: [f32; WIDTH]) -> [f32; WIDTH] {
+            let mut out = [0.0; WIDTH];
+            for (out, lane) in out.iter_mut().zip($lanes) {
+                *out = if lane < WIDTH { a[lane] } else { b[lane - WIDTH] };
+            }
+            out
+        }
+    )*};
+}
+shuffles!(
+    low [0, 8, 1, 9, 4, 12, 5, 13],
+    high [2, 10, 3, 11, 6, 14, 7, 15],
+    low_pairs [0, 1, 8, 9, 4, 5, 12, 13],
+    high_pairs [2, 3, 10, 11, 6, 7, 14, 15],
+    low_half [0, 1, 2, 3, 8, 9, 10, 11],
+    high_half [4, 5, 6, 7, 12, 13, 14, 15]
+);
 
 /// Eight pairs side by side.
 struct Pairs {
@@ -281,31 +349,17 @@ struct Pairs {
 
 impl Pairs {
     #[inline(always)]
-    fn new(edges: [[&Node; 2]; WIDTH]) -> Self {
-        let (first, others) = (edges.map(|[u, _]| u), edges.map(|[_, v]| v));
-        let other = [
-            lanes!(others, position.x) - lanes!(first, position.x),
-            lanes!(others, position.y) - lanes!(first, position.y),
-            lanes!(others, position.z) - lanes!(first, position.z),
-        ];
-        let of_v = [
-            lanes!(others, planes[0]),
-            lanes!(others, planes[1]),
-            lanes!(others, planes[2]),
-            lanes!(others, planes[3]),
-            lanes!(others, planes[4]),
-            lanes!(others, planes[5]),
-        ];
-        let of_u = [
-            lanes!(first, planes[0]),
-            lanes!(first, planes[1]),
-            lanes!(first, planes[2]),
-            lanes!(first, planes[3]),
-            lanes!(first, planes[4]),
-            lanes!(first, planes[5]),
-        ];
-        let there = times(&of_v, other);
-        let a = std::array::from_fn(|i| of_u[i] + of_v[i]);
+    fn new([u, v]: [[&Node; WIDTH]; 2]) -> Self {
+        let (u, v) = (Ends::new(u), Ends::new(v));
+        let mut other = v.position;
+        for (other, u) in other.iter_mut().zip(u.position) {
+            *other = *other - u;
+        }
+        let there = times(&v.planes, other);
+        let mut a = u.planes;
+        for (a, v) in a.iter_mut().zip(v.planes) {
+            *a = *a + v;
+        }
         Self { a, b: there, c: dot(there, other), other }
     }
 
@@ -350,16 +404,22 @@ impl Pairs {
     }
 }
 
-/// The prices of [`Pair::placement`] for eight edges by their ends, every case of it computed for all.
+/// The prices of [`Pair::placement`] for eight edges by their first and their second ends, every case of it computed for all.
+///
+/// Loops over arrays, for the methods of arrays that take functions are not compiled for the instructions at hand.
 #[inline(always)]
-pub(super) fn prices(edges: [[&Node; 2]; WIDTH]) -> [f32; WIDTH] {
-    let pairs = Pairs::new(edges);
+pub(super) fn prices(ends: [[&Node; WIDTH]; 2]) -> [f32; WIDTH] {
+    let pairs = Pairs::new(ends);
     let (x, lowest) = pairs.minima();
     let (other, half) = (pairs.other, Lanes::all(0.5));
     let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
     let within = Lanes::all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
     let best_others = pairs.best_others();
-    std::array::from_fn(|i| if within.0[i] >= 0.0 { lowest.0[i] } else { best_others.0[i] })
+    let mut prices = best_others.0;
+    for (price, (within, lowest)) in prices.iter_mut().zip(within.0.into_iter().zip(lowest.0)) {
+        *price = if within >= 0.0 { lowest } else { *price };
+    }
+    prices
 }
 
 #[cfg(test)]
@@ -384,7 +444,7 @@ mod tests {
             for &[u, v] in &edges {
                 let (u, v) = (&nodes[u as usize], &nodes[v as usize]);
                 let naive = Pair::new(u, v).placement().price as f32;
-                let prices = prices([u, v, u, v, v, u, v, v].map(|other| [u, other]));
+                let prices = prices([[u; WIDTH], [u, v, u, v, v, u, v, v]]);
                 let of_v = [prices[1], prices[3], prices[4], prices[6], prices[7]];
                 assert!(of_v.iter().all(|price| price.to_bits() == of_v[0].to_bits()));
                 assert!((of_v[0] - naive).abs() <= 1e-4 * naive + 1e-9 * scale, "{} {naive}", of_v[0]);

@@ -108,10 +108,15 @@ impl Pricing<'_, '_> {
     #[inline(always)]
     fn price(&self, edges: &[Edge]) {
         for edges in edges.chunks(WIDTH) {
-            let node = |v: u32| &self.collapse.nodes[v as usize];
-            let ends = |i: usize| edges[i.min(edges.len() - 1)].ends.map(node);
-            let prices = prices(std::array::from_fn(ends));
-            edges.iter().zip(prices).for_each(|(edge, price)| self.note(edge, price));
+            // Where there are fewer, the first edge stands in the other places, too.
+            let node = |edge: &Edge, end: usize| &self.collapse.nodes[edge.ends[end] as usize];
+            let mut ends = [[node(&edges[0], 0); WIDTH], [node(&edges[0], 1); WIDTH]];
+            for (i, edge) in edges.iter().enumerate().skip(1) {
+                (ends[0][i], ends[1][i]) = (node(edge, 0), node(edge, 1));
+            }
+            for (edge, price) in edges.iter().zip(prices(ends)) {
+                self.note(edge, price);
+            }
         }
     }
 
