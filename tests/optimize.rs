@@ -1,4 +1,4 @@
-//! Each `Optimize` is best by its own figure, and every one keeps what is promised of a result.
+//! Each `Optimize` is best by its own figure, each `Effort` nearer than the one before, and every one keeps what is promised of a result.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -8,7 +8,7 @@ use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{Optimize, Options, ScoreSource, Simplified, Target, simplify};
+use neural_mesh::simplify::{Effort, Optimize, Options, ScoreSource, Simplified, Target, simplify};
 
 const NAMES: [&str; 2] = ["nefertiti.ply", "spot.ply"];
 
@@ -17,19 +17,21 @@ fn mesh(name: &str) -> TriMesh {
     clean(read_path(&path, None).unwrap(), &CleanOptions::default()).unwrap().mesh
 }
 
-fn to(mesh: &TriMesh, ratio: f64, optimize: Optimize) -> Simplified {
-    let options = changed(Options::new(Target::Ratio(ratio)), |options| options.optimize = optimize);
+fn to(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplified {
+    let options = changed(Options::new(Target::Ratio(ratio)), |options| {
+        (options.optimize, options.effort) = (optimize, effort);
+    });
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// Logarithms of mean distance, largest distance and normal error, summed over meshes and ratios.
-fn figures(optimize: Optimize) -> [f64; 3] {
+fn figures(optimize: Optimize, effort: Effort) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for name in NAMES {
         let mesh = mesh(name);
         let original = Surface::new(&mesh, 20_000, 1);
         for ratio in [0.05, 0.1, 0.2, 0.5] {
-            let result = to(&mesh, ratio, optimize).mesh;
+            let result = to(&mesh, ratio, optimize, effort).mesh;
             assert_closed_manifold(&result);
             assert_same_topology(&mesh, &result);
             let both = surface_distance(&original, &Surface::new(&result, 20_000, 2)).unwrap().both;
@@ -43,15 +45,24 @@ fn figures(optimize: Optimize) -> [f64; 3] {
 #[test]
 fn each_is_best_by_its_own_figure() {
     let [balanced, mean, max, normals] =
-        [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals].map(figures);
+        [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals].map(|of| figures(of, Effort::Standard));
     assert!(mean[0] < balanced[0] && mean[0] < max[0] && mean[0] < normals[0], "{mean:?} {balanced:?}");
     assert!(max[1] < balanced[1] && max[1] < mean[1], "{max:?} {balanced:?} {mean:?}");
     assert!(normals[2] < balanced[2] && normals[2] < mean[2], "{normals:?} {balanced:?} {mean:?}");
 }
 
 #[test]
+fn the_more_effort_the_nearer() {
+    for optimize in [Optimize::Balanced, Optimize::Mean, Optimize::Max] {
+        let [fast, standard, best] =
+            [Effort::Fast, Effort::Standard, Effort::Best].map(|effort| figures(optimize, effort)[0]);
+        assert!(fast > standard && standard > best, "{optimize:?}: {fast} {standard} {best}");
+    }
+}
+
+#[test]
 fn the_mean_asks_for_no_scores_and_says_so() {
     let mesh = mesh(NAMES[0]);
-    assert_eq!(to(&mesh, 0.1, Optimize::Mean).report.scores, ScoreSource::Geometry);
-    assert_eq!(to(&mesh, 0.1, Optimize::Max).report.scores, ScoreSource::Bending);
+    assert_eq!(to(&mesh, 0.1, Optimize::Mean, Effort::Standard).report.scores, ScoreSource::Geometry);
+    assert_eq!(to(&mesh, 0.1, Optimize::Max, Effort::Standard).report.scores, ScoreSource::Bending);
 }

@@ -8,6 +8,7 @@ use neural_mesh::io::write_path;
 use neural_mesh::mesh::topology;
 
 use super::RATIOS;
+use super::curve;
 use crate::bench::Bench;
 use crate::cgal;
 use crate::markdown::{count, number, table};
@@ -18,6 +19,11 @@ use crate::versions::{Part, TABLE_BEGINS, TABLE_ENDS, stamp};
 
 /// The method that all others are divided by.
 pub const REFERENCE: &str = "meshopt";
+
+/// The reference in tables.
+const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
+/// The picture of time against distance.
+const CURVE: &str = "docs/pictures/time-and-distance.svg";
 
 /// Seconds that a run may take, on a machine that has other work, too.
 const TIME_LIMIT: f64 = 3600.0;
@@ -43,6 +49,7 @@ pub fn page(bench: &Bench) -> Result<String> {
     let inputs = bench.kept("benchmark-inputs", || inputs(bench))?;
     readme(&rows, &inputs)?;
     let quotients = Quotients { table: &rows, over: REFERENCE };
+    write_path(&root().join(CURVE), curve::draw(&points(&quotients))?.as_bytes(), true)?;
     let large = Table { rows: rows_of_large(&rows, &inputs), figures: rows.figures.clone() };
     let sections = [
         medians(&quotients),
@@ -96,6 +103,16 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
         count(least),
         count(most)
     )
+}
+
+/// Every method with its medians of time and distance.
+fn points(quotients: &Quotients) -> Vec<curve::Point> {
+    let point = |&(method, about): &(&str, &str)| {
+        let median = |figure| quotients.median(method, figure, &RATIOS);
+        let place = median(Figure::Time).zip(median(Figure::Distance))?;
+        Some(curve::Point { name: about.replace('`', ""), is_ours: about.starts_with("neural-mesh"), place })
+    };
+    METHODS.iter().chain([&THEIRS]).filter_map(point).collect()
 }
 
 /// A table for all sizes, and one for each.
@@ -165,8 +182,7 @@ fn whole(rows: &Table, inputs: &Inputs) -> String {
             sum("self_intersecting_faces"),
         ]
     };
-    let reference = (REFERENCE, "meshoptimizer, `simplify`");
-    table(&head, &METHODS.iter().chain([&reference]).map(line).collect::<Vec<_>>())
+    table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
 }
 
 /// Whether all of these figures are measured and 0.
@@ -244,8 +260,7 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
         let share = format!("{n_whole} of {}", rows_of.len());
         [about.to_owned()].into_iter().chain(figures).chain([share]).collect()
     };
-    let reference = (REFERENCE, "meshoptimizer, `simplify`");
-    table(&head, &METHODS.iter().chain([&reference]).map(line).collect::<Vec<_>>())
+    table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod assets;
 mod benchmark;
+mod curve;
 mod paper;
 mod parts;
 mod performance;
