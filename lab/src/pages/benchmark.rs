@@ -63,12 +63,13 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 /// The rows.
 pub fn measured(bench: &Bench) -> Result<Table> {
+    let bench = bench.of(&[Part::Closed])?;
     let mut settings = Settings::default();
     (settings.ratios, settings.repeats, settings.time_limit) = (RATIOS.into(), 1, TIME_LIMIT);
     settings.tools = cgal::tools(&bench.scratch("cgal")?)?;
     let with_program = METHODS.iter().map(|method| method.0).filter(|name| !cgal::NAMES.contains(name));
     settings.methods = with_program.chain(["geometry", REFERENCE]).map(String::from).collect();
-    let mut table = bench.of(&[Part::Closed])?.evaluated("benchmark", "test", settings, None)?;
+    let mut table = bench.evaluated("benchmark", "test", settings, None)?;
     table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));
     Ok(table)
 }
