@@ -22,6 +22,8 @@ pub const REFERENCE: &str = "meshopt";
 
 /// The reference in tables.
 const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
+/// Our methods that the curve has.
+const EFFORTS: [&str; 3] = ["fast", METHODS[0].0, "best"];
 /// The picture of time against distance.
 const CURVE: &str = "docs/pictures/time-and-distance.svg";
 
@@ -106,12 +108,14 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
     )
 }
 
-/// Every method with its medians of time and distance.
+/// The points of the curve: the three efforts, and others' methods.
 fn points(quotients: &Quotients) -> Vec<curve::Point> {
     let point = |&(method, about): &(&str, &str)| {
+        let is_ours = about.starts_with(METHODS[0].1);
         let median = |figure| quotients.median(method, figure, &RATIOS);
         let place = median(Figure::Time).zip(median(Figure::Distance))?;
-        Some(curve::Point { name: about.replace('`', ""), is_ours: about.starts_with("neural-mesh"), place })
+        let is_shown = !is_ours || EFFORTS.contains(&method);
+        is_shown.then(|| curve::Point { name: about.replace('`', ""), is_ours, place })
     };
     METHODS.iter().chain([&THEIRS]).filter_map(point).collect()
 }

@@ -232,19 +232,17 @@ fn refine(
     progress: Progress,
 ) -> Result<Closed, SimplifyError> {
     let original = &base.original;
-    let Keep { subset, attributes, map, .. } = request.keep;
+    let Keep { attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
-    let refines = request.aim.steps > 0;
-    let mut n_flipped =
-        if is_coarse && refines && request.parts.flips { flips::flip(&mut points, &mut output) } else { 0 };
+    let mut n_flipped = if is_coarse && request.flips() { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
-    if request.parts.fit && refines && !subset && !is_whole {
+    if request.fits() && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
         nested::move_back(original, &mut output, |face| request.keep.piece_of(face));
     }

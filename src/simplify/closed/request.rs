@@ -40,6 +40,16 @@ pub struct Shown<'a> {
 }
 
 impl<'a> Request<'a> {
+    /// Whether edges are flipped after the collapse.
+    pub fn flips(&self) -> bool {
+        self.parts.flips && self.aim.steps > 0
+    }
+
+    /// Whether vertices move toward the original after that.
+    pub fn fits(&self) -> bool {
+        self.parts.fit && self.aim.steps > 0 && !self.keep.subset
+    }
+
     /// By what components count.
     pub fn shown(&self) -> Shown<'a> {
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
