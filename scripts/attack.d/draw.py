@@ -212,7 +212,10 @@ def options(rng, drawn):
             ["--prune"], ["--prune=3%"], ["--keep-components"], ["--weld", "0.1%"],
         ])
     if rng.random() < 0.3:
-        some += rng.choice([["--optimize", "mean"], ["--optimize", "max"], ["--optimize", "normals"], ["--scores", "geometry"]])
+        some += rng.choice([
+            ["--optimize", "mean"], ["--optimize", "max"], ["--optimize", "normals"], ["--scores", "geometry"],
+            ["--effort", "fast"], ["--effort", "best"],
+        ])
     if rng.random() < 0.12:
         some += rng.choice([["--keep-features"], ["--crease-angle", "10"]])
     if rng.random() < 0.1:

@@ -11,6 +11,9 @@ const SIZE: (u32, u32) = (860, 460);
 /// Ours and others', told apart also by those who see few colours (after Okabe and Ito).
 const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
 
+/// Share of the width from which on names stand on the left of their points.
+const LEFT_FROM: f64 = 0.7;
+
 /// A method in the picture.
 pub struct Point {
     /// What stands beside it.
@@ -21,7 +24,7 @@ pub struct Point {
     pub place: (f64, f64),
 }
 
-/// Draws points as SVG, time on a logarithmic axis. A name stands on the left of its point where it would meet the edge on the right.
+/// Draws points as SVG, time on a logarithmic axis.
 pub fn draw(points: &[Point]) -> Result<String> {
     let mut picture = String::new();
     {
@@ -35,10 +38,10 @@ pub fn draw(points: &[Point]) -> Result<String> {
         mesh.x_desc("time, of the processor").y_desc("mean distance").light_line_style(TRANSPARENT);
         mesh.x_label_formatter(&|x| format!("{x:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
         mesh.y_label_formatter(&|y| format!("{y:.1}")).bold_line_style(BLACK.mix(0.1)).draw().map_err(problem)?;
-        let middle = (x.0 * x.1).sqrt();
+        let far_right = x.0 * (x.1 / x.0).powf(LEFT_FROM);
         let element = |Point { name, is_ours, place }: &Point| {
             let colour = COLOURS[usize::from(!is_ours)];
-            let (side, shift) = if place.0 > middle { (HPos::Right, -9) } else { (HPos::Left, 9) };
+            let (side, shift) = if place.0 > far_right { (HPos::Right, -9) } else { (HPos::Left, 9) };
             let style = ("sans-serif", 13).into_font().color(&colour).pos(Pos::new(side, VPos::Center));
             let circle = Circle::new((0, 0), 5, colour.filled());
             EmptyElement::at(*place) + circle + Text::new(name.clone(), (shift, 0), style)
