@@ -3,6 +3,8 @@
 Each verdict is a pair: the kind of the promise that is broken, one of `promises.PROMISES`, and what was found.
 """
 
+import re
+
 import formats
 import surface
 from asked import CHECKS, OF_REPAIRED, asks, is_mirrored, is_repaired, value_of
@@ -43,8 +45,11 @@ def of_run(subject, done):
 
 
 def may_not_be_refused(subject, done):
-    """A mesh without the symmetry asked for may be refused, and one that bounds no solid."""
-    return (subject.mirrored or not is_mirrored(done)) and not asks(done, "--printable")
+    """A mesh without the symmetry asked for may be refused, one that bounds no solid, and one whose file exceeds the bytes asked for with
+    hardly a face."""
+    least = re.search(r"--size (\d+): the file takes (\d+) bytes with a face", done.words)
+    is_too_large = least is not None and int(least[2]) > int(least[1]) == int(value_of(done.options, "--size"))
+    return (subject.mirrored or not is_mirrored(done)) and not asks(done, "--printable") and not is_too_large
 
 
 def is_scene(subject, done):
