@@ -272,7 +272,7 @@ struct Ends {
 }
 
 impl Ends {
-    /// Reads each vertex as a whole and turns rows into columns: one by one the numbers would take three times as long.
+    /// Reads each vertex as a whole and turns rows into columns.
     #[inline(always)]
     fn new(nodes: [&Node; WIDTH]) -> Self {
         let [a, b, c, d, e, f, g, h] = nodes;
@@ -406,7 +406,7 @@ impl Pairs {
 
 /// The prices of [`Pair::placement`] for eight edges by their first and their second ends, every case of it computed for all.
 ///
-/// Loops over arrays, for the methods of arrays that take functions are not compiled for the instructions at hand.
+/// Loops over arrays: methods of arrays that take functions are not always inlined, and then not compiled for the instructions at hand.
 #[inline(always)]
 pub(super) fn prices(ends: [[&Node; WIDTH]; 2]) -> [f32; WIDTH] {
     let pairs = Pairs::new(ends);
