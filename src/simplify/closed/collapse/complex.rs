@@ -16,6 +16,7 @@ use super::cheapest::Cheapest;
 use super::constraints::Constraints;
 use super::corners::{Corners, NONE, moved};
 use super::history::Event;
+use super::left::Left;
 use super::pair::{Node, pulled};
 use super::poses::Poses;
 use super::star::Star;
@@ -248,28 +249,19 @@ impl<'a> Collapse<'a> {
 
     /// Moves what is left together.
     pub(super) fn compact(&mut self) {
-        let is_left = |node: &Node| node.corner != GONE;
-        let mut number = Vec::with_capacity(self.nodes.len());
-        let mut n_left = 0;
-        for node in &self.nodes {
-            number.push(n_left);
-            n_left += u32::from(is_left(node));
-        }
-        if (self.nodes.len() - n_left as usize) * LEAST_GONE <= self.nodes.len() {
+        if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
             return;
         }
-        let faces = self.corners.compact(|v| number[v as usize]);
-        self.nodes.retain_mut(|node| {
-            if node.corner < GONE {
-                node.corner = moved(&faces, node.corner);
-            }
-            is_left(node)
-        });
-        // A number that is that of the next vertex is of one that is gone.
-        let is_kept = |v: usize| number.get(v + 1).is_none_or(|&after| after > number[v]);
-        for v in (0..self.cheapest.len()).filter(|&v| is_kept(v)) {
-            self.cheapest[number[v] as usize] = self.cheapest[v].moved(&faces);
-        }
+        let vertices = Left::new(self.nodes.len(), |v| self.nodes[v].corner != GONE);
+        let faces = self.corners.compact(vertices.numbers());
+        let faces = faces.numbers();
+        let with_corner = |node: Node| match node.corner {
+            NONE => node,
+            corner => Node { corner: moved(faces, corner), ..node },
+        };
+        vertices.move_together(&mut self.nodes, with_corner);
+        self.nodes.truncate(vertices.len());
+        vertices.move_together(&mut self.cheapest, |cheapest| cheapest.moved(faces));
         self.cheapest.truncate(self.n_vertices);
         self.n_inner = self.n_vertices;
     }

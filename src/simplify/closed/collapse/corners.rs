@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use super::left::Left;
+
 /// No vertex, no corner.
 pub(super) const NONE: u32 = u32::MAX;
 /// Edges at a vertex from which on they are sorted to be matched.
@@ -203,27 +205,22 @@ impl Corners {
         });
     }
 
-    /// Moves the faces that are left together, over vertices with new numbers. Returns the new number of each old corner's face.
-    pub fn compact(&mut self, number: impl Fn(u32) -> u32) -> Vec<u32> {
-        let mut faces = Vec::with_capacity(self.n_faces());
-        let mut n_left = 0;
-        for slots in self.vertices.chunks_exact(4) {
-            faces.push(n_left);
-            n_left += u32::from(slots[0] != NONE);
-        }
-        for (face, &to) in faces.iter().enumerate() {
-            let (from, to) = (4 * face, 4 * to as usize);
-            if self.vertices[from] == NONE {
-                continue;
-            }
-            for k in 0..3 {
-                self.vertices[to + k] = number(self.vertices[from + k]);
-                self.across[to + k] = moved(&faces, self.across[from + k]);
-            }
-            self.vertices[to + 3] = NONE;
-        }
-        self.vertices.truncate(4 * n_left as usize);
-        self.across.truncate(4 * n_left as usize);
+    /// Moves the faces that are left together, over vertices with new numbers. Returns where they went.
+    pub fn compact(&mut self, numbers: &[u32]) -> Left {
+        let vertices = self.vertices.as_chunks_mut::<4>().0;
+        let faces = Left::new(vertices.len(), |face| vertices[face][0] != NONE);
+        let renumbered = |[a, b, c, _]: [u32; 4]| {
+            let [a, b, c] = [a, b, c].map(|v| numbers[v as usize]);
+            [a, b, c, NONE]
+        };
+        faces.move_together(vertices, renumbered);
+        let moved = |[a, b, c, _]: [u32; 4]| {
+            let [a, b, c] = [a, b, c].map(|corner| moved(faces.numbers(), corner));
+            [a, b, c, NONE]
+        };
+        faces.move_together(self.across.as_chunks_mut::<4>().0, moved);
+        self.vertices.truncate(4 * faces.len());
+        self.across.truncate(4 * faces.len());
         faces
     }
 
@@ -311,7 +308,7 @@ mod tests {
         for (corner, apex) in [(0, 0), (16, 5)] {
             assert_eq!((corners.vertex(corner), corners.close(corner).map(|c| corners.vertex(c))), (apex, [apex, 1]));
         }
-        corners.compact(|v| if v > 2 { v - 1 } else { v });
+        corners.compact(&[0, 1, 2, 2, 3, 4]);
         let left: Vec<[u32; 3]> = corners.faces().collect();
         assert_eq!(left, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [4, 1, 3], [4, 2, 1], [4, 3, 2]]);
         let again = Corners::new(5, left.into_iter());

@@ -16,6 +16,7 @@ mod copy;
 mod corners;
 mod half;
 mod history;
+mod left;
 mod memoryless;
 mod merge;
 mod pair;

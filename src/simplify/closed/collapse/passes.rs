@@ -12,6 +12,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use crate::linalg::{Isa, Work};
+use crate::mesh::pulse::PARALLEL;
+use crate::mesh::shares::indices_where;
 use crate::simplify::limits::Limit;
 
 use super::cheapest::Cheapest;
@@ -228,13 +230,15 @@ impl Collapse<'_> {
         let share = if is_last { SHARE_OF_LAST } else { SHARE };
         let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
         let price = |(cheapest, node): (&Cheapest, &Node)| cheapest.price().max(node.wait);
-        let prices: Vec<f32> = self.cheapest.iter().zip(&self.nodes).map(price).collect();
+        let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
+        let prices: Vec<f32> = priced.map(price).collect();
         let most = if n_in_vain >= MOST_IN_VAIN { f32::MAX } else { nth_price(&prices, n) };
         let most = most.min(limit.price);
-        let taken = (0u32..).zip(prices.iter().zip(&self.cheapest)).filter(|(_, (price, _))| **price <= most);
-        let candidate =
-            |(vertex, (&price, cheapest)): (u32, (&f32, &Cheapest))| Candidate { price, vertex, edge: cheapest.edge() };
-        let mut candidates: Vec<Candidate> = taken.map(candidate).collect();
+        let pulse = self.pulse.counting_if(false);
+        let taken = indices_where(pulse, &prices, |_, price| *price <= most);
+        let edge = |vertex: u32| self.cheapest[vertex as usize].edge();
+        let candidate = |&vertex: &u32| Candidate { price: prices[vertex as usize], vertex, edge: edge(vertex) };
+        let mut candidates = pulse.map(&taken, candidate);
         if is_last {
             candidates.sort_unstable_by(|x, y| x.price.total_cmp(&y.price).then(x.vertex.cmp(&y.vertex)));
         }

@@ -1,0 +1,79 @@
+//! Rows of which some went: where the others go when they move together, and the move, on all threads.
+
+use rayon::prelude::*;
+
+/// Rows that one task moves.
+const TOGETHER: usize = 1 << 14;
+
+/// The rows that are left of some, and where they go.
+pub(super) struct Left {
+    /// How many rows are left before each, n_rows + 1.
+    n_before: Vec<u32>,
+}
+
+impl Left {
+    /// Counts the rows that are left, of `n`.
+    pub fn new(n: usize, is_left: impl Fn(usize) -> bool + Sync) -> Self {
+        let mut n_before = vec![0; n + 1];
+        let count = |(task, counts): (usize, &mut [u32])| {
+            let mut n_left = 0;
+            for (row, count) in (task * TOGETHER..).zip(counts) {
+                n_left += u32::from(is_left(row));
+                *count = n_left;
+            }
+            n_left
+        };
+        let of_tasks: Vec<u32> = n_before[1..].par_chunks_mut(TOGETHER).enumerate().map(count).collect();
+        let firsts: Vec<u32> = of_tasks.iter().scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
+        let add = |(counts, first): (&mut [u32], u32)| counts.iter_mut().for_each(|count| *count += first);
+        n_before[1..].par_chunks_mut(TOGETHER).zip(firsts).for_each(add);
+        Self { n_before }
+    }
+
+    /// Number of rows that are left.
+    pub fn len(&self) -> usize {
+        self.n_before[self.n_before.len() - 1] as usize
+    }
+
+    /// The new number of each row; of one that went, that of the next one.
+    pub fn numbers(&self) -> &[u32] {
+        &self.n_before
+    }
+
+    /// Moves the rows that are left to the front, in their order, each as `change` makes it.
+    pub fn move_together<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
+        let within = |(task, rows): (usize, &mut [T])| {
+            let n_before = &self.n_before[task * TOGETHER..][..rows.len() + 1];
+            for from in 0..rows.len() {
+                if n_before[from] < n_before[from + 1] {
+                    rows[(n_before[from] - n_before[0]) as usize] = change(rows[from]);
+                }
+            }
+        };
+        rows.par_chunks_mut(TOGETHER).enumerate().for_each(within);
+        for from in (0..rows.len()).step_by(TOGETHER) {
+            let [to, end] = [from, rows.len().min(from + TOGETHER)].map(|row| self.n_before[row] as usize);
+            rows.copy_within(from..from + end - to, to);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_are_left_move_together_in_their_order() {
+        for n in [0, 1, 7, TOGETHER, TOGETHER + 1, 5 * TOGETHER + 3] {
+            for is_left in [|_| true, |_| false, |row: usize| row * row % 7 < 3, |row| row > TOGETHER] {
+                let left = Left::new(n, is_left);
+                let mut rows: Vec<usize> = (0..n).collect();
+                left.move_together(&mut rows, |row| 2 * row);
+                rows.truncate(left.len());
+                assert_eq!(rows, (0..n).filter(|&row| is_left(row)).map(|row| 2 * row).collect::<Vec<_>>());
+                let moved = rows.iter().map(|row| left.numbers()[row / 2] as usize);
+                assert!(moved.eq(0..rows.len()));
+            }
+        }
+    }
+}
