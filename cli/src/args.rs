@@ -10,7 +10,7 @@ use crate::numbers::{
 };
 
 const SIMPLIFY_NOTES: &str = "\
-Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX and geometry compressed by Draco need the features 3mf, fbx and draco. Vertices at equal positions are one vertex; \
+Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX, geometry compressed by Draco and textures in KTX2 need the features 3mf, fbx, draco and ktx2. Vertices at equal positions are one vertex; \
 sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
 carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
 

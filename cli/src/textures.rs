@@ -1,14 +1,15 @@
 //! `--textures`: images made smaller on their way into files.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use jpeg_encoder::{ColorType, Encoder};
 use neural_mesh::io::{Format, ImageMaker, ImageUse};
 use neural_mesh::mesh::{linear_light, srgb};
-use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_size};
+use neural_mesh::picture::{
+    Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_problem, image_size,
+};
 use resize::px::PixelFormat;
 use resize::{Filter, Resizer, Type};
 
@@ -37,19 +38,20 @@ pub struct Textures {
     side: usize,
     /// What was made, by what of, so that several results share it.
     made: Mutex<Made>,
-    has_unread: AtomicBool,
+    /// Why images could not be made smaller.
+    problems: Mutex<BTreeSet<String>>,
 }
 
 impl Textures {
     /// Images of at most `side` pixels a side.
     pub fn new(side: usize) -> Self {
-        Self { side, made: Mutex::default(), has_unread: AtomicBool::new(false) }
+        Self { side, made: Mutex::default(), problems: Mutex::default() }
     }
 
     /// What could not be made smaller.
     pub fn note(&self) -> Option<String> {
-        let what = "images that are no readable PNG, JPEG or WebP keep their size";
-        self.has_unread.load(Ordering::Relaxed).then(|| what.into())
+        let problems = self.problems.lock().ok()?;
+        problems.first().map(|problem| format!("an image keeps its size: it {problem}"))
     }
 }
 
@@ -65,7 +67,9 @@ impl ImageMaker for Textures {
             Some([width, height]) if width.max(height) <= self.side => None,
             size => {
                 let smaller = size.and_then(|_| smaller(image, used, self.side));
-                self.has_unread.fetch_or(smaller.is_none(), Ordering::Relaxed);
+                if smaller.is_none() {
+                    self.problems.lock().ok().map(|mut problems| problems.insert(image_problem(image)));
+                }
                 smaller
             }
         };
@@ -76,7 +80,7 @@ impl ImageMaker for Textures {
     }
 }
 
-/// The file of an image as a file of the same format whose longer side has `side` pixels; `None` where it cannot be read.
+/// The file of an image as one of the same format, PNG for KTX2, whose longer side has `side` pixels; `None` where it cannot be read.
 fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let image = decode_image(file)?;
     let longer = image.width.max(image.height);
@@ -84,7 +88,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let size = [scaled(image.width), scaled(image.height)];
     let smaller = resized(&image, size, used).ok()?;
     match ImageFormat::of(file)? {
-        ImageFormat::Png => {}
+        ImageFormat::Png | ImageFormat::Ktx2 => {}
         ImageFormat::WebP => return encode_webp(&smaller),
         _ => return jpeg(&smaller),
     }

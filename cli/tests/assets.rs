@@ -132,7 +132,7 @@ fn a_texture_that_cannot_be_drawn_is_said() {
     let folder = folder();
     textured(folder.path());
     let run = simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
-    assert!(said(&run).contains("a texture is not a readable PNG, JPEG or WebP"), "{}", said(&run));
+    assert!(said(&run).contains("a texture is left out: it is no PNG, JPEG or WebP"), "{}", said(&run));
 }
 
 #[test]

@@ -312,9 +312,14 @@ fn a_webp_is_baked_and_what_cannot_be_decoded_is_refused() {
     let green = Image { width: 8, height: 8, rgba: [10, 200, 30, 255].repeat(64) };
     let webp = encode_webp(&green).unwrap();
     let ktx2 = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0; 68]].concat();
+    let unread = if cfg!(feature = "ktx2") {
+        "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP"
+    } else {
+        "is KTX2: build with `--features ktx2`, or give it as PNG, JPEG or WebP"
+    };
     let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--bake", "64", "--force"];
     for (image, why) in [
-        (&ktx2[..], "is KTX2, which is not decoded: give it as PNG, JPEG or WebP"),
+        (&ktx2[..], unread),
         (&webp[..webp.len() / 2], "is no whole WebP: save it again"),
         (b"GIF89a", "is no PNG, JPEG or WebP: convert it to one of these"),
     ] {
@@ -333,4 +338,25 @@ fn a_webp_is_baked_and_what_cannot_be_decoded_is_refused() {
     let seen = look.texture.as_ref().map(|texture| decode_image(&texture.image).unwrap());
     let [r, g, _] = look.colour;
     assert!(seen.map_or(g > 3.0 * r, |image| image.rgba[1] > 150 && image.rgba[0] < 60), "{:?}", look.colour);
+}
+
+#[cfg(feature = "ktx2")]
+#[test]
+fn a_ktx2_is_baked() {
+    let folder = folder();
+    let square = "mtllib a.mtl\nusemtl cloth\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+        vt 0.5 0.5\nf 1/1 2/2 5/5\nf 2/2 3/3 5/5\nf 3/3 4/4 5/5\nf 4/4 1/1 5/5\n";
+    std::fs::write(folder.path().join("a.obj"), square).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl cloth\nKd 1 1 1\nmap_Kd a.ktx2\n").unwrap();
+    std::fs::write(folder.path().join("a.ktx2"), include_bytes!("../../tests/images/uastc_zstd.ktx2")).unwrap();
+    let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--bake", "64", "--force"];
+    let run = run(folder.path(), &words);
+    assert_eq!(run.code, Some(0), "{}", run.words);
+    let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
+    let image = decode_image(&looks[0][0].texture.as_ref().unwrap().image).unwrap();
+    // Red and green rise from nothing to all, one along each side.
+    for channel in [0, 1] {
+        let values = image.rgba.iter().skip(channel).step_by(4);
+        assert!(values.clone().min() < Some(&30) && values.max() > Some(&225), "{channel}");
+    }
 }

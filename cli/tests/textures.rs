@@ -158,9 +158,8 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
     std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
     std::fs::create_dir(folder.path().join("out")).unwrap();
     let run = simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
-    assert!(
-        String::from_utf8(run.out).unwrap().contains("images that are no readable PNG, JPEG or WebP keep their size")
-    );
+    let note = "an image keeps its size: it is no PNG, JPEG or WebP";
+    assert!(String::from_utf8(run.out).unwrap().contains(note));
     assert_eq!(std::fs::read(folder.path().join("out/maps/skin.png")).unwrap(), b"not looked into");
     for (output, more, why) in [
         ("a.stl", &["--textures", "64"][..], "--textures: stl holds no textures: write glb, gltf, obj or ply"),
@@ -173,6 +172,45 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
         );
         assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
     }
+}
+
+/// A KTX2 of ETC1S, 24 x 20: red rises to the right, green downwards.
+#[cfg(feature = "ktx2")]
+const KTX2: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
+
+#[cfg(feature = "ktx2")]
+#[test]
+fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
+    let folder = folder();
+    textured(folder.path());
+    std::fs::write(folder.path().join("maps/skin.png"), KTX2).unwrap();
+    simplified(folder.path(), "plate.obj", "plate.glb", &[]);
+    let (sizes, document) = images(&folder.path().join("plate.glb"));
+    assert_eq!((sizes[0], &document["images"][0]["mimeType"]), ([24, 20], &"image/ktx2".into()));
+    assert_eq!(document["textures"][0]["extensions"]["KHR_texture_basisu"]["source"], 0);
+    assert_eq!(document["extensionsRequired"], serde_json::json!(["KHR_texture_basisu"]));
+
+    let smaller = |output: &str| {
+        let words = format!("simplify plate.glb -o {output} --ratio 50% --textures 16 --picture a.png --force");
+        let words: Vec<&str> = words.split(' ').collect();
+        let run = run(folder.path(), &words);
+        assert_eq!(run.code, Some(0), "{}", run.words);
+        let said = String::from_utf8(run.out).unwrap();
+        assert!(!said.contains("left out") && !said.contains("keeps its size"), "{said}");
+    };
+    smaller("less.glb");
+    let (sizes, document) = images(&folder.path().join("less.glb"));
+    assert_eq!((sizes[0], &document["images"][0]["mimeType"]), ([16, 13], &"image/png".into()));
+    assert_eq!((&document["textures"][0]["source"], document["textures"][0].get("extensions")), (&0.into(), None));
+    let lists = ["extensionsUsed", "extensionsRequired"].map(|list| document.get(list).map(ToString::to_string));
+    assert!(lists.iter().flatten().all(|list| !list.contains("basisu")), "{lists:?}");
+
+    smaller("less.obj");
+    let skin = decode_image(&std::fs::read(folder.path().join("less_0.png")).unwrap()).unwrap();
+    let [first, last] = [0, 16 * 13 - 1].map(|at| &skin.rgba[4 * at..][..2]);
+    assert!(first.iter().all(|&it| it < 60) && last.iter().all(|&it| it > 190), "{first:?} {last:?}");
+    let picture = decode_image(&std::fs::read(folder.path().join("a.png")).unwrap()).unwrap();
+    assert!(picture.rgba.as_chunks::<4>().0.iter().any(|&[r, g, ..]| r > 100 && g < r / 2), "no red in the picture");
 }
 
 #[test]

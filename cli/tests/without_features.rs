@@ -55,6 +55,27 @@ fn a_comparison_says_what_it_leaves_out() {
     }
 }
 
+#[cfg(not(feature = "ktx2"))]
+#[test]
+fn a_ktx2_keeps_its_bytes_and_the_feature_is_named() {
+    let folder = folder();
+    let face = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    fs::write(folder.path().join("a.obj"), face).unwrap();
+    fs::write(folder.path().join("a.mtl"), "newmtl a\nmap_Kd a.ktx2\n").unwrap();
+    let image: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
+    fs::write(folder.path().join("a.ktx2"), image).unwrap();
+    let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--textures", "16", "--picture", "b.png"];
+    let said = run(folder.path(), &words);
+    assert_eq!(said.code, Some(0), "{}", said.words);
+    let table = String::from_utf8(said.out).unwrap();
+    for what in ["an image keeps its size", "a texture is left out"] {
+        let line = format!("{what}: it is KTX2: build with `--features ktx2`, or give it as PNG, JPEG or WebP");
+        assert_eq!(table.matches(&line).count(), 1, "{table}");
+    }
+    let written = fs::read(folder.path().join("b.glb")).unwrap();
+    assert!(written.windows(image.len()).any(|bytes| bytes == image));
+}
+
 #[test]
 fn compressed_gltf_is_refused_with_what_to_do() {
     let folder = folder();

@@ -24,6 +24,7 @@ mod draft;
 mod emptied;
 mod extensions;
 mod files;
+mod image_kinds;
 mod images;
 mod levels;
 mod lighter;

@@ -86,7 +86,12 @@ impl<'a> Places<'a, '_, '_> {
     fn of(&mut self, texture: &'a BaseTexture, used: ImageUse) -> String {
         let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, place)| place.clone());
         known.unwrap_or_else(|| {
-            let place = PathBuf::from(format!("{}_{}.{}", self.name, self.known.len(), extension(&texture.image)));
+            let ending = match (extension(&texture.image), self.finder.maker) {
+                // What is made of it is of another kind.
+                ("ktx2", Some(maker)) => maker.made(&texture.image, used).map_or("ktx2", |made| extension(&made)),
+                (ending, _) => ending,
+            };
+            let place = PathBuf::from(format!("{}_{}.{ending}", self.name, self.known.len()));
             self.finder.list_image(&place, &texture.image, used);
             self.known.push((texture, reference(&place)));
             reference(&place)
@@ -100,6 +105,7 @@ pub(super) fn extension(image: &[u8]) -> &'static str {
         [0x89, b'P', b'N', b'G', ..] => "png",
         [0xff, 0xd8, ..] => "jpg",
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "webp",
+        [0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, ..] => "ktx2",
         _ => "bin",
     }
 }

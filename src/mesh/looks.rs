@@ -19,7 +19,7 @@ pub enum Wrap {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BaseTexture {
-    /// The bytes of a PNG, JPEG or WebP file; materials that share it share them.
+    /// The bytes of a PNG, JPEG, WebP or KTX2 file; materials that share it share them.
     pub image: Arc<[u8]>,
     /// Name of the channel with its coordinates; where it is empty, the first of texture coordinates.
     pub channel: String,
@@ -28,7 +28,7 @@ pub struct BaseTexture {
 }
 
 impl BaseTexture {
-    /// The bytes of a PNG, JPEG or WebP file, repeated; its coordinates are the first of texture coordinates.
+    /// The bytes of a PNG, JPEG, WebP or KTX2 file, repeated; its coordinates are the first of texture coordinates.
     pub fn new(image: Arc<[u8]>) -> Self {
         Self { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::Image;
-use super::image_file::decode_image;
+use super::image_file::{decode_image, image_problem};
 use super::raster::weights_at;
 use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
@@ -151,9 +151,10 @@ impl Coat {
         let Some(cover) = Cover::new(attributes, looks) else { return (None, Vec::new()) };
         let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
         let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
-        let is_missing = textures.iter().any(Option::is_none);
-        let notes = is_missing.then(|| "a texture is not a readable PNG, JPEG or WebP: drawn without it".into());
-        (Some(Self { cover, textures }), notes.into_iter().collect())
+        let missing = cover.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
+        let notes = missing.map(|(image, _)| format!("a texture is left out: it {}", image_problem(image)));
+        let notes = notes.into_iter().collect();
+        (Some(Self { cover, textures }), notes)
     }
 
     /// What covers a face at the place with these weights of its corners: a colour in linear light, or numbers. A sample there is

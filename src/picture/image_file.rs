@@ -1,4 +1,4 @@
-//! Image files: PNG, JPEG and WebP decoded, and what a file is by its first bytes.
+//! Image files: PNG, JPEG, WebP and, with the feature `ktx2`, KTX2 decoded; and what a file is by its first bytes.
 
 use std::io::Cursor;
 
@@ -8,10 +8,9 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::Image;
+use super::pixels::{checked_size, opaque};
+use super::{Image, ktx2};
 
-/// Pixels of an image at most: more would only fill the memory.
-const MOST_PIXELS: usize = 1 << 26;
 /// Bytes that a WebP may take beside its pixels while it is decoded, for each of them.
 const WEBP_BYTES: usize = 16;
 
@@ -25,7 +24,7 @@ pub enum ImageFormat {
     Jpeg,
     /// WebP.
     WebP,
-    /// KTX 2.0, which is not decoded: glTF has Basis Universal in it.
+    /// KTX 2.0, decoded with the feature `ktx2`: glTF has Basis Universal in it.
     Ktx2,
 }
 
@@ -62,8 +61,8 @@ impl ImageFormat {
     }
 }
 
-/// Decodes the bytes of a PNG, JPEG or WebP file, whatever its name says; `None` where they are neither, damaged, or more than 67
-/// million pixels. Of an animated WebP the first frame.
+/// Decodes the bytes of a PNG, JPEG, WebP or (feature `ktx2`) KTX2 file, whatever its name says; `None` where they are none of these,
+/// damaged, or more than 67 million pixels. Of an animated WebP the first frame, of a KTX2 the base level of a flat texture.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, decode_image, encode_png};
@@ -76,7 +75,22 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
         ImageFormat::Png => decode_png(bytes),
         ImageFormat::Jpeg => decode_jpeg(bytes),
         ImageFormat::WebP => decode_webp(bytes),
-        ImageFormat::Ktx2 => None,
+        ImageFormat::Ktx2 => ktx2::decode(bytes),
+    }
+}
+
+/// Says why [`decode_image`] has no pixels for these bytes, and what to do.
+///
+/// ```
+/// use neural_mesh::picture::image_problem;
+/// assert_eq!(image_problem(b"GIF89a"), "is no PNG, JPEG or WebP: convert it to one of these");
+/// assert_eq!(image_problem(b"\xff\xd8\xff\xe0"), "is no whole JPEG: save it again");
+/// ```
+pub fn image_problem(bytes: &[u8]) -> String {
+    match ImageFormat::of(bytes) {
+        Some(ImageFormat::Ktx2) => ktx2::PROBLEM.into(),
+        Some(format) => format!("is no whole {}: save it again", format.name()),
+        None => "is no PNG, JPEG or WebP: convert it to one of these".into(),
     }
 }
 
@@ -167,16 +181,6 @@ fn decode_webp(bytes: &[u8]) -> Option<Image> {
     (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
 }
 
-/// Colours with an opacity.
-fn opaque(rgb: &[u8]) -> Vec<u8> {
-    rgb.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect()
-}
-
-/// Refuses images without pixels or with too many.
-fn checked_size(width: usize, height: usize) -> Option<usize> {
-    width.checked_mul(height).filter(|n| (1..=MOST_PIXELS).contains(n))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -194,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ktx2_says_its_size_and_is_not_decoded() {
+    fn a_ktx2_says_its_size_before_it_is_decoded() {
         let mut file = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
         file.extend([0u32, 1, 640, 480].iter().flat_map(|word| word.to_le_bytes()));
         assert_eq!((image_size(&file), decode_image(&file)), (Some([640, 480]), None));

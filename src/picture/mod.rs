@@ -10,9 +10,15 @@ mod caption;
 mod coat;
 mod corner_normals;
 mod image_file;
+#[cfg(feature = "ktx2")]
+mod ktx2;
+#[cfg(not(feature = "ktx2"))]
+#[path = "no_ktx2.rs"]
+mod ktx2;
 mod mark;
 mod occlusion;
 mod paint;
+mod pixels;
 mod png_file;
 mod raster;
 mod shade;
@@ -29,7 +35,7 @@ use shade::Shading;
 
 pub use coat::{Coat, Corner, Cover};
 pub use corner_normals::CornerNormals;
-pub use image_file::{ImageFormat, decode_image, encode_webp, image_size};
+pub use image_file::{ImageFormat, decode_image, encode_webp, image_problem, image_size};
 pub use paint::Scale;
 pub use png_file::{encode_png, encode_png_opaque};
 pub use shaded_mesh::ShadedMesh;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jpeg_encoder::{ColorType, Encoder};
-use neural_mesh::picture::{Image, ImageFormat, decode_image, shrunk};
+use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrunk};
 use rayon::prelude::*;
 
 /// Pixels of a side at most; where all would be too many bytes, the next one.
@@ -61,11 +61,11 @@ fn fitted(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>,
         }
     }
     let mut notes = Vec::new();
-    if fitted.iter().any(Option::is_none) {
-        notes.push("a texture is not a readable PNG, JPEG or WebP: the page shows the mesh without it".into());
+    if let Some((image, _)) = images.iter().zip(&fitted).find(|(_, fitted)| fitted.is_none()) {
+        notes.push(format!("the page leaves out a texture: it {}", image_problem(image)));
     }
     let is_changed = |(image, fitted): (&Arc<[u8]>, &Option<FittedImage>)| {
-        fitted.as_ref().is_some_and(|fitted| fitted.bytes[..] != image[..])
+        fitted.as_ref().is_some_and(|fitted| fitted.kind == "image/jpeg" && fitted.bytes[..] != image[..])
     };
     if images.iter().zip(&fitted).any(is_changed) {
         notes.push(format!("textures are scaled down for the page: at most {smallest} pixels a side"));
@@ -84,15 +84,21 @@ fn n_bytes(images: &[Option<FittedImage>]) -> usize {
 /// The image itself where it is not longer than `side` and has at most `most` bytes, else a smaller JPEG.
 fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
-    if image.width.max(image.height) > side || bytes.len() > most {
-        return jpeg(&shrunk(&image, side));
+    let smaller = || jpeg(&shrunk(&image, side));
+    if image.width.max(image.height) > side {
+        return smaller();
     }
-    let kind = match ImageFormat::of(bytes)? {
-        ImageFormat::Png => "image/png",
-        ImageFormat::WebP => "image/webp",
-        _ => "image/jpeg",
+    let (kind, bytes) = match ImageFormat::of(bytes)? {
+        ImageFormat::Png => ("image/png", bytes.to_vec()),
+        ImageFormat::WebP => ("image/webp", bytes.to_vec()),
+        // No browser draws it as an image.
+        ImageFormat::Ktx2 => ("image/png", encode_png(&image)),
+        _ => ("image/jpeg", bytes.to_vec()),
     };
-    Some(FittedImage { bytes: bytes.to_vec(), kind, width: image.width, height: image.height })
+    if bytes.len() > most {
+        return smaller();
+    }
+    Some(FittedImage { bytes, kind, width: image.width, height: image.height })
 }
 
 fn jpeg(Image { width, height, rgba }: &Image) -> Option<FittedImage> {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use neural_mesh::mesh::{BaseTexture, Look};
-use neural_mesh::picture::{ImageFormat, decode_image};
+use neural_mesh::picture::{decode_image, image_problem};
 
 use super::Subject;
 use crate::failure::Failure;
@@ -21,7 +21,7 @@ impl Subject {
                     continue;
                 }
                 if decode_image(image).is_none() {
-                    let what = format!("--bake {size}: {} {}", self.material(group), problem(image));
+                    let what = format!("--bake {size}: {} {}", self.material(group), image_problem(image));
                     return Err(Failure::of(&request.source.path, what));
                 }
                 known.push(image.clone());
@@ -35,15 +35,6 @@ impl Subject {
         let names = self.group_names();
         let name = names.iter().find(|(_, of)| *of as usize == group).map(|(name, _)| format!(" {name:?}"));
         format!("an image of the material{}", name.unwrap_or_default())
-    }
-}
-
-/// What is wrong with an image, and what to do.
-fn problem(image: &[u8]) -> String {
-    match ImageFormat::of(image) {
-        Some(ImageFormat::Ktx2) => "is KTX2, which is not decoded: give it as PNG, JPEG or WebP".into(),
-        Some(format) => format!("is no whole {}: save it again", format.name()),
-        None => "is no PNG, JPEG or WebP: convert it to one of these".into(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::image_kinds::KTX2_TEXTURE;
 use super::references::{index, visit};
 
 /// Extensions of a primitive or mesh that describe the faces it had.
@@ -118,6 +119,7 @@ pub(super) fn drop_unused_names(document: &mut Value) {
     let unused: Vec<&str> = OF_FACES
         .into_iter()
         .chain(COMPRESSION)
+        .chain([KTX2_TEXTURE])
         .filter(|name| !is_used(document, name))
         .chain((!quantized).then_some("KHR_mesh_quantization"))
         .collect();

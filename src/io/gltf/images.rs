@@ -1,7 +1,5 @@
 //! The images of an asset on their way out: made anew where that is asked for, bytes that are the same written once.
 
-use std::path::PathBuf;
-
 use base64::Engine;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -10,6 +8,7 @@ use serde_json::{Value, json};
 use super::asset::Asset;
 use super::draft::Draft;
 use super::files::percent_encoded;
+use super::image_kinds::{change_kind, free_path};
 use super::load_uri::load_uri;
 use super::references::index;
 use super::rewrite::SceneOptions;
@@ -24,10 +23,17 @@ impl Asset {
         let mut files = self.images.clone();
         if let Some(maker) = options.images {
             let uses = uses(&self.document);
-            let made: Vec<Option<Vec<u8>>> =
-                uses.par_iter().enumerate().map(|(at, &used)| maker.made(&self.bytes_of_image(at)?, used)).collect();
-            for (at, bytes) in made.into_iter().enumerate().filter_map(|(at, bytes)| Some((at, bytes?))) {
-                replace(draft, at, bytes, &mut files);
+            let made = |(at, &used): (usize, &ImageUse)| {
+                let bytes = self.bytes_of_image(at)?;
+                let made = maker.made(&bytes, used)?;
+                Some((at, extension(&bytes) != extension(&made), made))
+            };
+            let made: Vec<_> = uses.par_iter().enumerate().filter_map(made).collect();
+            for (at, is_other_kind, bytes) in made {
+                replace(draft, at, &bytes, &mut files);
+                if is_other_kind {
+                    change_kind(&mut draft.document, at, &bytes, &mut files);
+                }
             }
         }
         share_views(draft);
@@ -54,11 +60,11 @@ impl Asset {
 }
 
 /// Puts bytes in the place of those of an image: in its view, in its URI, or in its file.
-fn replace(draft: &mut Draft, at: usize, bytes: Vec<u8>, files: &mut [OutputFile]) {
+fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
     let image = &mut draft.document["images"][at];
     if let Some(view) = image.get("bufferView").and_then(index) {
         if let Some(held) = draft.views.get_mut(view) {
-            *held = Some(bytes.into());
+            *held = Some(bytes.to_vec().into());
         }
         return;
     }
@@ -73,7 +79,7 @@ fn replace(draft: &mut Draft, at: usize, bytes: Vec<u8>, files: &mut [OutputFile
             files
                 .iter_mut()
                 .filter(|file| Some(&file.path) == path.as_ref())
-                .for_each(|file| file.bytes = bytes.clone());
+                .for_each(|file| file.bytes = bytes.to_vec());
         }
     }
 }
@@ -87,9 +93,7 @@ pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -
         let Some(bytes) = bytes_within(draft, at) else { continue };
         let known = moved.iter().find(|file| file.bytes == bytes).map(|file| file.path.clone());
         let path = known.unwrap_or_else(|| {
-            let kind = draft.document["images"][at]["mimeType"].as_str();
-            let ending = if kind == Some("image/ktx2") { "ktx2" } else { extension(&bytes) };
-            let path = free_path(format!("{name}_{at}.{ending}"), taken);
+            let path = free_path(format!("{name}_{at}.{}", extension(&bytes)).into(), taken);
             moved.push(OutputFile { path: path.clone(), bytes });
             path
         });
@@ -109,15 +113,6 @@ fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     }
     let uri = image.get("uri")?.as_str().filter(|uri| uri.starts_with("data:"))?;
     load_uri(uri, &|_: &str| Err(ReadError::file("no image", ""))).ok()
-}
-
-/// Returns a path that none of the files has, in whatever case.
-fn free_path(mut name: String, taken: &[OutputFile]) -> PathBuf {
-    let is_taken = |name: &str| taken.iter().any(|file| file.path.as_os_str().eq_ignore_ascii_case(name));
-    while is_taken(&name) {
-        name.insert(0, '_');
-    }
-    name.into()
 }
 
 /// Images of the same bytes take one view.
@@ -251,7 +246,7 @@ mod tests {
         assert_eq!(["a b_0.bin", "a b_1.bin", "a b_3.bin"].map(bytes), [&b"one2"[..], b"two2", b"uri"]);
         assert_eq!(
             free_path("A_0.png".into(), &[OutputFile { path: "a_0.PNG".into(), bytes: Vec::new() }]),
-            PathBuf::from("_A_0.png")
+            std::path::Path::new("_A_0.png")
         );
     }
 

@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use super::draft::Draft;
 use super::extensions::name_extension;
+use super::image_kinds::{media_type, texture_extension};
 use super::images::used_as;
+use crate::io::own_materials::extension;
 use crate::io::{ImageMaker, ImageUse};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
@@ -15,8 +17,8 @@ pub(super) struct Materials<'a> {
     maker: Option<&'a dyn ImageMaker>,
     /// Textures and what they have become.
     textures: Vec<(&'a BaseTexture, Value)>,
-    /// Images and what they have become.
-    images: Vec<(&'a [u8], Value)>,
+    /// Images, their indices and their media types.
+    images: Vec<(&'a [u8], Value, &'static str)>,
     /// What could not be held, in one line each.
     pub notes: Vec<String>,
 }
@@ -87,37 +89,37 @@ impl<'a> Materials<'a> {
         if let Some((_, index)) = self.textures.iter().find(|(known, _)| *known == texture) {
             return Some(index.clone());
         }
-        let Some(kind) = mime_type(&texture.image) else {
-            self.notes.push(format!("gltf holds textures as PNG, JPEG or WebP: that of {material} is left out"));
+        let Some((image, kind)) = self.image(draft, &texture.image, used) else {
+            self.notes.push(format!("gltf holds textures as PNG, JPEG, WebP or KTX2: that of {material} is left out"));
             return None;
         };
-        let known = self.images.iter().find(|(image, _)| *image == &*texture.image).map(|(_, index)| index.clone());
-        let image = known.unwrap_or_else(|| {
-            let made = self.maker.and_then(|maker| maker.made(&texture.image, used));
-            let bytes = made.unwrap_or_else(|| texture.image.to_vec());
-            let view = draft.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
-            let index = draft.push("images", json!({"bufferView": view, "mimeType": kind}));
-            self.images.push((&texture.image, index.clone()));
-            index
-        });
         let [s, t] = texture.wrap.map(number);
         let sampler = json!({"magFilter": LINEAR, "minFilter": MIPMAPPED, "wrapS": s, "wrapT": t});
         let sampler = draft.push("samplers", sampler);
-        let held = json!({"source": image});
-        let index = if kind == WEBP {
-            name_extension(&mut draft.document, WEBP_TEXTURE);
-            draft.push("textures", json!({"sampler": sampler, "extensions": {WEBP_TEXTURE: held}}))
+        let index = if let Some(extension) = texture_extension(kind) {
+            name_extension(&mut draft.document, extension);
+            draft.push("textures", json!({"sampler": sampler, "extensions": {extension: {"source": image}}}))
         } else {
             draft.push("textures", json!({"source": image, "sampler": sampler}))
         };
         self.textures.push((texture, index.clone()));
         Some(index)
     }
-}
 
-const WEBP: &str = "image/webp";
-/// The extension by which a texture is a WebP.
-const WEBP_TEXTURE: &str = "EXT_texture_webp";
+    /// The index and the media type of an image, written once; `None` where glTF holds none of its kind.
+    fn image(&mut self, draft: &mut Draft, image: &'a [u8], used: ImageUse) -> Option<(Value, &'static str)> {
+        if let Some((_, index, kind)) = self.images.iter().find(|(known, ..)| *known == image) {
+            return Some((index.clone(), kind));
+        }
+        let made = self.maker.and_then(|maker| maker.made(image, used));
+        let bytes = made.unwrap_or_else(|| image.to_vec());
+        let kind = media_type(extension(&bytes))?;
+        let view = draft.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
+        let index = draft.push("images", json!({"bufferView": view, "mimeType": kind}));
+        self.images.push((image, index.clone(), kind));
+        Some((index, kind))
+    }
+}
 
 const LINEAR: u32 = 9729;
 const MIPMAPPED: u32 = 9987;
@@ -128,15 +130,5 @@ fn number(wrap: Wrap) -> u32 {
         Wrap::Repeat => 10_497,
         Wrap::Clamp => 33_071,
         Wrap::Mirror => 33_648,
-    }
-}
-
-/// The kind of a picture that glTF holds, by how it begins.
-fn mime_type(image: &[u8]) -> Option<&'static str> {
-    match image {
-        [0x89, b'P', b'N', b'G', ..] => Some("image/png"),
-        [0xff, 0xd8, 0xff, ..] => Some("image/jpeg"),
-        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(WEBP),
-        _ => None,
     }
 }

@@ -1,0 +1,131 @@
+//! Kinds of image files in a document: their media types, the extensions that textures need for them, and images that become another
+//! kind on their way out, as KTX2 becomes PNG.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::files::percent_encoded;
+use super::references::index;
+use crate::io::OutputFile;
+use crate::io::own_materials::extension;
+use crate::io::uri::path_inside;
+
+/// The extension by which a texture is a KTX2.
+pub(super) const KTX2_TEXTURE: &str = "KHR_texture_basisu";
+
+/// Returns the media type of a kind of image that glTF holds, by the ending of its files.
+pub(super) fn media_type(ending: &str) -> Option<&'static str> {
+    match ending {
+        "png" => Some("image/png"),
+        "jpg" => Some("image/jpeg"),
+        "webp" => Some("image/webp"),
+        "ktx2" => Some("image/ktx2"),
+        _ => None,
+    }
+}
+
+/// Returns the extension by which a texture has an image of this media type; `None` where it needs none.
+pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
+    match media_type {
+        "image/webp" => Some("EXT_texture_webp"),
+        "image/ktx2" => Some(KTX2_TEXTURE),
+        _ => None,
+    }
+}
+
+/// Makes a document say that an image, a KTX2 before, has these bytes of another kind: its media type, its URI, the name of its file,
+/// and the textures that have it by [`KTX2_TEXTURE`].
+pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
+    let ending = extension(bytes);
+    let Some(kind) = media_type(ending) else { return };
+    let image = &mut document["images"][at];
+    if image.get("mimeType").is_some() || image.get("bufferView").is_some() {
+        image["mimeType"] = kind.into();
+    }
+    let uri = image.get("uri").and_then(Value::as_str).unwrap_or_default().to_string();
+    if let Some((_, data)) = uri.strip_prefix("data:").and_then(|data| data.split_once(";base64,")) {
+        image["uri"] = format!("data:{kind};base64,{data}").into();
+    } else if let Some(path) = path_inside(&uri) {
+        rename(document, &path, ending, files);
+    }
+    for texture in document.get_mut("textures").and_then(Value::as_array_mut).into_iter().flatten() {
+        take_extension(texture, at);
+    }
+}
+
+/// Gives the file at this path another ending, and all images that name it the new URI.
+fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFile]) {
+    let is_named_so = |path: &Path| path.extension().is_some_and(|other| other.eq_ignore_ascii_case(ending));
+    let Some(at) = files.iter().position(|file| file.path == path).filter(|_| !is_named_so(path)) else { return };
+    let new = free_path(path.with_extension(ending), files);
+    let names = new.components().map(|name| percent_encoded(&name.as_os_str().to_string_lossy()));
+    let new_uri = names.collect::<Vec<_>>().join("/");
+    let images = document.get_mut("images").and_then(Value::as_array_mut).into_iter().flatten();
+    for image in images {
+        let uri = image.get("uri").and_then(Value::as_str).filter(|uri| !uri.starts_with("data:"));
+        if uri.and_then(path_inside).is_some_and(|named| named == path) {
+            image["uri"] = new_uri.as_str().into();
+        }
+    }
+    files[at].path = new;
+}
+
+/// Returns the path with as many `_` before its name as no file's path has, in whatever case.
+pub(super) fn free_path(mut path: PathBuf, taken: &[OutputFile]) -> PathBuf {
+    while taken.iter().any(|file| file.path.as_os_str().eq_ignore_ascii_case(&path)) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        path.set_file_name(format!("_{name}"));
+    }
+    path
+}
+
+/// Makes an image the source of a texture that has it by [`KTX2_TEXTURE`], unless that has another for programs without the extension.
+fn take_extension(texture: &mut Value, image: usize) {
+    let Some(Value::Object(extensions)) = texture.get_mut("extensions") else { return };
+    let source = extensions.get(KTX2_TEXTURE).and_then(|held| index(held.get("source")?));
+    if source != Some(image) {
+        return;
+    }
+    extensions.shift_remove(KTX2_TEXTURE);
+    let is_empty = extensions.is_empty();
+    if let Value::Object(texture) = texture {
+        if is_empty {
+            texture.shift_remove("extensions");
+        }
+        texture.entry("source").or_insert(json!(image));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PNG: &[u8] = b"\x89PNG\r\n";
+
+    fn file(path: &str) -> OutputFile {
+        OutputFile { path: path.into(), bytes: Vec::new() }
+    }
+
+    #[test]
+    fn images_say_what_they_have_become_and_textures_need_no_extension() {
+        let mut document = json!({
+            "images": [{"uri": "a/b%20c.ktx2"}, {"uri": "a/b%20c.ktx2", "mimeType": "image/ktx2"}, {"bufferView": 0},
+                {"uri": "data:image/ktx2;base64,AAAA"}, {"uri": "b.png"}],
+            "textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}},
+                {"extensions": {"KHR_texture_basisu": {"source": 1}, "OTHER": {}}},
+                {"source": 4, "extensions": {"KHR_texture_basisu": {"source": 2}}},
+                {"extensions": {"KHR_texture_basisu": {"source": 9}}}],
+        });
+        let mut files = [file("a/B C.png"), file("a/b c.ktx2")];
+        (0..4).for_each(|at| change_kind(&mut document, at, PNG, &mut files));
+        assert_eq!(files[1].path, Path::new("a/_b c.png"));
+        let expected = json!({
+            "images": [{"uri": "a/_b%20c.png"}, {"uri": "a/_b%20c.png", "mimeType": "image/png"},
+                {"bufferView": 0, "mimeType": "image/png"}, {"uri": "data:image/png;base64,AAAA"}, {"uri": "b.png"}],
+            "textures": [{"source": 0}, {"extensions": {"OTHER": {}}, "source": 1}, {"source": 4},
+                {"extensions": {"KHR_texture_basisu": {"source": 9}}}],
+        });
+        assert_eq!(document, expected);
+    }
+}

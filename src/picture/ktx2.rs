@@ -1,0 +1,329 @@
+//! KTX 2.0 files: the base level of a flat texture, in Basis Universal (ETC1S, UASTC) or as plain bytes, also under Zstandard.
+//!
+//! After the KTX 2.0 specification, with the limits of `KHR_texture_basisu`: no cube maps, no arrays, no volumes. The container is
+//! read here; the transcoder gets one of a single image, in which all numbers fit whatever the file says.
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use basisu::{DecodeFlags, TargetFormat, Transcoder};
+use ruzstd::decoding::StreamingDecoder;
+
+use super::Image;
+use super::pixels::{checked_size, opaque};
+
+/// Why a KTX2 file has no pixels, and what to do.
+pub(super) const PROBLEM: &str = "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
+
+/// What each file begins with.
+const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+/// Bytes of the header and of the first entry of the list of levels.
+const HEADER: usize = 80 + 24;
+
+/// `VK_FORMAT_R8G8B8_UNORM` and `_SRGB`.
+const RGB8: [u32; 2] = [23, 29];
+/// `VK_FORMAT_R8G8B8A8_UNORM` and `_SRGB`.
+const RGBA8: [u32; 2] = [37, 43];
+
+/// Colour models of the data format descriptor.
+const ETC1S: u8 = 163;
+const UASTC: u8 = 166;
+/// Channels that a sample of ETC1S holds: the second of two numbers.
+const ETC1S_GREEN: u8 = 4;
+/// Channels that a sample of UASTC holds: three colours and opacity, or two numbers, the second as opacity.
+const UASTC_RGBA: u8 = 3;
+const UASTC_RED_GREEN: u8 = 5;
+
+/// Schemes of supercompression.
+const BASIS_LZ: u32 = 1;
+const ZSTANDARD: u32 = 2;
+/// Window of Zstandard, in bytes, that an image of any size may have: what the specification recommends that decoders hold.
+const WINDOW: usize = 8 << 20;
+
+/// Bytes of the header of BasisLZ's global data, and of what that says of each image.
+const GLOBAL: usize = 20;
+const IMAGE: usize = 20;
+
+/// Decodes a KTX2 file; `None` where it is damaged, too large, no flat texture, or in another format.
+pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
+    let file = Ktx2::read(bytes)?;
+    let [width, height] = file.size;
+    let n = checked_size(width, height)?;
+    let rgba = match (file.vk_format, file.model) {
+        (format, _) if RGBA8.contains(&format) => file.inflate(4 * n)?.into_owned(),
+        (format, _) if RGB8.contains(&format) => opaque(&file.inflate(3 * n)?),
+        (0, ETC1S) if file.scheme == BASIS_LZ => transcode(&file.etc1s()?)?,
+        (0, UASTC) => transcode(&file.uastc()?)?,
+        _ => return None,
+    };
+    let rgba = if file.has_two_numbers() { apart(rgba) } else { rgba };
+    (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
+}
+
+/// What a file says of its base level.
+struct Ktx2<'a> {
+    vk_format: u32,
+    size: [usize; 2],
+    scheme: u32,
+    /// Images, each a level.
+    n_images: usize,
+    /// The colour model of the data format descriptor, and the channels of its samples, two at most.
+    model: u8,
+    channels: Vec<u8>,
+    /// The data that all levels share.
+    global: &'a [u8],
+    /// The bytes of the base level.
+    level: &'a [u8],
+}
+
+impl<'a> Ktx2<'a> {
+    fn read(bytes: &'a [u8]) -> Option<Self> {
+        let at = |at: usize| word(bytes, at);
+        let [depth, layers, faces, levels] = [at(28)?, at(32)?, at(36)?, at(40)?];
+        if !bytes.starts_with(&MAGIC) || depth > 1 || layers > 1 || faces != 1 || levels > 32 {
+            return None;
+        }
+        let descriptor = within(bytes, at(48)?.into(), at(52)?.into())?;
+        // A sample is four words, of which the first ends with its channel.
+        let samples = descriptor.get(28..)?.as_chunks::<16>().0.iter().take(2);
+        Some(Self {
+            vk_format: at(12)?,
+            size: [at(20)? as usize, at(24)? as usize],
+            scheme: at(44)?,
+            n_images: levels.max(1) as usize,
+            model: descriptor[12],
+            channels: samples.map(|sample| sample[3] & 15).collect(),
+            global: within(bytes, long(bytes, 64)?, long(bytes, 72)?)?,
+            level: within(bytes, long(bytes, 80)?, long(bytes, 88)?)?,
+        })
+    }
+
+    /// Whether the pixels are two numbers, of which the second stands in place of the opacity.
+    fn has_two_numbers(&self) -> bool {
+        match self.model {
+            _ if self.vk_format != 0 => false,
+            ETC1S => self.channels.get(1) == Some(&ETC1S_GREEN),
+            _ => self.channels.first() == Some(&UASTC_RED_GREEN),
+        }
+    }
+
+    /// The bytes of the level, of which there are `n`.
+    fn inflate(&self, n: usize) -> Option<Cow<'a, [u8]>> {
+        match self.scheme {
+            0 => (self.level.len() == n).then_some(self.level.into()),
+            ZSTANDARD => {
+                let mut decoder = StreamingDecoder::new_with_max_window_size(self.level, n.max(WINDOW) as u64).ok()?;
+                let mut bytes = vec![0; n];
+                decoder.read_exact(&mut bytes).ok()?;
+                (decoder.read(&mut [0]).ok()? == 0).then_some(bytes.into())
+            }
+            _ => None,
+        }
+    }
+
+    /// A file of the base level alone, in UASTC: 16 bytes for each block of 4 x 4 pixels.
+    fn uastc(&self) -> Option<Vec<u8>> {
+        let [columns, rows] = self.size.map(|side| side.div_ceil(4));
+        let blocks = self.inflate(16 * columns * rows)?;
+        Some(self.file(&[UASTC_RGBA], &[], &blocks))
+    }
+
+    /// A file of the base level alone, in ETC1S: the codes of all levels, the slices of one image.
+    fn etc1s(&self) -> Option<Vec<u8>> {
+        let (header, rest) = self.global.split_at_checked(GLOBAL)?;
+        let codes = rest.get(IMAGE * self.n_images..)?;
+        let n_codes = [4, 8, 12].into_iter().try_fold(0, |sum, at| Some(sum + u64::from(word(header, at)?)))?;
+        if n_codes > codes.len() as u64 {
+            return None;
+        }
+        let slice = |at: usize| within(self.level, word(rest, at)?.into(), word(rest, at + 4)?.into());
+        let colours = slice(4)?;
+        let opacity = if self.channels.len() > 1 { slice(12)? } else { &[] };
+        let [n_colours, n_opacity] = [colours, opacity].map(|slice| slice.len() as u32);
+        let image = [0, 0, n_colours, n_colours, n_opacity].map(u32::to_le_bytes);
+        Some(self.file(&self.channels, &[header, image.as_flattened(), codes].concat(), &[colours, opacity].concat()))
+    }
+
+    /// A file of one level with these channels, global data and bytes.
+    fn file(&self, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
+        let n_descriptor = 28 + 16 * channels.len();
+        let at_global = HEADER + n_descriptor;
+        let at_level = at_global + global.len();
+        let scheme = if global.is_empty() { 0 } else { BASIS_LZ };
+        let [width, height] = self.size.map(|side| side as u32);
+        let words = [0, 1, width, height, 0, 0, 1, 1, scheme, HEADER as u32, n_descriptor as u32, 0, 0];
+        let unpacked = if global.is_empty() { level.len() } else { 0 };
+        let longs = [at_global, global.len(), at_level, level.len(), unpacked].map(|long| (long as u64).to_le_bytes());
+        // Blocks of 4 x 4, in linear light, and samples of which only the channel counts.
+        let model = u32::from_le_bytes([self.model, 1, 1, 0]);
+        let descriptor = [n_descriptor as u32, 0, 2 | (n_descriptor as u32 - 4) << 16, model, 0x303, 0, 0];
+        let samples = channels.iter().flat_map(|&channel| [u32::from(channel) << 24, 0, 0, u32::MAX]);
+        let samples: Vec<[u8; 4]> = samples.map(u32::to_le_bytes).collect();
+        let [words, descriptor] = [&words[..], &descriptor].map(|words| words.iter().map(|word| word.to_le_bytes()));
+        let [words, descriptor]: [Vec<[u8; 4]>; 2] = [words.collect(), descriptor.collect()];
+        let parts = [words.as_flattened(), longs.as_flattened(), descriptor.as_flattened(), samples.as_flattened()];
+        [&MAGIC[..], &parts.concat(), global, level].concat()
+    }
+}
+
+/// The pixels of the image in a file of one level.
+fn transcode(file: &[u8]) -> Option<Vec<u8>> {
+    Transcoder::new(file).ok()?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).ok()
+}
+
+/// Two numbers as red and green.
+fn apart(mut rgba: Vec<u8>) -> Vec<u8> {
+    rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| *pixel = [pixel[0], pixel[3], 0, u8::MAX]);
+    rgba
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+fn long(bytes: &[u8], at: usize) -> Option<u64> {
+    Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+/// The `n` bytes from `at` on, where there are so many.
+fn within(bytes: &[u8], at: u64, n: u64) -> Option<&[u8]> {
+    let [at, end] = [at, at.checked_add(n)?].map(|at| usize::try_from(at).ok());
+    bytes.get(at?..end?)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    // Of Basis Universal's own encoder: slopes in red and green, waves in blue and opacity; those with opacity have all levels.
+    const ETC1S_RGB: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
+    const ETC1S_RGBA: &[u8] = include_bytes!("../../tests/images/etc1s_alpha.ktx2");
+    const UASTC_RGBA: &[u8] = include_bytes!("../../tests/images/uastc_alpha.ktx2");
+    const UASTC_ZSTANDARD: &[u8] = include_bytes!("../../tests/images/uastc_zstd.ktx2");
+    const FILES: [&[u8]; 4] = [ETC1S_RGB, ETC1S_RGBA, UASTC_RGBA, UASTC_ZSTANDARD];
+
+    /// The pixels that were encoded.
+    fn source(width: usize, height: usize, has_alpha: bool) -> Vec<u8> {
+        let pixel = |(x, y): (usize, usize)| {
+            let slope = |at: usize, n: usize| 255.0 * at as f64 / (n - 1) as f64;
+            let wave = |sine: f64| 127.5 + 127.5 * sine;
+            let blue = wave((x as f64 / 5.0 + y as f64 / 9.0).sin());
+            let opacity = if has_alpha { wave((x as f64 / 7.0 - y as f64 / 6.0).cos()) } else { 255.0 };
+            [slope(x, width), slope(y, height), blue, opacity].map(|value| value.round() as u8)
+        };
+        (0..width * height).flat_map(|at| pixel((at % width, at / width))).collect()
+    }
+
+    /// A file of these levels without supercompression, the first pixels of the base level.
+    fn plain(vk_format: u32, size: [u32; 2], level: &[u8]) -> Vec<u8> {
+        let file = Ktx2 {
+            vk_format,
+            size: size.map(|side| side as usize),
+            scheme: 0,
+            n_images: 1,
+            model: 1,
+            channels: vec![0; 4],
+            global: &[],
+            level,
+        };
+        let mut bytes = file.file(&file.channels, &[], level);
+        bytes[12..16].copy_from_slice(&vk_format.to_le_bytes());
+        bytes
+    }
+
+    /// Root of the mean squared difference of all bytes.
+    fn difference(a: &[u8], b: &[u8]) -> f64 {
+        let squares = a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
+        (squares.sum::<f64>() / a.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn pixels_are_near_those_that_were_encoded_and_those_of_the_reference() {
+        // The numbers are of the pixels that Basis Universal 2.5 itself decodes.
+        for (file, [width, height], has_alpha, bound, expected) in [
+            (ETC1S_RGB, [24, 20], false, 16.0, 0xf14d_cea1),
+            (ETC1S_RGBA, [24, 20], true, 16.0, 0x8ce8_999f),
+            (UASTC_RGBA, [24, 20], true, 8.0, 0xae9c_eb6f),
+            (UASTC_ZSTANDARD, [33, 17], false, 8.0, 0x4f9f_5db0),
+        ] {
+            let image = decode(file).unwrap();
+            assert_eq!([image.width, image.height], [width, height]);
+            let off = difference(&image.rgba, &source(width, height, has_alpha));
+            assert!(off < bound, "{off}");
+            let hash = image.rgba.iter().fold(0u32, |hash, &byte| hash.wrapping_mul(31).wrapping_add(byte.into()));
+            assert_eq!(hash, expected);
+        }
+    }
+
+    #[test]
+    fn plain_bytes_come_as_they_are() {
+        let rgba: Vec<u8> = (0..4 * 6).collect();
+        for format in RGBA8 {
+            assert_eq!(decode(&plain(format, [3, 2], &rgba)).unwrap().rgba, rgba);
+        }
+        let image = decode(&plain(29, [4, 2], &rgba)).unwrap();
+        assert_eq!((image.width, &image.rgba[..8]), (4, &[0, 1, 2, 255, 3, 4, 5, 255][..]));
+        // Another size, and a format of other pixels.
+        assert_eq!([decode(&plain(37, [3, 3], &rgba)), decode(&plain(97, [3, 2], &rgba))], [None, None]);
+    }
+
+    #[test]
+    fn two_numbers_are_red_and_green() {
+        for (file, channels) in [(ETC1S_RGBA, &[3, ETC1S_GREEN][..]), (UASTC_RGBA, &[UASTC_RED_GREEN])] {
+            let whole = decode(file).unwrap().rgba;
+            let mut file = file.to_vec();
+            let descriptor = word(&file, 48).unwrap() as usize;
+            channels.iter().enumerate().for_each(|(at, channel)| file[descriptor + 28 + 16 * at + 3] = *channel);
+            let two = decode(&file).unwrap().rgba;
+            let expected = whole.as_chunks::<4>().0.iter().flat_map(|&[r, _, _, a]| [r, a, 0, 255]);
+            assert_eq!(two, expected.collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn what_is_no_flat_texture_or_too_large_is_refused() {
+        for (at, value) in [(20, 0), (20, 1 << 23), (28, 2), (32, 2), (36, 6), (40, 33), (44, 3), (48, u32::MAX)] {
+            for file in FILES {
+                let mut file = file.to_vec();
+                file[at..at + 4].copy_from_slice(&u32::to_le_bytes(value));
+                assert!(decode(&file).is_none(), "{at}");
+            }
+        }
+        // A window of 2 GiB.
+        let mut file = UASTC_ZSTANDARD.to_vec();
+        let at = long(&file, 80).unwrap() as usize;
+        file[at + 4..at + 6].copy_from_slice(&[0, 21 << 3]);
+        assert_eq!(decode(&file), None);
+    }
+
+    #[test]
+    fn no_part_of_a_file_is_decoded() {
+        for file in FILES {
+            // The base level is the last one of the file.
+            (0..file.len()).for_each(|n| assert!(decode(&file[..n]).is_none(), "{n}"));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(3000))]
+
+        #[test]
+        fn damaged_bytes_give_an_image_of_the_size_they_say_or_none(
+            which in 0..4usize,
+            changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>(), any::<bool>()), 1..6),
+        ) {
+            let mut file = FILES[which].to_vec();
+            for (at, value, is_early) in changes {
+                let n = if is_early { 400.min(file.len()) } else { file.len() };
+                file[at.index(n)] = value;
+            }
+            // What is this large takes long without a word of the file.
+            prop_assume!(word(&file, 20).zip(word(&file, 24)).is_some_and(|(w, h)| u64::from(w) * u64::from(h) < 1 << 16));
+            if let Some(image) = decode(&file) {
+                prop_assert_eq!(image.rgba.len(), 4 * image.width * image.height);
+            }
+        }
+    }
+}
