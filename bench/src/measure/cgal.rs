@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::evaluate::Tool;
 use anyhow::{Context, Result, ensure};
-use neural_mesh::evaluate::Tool;
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cgal/collapse.cpp");
 

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use crate::evaluate::median;
 use anyhow::{Context, Result, ensure};
-use neural_mesh::evaluate::median;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 use nix::time::ClockId;

@@ -1,6 +1,6 @@
 //! Rows of an evaluation as quotients to one of the methods: per mesh and size the median over the seeds.
 
-use neural_mesh::evaluate::{Row, Table, median};
+use crate::evaluate::{Row, Table, median};
 
 /// A figure of which less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,15 +3,15 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use crate::evaluate::{Event, Request, Settings, Table, evaluate, report};
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::{Event, Request, Settings, Table, evaluate, report};
 use neural_mesh::io::write_path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::command::worker;
 use crate::measure::meshes::mesh_files;
 use crate::measure::versions::{Part, stamp};
-use crate::worker::worker;
 
 /// Folders of meshes, and the folder of what was measured with the present versions.
 pub struct Bench {

@@ -101,7 +101,7 @@ fn distances(comparison: &Comparison) -> Vec<Distances> {
 mod tests {
     use super::*;
     use crate::compare::Judged;
-    use crate::page::tests::check_points_nowhere;
+    use crate::page::check::check_points_nowhere;
     use neural_mesh::mesh::{TriMesh, shapes};
     use neural_mesh::metrics::Judging;
 

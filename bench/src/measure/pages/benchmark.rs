@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::evaluate::{Row, Settings, Table};
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::{Row, Settings, Table};
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::topology;
 

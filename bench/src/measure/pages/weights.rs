@@ -1,7 +1,7 @@
 //! The weights that ship: what they are, what made them, and what they reach.
 
+use crate::evaluate::{Row, Table};
 use anyhow::Result;
-use neural_mesh::evaluate::{Row, Table};
 
 use super::{RATIOS, benchmark, paper};
 use crate::measure::markdown::{number, table};

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use crate::evaluate::median;
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::median;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Options, Symmetry, Target, simplify};

@@ -5,8 +5,8 @@ mod levels;
 mod mirrored;
 mod textures;
 
+use crate::evaluate::Settings;
 use anyhow::Result;
-use neural_mesh::evaluate::Settings;
 
 use super::RATIOS;
 use crate::measure::markdown::{number, table};

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::evaluate::median;
 use anyhow::{Context, Result, ensure};
-use neural_mesh::evaluate::median;
 
 use super::super::RATIOS;
 use crate::measure::markdown::{number, table};

@@ -6,8 +6,8 @@ mod samplers;
 
 use std::path::PathBuf;
 
+use crate::evaluate::{Settings, report};
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::{Settings, report};
 
 use super::RATIOS;
 use crate::measure::root;

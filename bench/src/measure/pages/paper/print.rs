@@ -1,7 +1,7 @@
 //! The paper's own numbers (Tables 1 and 2 of Potamias et al. 2022) beside ours, where units agree: as they are; elsewhere over
 //! those of one method.
 
-use neural_mesh::evaluate::{Row, Table};
+use crate::evaluate::{Row, Table};
 
 use super::super::RATIOS;
 use crate::measure::markdown::{number, table};

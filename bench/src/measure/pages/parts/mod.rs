@@ -4,8 +4,8 @@ mod shuffled;
 
 use std::path::Path;
 
+use crate::evaluate::{Row, Table};
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::{Row, Table};
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Importance, Parts, simplify_weighed};

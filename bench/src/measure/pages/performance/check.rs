@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use crate::evaluate::median;
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::median;
 use neural_mesh::metrics::{Surface, quick_distance, surface_distance};
 use neural_mesh::simplify::{Options, Target, simplify};
 

@@ -1,7 +1,7 @@
 //! Reading, cleaning and writing mesh files, on one thread.
 
+use crate::evaluate::median;
 use anyhow::{Context, Result};
-use neural_mesh::evaluate::median;
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::Frame;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
