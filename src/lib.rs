@@ -62,8 +62,6 @@
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
 //! | `spectrum` | no | the Laplacian's eigenpairs and distances along the surface in [`metrics::compare`] |
 //! | `loss`, `train` | no | the terms that training minimises; training |
-//! | `learned-baselines` | no | methods of others that learn: networks, losses, inference; part of `train` |
-//! | `baselines` | no | methods of others; needs a C++ compiler |
 //!
 //! # Machinery
 //!
@@ -77,14 +75,10 @@ pub mod appearance;
 pub mod autodiff;
 #[cfg(feature = "bake")]
 pub mod bake;
-#[cfg(feature = "baselines")]
-pub mod baselines;
 pub mod blocks;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
-#[cfg(feature = "learned-baselines")]
-pub mod learned_baselines;
 pub mod linalg;
 #[cfg(feature = "loss")]
 pub mod loss;

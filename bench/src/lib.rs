@@ -2,10 +2,16 @@
 //! published.
 
 #[cfg(test)]
+mod autodiff;
+pub mod baselines;
+#[cfg(test)]
 #[path = "../../cli/src/page/check.rs"]
 mod check_page;
 mod command;
 pub mod evaluate;
+pub mod learned_baselines;
+#[cfg(test)]
+mod linalg;
 mod measure;
 
 pub use command::run;

@@ -25,7 +25,13 @@ pub mod numbers {
 
 /// Files that appear whole or not at all.
 pub mod files {
-    pub use crate::files::{Pending, place, prepare};
+    pub use crate::files::{Pending, place, prepare, read};
+}
+
+/// The command `train`, for other networks than the paper's.
+#[cfg(feature = "train")]
+pub mod train {
+    pub use crate::train::{OtherNetwork, TrainArgs, run_for};
 }
 
 /// Ctrl-C for work that comes to a good end by itself.

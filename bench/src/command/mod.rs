@@ -1,6 +1,7 @@
 //! The command line: which commands there are.
 
 mod evaluate;
+mod train_baseline;
 mod work;
 
 use std::process::ExitCode;
@@ -11,6 +12,7 @@ use neural_mesh_cli::shared::{Failure, answered, ended};
 
 use crate::measure::{self, MeasureArgs, WholeOther};
 use evaluate::EvaluateArgs;
+use train_baseline::TrainBaselineArgs;
 
 pub use work::worker;
 
@@ -25,6 +27,7 @@ struct Args {
 #[derive(Subcommand)]
 enum Command {
     Evaluate(EvaluateArgs),
+    TrainBaseline(Box<TrainBaselineArgs>),
     /// Make the pages of docs/measured and the table of the README; the same command goes on where it was stopped
     Measure(MeasureArgs),
     /// List the pages that were made with other versions; exit 1 where there are any
@@ -45,6 +48,7 @@ pub fn run() -> ExitCode {
     };
     let done = match args.command {
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::TrainBaseline(args) => train_baseline::run(&args),
         Command::Measure(args) => told(measure::run(args)),
         Command::Stale => told(measure::print_stale()),
         Command::Work => told(work::work()),

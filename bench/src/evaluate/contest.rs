@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::Method;
 use super::engine::{Asked, Done, Engine, Timed};
 use super::limited::{Unfinished, one_line};
-use neural_mesh::baselines::Size;
+use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
 /// What came of a method.

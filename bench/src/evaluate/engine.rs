@@ -12,7 +12,7 @@ use super::limited::{Unfinished, run_limited, with_last_words, words_in};
 use super::settings::LearnedFile;
 use super::tool::Placeholders;
 use super::{Method, Tool};
-use neural_mesh::baselines::Size;
+use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
 /// A program that reads one line from standard input, gives it to [`answer`](super::answer), and prints the answer. It

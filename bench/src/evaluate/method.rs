@@ -1,8 +1,8 @@
 //! The methods that take part: ours, the baselines, and tools, by name.
 
 use super::{EvaluateError, Tool};
-use neural_mesh::baselines::Baseline;
-use neural_mesh::learned_baselines::LearnedBaseline;
+use crate::baselines::Baseline;
+use crate::learned_baselines::LearnedBaseline;
 
 /// One of the methods that are compared.
 #[derive(Clone, Debug, PartialEq, Eq)]

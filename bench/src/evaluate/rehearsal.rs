@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::engine::{Asked, Engine};
 use super::limited::Unfinished;
 use super::{EvaluateError, Method, Tool};
-use neural_mesh::baselines::Size;
+use crate::baselines::Size;
 use neural_mesh::mesh::shapes;
 
 /// Share of the vertices that are asked for.

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::meshes::sha256;
 use super::method::chosen;
 use super::{EvaluateError, Method, Tool};
-use neural_mesh::learned_baselines::{LearnedBaseline, LearnedWeights};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::model::Weights;
 
 /// What is measured and how.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::EvaluateError;
-use neural_mesh::baselines::Size;
+use crate::baselines::Size;
 
 /// Endings that a place for a file may ask for, `{in.obj}`; without one it is `ply`.
 const ENDINGS: [&str; 4] = ["ply", "obj", "stl", "off"];

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
+use crate::baselines::{Baseline, Size, simplify_by};
 use anyhow::{Context, Result, ensure};
-use neural_mesh::baselines::{Baseline, Size, simplify_by};
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
@@ -54,7 +54,7 @@ fn figure_6(bench: &Bench) -> Result<String> {
     let picture = "docs/measured/figure6.png";
     let printed: String = bench.kept("figure6", || {
         let mut cargo = Command::new("cargo");
-        cargo.args(["run", "--quiet", "--release", "--example", "figure6", "--features", "baselines,spectrum", "--"]);
+        cargo.args(["run", "--quiet", "--release", "-p", "neural-mesh-bench", "--example", "figure6", "--"]);
         let mesh = std::path::absolute(bench.set("tosca").join("cat0.ply"))?;
         let done = cargo.arg(mesh).arg(paper::weights()).arg(picture).current_dir(root()).output().context("cargo")?;
         ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));

@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use crate::baselines::{Baseline, Size, simplify_by};
 use crate::evaluate::median;
 use anyhow::{Context, Result};
-use neural_mesh::baselines::{Baseline, Size, simplify_by};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Sharpness, Surface, certified_distance, surface_distance};
 use neural_mesh::search::simplify_to_error;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use crate::learned_baselines::dse::{Maps, remeshed};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use anyhow::{Context, Result};
-use neural_mesh::learned_baselines::dse::{Maps, remeshed};
-use neural_mesh::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::metrics::{open_edges, quick_distance};
 use serde::{Deserialize, Serialize};
 

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplified_points};
 use anyhow::Result;
 use glam::{DVec3, Vec3};
-use neural_mesh::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplified_points};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{chamfer, curvature_error};
 use neural_mesh::model::{Weights, in_edge_lengths};

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use crate::baselines::meshoptimizer_faces;
 use crate::evaluate::median;
 use anyhow::Result;
-use neural_mesh::baselines::meshoptimizer_faces;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::simplify::{Options, ScoreSource, Target, simplify};
 use serde::{Deserialize, Serialize};

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::baselines::meshoptimizer_faces;
 use crate::evaluate::median;
 use anyhow::Result;
-use neural_mesh::baselines::meshoptimizer_faces;
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::{Frame, RawMesh, TriMesh, compact};
 
