@@ -60,7 +60,6 @@
 //! | `weights` | yes | weights read from files and written; those that ship need no feature |
 //! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
-//! | `spectrum` | no | the Laplacian's eigenpairs and distances along the surface in [`metrics::compare`] |
 //! | `loss`, `train` | no | the terms that training minimises; training |
 //!
 //! # Machinery

@@ -11,10 +11,11 @@ use glam::DVec3;
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::metrics::{Eigenpairs, HeatMethod, Judging, Laplacian, Original, compare};
+use neural_mesh::metrics::Judging;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Image, PictureOptions, Scale, encode_png, render_painted};
 use neural_mesh::simplify::{Assembly, Options, Target, simplify};
+use neural_mesh_bench::along_surface::{AlongJudging, Eigenpairs, HeatMethod, Judge, Laplacian};
 use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
 
 /// Eigenpairs of the Laplacian that the biharmonic distances are made of, as in the paper's tables.
@@ -45,9 +46,8 @@ fn main() -> Result<(), Failure> {
     let original = upright(&clean(read_path(Path::new(mesh), None)?, &CleanOptions::default())?.mesh)?;
     let results = results(&original, &Weights::from_bytes(&std::fs::read(weights)?)?)?;
     let source = end_of(&original);
-    let mut judging = Judging::default();
-    (judging.eigenpairs, judging.source) = (EIGENPAIRS, Some(source));
-    let judge = Original::new(&original, &judging);
+    let along = AlongJudging { eigenpairs: EIGENPAIRS, source: Some(source), ..AlongJudging::default() };
+    let judge = Judge::new(&original, &Judging::default(), &along);
     let errors: Vec<[f64; 2]> = results.iter().map(|(_, mesh)| errors(&judge, mesh)).collect::<Result<_, _>>()?;
     let place = original.positions()[source as usize];
     let meshes = [("original", original)].into_iter().chain(results);
@@ -80,8 +80,8 @@ fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> 
 }
 
 /// Errors of the distances along the surface and of the biharmonic ones, in percent of the largest.
-fn errors(judge: &Original, mesh: &TriMesh) -> Result<[f64; 2], Failure> {
-    let figures = compare(judge, mesh, mesh.positions().len());
+fn errors(judge: &Judge, mesh: &TriMesh) -> Result<[f64; 2], Failure> {
+    let figures = judge.figures(mesh, mesh.positions().len());
     let value = |name: &str| figures.iter().find(|figure| figure.name == name)?.value;
     let both = value("geodesic_error").zip(value("biharmonic_error"));
     let (geodesic, biharmonic) = both.ok_or("the distances cannot be measured")?;

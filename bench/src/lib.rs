@@ -1,6 +1,7 @@
 //! Measures neural-mesh and methods of others: evaluations of any method on any meshes, and the pages of `docs/measured`. Never
 //! published.
 
+pub mod along_surface;
 #[cfg(test)]
 mod autodiff;
 pub mod baselines;

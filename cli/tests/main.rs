@@ -35,7 +35,7 @@ mod textures;
 #[cfg(feature = "train")]
 mod train;
 mod usage;
-#[cfg(not(any(feature = "meshopt", feature = "spectrum", feature = "train")))]
+#[cfg(not(any(feature = "meshopt", feature = "train")))]
 mod without_features;
 
 /// The program under test.

@@ -16,13 +16,11 @@ use super::rows_file::RowsFile;
 use super::settings::{LearnedFile, Origin, learned_files, learned_names, weights_name};
 use super::worst::Keeper;
 use super::{EvaluateError, Method, Row, Settings, Table, Tool, hardware};
+use crate::along_surface::{AlongJudging, Judge};
 use neural_mesh::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::metrics::{Figure, Judging, Original, compare};
+use neural_mesh::metrics::{Figure, Judging};
 use neural_mesh::model::Weights;
-
-/// Eigenpairs of the Laplacian where the spectrum is asked for: the paper's.
-const EIGENPAIRS: usize = 200;
 
 /// What a caller asks for.
 #[derive(Clone, Debug)]
@@ -193,13 +191,13 @@ fn engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Pat
 pub(super) fn figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
     let mut judging = Judging::default();
-    (judging.samples, judging.eigenpairs, judging.geodesics) = (1, 0, false);
-    compared(&Original::new(&mesh, &judging), &mesh, 0, None)
+    judging.samples = 1;
+    compared(&Judge::new(&mesh, &judging, &AlongJudging::NONE), &mesh, 0, None)
 }
 
 /// The figures of a result but its size, which has columns of its own.
-fn compared(original: &Original, result: &TriMesh, n_asked: usize, looks: Option<&Appearance>) -> Vec<Figure> {
-    let mut figures = compare(original, result, n_asked);
+fn compared(judge: &Judge, result: &TriMesh, n_asked: usize, looks: Option<&Appearance>) -> Vec<Figure> {
+    let mut figures = judge.figures(result, n_asked);
     figures.retain(|figure| !["vertices", "faces"].contains(&figure.name));
     figures.extend(appearance::figures(looks));
     figures
@@ -208,7 +206,7 @@ fn compared(original: &Original, result: &TriMesh, n_asked: usize, looks: Option
 /// A mesh, and what its results are measured against.
 struct Subject {
     mesh: TriMesh,
-    original: Original,
+    judge: Judge,
 }
 
 struct Run<'a> {
@@ -294,15 +292,15 @@ impl Run<'_> {
     fn made_ready(&self, file: &MeshFile) -> Result<Subject, String> {
         let mesh = read_mesh(&file.path)?;
         engine(self.request, &self.learned, self.scratch).prepare(&mesh, &self.methods)?;
-        Ok(Subject { original: Original::new(&mesh, &self.judging()), mesh })
+        let (judging, along) = self.judging();
+        Ok(Subject { judge: Judge::new(&mesh, &judging, &along), mesh })
     }
 
-    fn judging(&self) -> Judging {
+    fn judging(&self) -> (Judging, AlongJudging) {
         let Settings { samples, spectrum, .. } = self.request.settings;
         let mut judging = Judging::default();
-        judging.eigenpairs = if spectrum { EIGENPAIRS } else { 0 };
-        (judging.samples, judging.geodesics) = (samples, spectrum);
-        judging
+        judging.samples = samples;
+        (judging, if spectrum { AlongJudging::default() } else { AlongJudging::NONE })
     }
 
     /// Keeps the meshes of a case where they are among the worst of a method.
@@ -357,7 +355,7 @@ impl Run<'_> {
     /// What came of a method, with its row.
     fn judged(&self, blank: Row, subject: &Subject, outcome: Outcome) -> Judged {
         let Outcome { size, seconds, timed, result } = outcome;
-        let Subject { mesh, original } = subject;
+        let Subject { mesh, judge } = subject;
         let row = Row {
             vertices_in: mesh.positions().len(),
             faces_in: mesh.faces().len(),
@@ -368,7 +366,7 @@ impl Run<'_> {
         match result {
             Err(error) => Judged { row: Row { error, ..row }, result: None },
             Ok(result) => {
-                let figures = compared(original, &result, size.vertices, self.looks(mesh, &result).as_ref());
+                let figures = compared(judge, &result, size.vertices, self.looks(mesh, &result).as_ref());
                 let timed = timed.map_or(row.how.timed, |timed| timed.name().into());
                 let row = Row {
                     vertices_out: result.positions().len(),
@@ -404,7 +402,7 @@ impl Run<'_> {
             threads,
             time_limit,
             samples,
-            eigenpairs: self.judging().eigenpairs,
+            eigenpairs: self.judging().1.eigenpairs,
             weights: weights.chars().take(12).collect(),
             version: self.origin.version.clone(),
             cpu: hardware::cpu(),

@@ -108,13 +108,8 @@ mod tests {
     fn html(name: &str) -> String {
         let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
-        page(&Comparison {
-            original: named(shapes::icosphere(2)),
-            results: vec![result],
-            judging: Judging::default(),
-            n_eigenpairs: 0,
-        })
-        .html
+        page(&Comparison { original: named(shapes::icosphere(2)), results: vec![result], judging: Judging::default() })
+            .html
     }
 
     #[test]

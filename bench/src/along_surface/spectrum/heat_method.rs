@@ -5,8 +5,8 @@
 
 use super::factor::Factor;
 use super::longest_way::longest_way;
-use crate::geometry::sides::area;
-use crate::metrics::laplacian::{Glued, Laplacian};
+use crate::along_surface::laplacian::{Glued, Laplacian};
+use neural_mesh::geometry::sides::area;
 
 /// What keeps the Laplacian alone from being singular, as a share of its usual first eigenvalue.
 const SHIFT: f64 = 1e-7;
@@ -30,7 +30,8 @@ impl HeatMethod {
     /// their length: with a shorter one no heat would arrive at the other end that a number can hold.
     ///
     /// ```
-    /// use neural_mesh::{mesh::shapes, metrics::{HeatMethod, Laplacian}};
+    /// use neural_mesh::mesh::shapes;
+    /// use neural_mesh_bench::along_surface::{HeatMethod, Laplacian};
     /// let sphere = Laplacian::new(&shapes::icosphere(4)).unwrap();
     /// let distances = HeatMethod::new(&sphere).unwrap().distances(&sphere, 0);
     /// let farthest = distances.iter().fold(0.0, |a: f64, b| a.max(*b));
@@ -92,8 +93,8 @@ fn flows(sides: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{TriMesh, shapes};
     use glam::DVec3;
+    use neural_mesh::mesh::{TriMesh, shapes};
 
     /// Mean error of the distances from the first vertex, as a share of the largest.
     fn error(mesh: &TriMesh, exact: impl Fn(DVec3, DVec3) -> f64) -> f64 {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::factor::Factor;
 use super::lanczos;
 use super::pieces::{Piece, pieces};
-use crate::metrics::laplacian::Laplacian;
+use crate::along_surface::laplacian::Laplacian;
 
 /// Pieces with so few vertices, or not three times as many as pairs, are solved as dense matrices.
 const DENSE: usize = 400;
@@ -28,7 +28,8 @@ impl Eigenpairs {
     /// times may be found fewer times.
     ///
     /// ```
-    /// use neural_mesh::{mesh::shapes, metrics::{Eigenpairs, Laplacian}};
+    /// use neural_mesh::mesh::shapes;
+    /// use neural_mesh_bench::along_surface::{Eigenpairs, Laplacian};
     /// let sphere = Laplacian::new(&shapes::icosphere(3)).unwrap();
     /// let values = Eigenpairs::lowest(&sphere, 4).unwrap().values;
     /// assert!(values[0] < 1e-9 && values[1..].iter().all(|value| (value - 2.0).abs() < 0.02));
@@ -156,7 +157,7 @@ fn scale_rows(mut matrix: MatMut<'_, f64>, by: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{TriMesh, shapes};
+    use neural_mesh::mesh::{TriMesh, shapes};
 
     fn lowest(mesh: &TriMesh, n_pairs: usize) -> Eigenpairs {
         Eigenpairs::lowest(&Laplacian::new(mesh).unwrap(), n_pairs).unwrap()

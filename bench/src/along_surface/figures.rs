@@ -2,19 +2,16 @@
 
 use glam::DVec3;
 
-use super::figure::{Figure, figure};
 use super::intrinsic::Intrinsic;
-use super::judging::Judging;
-use crate::mesh::TriMesh;
-use crate::metrics::spectrum::{Carried, spectrum_error};
-use crate::metrics::{Laplacian, Surface};
-
-/// Whether this build measures the spectrum and distances along the surface: whether the feature `spectrum` is on.
-pub const MEASURES_ALONG_SURFACE: bool = true;
+use super::judge::AlongJudging;
+use super::laplacian::Laplacian;
+use super::spectrum::{Carried, spectrum_error};
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::metrics::{Figure, nearest_on};
 
 /// The original as seen from within.
 pub struct AlongSurface {
-    judging: Judging,
+    judging: AlongJudging,
     /// Nothing where it is not asked for, or the surface has no area.
     original: Option<Intrinsic>,
     /// Where the distances along the surface begin.
@@ -33,8 +30,8 @@ struct Pair<'a> {
 }
 
 impl AlongSurface {
-    /// Solves for what [`Judging`] asks for, of an original with so many vertices in use.
-    pub fn new(mesh: &TriMesh, judging: &Judging, n_vertices: usize) -> Self {
+    /// Solves for what [`AlongJudging`] asks for, of an original with so many vertices in use.
+    pub fn new(mesh: &TriMesh, judging: &AlongJudging, n_vertices: usize) -> Self {
         let original = Intrinsic::new(mesh, judging, n_vertices);
         let source = original.as_ref().map(|original| source(mesh, judging, &original.points)).unwrap_or_default();
         Self { judging: *judging, original, source }
@@ -47,8 +44,8 @@ impl AlongSurface {
     }
 
     /// Errors of the eigenpairs (the paper's LE), of geodesic and of biharmonic distances.
-    pub fn figures(&self, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> [Figure; 5] {
-        let pair = self.pair(simplified, surface, n_asked);
+    pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> [Figure; 5] {
+        let pair = self.pair(simplified, n_asked);
         let spectrum = pair.as_ref().and_then(|pair| {
             let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
             let area = pair.simplified.laplacian.mass.iter().sum();
@@ -61,24 +58,24 @@ impl AlongSurface {
         let geodesic = "mean error of the distances along the surface from one point";
         let biharmonic = "mean error of the biharmonic distances from one point";
         [
-            figure("laplacian_functions", "", functions, spectrum.map(|error| error.functions)),
-            figure("laplacian_span", "%", span, spectrum.map(|error| 100.0 * error.span)),
-            figure(
+            Figure::new("laplacian_functions", "", functions, spectrum.map(|error| error.functions)),
+            Figure::new("laplacian_span", "%", span, spectrum.map(|error| 100.0 * error.span)),
+            Figure::new(
                 "laplacian_values",
                 "%",
                 "mean error of the eigenvalues",
                 spectrum.map(|error| 100.0 * error.values),
             ),
-            figure("geodesic_error", unit, geodesic, pair.as_ref().and_then(geodesic_error)),
-            figure("biharmonic_error", unit, biharmonic, pair.as_ref().and_then(biharmonic_error)),
+            Figure::new("geodesic_error", unit, geodesic, pair.as_ref().and_then(geodesic_error)),
+            Figure::new("biharmonic_error", unit, biharmonic, pair.as_ref().and_then(biharmonic_error)),
         ]
     }
 
-    fn pair(&self, simplified: &TriMesh, surface: &Surface, n_asked: usize) -> Option<Pair<'_>> {
+    fn pair(&self, simplified: &TriMesh, n_asked: usize) -> Option<Pair<'_>> {
         let first = self.original.as_ref()?;
         let n_pairs = self.eigenpairs(n_asked);
         let second = Intrinsic::new(simplified, &self.judging, 4 * n_pairs)?;
-        let carried = Carried::new(&first.points, simplified, &second.laplacian, surface)?;
+        let carried = Carried::new(&first.points, simplified, &second.laplacian, &nearest_on(simplified))?;
         // Both begin at about the same place: the vertex of the simplified mesh decides, as there are fewer.
         let source = second.nearest(self.source);
         let sources = [first.nearest(second.points[source as usize]), source];
@@ -87,7 +84,7 @@ impl AlongSurface {
 }
 
 /// The vertex asked for, else the point farthest from the middle of the bounding box.
-fn source(mesh: &TriMesh, judging: &Judging, points: &[DVec3]) -> DVec3 {
+fn source(mesh: &TriMesh, judging: &AlongJudging, points: &[DVec3]) -> DVec3 {
     let is_used = |v: &u32| mesh.faces().as_flattened().contains(v);
     let chosen = judging.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
     let low = points.iter().copied().reduce(DVec3::min).unwrap_or_default();
@@ -134,9 +131,8 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
-    use crate::metrics::comparison::tests::{JUDGING, compared, value};
-    use crate::metrics::{Original, compare};
+    use crate::along_surface::judge::tests::{ALONG, compared, value, with};
+    use neural_mesh::mesh::shapes;
 
     #[test]
     fn what_is_broken_off_is_infinitely_far() {
@@ -178,12 +174,12 @@ mod tests {
     #[test]
     fn lost_vertices_do_not_make_the_spectrum_better() {
         let sphere = shapes::icosphere(4);
-        let judging = Judging { eigenpairs: 100, geodesics: false, ..JUDGING };
-        let original = Original::new(&sphere, &judging);
+        let along = AlongJudging { eigenpairs: 100, geodesics: false, ..ALONG };
+        let judge = with(&sphere, &along);
         let coarse = shapes::icosphere(2);
         let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
         let errors = [320, 160, 20, 1].map(|n| {
-            let figures = compare(&original, &few(n), coarse.positions().len());
+            let figures = judge.figures(&few(n), coarse.positions().len());
             ["laplacian_functions", "laplacian_span", "laplacian_values"].map(|name| value(&figures, name).unwrap())
         });
         for figure in 0..3 {
@@ -191,7 +187,7 @@ mod tests {
         }
         // Of 40 functions one face has three.
         assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
-        assert_eq!((original.eigenpairs(162), original.eigenpairs(100_000)), (40, 100));
+        assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
     }
 
     #[test]
@@ -201,8 +197,8 @@ mod tests {
         positions.push([9.0; 3]);
         let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
         let from = |source| {
-            let judging = Judging { source, eigenpairs: 0, ..JUDGING };
-            let figures = compare(&Original::new(&with_point, &judging), &shapes::icosphere(2), 162);
+            let along = AlongJudging { source, eigenpairs: 0, ..ALONG };
+            let figures = with(&with_point, &along).figures(&shapes::icosphere(2), 162);
             value(&figures, "geodesic_error").unwrap()
         };
         assert_eq!(from(Some(642)), from(None));

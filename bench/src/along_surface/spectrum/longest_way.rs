@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::metrics::laplacian::{Glued, Laplacian};
+use crate::along_surface::laplacian::{Glued, Laplacian};
 
 /// About the longest of all shortest ways along edges between vertices of one piece: at least half of it, on long pieces all
 /// of it.
@@ -69,7 +69,7 @@ impl<'a> Links<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{TriMesh, shapes};
+    use neural_mesh::mesh::{TriMesh, shapes};
 
     #[test]
     fn on_known_shapes() {

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::TriMesh;
-use crate::metrics::Surface;
-use crate::metrics::laplacian::Laplacian;
+use crate::along_surface::laplacian::Laplacian;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::spatial::NearestOnTriangles;
 
 /// For each vertex of the original where its value is taken.
 pub struct Carried {
@@ -17,10 +17,15 @@ pub struct Carried {
 
 impl Carried {
     /// Finds the nearest points on the simplified surface; `None` where it has no faces.
-    pub fn new(points: &[DVec3], simplified: &TriMesh, laplacian: &Laplacian, surface: &Surface) -> Option<Self> {
+    pub fn new(
+        points: &[DVec3],
+        simplified: &TriMesh,
+        laplacian: &Laplacian,
+        near: &NearestOnTriangles,
+    ) -> Option<Self> {
         let mut place = vec![0; simplified.positions().len()];
         laplacian.vertices.iter().enumerate().for_each(|(at, &v)| place[v as usize] = at as u32);
-        let hits: Option<Vec<_>> = points.par_iter().map(|&p| surface.nearest.nearest(p)).collect();
+        let hits: Option<Vec<_>> = points.par_iter().map(|&p| near.nearest(p)).collect();
         let of_face = |face: u32| simplified.faces()[face as usize].map(|v| place[v as usize]);
         let found = hits?.into_iter().map(|hit| (of_face(hit.triangle), hit.weights));
         let (corners, weights) = found.unzip();

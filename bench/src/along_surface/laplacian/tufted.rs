@@ -6,8 +6,7 @@
 use glam::DVec3;
 
 use super::glued::Glued;
-use crate::mesh::TriMesh;
-use crate::mesh::half_edges::{HalfEdge, for_each_edge, next, start};
+use neural_mesh::mesh::TriMesh;
 
 /// Glues two copies of each face: `2 face` as it is and `2 face + 1` turned over.
 ///
@@ -15,7 +14,7 @@ use crate::mesh::half_edges::{HalfEdge, for_each_edge, next, start};
 pub fn tufted_cover(mesh: &TriMesh) -> Glued {
     let n_half_edges = 6 * mesh.faces().len();
     let mut cover = Glued { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
-    for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
+    for_each_edge(mesh.faces(), |ends, half_edges| {
         let [from, to] = ends.map(|end| point(mesh, end));
         let length = from.distance(to);
         let order = by_angle(mesh, [from, to], half_edges);
@@ -26,6 +25,44 @@ pub fn tufted_cover(mesh: &TriMesh) -> Glued {
         }
     });
     cover
+}
+
+/// A side of a face: where it leads, and its number, `3 * face + place`.
+#[derive(Clone, Copy)]
+struct HalfEdge {
+    /// The end of its edge with the larger index.
+    end: u32,
+    half_edge: u32,
+}
+
+impl HalfEdge {
+    /// Whether it runs along its edge from the smaller vertex to the larger.
+    fn runs_up(self, faces: &[[u32; 3]]) -> bool {
+        start(faces, self.half_edge) != self.end
+    }
+}
+
+/// Calls `visit` with every edge's ends, the smaller first, and its half-edges, ascending.
+fn for_each_edge(faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
+    let ends = |half_edge: u32| [start(faces, half_edge), start(faces, next(half_edge))];
+    let low = |h: &HalfEdge| ends(h.half_edge).into_iter().fold(h.end, u32::min);
+    let half_edges =
+        (0..3 * faces.len() as u32).map(|h| HalfEdge { end: ends(h).into_iter().fold(0, u32::max), half_edge: h });
+    let mut half_edges: Vec<HalfEdge> = half_edges.collect();
+    half_edges.sort_unstable_by_key(|h| (low(h), h.end, h.half_edge));
+    half_edges
+        .chunk_by(|g, h| (low(g), g.end) == (low(h), h.end))
+        .for_each(|edge| visit([low(&edge[0]), edge[0].end], edge));
+}
+
+/// The vertex where a half-edge starts.
+fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
+    faces.as_flattened()[half_edge as usize]
+}
+
+/// The half-edge that follows around the same face.
+fn next(half_edge: u32) -> u32 {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
 fn starts(mesh: &TriMesh) -> Vec<u32> {
@@ -70,7 +107,7 @@ fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use neural_mesh::mesh::shapes;
 
     /// Every side has one neighbour, which runs the other way between the same vertices.
     fn check(mesh: &TriMesh) {

@@ -1,7 +1,7 @@
 //! Simplifies a mesh and writes down what the metrics say, with all that others need to measure the same: for
 //! `scripts/agreement`, which holds it against other tools.
 //!
-//! `cargo run --release --features spectrum --example measure -- MESH OUT_DIR`
+//! `cargo run --release -p neural-mesh-bench --example measure -- MESH OUT_DIR`
 
 use std::error::Error;
 use std::path::Path;
@@ -9,10 +9,9 @@ use std::path::Path;
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh};
-use neural_mesh::metrics::{
-    Eigenpairs, HeatMethod, Judging, Laplacian, Original, Surface, compare, self_intersecting_faces, surface_distance,
-};
+use neural_mesh::metrics::{Judging, Surface, self_intersecting_faces, surface_distance};
 use neural_mesh::simplify::{Options, Target, simplify};
+use neural_mesh_bench::along_surface::{AlongJudging, Eigenpairs, HeatMethod, Judge, Laplacian};
 
 /// Eigenpairs that are written down.
 const PAIRS: usize = 200;
@@ -36,7 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     fields.push(("crossing_simplified".into(), format!("{:?}", self_intersecting_faces(&simplified))));
     let mut judging = Judging::default();
     judging.samples = SAMPLES;
-    let figures = compare(&Original::new(&original, &judging), &simplified, simplified.positions().len());
+    let judge = Judge::new(&original, &judging, &AlongJudging::default());
+    let figures = judge.figures(&simplified, simplified.positions().len());
     fields.extend(figures.iter().map(|figure| (figure.name.into(), json(figure.value))));
     let lines: Vec<String> = fields.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();
     std::fs::write(folder.join("measured.json"), format!("{{\n{}\n}}\n", lines.join(",\n")))?;

@@ -45,8 +45,8 @@ impl Factor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
-    use crate::metrics::Laplacian;
+    use crate::along_surface::Laplacian;
+    use neural_mesh::mesh::shapes;
 
     #[test]
     fn solutions_solve() {

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::judging::Judging;
-use crate::mesh::TriMesh;
-use crate::metrics::spectrum::HeatMethod;
-use crate::metrics::{Eigenpairs, Laplacian};
+use super::judge::AlongJudging;
+use crate::along_surface::spectrum::HeatMethod;
+use crate::along_surface::{Eigenpairs, Laplacian};
+use neural_mesh::mesh::TriMesh;
 
 /// What is known of a surface from within.
 pub struct Intrinsic {
@@ -19,7 +19,7 @@ pub struct Intrinsic {
 impl Intrinsic {
     /// With the eigenpairs that a mesh of so many vertices has; `None` where nothing of it is asked for, or the surface has
     /// no area.
-    pub fn new(mesh: &TriMesh, judging: &Judging, n_asked: usize) -> Option<Self> {
+    pub fn new(mesh: &TriMesh, judging: &AlongJudging, n_asked: usize) -> Option<Self> {
         if judging.eigenpairs == 0 && !judging.geodesics {
             return None;
         }

@@ -9,7 +9,8 @@ impl Eigenpairs {
     /// 0 left out; what the pairs beyond add is small, as the eigenvalues grow.
     ///
     /// ```
-    /// use neural_mesh::{mesh::shapes, metrics::{Eigenpairs, Laplacian}};
+    /// use neural_mesh::mesh::shapes;
+    /// use neural_mesh_bench::along_surface::{Eigenpairs, Laplacian};
     /// let torus = Laplacian::new(&shapes::torus(24, 12, 1.0, 0.3)).unwrap();
     /// let distances = Eigenpairs::lowest(&torus, 40).unwrap().biharmonic_distances(0, 40);
     /// assert!(distances[0] == 0.0 && distances[1..].iter().all(|&distance| distance > 0.0));
@@ -38,10 +39,10 @@ impl Eigenpairs {
 
 #[cfg(test)]
 mod tests {
-    use crate::mesh::shapes;
-    use crate::metrics::{Eigenpairs, Laplacian};
+    use crate::along_surface::{Eigenpairs, Laplacian};
     use faer::Mat;
     use faer::prelude::Solve;
+    use neural_mesh::mesh::shapes;
 
     /// Green's function of the squared operator over all of the space, by a dense inverse instead of eigenpairs.
     fn naive(laplacian: &Laplacian, source: usize) -> Vec<f64> {

@@ -10,9 +10,8 @@ mod tufted;
 
 use rayon::prelude::*;
 
-use crate::geometry::sides::{area, opposite_cotangent};
-use crate::mesh::TriMesh;
-use crate::mesh::union_find::UnionFind;
+use neural_mesh::geometry::sides::{area, opposite_cotangent};
+use neural_mesh::mesh::TriMesh;
 
 pub use glued::Glued;
 
@@ -25,7 +24,8 @@ const MOLLIFICATION: f64 = 1e-5;
 /// `mass[i]`; so `L u = lambda M u` has the eigenvalues of the surface, in inverse squares of the mesh's unit.
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes, metrics::Laplacian};
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh_bench::along_surface::Laplacian;
 /// let laplacian = Laplacian::new(&shapes::icosphere(3)).unwrap();
 /// assert!((laplacian.mass.iter().sum::<f64>() - 4.0 * std::f64::consts::PI).abs() < 0.1);
 /// assert!(laplacian.edges.iter().all(|&(_, weight)| weight > -1e-6));
@@ -94,18 +94,28 @@ fn mass(surface: &Glued, n_vertices: usize) -> Vec<f64> {
 }
 
 fn pieces(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
-    let mut sets = UnionFind::new(n_vertices);
-    edges.iter().for_each(|([a, b], _)| {
-        sets.union(*a, *b);
-    });
-    (0..n_vertices as u32).map(|v| sets.find(v)).collect()
+    let mut root: Vec<u32> = (0..n_vertices as u32).collect();
+    for ([a, b], _) in edges {
+        let [a, b] = [*a, *b].map(|v| root_of(&mut root, v));
+        root[a.max(b) as usize] = a.min(b);
+    }
+    (0..n_vertices as u32).map(|v| root_of(&mut root, v)).collect()
+}
+
+/// The vertex that stands for the piece of `v`; halves the way there.
+fn root_of(root: &mut [u32], mut v: u32) -> u32 {
+    while root[v as usize] != v {
+        root[v as usize] = root[root[v as usize] as usize];
+        v = root[v as usize];
+    }
+    v
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
     use glam::DVec3;
+    use neural_mesh::mesh::shapes;
     use std::collections::BTreeMap;
 
     /// The textbook's sum of half cotangents over the faces beside each edge.

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::metrics::laplacian::Laplacian;
+use crate::along_surface::laplacian::Laplacian;
 
 /// A connected piece of a surface.
 #[derive(Default)]
@@ -48,7 +48,7 @@ pub fn pieces(laplacian: &Laplacian) -> Vec<Piece> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{TriMesh, shapes};
+    use neural_mesh::mesh::{TriMesh, shapes};
 
     #[test]
     fn pieces_share_out_vertices_and_edges() {

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use super::glued::{Glued, next};
-use crate::geometry::sides::{area, opposite_cotangent};
+use neural_mesh::geometry::sides::{area, opposite_cotangent};
 
 /// An edge is left alone where its cotangents sum up to more than this: rounding must not flip forth and back.
 const SLACK: f64 = -1e-8;
@@ -76,7 +76,7 @@ fn move_half_edges(surface: &mut Glued, from: [usize; 4], to: [usize; 4]) {
 mod tests {
     use super::super::tufted::tufted_cover;
     use super::*;
-    use crate::mesh::{TriMesh, shapes};
+    use neural_mesh::mesh::{TriMesh, shapes};
 
     fn check(mesh: &TriMesh) {
         let mut surface = tufted_cover(mesh);
