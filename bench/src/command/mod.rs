@@ -26,7 +26,7 @@ struct Args {
 
 #[derive(Subcommand)]
 enum Command {
-    Evaluate(EvaluateArgs),
+    Evaluate(Box<EvaluateArgs>),
     TrainBaseline(Box<TrainBaselineArgs>),
     /// Make the pages of docs/measured and the table of the README; the same command goes on where it was stopped
     Measure(MeasureArgs),

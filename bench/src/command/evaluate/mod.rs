@@ -66,19 +66,19 @@ fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Fail
 }
 
 fn settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
-    let mut settings = Settings::default();
-    settings.methods = args.methods.clone();
-    settings.tools = args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?;
-    settings.ratios = args.ratios.clone();
-    settings.seeds = args.seeds.clone();
-    settings.repeats = args.repeat;
-    settings.time_limit = args.time_limit;
-    settings.threads = args.threads.unwrap_or_else(rayon::current_num_threads);
-    settings.samples = args.samples;
-    settings.spectrum = args.spectrum;
-    settings.appearance = args.appearance;
-    settings.only = args.only.clone();
-    Ok(settings)
+    Ok(Settings {
+        methods: args.methods.clone(),
+        tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?,
+        ratios: args.ratios.clone(),
+        seeds: args.seeds.clone(),
+        repeats: args.repeat,
+        time_limit: args.time_limit,
+        threads: args.threads.unwrap_or_else(rayon::current_num_threads),
+        samples: args.samples,
+        spectrum: args.spectrum,
+        appearance: args.appearance,
+        only: args.only.clone(),
+    })
 }
 
 /// The library's refusal as the program's.

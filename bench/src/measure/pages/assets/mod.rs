@@ -29,10 +29,13 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 /// Parts of machines against meshoptimizer.
 fn parts_of_machines(bench: &Bench) -> Result<String> {
-    let mut settings = Settings::default();
-    settings.methods = ["closed", "meshopt"].map(String::from).into();
-    (settings.ratios, settings.repeats) = (RATIOS.into(), 1);
-    settings.only = PARTS.map(String::from).into();
+    let settings = Settings {
+        methods: ["closed", "meshopt"].map(String::from).into(),
+        ratios: RATIOS.into(),
+        repeats: 1,
+        only: PARTS.map(String::from).into(),
+        ..Settings::default()
+    };
     let rows = bench.evaluated("parts-of-machines", "train", settings, None)?;
     let quotients = Quotients { table: &rows, over: "meshopt" };
     let figures = [Figure::Distance, Figure::Largest, Figure::Normals];

@@ -68,13 +68,14 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 /// What an evaluation of the classes asks for.
 pub fn settings(methods: &[&str]) -> Settings {
-    let mut settings = Settings::default();
-    settings.methods = methods.iter().map(|name| name.to_string()).collect();
-    settings.ratios = RATIOS.into();
-    settings.repeats = 1;
-    settings.time_limit = TIME_LIMIT;
-    settings.only = CLASSES.map(String::from).into();
-    settings
+    Settings {
+        methods: methods.iter().map(|name| name.to_string()).collect(),
+        ratios: RATIOS.into(),
+        repeats: 1,
+        time_limit: TIME_LIMIT,
+        only: CLASSES.map(String::from).into(),
+        ..Settings::default()
+    }
 }
 
 /// What the evaluation of all methods asks for, the spectrum too.
