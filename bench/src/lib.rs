@@ -6,7 +6,7 @@ pub mod along_surface;
 mod autodiff;
 pub mod baselines;
 #[cfg(test)]
-#[path = "../../cli/src/page/check.rs"]
+#[path = "../../cli/tests/common/page_check.rs"]
 mod check_page;
 mod command;
 pub mod evaluate;

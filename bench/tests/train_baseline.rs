@@ -1,4 +1,4 @@
-//! `neural-mesh-bench train-baseline`: stopped by nothing it makes weights that `evaluate` takes; killed and resumed, the same.
+//! `neural-mesh-bench train-baseline`: weights that `evaluate` takes, the same after a stop; what is refused.
 
 use crate::common::*;
 use neural_mesh::io::{Format, write};

@@ -27,7 +27,7 @@ pub struct Worker {
 
 /// How methods are run.
 pub(super) struct Engine<'a> {
-    /// Runs the methods of the library; without one they run in this process, and nothing stops them.
+    /// Runs the methods that are no tools; without one they run in this process, and nothing stops them.
     pub worker: Option<&'a Worker>,
     pub time_limit: Duration,
     pub threads: usize,

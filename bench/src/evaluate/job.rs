@@ -1,4 +1,4 @@
-//! One run of a method of the library: what is asked, and the answer. A job, like the run of a program of others, can go
+//! One run of a method that is no tool: what is asked, and the answer. A job, like the run of a program of others, can go
 //! to another process as a line of JSON, so that a method that hangs or crashes takes nothing else with it, and so that
 //! nothing runs on when the evaluation is killed.
 
@@ -37,7 +37,7 @@ pub(super) struct Job {
 /// What a worker does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Work {
-    /// Runs a method of the library.
+    /// Runs a method that is no tool.
     Method(Job),
     /// Runs a program of others.
     Foreign(Foreign),

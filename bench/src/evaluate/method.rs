@@ -30,7 +30,7 @@ pub enum Method {
     Paper,
     /// The same, the holes closed that its network leaves.
     PaperClosed,
-    /// A method of others that the library has.
+    /// A method of others that this package has.
     Baseline(Baseline),
     /// A method of others that learns, with the weights that ship.
     Learned(LearnedBaseline),
@@ -38,7 +38,7 @@ pub enum Method {
     Tool(Tool),
 }
 
-/// This library's own, by name.
+/// Neural-mesh's own, by name.
 const OURS: [(&str, Method); 11] = [
     ("closed", Method::Closed),
     ("network", Method::Network),
@@ -98,7 +98,7 @@ impl Method {
         matches!(self, Self::Paper | Self::PaperClosed)
     }
 
-    /// Whether it is one of this library's own.
+    /// Whether it is one of neural-mesh's own.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Method;

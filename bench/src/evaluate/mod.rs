@@ -1,6 +1,6 @@
 //! Methods x sizes x meshes -> rows, tables and what is plotted of them: the paper's Sec. 4 for any method.
 //!
-//! The one module with a clock, and the one that starts programs: methods are timed, and those that hang are killed.
+//! Methods are timed, and those that hang are killed.
 
 mod charts;
 mod clock;

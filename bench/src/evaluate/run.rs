@@ -40,7 +40,7 @@ pub struct Request {
     pub learned_weights: Vec<PathBuf>,
     /// Whether to go on with the rows that are there.
     pub resume: bool,
-    /// Runs the methods of the library in a process of its own, which can be stopped. Without, they run in this one,
+    /// Runs the methods that are no tools in a process of its own, which can be stopped. Without, they run in this one,
     /// the time limit holds for tools only, and a method that crashes ends the evaluation.
     pub worker: Option<Worker>,
 }

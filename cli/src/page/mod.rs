@@ -1,6 +1,7 @@
 //! HTML pages that ask for nothing outside themselves: a page of `cli/viewer`, filled with words as JSON and packed numbers.
 
 #[cfg(test)]
+#[path = "../../tests/common/page_check.rs"]
 pub mod check;
 pub mod packed;
 pub mod pairs;

@@ -81,7 +81,7 @@ fn settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
     })
 }
 
-/// The library's refusal as the program's.
+/// The refusal of an evaluation as the program's.
 fn refused(error: EvaluateError) -> Failure {
     match error {
         EvaluateError::Settings(what) => Failure::Usage(what),

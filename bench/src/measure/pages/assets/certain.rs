@@ -52,6 +52,17 @@ impl Row {
     }
 }
 
+const HEAD: [&str; 8] = [
+    "mesh",
+    "asked, %",
+    "proved, %",
+    "sampled, %",
+    "faces, ours",
+    "faces, meshoptimizer",
+    "ours / meshoptimizer",
+    "seconds",
+];
+
 pub fn section(bench: &Bench) -> Result<String> {
     let mut rows: Vec<Row> = Vec::new();
     for (set, mesh) in MESHES {
@@ -73,16 +84,6 @@ pub fn section(bench: &Bench) -> Result<String> {
             format!("{:.1}", row.seconds),
         ]
     };
-    let head = [
-        "mesh",
-        "asked, %",
-        "proved, %",
-        "sampled, %",
-        "faces, ours",
-        "faces, meshoptimizer",
-        "ours / meshoptimizer",
-        "seconds",
-    ];
     Ok(format!(
         "## Certain distances\n\n`--error` finds the smallest mesh whose largest distance from the original is proved to be small \
          enough; distances in percent of the diagonal. *Sampled* is the largest of {} samples on each surface; {n_over} of {} results \
@@ -91,7 +92,7 @@ pub fn section(bench: &Bench) -> Result<String> {
         count(SAMPLES),
         rows.len(),
         number(median(rows.iter().map(Row::quotient).collect())),
-        table(&head, &rows.iter().map(line).collect::<Vec<_>>())
+        table(&HEAD, &rows.iter().map(line).collect::<Vec<_>>())
     ))
 }
 
