@@ -52,6 +52,7 @@ fn what_cannot_be_trained_is_one_line() {
         assert!(refusal.code == Some(code) && line.contains(words), "{line}");
     };
     refused(2, &training("magic", "run", &[]), "dse, potamias, pointtrinet");
+    refused(2, &training("dse", "run", &["--objective", "shape"]), "--objective");
     refused(1, &training("dse", "run", &["--init", "none.safetensors"]), "none.safetensors");
     std::fs::write(folder.path().join("small.toml"), "width = 3").unwrap();
     refused(1, &training("dse", "run", &[]), "`width`");

@@ -27,6 +27,7 @@ struct Args {
 #[derive(Subcommand)]
 enum Command {
     Evaluate(Box<EvaluateArgs>),
+    #[command(override_usage = train_baseline::USAGE, mut_arg("objective", |objective| objective.hide(true)))]
     TrainBaseline(Box<TrainBaselineArgs>),
     /// Make the pages of docs/measured and the table of the README; the same command goes on where it was stopped
     Measure(MeasureArgs),

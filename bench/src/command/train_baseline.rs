@@ -8,6 +8,10 @@ use neural_mesh_cli::shared::{Failure, files};
 
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 
+/// How the command is typed, in place of that of `train`, whose options it has.
+pub const USAGE: &str = "neural-mesh-bench train-baseline METHOD --data DIR --out RUN [OPTIONS]
+       neural-mesh-bench train-baseline METHOD --plot RUN";
+
 /// Learn weights of a method of others from a folder of meshes
 #[derive(Debug, Args)]
 pub struct TrainBaselineArgs {
@@ -28,6 +32,9 @@ fn method(name: &str) -> Result<LearnedBaseline, String> {
 
 /// Trains, or draws the curves of a training.
 pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
+    if args.train.objective.is_some() {
+        return Err(Failure::Usage("--objective: the method says what is learned: leave it out".into()));
+    }
     let network = first_weights(args)?.network();
     let other = OtherNetwork { objective: args.method.name(), network: &network, step: &|| args.method.step() };
     run_for(&args.train, Some(&other))
