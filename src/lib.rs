@@ -36,7 +36,6 @@
 //! | how good it is | [`metrics::compare`], [`metrics::certified_distance`]; as pictures [`picture::render`], [`appearance::appearance`] |
 //! | textures of the original | `bake::bake` |
 //! | weights of one's own | `train::open`, `train::train`; [`model::Weights`] |
-//! | methods compared on meshes of one's own | `evaluate::evaluate` |
 //!
 //! # How it behaves
 //!
@@ -61,10 +60,7 @@
 //! | `weights` | yes | weights read from files and written; those that ship need no feature |
 //! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
-//! | `spectrum` | no | the Laplacian's eigenpairs and distances along the surface in [`metrics::compare`] |
 //! | `loss`, `train` | no | the terms that training minimises; training |
-//! | `learned-baselines` | no | methods of others that learn: networks, losses, inference; part of `train` and `evaluate` |
-//! | `baselines`, `evaluate` | no | methods of others; rows and tables of methods x sizes x meshes; need a C++ compiler |
 //!
 //! # Machinery
 //!
@@ -78,16 +74,10 @@ pub mod appearance;
 pub mod autodiff;
 #[cfg(feature = "bake")]
 pub mod bake;
-#[cfg(feature = "baselines")]
-pub mod baselines;
 pub mod blocks;
-#[cfg(feature = "evaluate")]
-pub mod evaluate;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
-#[cfg(feature = "learned-baselines")]
-pub mod learned_baselines;
 pub mod linalg;
 #[cfg(feature = "loss")]
 pub mod loss;

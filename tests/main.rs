@@ -5,8 +5,6 @@ mod attributed;
 mod attributes;
 #[cfg(feature = "gltf")]
 mod bad_files;
-#[cfg(all(feature = "baselines", feature = "gltf"))]
-mod baselines;
 mod common;
 #[cfg(all(feature = "gltf", feature = "picture"))]
 mod conversions;

@@ -29,21 +29,3 @@ fn faces_for_the_spectrum_are_of_like_areas() {
     let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(spread);
     assert!(spectrum < 0.7 * shape, "{spectrum} {shape}");
 }
-
-#[cfg(all(feature = "io", feature = "spectrum"))]
-#[test]
-fn the_spectrum_stays() {
-    use neural_mesh::io::read_path;
-    use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-    use neural_mesh::metrics::{Judging, Original, compare};
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes/spot.ply");
-    let mesh = clean(read_path(&path, None).unwrap(), &CleanOptions::default()).unwrap().mesh;
-    let judging = changed(Judging::default(), |judging| (judging.eigenpairs, judging.geodesics) = (60, false));
-    let original = Original::new(&mesh, &judging);
-    let error = |purpose| {
-        let figures = compare(&original, &to(&mesh, 290, purpose), 290);
-        figures.iter().find(|figure| figure.name == "laplacian_functions").unwrap().value.unwrap()
-    };
-    let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(error);
-    assert!(spectrum < 0.9 * shape, "{spectrum} {shape}");
-}

@@ -460,9 +460,6 @@ pub struct CompareArgs {
     /// Seed of the samples; the same seed gives the same figures
     #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Leave out the slowest figures: the spectrum, and distances along the surface
-    #[arg(long)]
-    pub quick: bool,
     /// Show all figures, not the ten that are asked for most
     #[arg(long)]
     pub all: bool,

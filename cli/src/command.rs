@@ -3,7 +3,6 @@
 use clap::{Parser, Subcommand};
 
 use crate::args::{CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, SimplifyArgs};
-use crate::evaluate::EvaluateArgs;
 use crate::train::TrainArgs;
 
 /// Simplifies triangle meshes: closed stays closed, and the result lies close to the original.
@@ -28,10 +27,6 @@ pub enum Command {
     Limits(LimitsArgs),
     /// Measure and show how simplified meshes differ from their original
     Compare(CompareArgs),
-    // What these two are for stands with their arguments, which a build without them does not have.
+    // What it is for stands with its arguments, which a build without it does not have.
     Train(TrainArgs),
-    Evaluate(EvaluateArgs),
-    /// Do one job for an evaluation
-    #[command(hide = true)]
-    EvaluateOne,
 }

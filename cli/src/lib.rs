@@ -1,6 +1,7 @@
 //! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
 //!
-//! `main.rs` is the program itself. Other faces call what `embedded` passes on: the same requests, without a terminal.
+//! `main.rs` is the program itself. Other faces call what `embedded` passes on: the same requests, without a terminal. `shared`
+//! passes on what the package `neural-mesh-bench` has in common with this one.
 
 mod advice;
 mod allocator;
@@ -26,11 +27,6 @@ mod done;
 mod drawing;
 mod dress;
 pub mod embedded;
-#[cfg(feature = "evaluate")]
-mod evaluate;
-#[cfg(not(feature = "evaluate"))]
-#[path = "no_evaluate.rs"]
-mod evaluate;
 mod failure;
 mod files;
 mod info;
@@ -39,7 +35,7 @@ mod level_files;
 mod levels;
 mod memory;
 mod mesh_points;
-#[cfg(not(all(feature = "evaluate", feature = "train")))]
+#[cfg(not(feature = "train"))]
 mod missing;
 mod names;
 mod numbers;
@@ -53,10 +49,11 @@ mod read;
 mod report;
 mod request;
 mod scene_info;
+#[doc(hidden)]
+pub mod shared;
 mod shares;
 mod simplify;
 mod size_limits;
-#[cfg(any(feature = "evaluate", feature = "train"))]
 mod stopping;
 mod subject;
 mod textures;
@@ -96,8 +93,6 @@ pub fn run() -> ExitCode {
         Command::Limits(args) => size_limits::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Train(args) => train::run(&args),
-        Command::Evaluate(args) => evaluate::run(&args),
-        Command::EvaluateOne => evaluate::work(),
     };
     // Words that nobody could hear are the worse failure than a result that is short of what was asked.
     ended(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::heard().and(done) } else { done })

@@ -21,7 +21,7 @@ fn words(run: &Run) -> String {
 }
 
 fn compare(folder: &Path, arguments: &[&str]) -> Run {
-    run(folder, &[&["compare"], arguments, &["--quick", "--samples", "500"]].concat())
+    run(folder, &[&["compare"], arguments, &["--samples", "500"]].concat())
 }
 
 #[test]
@@ -88,18 +88,6 @@ fn a_result_that_cannot_be_read_is_left_out() {
         assert_eq!((run.code, run.out.len()), (Some(1), 0));
         assert!(the_line(&run).contains("bad.ply"), "{}", run.words);
     }
-}
-
-#[cfg(feature = "spectrum")]
-#[test]
-fn with_the_spectrum_nothing_is_left_out() {
-    let folder = folder_of_octahedra();
-    let table =
-        words(&run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "500", "--all", "--json", "a.json"]));
-    assert!(table.contains("\nspectrum  from the first") && !table.contains("left out"), "{table}");
-    let json = json(&folder.path().join("a.json"));
-    assert!(json["left_out"].is_null());
-    assert_eq!(json["results"][0]["values"]["geodesic_error"], 0.0);
 }
 
 #[test]
@@ -188,6 +176,6 @@ fn bad_input_and_taken_places_leave_nothing() {
 #[test]
 fn one_mesh_may_come_from_standard_input() {
     let folder = folder_of_octahedra();
-    let run = run_with_input(folder.path(), &["compare", "a.obj", "-", "--quick"], OCTAHEDRON.as_bytes());
+    let run = run_with_input(folder.path(), &["compare", "a.obj", "-"], OCTAHEDRON.as_bytes());
     assert!(words(&run).contains("standard input"));
 }

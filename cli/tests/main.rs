@@ -11,8 +11,6 @@ mod compare;
 mod components;
 mod compressed;
 mod degenerate;
-#[cfg(all(feature = "evaluate", unix))] // The tools are shell scripts.
-mod evaluate;
 mod files;
 mod formats;
 #[cfg(unix)]
@@ -37,5 +35,8 @@ mod textures;
 #[cfg(feature = "train")]
 mod train;
 mod usage;
-#[cfg(not(any(feature = "evaluate", feature = "meshopt", feature = "spectrum", feature = "train")))]
+#[cfg(not(any(feature = "meshopt", feature = "train")))]
 mod without_features;
+
+/// The program under test.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_neural-mesh");

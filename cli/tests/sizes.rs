@@ -155,20 +155,6 @@ fn numbers_of_train_are_told_what_is_taken() {
     refuse_each(&[(train, "--epochs", "0", "at least 1"), (train, "--threads", "0", "from 1 to 1024")]);
 }
 
-#[cfg(feature = "evaluate")]
-#[test]
-fn numbers_of_evaluate_are_told_what_is_taken() {
-    let evaluate: &[&str] = &["evaluate", "--data", "missing", "--out", "run"];
-    refuse_each(&[
-        (evaluate, "--ratios", "0.5,2", "like 10%"),
-        (evaluate, "--seeds", "-1", "a whole number of at least 0"),
-        (evaluate, "--repeat", "0", "at least 1"),
-        (evaluate, "--time-limit", "-1", "seconds above 0"),
-        (evaluate, "--samples", "0", "at least 1"),
-        (evaluate, "--threads", "0", "from 1 to 1024"),
-    ]);
-}
-
 #[test]
 fn a_format_that_is_not_known_says_which_are() {
     let line = refusal(&["simplify", "missing.ply", "-o", "a.xyz", "--ratio", "0.5"]);

@@ -91,7 +91,7 @@ fn standard_output_takes_one_of_mesh_and_report() {
 fn the_json_of_a_comparison_goes_to_standard_output_alone() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let run = run(folder.path(), &["compare", "a.obj", "a.obj", "--quick", "--samples", "100", "--json", "-"]);
+    let run = run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "100", "--json", "-"]);
     assert_eq!(run.code, Some(0), "{}", run.words);
     let figures: serde_json::Value = serde_json::from_slice(&run.out).unwrap();
     assert_eq!(figures["results"][0]["name"], "a.obj");

@@ -7,7 +7,8 @@ use crate::common::*;
 #[test]
 fn commands_that_are_not_there_say_how_to_get_them() {
     let folder = folder();
-    for command in ["train", "evaluate"] {
+    {
+        let command = "train";
         for more in [
             &[][..],
             &["--data", "meshes", "--out", "run", "--threads", "3"],
@@ -29,30 +30,7 @@ fn commands_that_are_not_there_say_how_to_get_them() {
         let help = String::from_utf8(run(folder.path(), &["--help"]).out).unwrap();
         assert!(help.contains(&format!("(needs the feature {command})")), "{help}");
     }
-    assert_eq!(run(folder.path(), &["evaluate-one"]).code, Some(2));
     assert_eq!(files(folder.path()), Vec::<String>::new());
-}
-
-#[test]
-fn a_comparison_says_what_it_leaves_out() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let said = run(folder.path(), &["compare", "a.obj", "a.obj", "--all", "--json", "a.json", "--html", "a.html"]);
-    assert_eq!(said.code, Some(0), "{}", said.words);
-    let table = String::from_utf8(said.out).unwrap();
-    let what = "the spectrum, geodesic and biharmonic distances: build with `--features spectrum`";
-    assert_eq!(table.lines().filter(|line| *line == format!("left out  {what}")).count(), 1, "{table}");
-    let json = json(&folder.path().join("a.json"));
-    assert_eq!(json["left_out"], what);
-    assert_eq!((&json["settings"]["eigenpairs"], &json["settings"]["geodesics"]), (&0.into(), &false.into()));
-    assert!(fs::read_to_string(folder.path().join("a.html")).unwrap().contains(what));
-    let names: Vec<&str> =
-        json["figures"].as_array().unwrap().iter().map(|figure| figure["name"].as_str().unwrap()).collect();
-    assert!(names.contains(&"distance_max") && names.contains(&"slivers"), "{names:?}");
-    for missing in ["laplacian", "geodesic", "biharmonic"] {
-        assert!(names.iter().all(|name| !name.starts_with(missing)), "{names:?}");
-        assert!(!table.contains(&format!("\n{missing} ")), "{table}");
-    }
 }
 
 #[cfg(not(feature = "ktx2"))]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 # Options that are there or not.
-_FLAGS = ("lock_boundaries", "subset", "close", "keep_features", "keep_components", "strict", "force", "allow_outside", "quick", "appearance")
+_FLAGS = ("lock_boundaries", "subset", "close", "keep_features", "keep_components", "strict", "force", "allow_outside", "appearance")
 
 
 def words(options: Mapping[str, Any]) -> list[str]:

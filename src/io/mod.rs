@@ -33,7 +33,7 @@ mod model;
 mod number;
 mod obj;
 mod off;
-#[cfg(any(feature = "3mf", feature = "draco", feature = "evaluate", feature = "fbx", feature = "train"))]
+#[cfg(any(feature = "3mf", feature = "draco", feature = "fbx", feature = "train"))]
 mod one_line;
 mod output_file;
 mod own_materials;
@@ -71,7 +71,7 @@ pub use gltf::{Asset, AssetContents, LighterPart, Part, SceneOptions, write_gltf
 pub use images::{ImageMaker, ImageUse};
 pub use looks::looks;
 pub use model::{Model, Written, geometry_only, packing, write_attributed};
-#[cfg(any(feature = "evaluate", feature = "train"))]
+#[cfg(feature = "train")]
 pub(crate) use one_line::one_line;
 pub use output_file::{OutputFile, write_files};
 pub use packing::{PackOptions, Packing};

@@ -79,7 +79,7 @@ pub(crate) mod golden {
                     other[4],
                     *hash,
                     "{name} ({}): the bits have changed: give {constant} another number, write the hashes down \
-                     ({WISH}=write) and make the measured pages again (lab measure)",
+                     ({WISH}=write) and make the measured pages again (neural-mesh-bench measure)",
                     isa.name()
                 ),
                 None => new.push(row),

@@ -53,13 +53,22 @@ pub struct Term {
 }
 
 impl Term {
-    /// The loss of nothing: zero, with a gradient of zeros.
-    pub(crate) fn zero(n: usize) -> Self {
+    /// Returns the loss of nothing: zero, with a gradient of `n` zeros.
+    ///
+    /// ```
+    /// assert_eq!(neural_mesh::loss::Term::zero(2).gradient, [0.0, 0.0]);
+    /// ```
+    pub fn zero(n: usize) -> Self {
         Self { value: 0.0, gradient: vec![0.0; n] }
     }
 
-    /// A value and a gradient that were summed in double precision, both divided by `n`; zero where n is 0.
-    pub(crate) fn mean(sum: f64, gradient: &[f64], n: usize) -> Self {
+    /// Returns a value and a gradient that were summed in double precision, both divided by `n`; zero where n is 0.
+    ///
+    /// ```
+    /// let term = neural_mesh::loss::Term::mean(3.0, &[1.0, 4.0], 2);
+    /// assert_eq!((term.value, &term.gradient[..]), (1.5, &[0.5, 2.0][..]));
+    /// ```
+    pub fn mean(sum: f64, gradient: &[f64], n: usize) -> Self {
         if n == 0 {
             return Self::zero(gradient.len());
         }

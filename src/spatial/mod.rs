@@ -3,7 +3,6 @@
 //!
 //! Machinery: what the modules that users call stand on; see the front page of the crate.
 
-mod ball_pivoting;
 mod bounds;
 mod curve_order;
 mod exposure;
@@ -20,7 +19,6 @@ mod triangle_pieces;
 mod triangle_tree;
 mod views;
 
-pub use ball_pivoting::ball_pivoting;
 pub use bounds::Bounds;
 pub(crate) use curve_order::curve_order;
 pub use exposure::{Exposure, Labels, exposures};

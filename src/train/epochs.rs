@@ -5,7 +5,6 @@ use super::augment::augmented;
 use super::event::{Ending, Event, Wish};
 use super::random::{log_uniform, shuffled};
 use super::rows::quoted;
-use super::trained::Trained;
 use super::validation::{Validation, validated};
 use super::{Item, Mesh, Run, Settings, Step, StepFunction, TrainError};
 
@@ -126,7 +125,7 @@ fn one_step(run: &mut Run, mesh: &Mesh, step: &StepFunction) -> Result<Made, Tra
     let Step { terms, gradients } = found;
     let gradients = clipped(gradients, norm, settings.gradient_clip);
     let tensors = adam_step(&state.tensors, &gradients, &mut state.moments, settings, learning_rate);
-    let checked = tensors.checked(&Trained::of(settings).shapes());
+    let checked = tensors.checked(&state.tensors.map(|_, matrix| matrix.shape()));
     state.tensors = checked.map_err(|error| diverged(state.position.step, error.to_string()))?;
     Ok(Ok(terms))
 }

@@ -1,11 +1,8 @@
 //! The one place where the settings choose what a step learns.
 
 use super::bending_step::bending_step;
-use super::dse_step::dse_step;
 use super::measured_step::measured_step;
 use super::paper_step::paper_step;
-use super::pointtrinet_step::pointtrinet_step;
-use super::potamias_step::potamias_step;
 use super::uniform_step::uniform_step;
 use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 
@@ -13,12 +10,9 @@ use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
 pub const OWN_OBJECTIVE: &str = "own";
 
 /// What the setting `objective` may be called, and what each learns.
-pub const OBJECTIVES: [(&str, &str); 7] = [
+pub const OBJECTIVES: [(&str, &str); 4] = [
     ("bending", "how much the surface bends: scores for the closed assembly"),
-    ("dse", "the Delaunay surface elements of Rakotosaona et al. 2021, which evaluate compares with"),
     ("paper", "the paper's network by its losses, for --assembly paper and mesh-points"),
-    ("pointtrinet", "the triangulation of points of Sharp and Ovsjanikov 2020, which evaluate compares with"),
-    ("potamias", "the point-cloud simplification of Potamias et al. 2022, which evaluate compares with"),
     ("shape", "distance, normals and largest distance of results: scores for the closed assembly"),
     ("uniform", "equal scores, which try out a machine and a data set"),
 ];
@@ -36,10 +30,7 @@ pub const OBJECTIVES: [(&str, &str); 7] = [
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
     match settings.objective.as_str() {
         "bending" => Ok(of_network(bending_step)),
-        "dse" => Ok(Box::new(dse_step)),
         "paper" => Ok(of_network(paper_step)),
-        "pointtrinet" => Ok(Box::new(pointtrinet_step)),
-        "potamias" => Ok(Box::new(potamias_step)),
         "shape" => Ok(step_by(&Shape)),
         "uniform" => Ok(of_network(uniform_step)),
         other => {

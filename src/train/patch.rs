@@ -8,8 +8,21 @@ use crate::simplify::edge_graph;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::VecDeque;
 
-/// The mesh, or a piece of it where it would have too many samples.
-pub(super) fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
+/// The mesh of a step, or a connected piece of it where it would have more samples than `max_samples`.
+///
+/// # Errors
+/// Where the piece has no face.
+///
+/// ```
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh::train::{Item, Settings, piece};
+/// use rand_xoshiro::{Xoshiro256PlusPlus, rand_core::SeedableRng};
+/// let settings = Settings::from_toml("max_samples = 50").unwrap();
+/// let item = Item { name: "ball".into(), mesh: shapes::icosphere(4), ratio: 0.5 };
+/// let piece = piece(&item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap();
+/// assert_eq!(piece.positions().len(), 100);
+/// ```
+pub fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
     let most = settings.max_samples as f64 / item.ratio;
     if settings.max_samples == 0 || item.mesh.positions().len() as f64 <= most {
         return Ok(item.mesh.clone());

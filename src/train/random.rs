@@ -1,15 +1,23 @@
 //! Random numbers of a training: all from one generator, whose state the checkpoint holds.
+//!
+//! ```
+//! use neural_mesh::train::random::{below, shuffled, uniform};
+//! use rand_xoshiro::{Xoshiro256PlusPlus, rand_core::SeedableRng};
+//! let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
+//! assert!((0.0..1.0).contains(&uniform(&mut random)) && below(&mut random, 3) < 3);
+//! assert_eq!(shuffled(&mut random, 5).len(), 5);
+//! ```
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
-/// Uniform in 0..1, 53 bits.
-pub(super) fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
+/// Draws a number between 0 and 1, evenly, with 53 bits.
+pub fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// One of the numbers 0 to n - 1, n above 0.
-pub(super) fn below(random: &mut Xoshiro256PlusPlus, n: usize) -> usize {
+/// Draws one of the numbers 0 to n - 1; n is above 0.
+pub fn below(random: &mut Xoshiro256PlusPlus, n: usize) -> usize {
     ((uniform(random) * n as f64) as usize).min(n - 1)
 }
 
@@ -25,8 +33,8 @@ pub(super) fn normal_pair(random: &mut Xoshiro256PlusPlus) -> [f64; 2] {
     [radius * cos, radius * sin]
 }
 
-/// The numbers 0 to n - 1 in a random order (Fisher and Yates).
-pub(super) fn shuffled(random: &mut Xoshiro256PlusPlus, n: usize) -> Vec<u32> {
+/// Returns the numbers 0 to n - 1 in a random order (Fisher and Yates).
+pub fn shuffled(random: &mut Xoshiro256PlusPlus, n: usize) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     for last in (1..n).rev() {
         order.swap(last, below(random, last + 1));

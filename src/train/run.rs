@@ -3,12 +3,12 @@
 use super::checkpoint::{Checkpoint, Origin, Position, read_checkpoint, write_checkpoint};
 use super::data::{changed_file, data_table, sha256};
 use super::rows::Rows;
-use super::trained::Trained;
 use super::watch::Watch;
 use super::{DataSet, Moments, OWN_OBJECTIVE, Settings, TrainError, read_data, step_function};
-use crate::autodiff::Tensors;
+use crate::autodiff::{Tensors, WeightsError};
 use crate::io::write_path;
 use crate::linalg::Matrix;
+use crate::model::Weights;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use std::path::{Path, PathBuf};
@@ -35,12 +35,23 @@ pub struct Request<'a> {
     pub resume: bool,
     /// The bytes of a weights file to start from; the sizes of the network are then those of the file.
     pub init: Option<&'a [u8]>,
+    /// Another network than the paper's, whose step is one's own; with `init` its tensors are those of that file.
+    pub network: Option<&'a OwnNetwork>,
+}
+
+/// A network other than the paper's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnNetwork {
+    /// The weights that its training begins with.
+    pub tensors: Tensors<Arc<Matrix>>,
+    /// What the file of its weights says of it, which [`architecture_text`](crate::autodiff::architecture_text) reads.
+    pub about: String,
 }
 
 impl<'a> Request<'a> {
     /// A new training of the meshes in `data`, into `folder`, with the default settings.
     pub fn new(data: &'a Path, folder: &'a Path) -> Self {
-        Self { data, folder, settings: None, objective: None, epochs: None, resume: false, init: None }
+        Self { data, folder, settings: None, objective: None, epochs: None, resume: false, init: None, network: None }
     }
 }
 
@@ -53,6 +64,8 @@ pub struct Run {
     pub data: DataSet,
     /// Where all is written.
     pub folder: PathBuf,
+    /// What the file of the weights says of a network of one's own.
+    about: Option<String>,
     pub(super) state: Checkpoint,
     /// The table of steps.
     pub(super) steps: Rows,
@@ -96,7 +109,8 @@ pub fn open(request: &Request) -> Result<Run, TrainError> {
     };
     write("config.toml", config(&state.origin, &settings))?;
     write("data.csv", data_table(&data))?;
-    Ok(Run { settings, data, folder: request.folder.into(), state, steps, epochs })
+    let about = request.network.map(|network| network.about.clone());
+    Ok(Run { settings, data, folder: request.folder.into(), about, state, steps, epochs })
 }
 
 impl Run {
@@ -122,9 +136,17 @@ impl Run {
     /// Writes the weights as they are.
     pub(super) fn write_weights(&self, name: &str) -> Result<(), TrainError> {
         let path = self.folder.join(name);
-        let bytes = Trained::of(&self.settings).to_bytes(&self.state.tensors, &self.settings.objective);
-        let bytes = bytes.map_err(|error| TrainError::file(&path, error))?;
+        let bytes = self.weights_file().map_err(|error| TrainError::file(&path, error))?;
         write_path(&path, &bytes, true).map_err(|error| TrainError::file(&path, error))
+    }
+
+    /// The file of the weights; that of the paper's network says by which objective they were learned.
+    fn weights_file(&self) -> Result<Vec<u8>, WeightsError> {
+        let (settings, tensors) = (&self.settings, &self.state.tensors);
+        match &self.about {
+            Some(about) => Ok(tensors.to_bytes(about)),
+            None => Ok(Weights::from_named(settings.architecture(), tensors)?.learned(&settings.objective).to_bytes()),
+        }
     }
 }
 
@@ -133,12 +155,16 @@ impl Run {
 fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     check_is_empty(request.folder)?;
     let settings = asked(request, Settings::from_toml(request.settings.unwrap_or_default())?)?;
-    let (settings, tensors) = match request.init {
-        Some(bytes) => Trained::read(bytes, &settings)?,
-        None => (settings.clone(), Trained::of(&settings).random(settings.seed)),
+    let (settings, tensors) = match (request.network, request.init) {
+        (Some(network), _) => (settings, network.tensors.clone()),
+        (None, Some(bytes)) => weights_of(bytes, &settings)?,
+        (None, None) => {
+            let weights = Weights::random_of(settings.architecture(), settings.seed);
+            (settings, weights.tensors().named())
+        }
     };
     // What is wrong with the settings is found before anything is written.
-    if request.objective != Some(OWN_OBJECTIVE) {
+    if request.network.is_none() && request.objective != Some(OWN_OBJECTIVE) {
         step_function(&settings).map(drop)?;
     }
     let data = read_data(request.data, &settings)?;
@@ -148,13 +174,23 @@ fn begun(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, 
         files: data.files.clone(),
         init: request.init.map(sha256),
     };
-    let moments = Moments::zero(&Trained::of(&settings).shapes());
+    let moments = Moments::zero(&shapes(&tensors));
     let state = Checkpoint { origin, position: start(settings.seed), tensors, moments };
     let problem =
         |error| TrainError::file(request.folder, format!("cannot be created: {error}: choose another folder"));
     std::fs::create_dir_all(request.folder).map_err(problem)?;
     write_checkpoint(checkpoint, &state)?;
     Ok((state, settings, data))
+}
+
+/// The settings with the sizes of the network in a file of weights, and its tensors.
+fn weights_of(bytes: &[u8], settings: &Settings) -> Result<(Settings, Tensors<Arc<Matrix>>), TrainError> {
+    let weights = Weights::from_bytes(bytes).map_err(|error| TrainError::Settings(error.to_string()))?;
+    Ok((settings.with_architecture(weights.architecture())?, weights.tensors().named()))
+}
+
+fn shapes(tensors: &Tensors<Arc<Matrix>>) -> Tensors<[usize; 2]> {
+    tensors.map(|_, matrix| matrix.shape())
 }
 
 fn start(seed: u64) -> Position {
@@ -175,16 +211,18 @@ fn start(seed: u64) -> Position {
 
 /// A training from its checkpoint, if nothing that it was made with has changed but the number of epochs.
 fn taken_up(request: &Request, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
-    let shapes =
-        |origin: &Origin| Settings::from_toml(&origin.settings).map(|settings| Trained::of(&settings).shapes());
-    let mut state = read_checkpoint(checkpoint, shapes)?;
+    let of_paper = |origin: &Origin| Settings::from_toml(&origin.settings).map(|s| s.architecture().shapes().named());
+    let mut state = read_checkpoint(checkpoint, |origin| match request.network {
+        Some(network) => Ok(shapes(&network.tensors)),
+        None => of_paper(origin),
+    })?;
     let origin = &state.origin;
     let before = Settings::from_toml(&origin.settings)?;
     let mut settings = before.clone();
     if let Some(text) = request.settings {
         settings = Settings::from_toml(text)?;
         if origin.init.is_some() {
-            settings = Trained::with_sizes_of(&settings, &before)?;
+            settings = settings.with_architecture(&before.architecture())?;
         }
     }
     let settings = asked(request, settings)?;

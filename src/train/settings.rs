@@ -69,7 +69,6 @@ pub struct Settings {
     pub face_classifier_layers: usize,
     pub face_classifier_width: usize,
     pub face_knn: usize,
-    pub width_share: f64,
     /// All of them as TOML values, for [`Settings::to_toml`] and [`Settings::difference`].
     #[serde(skip)]
     table: Table,
@@ -158,16 +157,6 @@ impl Settings {
         ])
     }
 
-    /// These settings with another share of the widths of learned baselines.
-    ///
-    /// # Errors
-    /// [`TrainError::Settings`] where it is out of range.
-    pub(super) fn with_width_share(&self, share: f64) -> Result<Self, TrainError> {
-        let mut table = self.table.clone();
-        table.insert("width_share".into(), Value::Float(share));
-        Self::from_table(table)
-    }
-
     /// The sizes of the network.
     pub fn architecture(&self) -> Architecture {
         Architecture {
@@ -199,8 +188,6 @@ impl Settings {
             within(name, ratio, ratio > 0.0 && ratio <= 1.0, "above 0 and at most 1")?;
         }
         within("ratio_min", self.ratio_min, self.ratio_min <= self.ratio_max, "at most `ratio_max`")?;
-        let share = self.width_share;
-        within("width_share", share, share > 0.0 && share <= 1.0, "above 0 and at most 1")?;
         within("clouds", self.clouds, (0.0..=1.0).contains(&self.clouds), "0 to 1")?;
         for (name, beta) in [("adam_beta1", self.adam_beta1), ("adam_beta2", self.adam_beta2)] {
             within(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
@@ -325,7 +312,6 @@ mod tests {
             ("validation = [3]", "`validation`"),
             ("validation_ratios = [0]", "`validation_ratios`"),
             ("face_knn = 5000", "`face_knn`"),
-            ("width_share = 0", "`width_share`"),
             ("adam_beta1 = 1", "`adam_beta1`"),
             ("\nepochs 3", "line 2"),
         ];

@@ -31,7 +31,7 @@ pub struct Step {
 /// One step: the same for the same tensors, item, settings and random state, on any number of threads. The error says
 /// in a few words why the step cannot be made with this mesh; it is then named and passed over.
 ///
-/// The tensors are those of the network that the objective of the settings trains, in its order; so are the gradients.
+/// The tensors are those of the network that is trained, in its order; so are the gradients.
 /// [`of_network`] makes one of a function of the paper's network.
 pub type StepFunction<'a> =
     dyn Fn(&Tensors<Arc<Matrix>>, &Item, &Settings, &mut Xoshiro256PlusPlus) -> Result<Step, String> + 'a;

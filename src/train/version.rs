@@ -47,6 +47,7 @@ mod tests {
                 epochs: None,
                 resume: false,
                 init: None,
+                network: None,
             };
             let mut training = open(&request).unwrap();
             let step = step_function(&training.settings).unwrap();

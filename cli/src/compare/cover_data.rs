@@ -154,7 +154,7 @@ fn push_differences(packed: &mut Packed, numbers: impl Iterator<Item = u32>) {
 mod tests {
     use super::super::worn::{tests, worn};
     use super::*;
-    use crate::page::packed::tests::unpacked;
+    use crate::page::check::unpacked;
     use neural_mesh::mesh::{Attributes, Channel, Looks, Role, irregular_edges, shapes};
 
     fn data(mesh: &TriMesh, attributes: Attributes, looks: Looks) -> CoverData {

@@ -3,7 +3,7 @@
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
-use super::{Comparison, Judged, LEFT_OUT, Named};
+use super::{Comparison, Judged, Named};
 
 /// What `--json` writes: all figures with names and units.
 pub fn value(comparison: &Comparison) -> Value {
@@ -14,10 +14,7 @@ pub fn value(comparison: &Comparison) -> Value {
         "settings": {
             "samples": judging.samples,
             "seed": judging.seed,
-            "eigenpairs": comparison.n_eigenpairs,
-            "geodesics": judging.geodesics,
         },
-        "left_out": LEFT_OUT,
         "original": size(original),
         "figures": figures.iter().map(described).collect::<Vec<_>>(),
         "results": results.iter().map(result).collect::<Vec<_>>(),

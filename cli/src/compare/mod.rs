@@ -12,7 +12,7 @@ use std::path::Path;
 
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::io::ReadMesh;
-use neural_mesh::metrics::{Figure, Judging, MEASURES_ALONG_SURFACE, Original, compare};
+use neural_mesh::metrics::{Figure, Judging, Original, compare};
 
 use crate::args::CompareArgs;
 use crate::failure::Failure;
@@ -25,23 +25,11 @@ use crate::simplify::in_pool;
 use crate::words::{Voice, complain};
 use meshes::{Meshes, Named, read_all};
 
-/// The eigenpairs of a mesh of so many vertices take about 3 GB and some minutes: of larger ones they are left out.
-const MOST_FOR_SPECTRUM: usize = 400_000;
-
-/// What a build without the feature `spectrum` leaves out of every comparison.
-const LEFT_OUT: Option<&str> = if MEASURES_ALONG_SURFACE {
-    None
-} else {
-    Some("the spectrum, geodesic and biharmonic distances: build with `--features spectrum`")
-};
-
 /// An original, what was made of it, and how each result was judged.
 struct Comparison {
     original: Named,
     results: Vec<Judged>,
     judging: Judging,
-    /// Eigenpairs of the Laplacian that all results were judged by.
-    n_eigenpairs: usize,
 }
 
 /// A comparison as another face has it.
@@ -84,9 +72,7 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     if simplified.is_empty() {
         return left_out;
     }
-    // The slow figures are for those who see them.
-    let are_seen = args.all || args.json.is_some() || args.html.is_some();
-    let comparison = judged((args, args.quick || !are_seen), original, simplified, &progress);
+    let comparison = judged(args, original, simplified, &progress);
     progress.show(Part::Picture);
     let Written { pending, json, notes } = written(args, &comparison)?;
     drop(progress);
@@ -108,49 +94,26 @@ pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Comp
     if let Some(failure) = unread.into_iter().next() {
         return Err(failure);
     }
-    let comparison = judged((args, args.quick), original, simplified, &Progress::silent());
+    let comparison = judged(args, original, simplified, &Progress::silent());
     let figures = json::value(&comparison).to_string();
     Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
 }
 
-fn judging<'a>(args: &CompareArgs, is_quick: bool, mut meshes: impl Iterator<Item = &'a Named>) -> Judging {
+fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &Progress) -> Comparison {
+    progress.show(Part::Check);
     let mut judging = Judging::default();
     (judging.samples, judging.seed) = (args.samples, args.seed);
-    judging.geodesics = !is_quick && MEASURES_ALONG_SURFACE;
-    if !judging.geodesics || meshes.any(|named| named.mesh.positions().len() > MOST_FOR_SPECTRUM) {
-        judging.eigenpairs = 0;
-    }
-    judging
-}
-
-fn judged(
-    (args, is_quick): (&CompareArgs, bool),
-    original: Named,
-    simplified: Vec<Named>,
-    progress: &Progress,
-) -> Comparison {
-    progress.show(Part::Check);
-    let judging = judging(args, is_quick, std::iter::once(&original).chain(&simplified));
     let prepared = Original::new(&original.mesh, &judging);
-    let n_asked = size_for_all(&simplified);
     let n_results = simplified.len() as f64;
     let judge = |(number, mesh): (usize, Named)| {
         progress.move_on(Part::Check, (number as f64 + 0.5) / (n_results + 0.5));
-        let mut figures = compare(&prepared, &mesh.mesh, n_asked);
+        let mut figures = compare(&prepared, &mesh.mesh);
         let looks = args.appearance.then(|| appearance(original.shaded(), mesh.shaded(), USUAL_HEIGHT)).flatten();
         figures.extend(appearance::figures(looks.as_ref()));
         Judged { figures, mesh }
     };
     let results = simplified.into_iter().enumerate().map(judge).collect();
-    let n_eigenpairs = prepared.eigenpairs(n_asked);
-    Comparison { original, results, judging, n_eigenpairs }
-}
-
-/// The size that decides how many eigenpairs all results are judged by: that of the smallest with faces.
-fn size_for_all(simplified: &[Named]) -> usize {
-    let meshes = simplified.iter().map(|named| &named.mesh);
-    let sizes = meshes.filter(|mesh| !mesh.faces().is_empty()).map(|mesh| mesh.positions().len());
-    sizes.min().unwrap_or_default()
+    Comparison { original, results, judging }
 }
 
 /// A comparison on its way to its places.
@@ -185,34 +148,4 @@ pub fn check(args: &CompareArgs) -> Result<(), Failure> {
         return Err(Failure::Usage("the page is a file: give --html a name".into()));
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use neural_mesh::mesh::{TriMesh, shapes};
-
-    fn named(mesh: TriMesh) -> Named {
-        Named { name: "a.ply".into(), mesh, cover: None, normals: None, notes: Vec::new() }
-    }
-
-    #[test]
-    fn the_smallest_result_decides_how_many_eigenpairs_count() {
-        let results = [TriMesh::default(), shapes::icosphere(2), shapes::icosphere(1)].map(named);
-        assert_eq!(size_for_all(&results), 42);
-        assert_eq!(size_for_all(&[]), 0);
-    }
-
-    #[cfg(feature = "spectrum")]
-    #[test]
-    fn the_spectrum_of_huge_meshes_is_left_out() {
-        let words = ["neural-mesh", "compare", "a.ply", "b.ply"];
-        let arguments = <crate::command::Args as clap::Parser>::parse_from(words);
-        let crate::command::Command::Compare(args) = arguments.command else { panic!("no comparison") };
-        let many = TriMesh::new(vec![[0.0; 3]; MOST_FOR_SPECTRUM + 1], vec![[0, 1, 2]]).unwrap();
-        let of = |meshes: &[Named]| judging(&args, args.quick, meshes.iter());
-        assert_eq!(of(&[named(shapes::icosphere(1))]), Judging::default());
-        let left_out = of(&[named(shapes::icosphere(1)), named(many)]);
-        assert_eq!((left_out.eigenpairs, left_out.geodesics), (0, Judging::default().geodesics));
-    }
 }

@@ -101,20 +101,15 @@ fn distances(comparison: &Comparison) -> Vec<Distances> {
 mod tests {
     use super::*;
     use crate::compare::Judged;
-    use crate::page::tests::check_points_nowhere;
+    use crate::page::check::check_points_nowhere;
     use neural_mesh::mesh::{TriMesh, shapes};
     use neural_mesh::metrics::Judging;
 
     fn html(name: &str) -> String {
         let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
-        page(&Comparison {
-            original: named(shapes::icosphere(2)),
-            results: vec![result],
-            judging: Judging::default(),
-            n_eigenpairs: 0,
-        })
-        .html
+        page(&Comparison { original: named(shapes::icosphere(2)), results: vec![result], judging: Judging::default() })
+            .html
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use neural_mesh::metrics::Figure;
 
-use super::{Comparison, Judged, LEFT_OUT, MOST_FOR_SPECTRUM, Named};
+use super::{Comparison, Judged, Named};
 use crate::plain::plain;
 use crate::words::{grouped, shortened};
 
@@ -33,29 +33,10 @@ pub fn lines(comparison: &Comparison, all: bool) -> Vec<String> {
         format!("original  {}: {}", original.name, counts(original)),
         format!("judged    from {samples} samples on each surface, seed {}", judging.seed),
     ];
-    if all {
-        lines.extend(LEFT_OUT.map(|what| format!("left out  {what}")));
-        lines.extend(spectrum(comparison));
-    }
     lines.extend(unknown(original, results));
     lines.push(String::new());
     lines.extend(aligned(&rows(results, all)));
     lines
-}
-
-/// How much of the spectrum was judged; nothing where it was not asked for.
-fn spectrum(comparison: &Comparison) -> Option<String> {
-    let Comparison { judging, n_eigenpairs, .. } = comparison;
-    match (judging.eigenpairs, judging.geodesics) {
-        (0, false) => None,
-        (0, true) => {
-            let most = grouped(MOST_FOR_SPECTRUM);
-            Some(format!("spectrum  left out: it takes too long and too much memory above {most} vertices"))
-        }
-        _ => {
-            Some(format!("spectrum  from the first {n_eigenpairs} eigenpairs, at most a quarter of the smallest mesh"))
-        }
-    }
 }
 
 /// That some figures would have taken too long; nothing where all are known.

@@ -1,5 +1,8 @@
 //! HTML pages that ask for nothing outside themselves: a page of `cli/viewer`, filled with words as JSON and packed numbers.
 
+#[cfg(test)]
+#[path = "../../tests/common/page_check.rs"]
+pub mod check;
 pub mod packed;
 pub mod pairs;
 pub mod surface_data;
@@ -38,21 +41,4 @@ pub fn json_island(id: &str, value: &Value) -> String {
 /// Text inside an element.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-#[cfg(test)]
-pub mod tests {
-    /// Holds that a page asks for nothing outside itself.
-    pub fn check_points_nowhere(page: &str) {
-        for (at, scheme) in page.match_indices("http:").chain(page.match_indices("https:")) {
-            let address = &page[at..page.len().min(at + 60)];
-            // Names of XML languages, which nobody opens.
-            assert!(address.starts_with("http://www.w3.org/"), "{scheme} in {address}");
-        }
-        // The icon is an empty one inside the page, so that browsers look for none.
-        assert_eq!(page.matches("<link").count(), page.matches("<link rel=\"icon\" href=\"data:,\">").count());
-        assert!(!page.contains(" src=\"") && !page.contains("@import"));
-        assert!(page.contains("default-src 'none'"));
-        assert!(page.contains("Permission is hereby granted"), "the licence of three.js is missing");
-    }
 }

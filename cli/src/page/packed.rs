@@ -41,25 +41,7 @@ impl Packed {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use std::io::Read;
-
-    /// The numbers of a text, as the page reads them.
-    pub fn unpacked(text: &str) -> Vec<u32> {
-        let mut bytes = Vec::new();
-        flate2::read::DeflateDecoder::new(&STANDARD.decode(text).unwrap()[..]).read_to_end(&mut bytes).unwrap();
-        let mut numbers = Vec::new();
-        let (mut number, mut shift) = (0u32, 0);
-        for byte in bytes {
-            number |= u32::from(byte & 0x7f) << shift;
-            shift += 7;
-            if byte < 0x80 {
-                numbers.push(number);
-                (number, shift) = (0, 0);
-            }
-        }
-        assert_eq!(shift, 0);
-        numbers
-    }
+    use crate::page::check::unpacked;
 
     /// The number behind a difference.
     pub fn undone(difference: u32, before: u32) -> u32 {

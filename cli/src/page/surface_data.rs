@@ -137,7 +137,8 @@ fn pack_edges(packed: &mut Packed, edges: &[[u32; 2]], number: &[u32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::packed::tests::{undone, unpacked};
+    use super::super::check::unpacked;
+    use super::super::packed::tests::undone;
     use super::*;
     use neural_mesh::mesh::{irregular_edges, shapes};
 

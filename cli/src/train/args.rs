@@ -30,8 +30,7 @@ pub struct TrainArgs {
     /// Settings; what the file leaves out has its default
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// What to learn, instead of the settings' [possible values: bending, dse, paper, pointtrinet, potamias, shape,
-    /// uniform]
+    /// What to learn, instead of the settings' [possible values: bending, paper, shape, uniform]
     #[arg(long, value_name = "NAME")]
     pub objective: Option<String>,
     /// Epochs, instead of the settings' number

@@ -6,7 +6,9 @@ mod progress;
 
 use std::path::Path;
 
-use neural_mesh::train::{Ending, OBJECTIVES, Request, Run, TrainError, open, step_function, train};
+use neural_mesh::train::{
+    Ending, OBJECTIVES, OwnNetwork, Request, Run, StepFunction, TrainError, open, step_function, train,
+};
 
 use crate::failure::{Failure, name};
 use crate::files;
@@ -16,13 +18,28 @@ use crate::words::{Voice, complain};
 pub use args::TrainArgs;
 use progress::TrainProgress;
 
+/// Another network than the paper's, and how it learns.
+pub struct OtherNetwork<'a> {
+    /// What the setting `objective` is called.
+    pub objective: &'a str,
+    /// The network.
+    pub network: &'a OwnNetwork,
+    /// Makes its step.
+    pub step: &'a (dyn Fn() -> Box<StepFunction<'static>> + Sync),
+}
+
 /// Trains, or draws the curves of a training.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
+    run_for(args, None)
+}
+
+/// Trains the paper's network or another one.
+pub fn run_for(args: &TrainArgs, other: Option<&OtherNetwork>) -> Result<(), Failure> {
     match (&args.plot, &args.data, &args.out) {
         (Some(folder), _, _) => plot(folder, voice(args)),
         (None, Some(data), Some(out)) => {
             stopping::watch_for_a_good_end();
-            in_pool(args.threads, || learn(args, data, out))
+            in_pool(args.threads, || learn((args, other), data, out))
         }
         _ => {
             Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into()))
@@ -30,17 +47,21 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     }
 }
 
-fn learn(args: &TrainArgs, data: &Path, out: &Path) -> Result<(), Failure> {
+fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &Path) -> Result<(), Failure> {
     let settings = args.config.as_deref().map(read_text).transpose()?;
     let init = args.init.as_deref().map(files::read).transpose()?;
     let mut request = Request::new(data, out);
     request.settings = settings.as_deref();
-    request.objective = args.objective.as_deref();
+    request.objective = other.map(|other| other.objective).or(args.objective.as_deref());
+    request.network = other.map(|other| other.network);
     request.epochs = args.epochs;
     request.resume = args.resume;
     request.init = init.as_deref();
     let mut run = open(&request).map_err(|error| refused(error, args))?;
-    let step = step_function(&run.settings).map_err(|error| refused(error, args))?;
+    let step = match other {
+        Some(other) => (other.step)(),
+        None => step_function(&run.settings).map_err(|error| refused(error, args))?,
+    };
     say_what_is_there(&run, voice(args));
     let mut progress = TrainProgress::new(&run, voice(args));
     let ending = train(&mut run, &step, &mut |event| progress.hear(event));

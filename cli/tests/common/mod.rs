@@ -39,7 +39,7 @@ pub fn shipped(name: &str) -> PathBuf {
 
 /// The program, ready to start in a folder.
 pub fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_neural-mesh"));
+    let mut command = Command::new(crate::PROGRAM);
     command.current_dir(folder).args(arguments);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command

@@ -27,13 +27,12 @@ function start() {
   wireSlider(scene, comparison, data, panes);
 }
 
-function writeWords({ original, results, settings, program, figures, left_out: leftOut }) {
+function writeWords({ original, results, settings, program, figures }) {
   at('name').textContent = original.name;
   at('how-many').textContent = results.length === 1 ? 'and one simplified mesh' : `and ${results.length} simplified meshes`;
   fillTable(at('figures'), { figures, results });
   fillMeanings(at('meanings'), figures);
-  at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`
-    + (leftOut ? `; left out: ${leftOut}` : '');
+  at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`;
 }
 
 /** What a caption says of the cover of a mesh, where textures are shown. */

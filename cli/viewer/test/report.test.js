@@ -1,4 +1,4 @@
-// The page of `neural-mesh evaluate` in a browser: tables sort, choices change what is shown, worst cases open, large pages open soon.
+// The page of `neural-mesh-bench evaluate` in a browser: tables sort, choices change what is shown, worst cases open, large pages open soon.
 //
 // `scripts/viewer_test` makes PAGES/run, an evaluation of three methods on two meshes, and the large pages.
 

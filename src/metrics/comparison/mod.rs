@@ -3,14 +3,7 @@
 //! The order and the names of the figures are fixed, so that they can be columns of a table. What a figure is made of
 //! stands in the files of `metrics`; here they are put together and named.
 
-#[cfg(feature = "spectrum")]
-mod along_surface;
-#[cfg(not(feature = "spectrum"))]
-#[path = "no_along_surface.rs"]
-mod along_surface;
 mod figure;
-#[cfg(feature = "spectrum")]
-mod intrinsic;
 mod judging;
 mod on_surface;
 mod original;
@@ -19,36 +12,29 @@ mod shape;
 use crate::mesh::{TriMesh, topology};
 use crate::metrics::Surface;
 
-pub use along_surface::MEASURES_ALONG_SURFACE;
 pub use figure::Figure;
 pub use judging::Judging;
 pub use original::Original;
-use original::scaled;
 
-/// Measures a simplified mesh, which was asked to have `n_asked` vertices, against its original: always the same figures in the
-/// same order. Without the feature `spectrum` those along the surface are missing: the Laplacian's, geodesic and biharmonic ones.
-///
-/// What it was asked for decides how many eigenpairs are compared, so that methods that were asked for the same are judged by
-/// the same number, also those that lost vertices.
+/// Measures a simplified mesh against its original: always the same figures in the same order.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Judging, Original, compare}};
 /// let mut judging = Judging::default();
 /// judging.samples = 1000;
 /// let original = Original::new(&shapes::icosphere(3), &judging);
-/// let figures = compare(&original, &shapes::icosphere(2), 162);
+/// let figures = compare(&original, &shapes::icosphere(2));
 /// let distance = figures.iter().find(|figure| figure.name == "distance_mean").unwrap();
 /// assert!(distance.value.unwrap() < 1.0 && distance.unit == "% of diagonal");
 /// ```
-pub fn compare(original: &Original, simplified: &TriMesh, n_asked: usize) -> Vec<Figure> {
-    let simplified = &scaled(simplified, original.scale);
+pub fn compare(original: &Original, simplified: &TriMesh) -> Vec<Figure> {
+    let simplified = &original.scaled(simplified);
     // Other places than the original's, so that equal surfaces are not measured at the very same points.
     let surface = Surface::new(simplified, original.judging.samples, original.judging.seed.wrapping_add(1));
     let found = topology(simplified);
     let mut figures = Vec::new();
     figures.extend(shape::sizes(simplified));
     figures.extend(on_surface::figures(original, simplified, &surface));
-    figures.extend(original.along_surface.figures(simplified, &surface, n_asked));
     figures.extend(shape::edges(original, simplified, &found));
     figures.extend(shape::topology(original, simplified, &surface, &found));
     figures.extend(shape::triangles(simplified));
@@ -56,17 +42,17 @@ pub fn compare(original: &Original, simplified: &TriMesh, n_asked: usize) -> Vec
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    pub const JUDGING: Judging = Judging { samples: 3000, seed: 0, eigenpairs: 20, geodesics: true, source: None };
+    const JUDGING: Judging = Judging { samples: 3000, seed: 0 };
 
-    pub fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
-        compare(&Original::new(original, &JUDGING), simplified, simplified.positions().len())
+    fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
+        compare(&Original::new(original, &JUDGING), simplified)
     }
 
-    pub fn value(figures: &[Figure], name: &str) -> Option<f64> {
+    fn value(figures: &[Figure], name: &str) -> Option<f64> {
         figures.iter().find(|figure| figure.name == name).unwrap().value
     }
 
@@ -128,8 +114,6 @@ pub(super) mod tests {
             assert_eq!(names(compared(&odd, &sphere)), all);
             assert_eq!(names(compared(&odd, &odd)), all);
         }
-        let little = Judging { eigenpairs: 0, geodesics: false, ..JUDGING };
-        assert_eq!(names(compare(&Original::new(&sphere, &little), &sphere, 42)), all);
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! The original mesh, made ready once to judge many simplified ones.
 
-use super::along_surface::AlongSurface;
 use super::judging::Judging;
 use crate::mesh::{Topology, TriMesh, topology};
 use crate::metrics::{Surface, volume};
@@ -12,13 +11,12 @@ pub struct Original {
     pub(super) surface: Surface,
     pub(super) topology: Topology,
     pub(super) volume: Option<f64>,
-    pub(super) along_surface: AlongSurface,
     /// What coordinates are multiplied with before anything is measured.
-    pub(super) scale: f64,
+    scale: f64,
 }
 
 impl Original {
-    /// Draws the samples, builds the trees, and solves for what [`Judging`] asks for.
+    /// Draws the samples and builds the trees.
     pub fn new(mesh: &TriMesh, judging: &Judging) -> Self {
         let scale = scale_to_one(mesh);
         let mesh = scaled(mesh, scale);
@@ -27,18 +25,22 @@ impl Original {
             judging: *judging,
             surface: Surface::new(&mesh, judging.samples, judging.seed),
             volume: volume(&mesh),
-            along_surface: AlongSurface::new(&mesh, judging, topology.vertices - topology.unreferenced_vertices),
             topology,
             mesh,
             scale,
         }
     }
 
-    /// Eigenpairs that are compared with a mesh that was asked to have so many vertices: as many as [`Judging`] allows, at
-    /// most a quarter of the vertices asked for and of the original's in use, and those that the solver found; 0 without the
-    /// feature `spectrum`.
-    pub fn eigenpairs(&self, n_asked: usize) -> usize {
-        self.along_surface.eigenpairs(n_asked)
+    /// Returns a mesh as it is measured: a power of two brings very small and very large originals to about unit size.
+    ///
+    /// ```
+    /// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::{Judging, Original}};
+    /// let tiny = shapes::icosphere(2).positions().iter().map(|p| p.map(|x| 2f32.powi(-80) * x)).collect();
+    /// let tiny = TriMesh::new(tiny, shapes::icosphere(2).faces().to_vec()).unwrap();
+    /// assert_eq!(Original::new(&tiny, &Judging::default()).scaled(&tiny), shapes::icosphere(2));
+    /// ```
+    pub fn scaled(&self, mesh: &TriMesh) -> TriMesh {
+        scaled(mesh, self.scale)
     }
 }
 
@@ -52,7 +54,7 @@ fn scale_to_one(mesh: &TriMesh) -> f64 {
 }
 
 /// The mesh with its coordinates multiplied; what would leave the range of numbers stays at its end.
-pub(super) fn scaled(mesh: &TriMesh, by: f64) -> TriMesh {
+fn scaled(mesh: &TriMesh, by: f64) -> TriMesh {
     if by == 1.0 {
         return mesh.clone();
     }

@@ -1,0 +1,161 @@
+//! The paper's Figure 6: distances from a point of a mesh, along the surface and biharmonic, on the mesh and on what
+//! several methods make of it, as a picture and a table of errors.
+//!
+//! `cargo run --release -p neural-mesh-bench --example figure6 -- MESH PAPER_WEIGHTS OUT.png`
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use glam::DVec3;
+use neural_mesh::io::read_path;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::metrics::Judging;
+use neural_mesh::model::Weights;
+use neural_mesh::picture::{Image, PictureOptions, Scale, encode_png, render_painted};
+use neural_mesh::simplify::{Assembly, Options, Target, simplify};
+use neural_mesh_bench::along_surface::{AlongJudging, Eigenpairs, HeatMethod, Judge, Laplacian};
+use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
+
+/// Eigenpairs of the Laplacian that the biharmonic distances are made of, as in the paper's tables.
+const EIGENPAIRS: usize = 200;
+/// Lines of equal distance.
+const LINES: usize = 20;
+
+/// Share of the vertices that stay.
+const RATIO: f64 = 0.1;
+/// Height of a panel in pixels.
+const HEIGHT: usize = 300;
+
+type Failure = Box<dyn Error>;
+
+/// What is measured along the surface.
+const KINDS: [&str; 2] = ["geodesic", "biharmonic"];
+
+/// A mesh with the distances of each kind from the source, one per vertex; not finite where there is none.
+struct Measured {
+    name: &'static str,
+    mesh: TriMesh,
+    distances: [Vec<f64>; 2],
+}
+
+fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [mesh, weights, out] = &arguments[..] else { return Err("usage: figure6 MESH PAPER_WEIGHTS OUT.png".into()) };
+    let original = upright(&clean(read_path(Path::new(mesh), None)?, &CleanOptions::default())?.mesh)?;
+    let results = results(&original, &Weights::from_bytes(&std::fs::read(weights)?)?)?;
+    let source = end_of(&original);
+    let along = AlongJudging { eigenpairs: EIGENPAIRS, source: Some(source), ..AlongJudging::default() };
+    let judge = Judge::new(&original, &Judging::default(), &along);
+    let errors: Vec<[f64; 2]> = results.iter().map(|(_, mesh)| errors(&judge, mesh)).collect::<Result<_, _>>()?;
+    let place = original.positions()[source as usize];
+    let meshes = [("original", original)].into_iter().chain(results);
+    let meshes = meshes.map(|(name, mesh)| measured(name, mesh, place)).collect::<Result<Vec<_>, _>>()?;
+    let picture = stacked(&row(&meshes, &errors, 0), &row(&meshes, &errors, 1));
+    std::fs::write(out, encode_png(&picture))?;
+    print_errors(&meshes, &errors);
+    Ok(())
+}
+
+/// The mesh with its z axis, up in TOSCA, where pictures have theirs.
+fn upright(mesh: &TriMesh) -> Result<TriMesh, Failure> {
+    let positions = mesh.positions().iter().map(|&[x, y, z]| [y, z, x]).collect();
+    Ok(TriMesh::new(positions, mesh.faces().to_vec())?)
+}
+
+/// What the methods make of the mesh: ours as it comes, the paper's, and QEM at the number of faces of ours.
+fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMesh)>, Failure> {
+    let ours = simplified(mesh, Assembly::Closed, None)?;
+    let paper = simplified(mesh, Assembly::Paper, Some(weights))?;
+    let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };
+    let qem = simplify_by(Baseline::Qem, mesh, size, 0)?;
+    Ok(vec![("closed", ours), ("paper", paper), ("qem", qem)])
+}
+
+fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
+    let mut options = Options::new(Target::Ratio(RATIO));
+    options.assembly = assembly;
+    Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
+}
+
+/// Errors of the distances along the surface and of the biharmonic ones, in percent of the largest.
+fn errors(judge: &Judge, mesh: &TriMesh) -> Result<[f64; 2], Failure> {
+    let figures = judge.figures(mesh, mesh.positions().len());
+    let value = |name: &str| figures.iter().find(|figure| figure.name == name)?.value;
+    let both = value("geodesic_error").zip(value("biharmonic_error"));
+    let (geodesic, biharmonic) = both.ok_or("the distances cannot be measured")?;
+    Ok([geodesic, biharmonic])
+}
+
+fn point(p: &[f32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
+}
+
+/// The vertex farthest from the middle of the bounding box.
+fn end_of(mesh: &TriMesh) -> u32 {
+    let points: Vec<DVec3> = mesh.positions().iter().map(point).collect();
+    let [low, high] = [DVec3::min, DVec3::max].map(|end| points.iter().copied().reduce(end).unwrap_or_default());
+    let distance = |&v: &usize| points[v].distance(low.midpoint(high));
+    let end = (0..points.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
+    end.unwrap_or_default() as u32
+}
+
+/// Distances from the vertex nearest to a place.
+fn measured(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<Measured, Failure> {
+    let laplacian = Laplacian::new(&mesh).ok_or("the mesh has no area")?;
+    let to_place = |&at: &usize| {
+        let vertex = laplacian.vertices[at] as usize;
+        point(&mesh.positions()[vertex]).distance(point(&place))
+    };
+    let nearest = (0..laplacian.vertices.len()).min_by(|a, b| to_place(a).total_cmp(&to_place(b)));
+    let source = nearest.ok_or("the mesh has no faces")? as u32;
+    let heat = HeatMethod::new(&laplacian).ok_or("the Laplacian cannot be factored")?;
+    let n_pairs = EIGENPAIRS.min(laplacian.vertices.len() / 4);
+    let pairs = Eigenpairs::lowest(&laplacian, n_pairs).ok_or("the eigenpairs were not found")?;
+    let geodesic = heat.distances(&laplacian, source);
+    let mut biharmonic = pairs.biharmonic_distances(source, n_pairs);
+    for (distance, along) in biharmonic.iter_mut().zip(&geodesic).filter(|(_, along)| !along.is_finite()) {
+        *distance = *along;
+    }
+    let at_vertices = |at_places: Vec<f64>| {
+        let mut values = vec![f64::NAN; mesh.positions().len()];
+        laplacian.vertices.iter().zip(at_places).for_each(|(&v, value)| values[v as usize] = value);
+        values
+    };
+    Ok(Measured { name, distances: [geodesic, biharmonic].map(at_vertices), mesh })
+}
+
+/// One kind of distance on all meshes, the colours ending at the largest one on the original.
+fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
+    let on_original = meshes[0].distances[kind].iter().copied();
+    let end = on_original.filter(|distance| distance.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
+    let error = |at: usize| match at {
+        0 => KINDS[kind].to_owned(),
+        _ => format!("{}, error {:.2} %", KINDS[kind], errors[at - 1][kind]),
+    };
+    let caption = |(at, Measured { name, mesh, .. }): (usize, &Measured)| {
+        format!("{name}\n{} vertices\n{}", mesh.positions().len(), error(at))
+    };
+    let captions = meshes.iter().enumerate().map(caption).collect();
+    let mut options = PictureOptions::default();
+    (options.height, options.captions, options.edges) = (HEIGHT, captions, false);
+    let painted: Vec<(&TriMesh, &[f64])> =
+        meshes.iter().map(|measured| (&measured.mesh, measured.distances[kind].as_slice())).collect();
+    render_painted(&painted, &Scale { end, lines: LINES }, &options)
+}
+
+/// One picture above another of the same width.
+fn stacked(upper: &Image, lower: &Image) -> Image {
+    let rgba = [upper.rgba.as_slice(), &lower.rgba].concat();
+    Image { width: upper.width, height: upper.height + lower.height, rgba }
+}
+
+/// The errors as a table.
+fn print_errors(meshes: &[Measured], errors: &[[f64; 2]]) {
+    println!("| mesh | vertices | faces | geodesic error, % | biharmonic error, % |\n|---|---|---|---|---|");
+    for (Measured { name, mesh, .. }, [geodesic, biharmonic]) in meshes[1..].iter().zip(errors) {
+        let [vertices, faces] = [mesh.positions().len(), mesh.faces().len()];
+        println!("| {name} | {vertices} | {faces} | {geodesic:.3} | {biharmonic:.3} |");
+    }
+}

@@ -1,0 +1,42 @@
+//! What is known of a surface from within: its Laplacian, and what is solved with it.
+
+use glam::DVec3;
+
+use super::judge::AlongJudging;
+use crate::along_surface::spectrum::HeatMethod;
+use crate::along_surface::{Eigenpairs, Laplacian};
+use neural_mesh::mesh::TriMesh;
+
+/// What is known of a surface from within.
+pub struct Intrinsic {
+    pub laplacian: Laplacian,
+    /// Position of each vertex in use, n.
+    pub points: Vec<DVec3>,
+    pub heat: Option<HeatMethod>,
+    pub pairs: Option<Eigenpairs>,
+}
+
+impl Intrinsic {
+    /// With the eigenpairs that a mesh of so many vertices has; `None` where nothing of it is asked for, or the surface has
+    /// no area.
+    pub fn new(mesh: &TriMesh, judging: &AlongJudging, n_asked: usize) -> Option<Self> {
+        if judging.eigenpairs == 0 && !judging.geodesics {
+            return None;
+        }
+        let laplacian = Laplacian::new(mesh)?;
+        let n_pairs = judging.eigenpairs.min(n_asked / 4);
+        let point = |&v: &u32| DVec3::from_array(mesh.positions()[v as usize].map(f64::from));
+        Some(Self {
+            points: laplacian.vertices.iter().map(point).collect(),
+            heat: if judging.geodesics { HeatMethod::new(&laplacian) } else { None },
+            pairs: if n_pairs > 0 { Eigenpairs::lowest(&laplacian, n_pairs) } else { None },
+            laplacian,
+        })
+    }
+
+    /// Place of the vertex nearest to a point.
+    pub fn nearest(&self, p: DVec3) -> u32 {
+        let distance = |&i: &u32| self.points[i as usize].distance_squared(p);
+        (0..self.points.len() as u32).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
+    }
+}

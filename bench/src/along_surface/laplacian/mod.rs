@@ -1,0 +1,174 @@
+//! The cotangent Laplacian of any mesh, however bad its triangles, with lumped barycentric masses.
+//!
+//! The tufted cover makes every mesh a closed surface, mollification gives every triangle an area, and intrinsic flips
+//! make every weight positive: Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020). On a closed manifold
+//! mesh without bad triangles it is the usual cotangent Laplacian; at boundaries it has natural (Neumann) conditions.
+
+mod delaunay;
+mod glued;
+mod tufted;
+
+use rayon::prelude::*;
+
+use neural_mesh::geometry::sides::{area, opposite_cotangent};
+use neural_mesh::mesh::TriMesh;
+
+pub use glued::Glued;
+
+/// By which share of the mean edge length two sides of each triangle are made longer than the third.
+const MOLLIFICATION: f64 = 1e-5;
+
+/// The Laplacian `L` (positive semidefinite) and the masses `M` of the vertices that faces use.
+///
+/// `(L u)_i = sum_j w_ij (u_i - u_j)` is the integral of `-div grad u` over the surroundings of vertex i, whose area is
+/// `mass[i]`; so `L u = lambda M u` has the eigenvalues of the surface, in inverse squares of the mesh's unit.
+///
+/// ```
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh_bench::along_surface::Laplacian;
+/// let laplacian = Laplacian::new(&shapes::icosphere(3)).unwrap();
+/// assert!((laplacian.mass.iter().sum::<f64>() - 4.0 * std::f64::consts::PI).abs() < 0.1);
+/// assert!(laplacian.edges.iter().all(|&(_, weight)| weight > -1e-6));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Laplacian {
+    /// Vertices of the mesh that faces use, ascending: n.
+    pub vertices: Vec<u32>,
+    /// Pairs `i < j` of places in `vertices`, ascending, and the weight `w_ij` between them.
+    pub edges: Vec<([u32; 2], f64)>,
+    /// Area around each vertex, positive: n.
+    pub mass: Vec<f64>,
+    /// Number of the connected piece that each vertex is in: n.
+    pub piece: Vec<u32>,
+    /// The surface: two copies of each face, as flips left them; starts are places in `vertices`.
+    pub(super) surface: Glued,
+}
+
+impl Laplacian {
+    /// Builds it; `None` where no face has an area.
+    pub fn new(mesh: &TriMesh) -> Option<Self> {
+        let mut surface = tufted::tufted_cover(mesh);
+        surface.mollify(MOLLIFICATION);
+        if surface.mean_length() <= 0.0 || !surface.mean_length().is_finite() {
+            return None;
+        }
+        delaunay::flip_to_delaunay(&mut surface);
+        let vertices = name_by_place(&mut surface.start, mesh.positions().len());
+        let edges = edges(&surface);
+        let piece = pieces(vertices.len(), &edges);
+        Some(Self { edges, mass: mass(&surface, vertices.len()), piece, vertices, surface })
+    }
+}
+
+/// Replaces vertices by their places among those in use, which are returned in order.
+fn name_by_place(start: &mut [u32], n_vertices: usize) -> Vec<u32> {
+    let mut place = vec![u32::MAX; n_vertices];
+    start.iter().for_each(|&v| place[v as usize] = 0);
+    let used: Vec<u32> = (0..n_vertices as u32).filter(|&v| place[v as usize] == 0).collect();
+    used.iter().enumerate().for_each(|(at, &v)| place[v as usize] = at as u32);
+    start.iter_mut().for_each(|v| *v = place[*v as usize]);
+    used
+}
+
+/// The weights, half of those of the cover: each edge's sum of half cotangents over the faces beside it.
+fn edges(surface: &Glued) -> Vec<([u32; 2], f64)> {
+    let weight = |half_edge: usize| {
+        let [a, b] = surface.ends(half_edge);
+        ([a.min(b), a.max(b)], 0.25 * opposite_cotangent(surface.sides(half_edge)))
+    };
+    let mut parts: Vec<_> = (0..surface.twin.len()).map(weight).filter(|([a, b], _)| a != b).collect();
+    // Stable, so that sums are taken in one order.
+    parts.par_sort_by_key(|(ends, _)| *ends);
+    let sum = |parts: &[([u32; 2], f64)]| (parts[0].0, parts.iter().map(|(_, weight)| weight).sum());
+    parts.chunk_by(|a, b| a.0 == b.0).map(sum).collect()
+}
+
+/// A third of each face, halved as the cover has two copies.
+fn mass(surface: &Glued, n_vertices: usize) -> Vec<f64> {
+    let mut mass = vec![0.0; n_vertices];
+    for face in 0..surface.twin.len() / 3 {
+        let share = area(surface.sides(3 * face)) / 6.0;
+        surface.start[3 * face..3 * face + 3].iter().for_each(|&v| mass[v as usize] += share);
+    }
+    mass
+}
+
+fn pieces(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
+    let mut root: Vec<u32> = (0..n_vertices as u32).collect();
+    for ([a, b], _) in edges {
+        let [a, b] = [*a, *b].map(|v| root_of(&mut root, v));
+        root[a.max(b) as usize] = a.min(b);
+    }
+    (0..n_vertices as u32).map(|v| root_of(&mut root, v)).collect()
+}
+
+/// The vertex that stands for the piece of `v`; halves the way there.
+fn root_of(root: &mut [u32], mut v: u32) -> u32 {
+    while root[v as usize] != v {
+        root[v as usize] = root[root[v as usize] as usize];
+        v = root[v as usize];
+    }
+    v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use neural_mesh::mesh::shapes;
+    use std::collections::BTreeMap;
+
+    /// The textbook's sum of half cotangents over the faces beside each edge.
+    fn naive(mesh: &TriMesh) -> BTreeMap<[u32; 2], f64> {
+        let mut weights = BTreeMap::new();
+        for face in mesh.faces() {
+            for k in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|i| face[(k + i) % 3]);
+                let [p, q, r] = [a, b, c].map(|v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)));
+                let cotangent = (p - r).dot(q - r) / (p - r).cross(q - r).length();
+                *weights.entry([a.min(b), a.max(b)]).or_insert(0.0) += 0.5 * cotangent;
+            }
+        }
+        weights
+    }
+
+    #[test]
+    fn on_good_meshes_it_is_the_cotangent_laplacian() {
+        let sphere = shapes::icosphere(2);
+        let laplacian = Laplacian::new(&sphere).unwrap();
+        let naive = naive(&sphere);
+        assert_eq!(laplacian.edges.len(), naive.len());
+        for (edge, weight) in &laplacian.edges {
+            assert!((weight - naive[edge]).abs() < 1e-9, "{edge:?} {weight} {}", naive[edge]);
+        }
+    }
+
+    #[test]
+    fn weights_are_positive_on_meshes_that_are_not_good() {
+        let shapes = [shapes::plate(12, 0.01), shapes::bolt(24), shapes::moebius_strip(20, 3)];
+        for mesh in shapes.iter().chain(&[shapes::tetrahedra_sharing_edge(), shapes::klein_bottle(20, 8)]) {
+            let laplacian = Laplacian::new(mesh).unwrap();
+            assert!(laplacian.edges.iter().all(|&(_, weight)| weight > -1e-7));
+            assert!(laplacian.mass.iter().all(|&mass| mass > 0.0));
+        }
+    }
+
+    #[test]
+    fn faces_without_area_and_vertices_without_faces_are_no_trouble() {
+        let positions = vec![[9.0; 3], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.0, 0.0]];
+        let laplacian = Laplacian::new(&TriMesh::new(positions, vec![[1, 2, 3], [1, 2, 4]]).unwrap()).unwrap();
+        assert_eq!(laplacian.vertices, [1, 2, 3, 4]);
+        assert!(laplacian.edges.iter().all(|(_, weight)| weight.is_finite()));
+        assert!((laplacian.mass.iter().sum::<f64>() - 0.5).abs() < 1e-2);
+        let points = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
+        assert!(Laplacian::new(&points).is_none() && Laplacian::new(&TriMesh::default()).is_none());
+    }
+
+    #[test]
+    fn pieces_are_told_apart() {
+        let boxes = Laplacian::new(&shapes::many_boxes(3)).unwrap();
+        let mut pieces = boxes.piece.clone();
+        pieces.dedup();
+        assert_eq!(pieces.len(), 3);
+    }
+}

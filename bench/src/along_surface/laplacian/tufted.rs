@@ -1,0 +1,152 @@
+//! The tufted cover of a mesh: two copies of each face, glued so that every side has exactly one neighbour.
+//!
+//! After Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), Sec. 3: whatever the mesh, also with boundaries,
+//! edges of many faces and faces that disagree on the side, its cover is closed, oriented and edge-manifold.
+
+use glam::DVec3;
+
+use super::glued::Glued;
+use neural_mesh::mesh::TriMesh;
+
+/// Glues two copies of each face: `2 face` as it is and `2 face + 1` turned over.
+///
+/// Around an edge the copies that look at each other are glued; at a boundary that is a face and its own other side.
+pub fn tufted_cover(mesh: &TriMesh) -> Glued {
+    let n_half_edges = 6 * mesh.faces().len();
+    let mut cover = Glued { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
+    for_each_edge(mesh.faces(), |ends, half_edges| {
+        let [from, to] = ends.map(|end| point(mesh, end));
+        let length = from.distance(to);
+        let order = by_angle(mesh, [from, to], half_edges);
+        for (at, &side) in order.iter().enumerate() {
+            let (here, there) = (upward(mesh, side), downward(mesh, order[(at + 1) % order.len()]));
+            (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
+            (cover.length[here], cover.length[there]) = (length, length);
+        }
+    });
+    cover
+}
+
+/// A side of a face: where it leads, and its number, `3 * face + place`.
+#[derive(Clone, Copy)]
+struct HalfEdge {
+    /// The end of its edge with the larger index.
+    end: u32,
+    half_edge: u32,
+}
+
+impl HalfEdge {
+    /// Whether it runs along its edge from the smaller vertex to the larger.
+    fn runs_up(self, faces: &[[u32; 3]]) -> bool {
+        start(faces, self.half_edge) != self.end
+    }
+}
+
+/// Calls `visit` with every edge's ends, the smaller first, and its half-edges, ascending.
+fn for_each_edge(faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
+    let ends = |half_edge: u32| [start(faces, half_edge), start(faces, next(half_edge))];
+    let low = |h: &HalfEdge| ends(h.half_edge).into_iter().fold(h.end, u32::min);
+    let half_edges =
+        (0..3 * faces.len() as u32).map(|h| HalfEdge { end: ends(h).into_iter().fold(0, u32::max), half_edge: h });
+    let mut half_edges: Vec<HalfEdge> = half_edges.collect();
+    half_edges.sort_unstable_by_key(|h| (low(h), h.end, h.half_edge));
+    half_edges
+        .chunk_by(|g, h| (low(g), g.end) == (low(h), h.end))
+        .for_each(|edge| visit([low(&edge[0]), edge[0].end], edge));
+}
+
+/// The vertex where a half-edge starts.
+fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
+    faces.as_flattened()[half_edge as usize]
+}
+
+/// The half-edge that follows around the same face.
+fn next(half_edge: u32) -> u32 {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
+}
+
+fn starts(mesh: &TriMesh) -> Vec<u32> {
+    mesh.faces().iter().flat_map(|&[a, b, c]| [a, b, c, a, c, b]).collect()
+}
+
+/// The half-edge of the cover that runs along a side from the smaller vertex to the larger.
+fn upward(mesh: &TriMesh, side: HalfEdge) -> usize {
+    copy_of(side.half_edge, side.runs_up(mesh.faces()))
+}
+
+/// The half-edge of the other copy, which runs the other way.
+fn downward(mesh: &TriMesh, side: HalfEdge) -> usize {
+    copy_of(side.half_edge, !side.runs_up(mesh.faces()))
+}
+
+fn copy_of(half_edge: u32, as_it_is: bool) -> usize {
+    let (face, side) = (half_edge as usize / 3, half_edge as usize % 3);
+    6 * face + if as_it_is { side } else { 5 - side }
+}
+
+/// The sides of one edge in the order in which their faces stand around it.
+fn by_angle(mesh: &TriMesh, [from, to]: [DVec3; 2], around: &[HalfEdge]) -> Vec<HalfEdge> {
+    let mut order = around.to_vec();
+    if order.len() > 2 {
+        let axis = (to - from).normalize_or_zero();
+        let x = axis.any_orthogonal_vector().normalize_or_zero();
+        let y = axis.cross(x);
+        let angle = |side: &HalfEdge| {
+            let away = point(mesh, start(mesh.faces(), next(next(side.half_edge)))) - from;
+            away.dot(y).atan2(away.dot(x))
+        };
+        order.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    }
+    order
+}
+
+fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
+    DVec3::from_array(mesh.positions()[vertex as usize].map(f64::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::shapes;
+
+    /// Every side has one neighbour, which runs the other way between the same vertices.
+    fn check(mesh: &TriMesh) {
+        let cover = tufted_cover(mesh);
+        for (here, &there) in cover.twin.iter().enumerate() {
+            let [a, b] = cover.ends(there as usize);
+            assert_eq!((cover.twin[there as usize] as usize, cover.ends(here)), (here, [b, a]));
+            assert!(here != there as usize && cover.length[here] == cover.length[there as usize]);
+        }
+    }
+
+    #[test]
+    fn whatever_the_mesh_its_cover_is_closed_and_oriented() {
+        check(&shapes::icosphere(1));
+        check(&shapes::grid(3, 2));
+        check(&shapes::moebius_strip(12, 2));
+        check(&shapes::klein_bottle(12, 8));
+        check(&shapes::tetrahedra_sharing_edge());
+        check(&shapes::tetrahedra_sharing_vertex());
+        check(&TriMesh::default());
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        check(&TriMesh::new(positions, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4], [0, 1, 2]]).unwrap());
+    }
+
+    #[test]
+    fn a_closed_surface_is_covered_once_on_each_side() {
+        let cover = tufted_cover(&shapes::icosphere(1));
+        let copy = |half_edge: usize| half_edge / 3 % 2;
+        assert!((0..cover.twin.len()).all(|half_edge| copy(half_edge) == copy(cover.twin[half_edge] as usize)));
+    }
+
+    /// Four faces stand around an edge like the arms of a cross: each side sees the next arm, not the opposite one.
+    #[test]
+    fn around_an_edge_of_many_faces_neighbours_are_glued() {
+        let arms = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|[x, y]| [x, y, 0.0]);
+        let positions = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(arms).collect();
+        let mesh = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 5]]).unwrap();
+        let cover = tufted_cover(&mesh);
+        let face_beside = |face: usize| cover.twin[6 * face] as usize / 6;
+        assert_eq!([0, 1, 2, 3].map(face_beside), [2, 3, 1, 0]);
+    }
+}

@@ -1,0 +1,77 @@
+//! The biharmonic distance: Lipman, Rustamov and Funkhouser, "Biharmonic distance" (2010), Eq. (4).
+
+use super::Eigenpairs;
+
+impl Eigenpairs {
+    /// Biharmonic distances from the vertex at place `source` to all others, in the mesh's unit: n.
+    ///
+    /// The root of the sum over the first `n_pairs` eigenpairs of `(u_k(x) - u_k(y))^2 / lambda_k^2`, those with eigenvalue
+    /// 0 left out; what the pairs beyond add is small, as the eigenvalues grow.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::shapes;
+    /// use neural_mesh_bench::along_surface::{Eigenpairs, Laplacian};
+    /// let torus = Laplacian::new(&shapes::torus(24, 12, 1.0, 0.3)).unwrap();
+    /// let distances = Eigenpairs::lowest(&torus, 40).unwrap().biharmonic_distances(0, 40);
+    /// assert!(distances[0] == 0.0 && distances[1..].iter().all(|&distance| distance > 0.0));
+    /// ```
+    ///
+    /// # Panics
+    /// Where `source` is not below n.
+    pub fn biharmonic_distances(&self, source: u32, n_pairs: usize) -> Vec<f64> {
+        let mut squares = vec![0.0; self.first(0).nrows()];
+        for pair in 0..n_pairs.min(self.values.len()) {
+            if self.is_constant(pair) {
+                continue;
+            }
+            let function = self.function(pair);
+            let (here, value) = (function[source as usize], self.values[pair]);
+            squares.iter_mut().zip(function).for_each(|(sum, u)| *sum += ((u - here) / value).powi(2));
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// Whether an eigenvalue is zero but for rounding: then its function is constant on each piece.
+    pub fn is_constant(&self, pair: usize) -> bool {
+        self.values[pair] <= 1e-6 * self.spacing()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::along_surface::{Eigenpairs, Laplacian};
+    use faer::Mat;
+    use faer::prelude::Solve;
+    use neural_mesh::mesh::shapes;
+
+    /// Green's function of the squared operator over all of the space, by a dense inverse instead of eigenpairs.
+    fn naive(laplacian: &Laplacian, source: usize) -> Vec<f64> {
+        let n = laplacian.mass.len();
+        let total: f64 = laplacian.mass.iter().sum();
+        // L + m m^T / total is regular and agrees with L on functions of mean zero.
+        let mut matrix = Mat::from_fn(n, n, |i, j| laplacian.mass[i] * laplacian.mass[j] / total);
+        for &([i, j], weight) in &laplacian.edges {
+            let (i, j) = (i as usize, j as usize);
+            matrix[(i, i)] += weight;
+            matrix[(j, j)] += weight;
+            matrix[(i, j)] -= weight;
+            matrix[(j, i)] -= weight;
+        }
+        let inverse = matrix.partial_piv_lu().solve(Mat::<f64>::identity(n, n));
+        let mass = Mat::from_fn(n, n, |i, j| if i == j { laplacian.mass[i] } else { 0.0 });
+        let green = &inverse * mass * &inverse;
+        (0..n).map(|i| (green[(i, i)] + green[(source, source)] - 2.0 * green[(i, source)]).max(0.0).sqrt()).collect()
+    }
+
+    #[test]
+    fn agrees_with_a_dense_inverse() {
+        let laplacian = Laplacian::new(&shapes::wavy_sphere(2, 20.0)).unwrap();
+        let n = laplacian.mass.len();
+        let naive = naive(&laplacian, 3);
+        let largest = naive.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let all = Eigenpairs::lowest(&laplacian, n).unwrap().biharmonic_distances(3, n);
+        assert!(all.iter().zip(&naive).all(|(a, b)| (a - b).abs() < 1e-7 * largest));
+        let some = Eigenpairs::lowest(&laplacian, n / 4).unwrap().biharmonic_distances(3, n / 4);
+        assert!(some.iter().zip(&naive).all(|(a, b)| (a - b).abs() < 0.05 * largest));
+    }
+}

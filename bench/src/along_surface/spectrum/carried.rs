@@ -1,0 +1,43 @@
+//! Values on a simplified mesh, carried over to the vertices of its original: each takes that of the nearest point.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::along_surface::laplacian::Laplacian;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::spatial::NearestOnTriangles;
+
+/// For each vertex of the original where its value is taken.
+pub struct Carried {
+    /// Places of three vertices in the simplified mesh's [`Laplacian::vertices`], n x 3.
+    corners: Vec<[u32; 3]>,
+    /// Barycentric weights of the nearest point, n x 3.
+    weights: Vec<[f64; 3]>,
+}
+
+impl Carried {
+    /// Finds the nearest points on the simplified surface; `None` where it has no faces.
+    pub fn new(
+        points: &[DVec3],
+        simplified: &TriMesh,
+        laplacian: &Laplacian,
+        near: &NearestOnTriangles,
+    ) -> Option<Self> {
+        let mut place = vec![0; simplified.positions().len()];
+        laplacian.vertices.iter().enumerate().for_each(|(at, &v)| place[v as usize] = at as u32);
+        let hits: Option<Vec<_>> = points.par_iter().map(|&p| near.nearest(p)).collect();
+        let of_face = |face: u32| simplified.faces()[face as usize].map(|v| place[v as usize]);
+        let found = hits?.into_iter().map(|hit| (of_face(hit.triangle), hit.weights));
+        let (corners, weights) = found.unzip();
+        Some(Self { corners, weights })
+    }
+
+    /// The value at each vertex of the original: n.
+    pub fn values(&self, on_simplified: &[f64]) -> Vec<f64> {
+        let value = |(corners, weights): (&[u32; 3], &[f64; 3])| {
+            let parts = (0..3).filter(|&k| weights[k] > 0.0);
+            parts.map(|k| weights[k] * on_simplified[corners[k] as usize]).sum()
+        };
+        self.corners.iter().zip(&self.weights).map(value).collect()
+    }
+}

@@ -1,0 +1,83 @@
+//! The longest way along the edges of a surface.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::along_surface::laplacian::{Glued, Laplacian};
+
+/// About the longest of all shortest ways along edges between vertices of one piece: at least half of it, on long pieces all
+/// of it.
+///
+/// Two sweeps (Dijkstra 1959): from any vertex of each piece to the farthest, and from there to the farthest again.
+pub fn longest_way(laplacian: &Laplacian) -> f64 {
+    let links = Links::new(&laplacian.surface, laplacian.mass.len());
+    let first: Vec<u32> = (0..laplacian.piece.len() as u32).filter(|&v| laplacian.piece[v as usize] == v).collect();
+    let ways = links.ways(&first);
+    let mut farthest: Vec<u32> = (0..laplacian.piece.len() as u32).collect();
+    for v in 0..laplacian.piece.len() {
+        let best = &mut farthest[laplacian.piece[v] as usize];
+        if ways[v] > ways[*best as usize] {
+            *best = v as u32;
+        }
+    }
+    let starts: Vec<u32> = first.iter().map(|&piece| farthest[piece as usize]).collect();
+    links.ways(&starts).into_iter().filter(|way| way.is_finite()).fold(0.0, f64::max)
+}
+
+/// The half-edges by the vertex that they begin at.
+struct Links<'a> {
+    surface: &'a Glued,
+    /// Those of vertex v are at `starts[v]..starts[v + 1]`.
+    starts: Vec<u32>,
+    half_edges: Vec<u32>,
+}
+
+impl<'a> Links<'a> {
+    fn new(surface: &'a Glued, n_vertices: usize) -> Self {
+        let mut half_edges: Vec<u32> = (0..surface.start.len() as u32).collect();
+        half_edges.sort_by_key(|&half_edge| surface.start[half_edge as usize]);
+        let mut starts = vec![0; n_vertices + 1];
+        surface.start.iter().for_each(|&v| starts[v as usize + 1] += 1);
+        (0..n_vertices).for_each(|v| starts[v + 1] += starts[v]);
+        Self { surface, starts, half_edges }
+    }
+
+    /// Lengths of the shortest ways to each vertex from the nearest of some: n, infinite where there is none.
+    fn ways(&self, from: &[u32]) -> Vec<f64> {
+        let mut ways = vec![f64::INFINITY; self.starts.len() - 1];
+        from.iter().for_each(|&v| ways[v as usize] = 0.0);
+        // Lengths are not negative: their bits have the same order.
+        let mut front: BinaryHeap<Reverse<(u64, u32)>> = from.iter().map(|&v| Reverse((0, v))).collect();
+        while let Some(Reverse((bits, v))) = front.pop() {
+            let way = f64::from_bits(bits);
+            if way > ways[v as usize] {
+                continue;
+            }
+            for &half_edge in &self.half_edges[self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize] {
+                let [_, w] = self.surface.ends(half_edge as usize);
+                let longer = way + self.surface.length[half_edge as usize];
+                if longer < ways[w as usize] {
+                    ways[w as usize] = longer;
+                    front.push(Reverse((longer.to_bits(), w)));
+                }
+            }
+        }
+        ways
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::{TriMesh, shapes};
+
+    #[test]
+    fn on_known_shapes() {
+        let longest = |mesh: &TriMesh| longest_way(&Laplacian::new(mesh).unwrap());
+        let sphere = longest(&shapes::icosphere(3));
+        assert!((3.0..3.8).contains(&sphere), "{sphere}");
+        let boxes = shapes::many_boxes(3);
+        let one = TriMesh::new(boxes.positions()[..8].to_vec(), boxes.faces()[..12].to_vec()).unwrap();
+        assert!(longest(&boxes) < 1.6 * longest(&one), "pieces are not joined");
+    }
+}

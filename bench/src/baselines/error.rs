@@ -1,0 +1,33 @@
+//! Why a method gave no mesh.
+
+use neural_mesh::mesh::InvalidMesh;
+
+/// Why a method gave no mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BaselineError {
+    /// The mesh has no faces.
+    Empty,
+    /// The method left no face.
+    NothingLeft,
+    /// The method made something that is no mesh: a coordinate too large, for example.
+    Invalid(InvalidMesh),
+}
+
+impl std::fmt::Display for BaselineError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Empty => write!(f, "the mesh has no faces: there is nothing to simplify"),
+            Self::NothingLeft => write!(f, "the method left no face: ask for a larger mesh"),
+            Self::Invalid(error) => write!(f, "the method's result is not a mesh: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for BaselineError {}
+
+impl From<InvalidMesh> for BaselineError {
+    fn from(error: InvalidMesh) -> Self {
+        Self::Invalid(error)
+    }
+}

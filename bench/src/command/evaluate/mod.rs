@@ -1,0 +1,113 @@
+//! `neural-mesh-bench evaluate`: measure, say how it goes, write tables and draw pictures.
+
+mod args;
+mod chart;
+mod page;
+mod progress;
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use crate::evaluate::{Ending, EvaluateError, Request, Settings, Tool, charts, evaluate, report};
+
+use neural_mesh_cli::shared::{Failure, Voice, complain, files, name, stopping};
+
+use super::work::worker;
+pub use args::EvaluateArgs;
+use chart::draw;
+use progress::EvaluateProgress;
+
+/// Evaluates, or writes the tables of an evaluation again.
+pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
+    match (&args.report, &args.data, &args.out) {
+        (Some(folder), _, _) => publish(folder, args),
+        (None, Some(data), Some(out)) => measure(args, data, out),
+        _ => Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the rows".into())),
+    }
+}
+
+fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> {
+    let request = request(args, data, out)?;
+    let methods = request.settings.checked().map_err(refused)?;
+    if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
+        return Err(Failure::Usage(format!("--relative-to {other}: is not among the methods: add it to --methods")));
+    }
+    stopping::watch_for_a_good_end();
+    let mut progress = EvaluateProgress::new(voice(args));
+    let stop_or_go = |stopping| if stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let ending = evaluate(&request, &mut |event| {
+        progress.hear(event);
+        stop_or_go(stopping::is_stopping())
+    });
+    drop(progress);
+    let ending = ending.map_err(refused)?;
+    if ending == Ending::NotBegun {
+        return Err(Failure::Stopped("interrupted while tools were tried: nothing was measured: start again".into()));
+    }
+    publish(out, args)?;
+    match ending {
+        Ending::Finished | Ending::NotBegun => Ok(()),
+        Ending::Stopped => {
+            let what = format!("interrupted: the rows so far are kept in {}: continue with --resume", name(out));
+            Err(Failure::Stopped(what))
+        }
+    }
+}
+
+fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
+    let mut request = Request::new(data, out);
+    request.settings = settings(args)?;
+    request.weights = args.weights.clone();
+    request.paper_weights = args.paper_weights.clone();
+    request.learned_weights = args.learned_weights.clone();
+    request.resume = args.resume;
+    request.worker = Some(worker().map_err(|error| Failure::Failed(format!("{error:#}: start it by its full path")))?);
+    Ok(request)
+}
+
+fn settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
+    Ok(Settings {
+        methods: args.methods.clone(),
+        tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?,
+        ratios: args.ratios.clone(),
+        seeds: args.seeds.clone(),
+        repeats: args.repeat,
+        time_limit: args.time_limit,
+        threads: args.threads.unwrap_or_else(rayon::current_num_threads),
+        samples: args.samples,
+        spectrum: args.spectrum,
+        appearance: args.appearance,
+        only: args.only.clone(),
+    })
+}
+
+/// The refusal of an evaluation as the program's.
+fn refused(error: EvaluateError) -> Failure {
+    match error {
+        EvaluateError::Settings(what) => Failure::Usage(what),
+        other => Failure::Failed(other.to_string()),
+    }
+}
+
+fn voice(args: &EvaluateArgs) -> Voice {
+    if args.quiet { Voice::Quiet } else { Voice::Out }
+}
+
+/// Writes tables and pictures of the rows that are there.
+fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
+    let table = report(folder, args.relative_to.as_deref()).map_err(refused)?;
+    for chart in charts(&table) {
+        let path = folder.join(chart.name).with_extension("svg");
+        // The rows are there: pictures that cannot be drawn do not make the evaluation fail.
+        match draw(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
+            Ok(pending) => files::place(vec![pending])?,
+            Err(failure) => complain(&Failure::Failed(format!("{} was not drawn: {failure}", name(&path)))),
+        }
+    }
+    let path = folder.join("report.html");
+    let page = page::page(folder, &table, args.relative_to.as_deref());
+    files::place(vec![files::prepare(&path, page.as_bytes(), true)?])?;
+    voice(args).say(&format!("tables    {}", folder.join("tables.md").display()));
+    voice(args).say(&format!("page      {}", path.display()));
+    Ok(())
+}

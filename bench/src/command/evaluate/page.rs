@@ -1,0 +1,107 @@
+//! An evaluation as one HTML file that asks for nothing else: tables, points to plot, and the worst cases with their meshes.
+
+mod points;
+mod worst;
+
+use std::path::Path;
+
+use crate::evaluate::{Table, overview, points};
+use serde_json::json;
+
+use super::chart::colour;
+use neural_mesh_cli::shared::page::{filled, island, json_island};
+use worst::WorstCases;
+
+/// The page without data; `scripts/viewer` makes it from `cli/viewer`.
+const REPORT: &str = include_str!("../../../../cli/viewer/dist/report.html");
+
+/// Bytes of a page at most.
+const MOST_BYTES: usize = 29_000_000;
+
+/// Reasons for failures in a page at most; `tables.md` has all.
+const MOST_FAILURES: usize = 500;
+
+/// The page of an evaluation in a folder, finished or not; meshes of the worst cases as far as there is room for them.
+pub fn page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {
+    let mut overview = overview(table, relative_to);
+    let n_failures = overview.failures.len();
+    overview.failures.truncate(MOST_FAILURES);
+    let points = points(table, &overview);
+    let meshes: Vec<_> = points.meshes.iter().map(|(name, vertices, faces)| json!([name, vertices, faces])).collect();
+    let packed = points.values.iter().enumerate();
+    let mut islands: Vec<String> =
+        packed.map(|(at, values)| island(&format!("points-{at}"), &points::packed(values))).collect();
+    let mut words = json!({
+        "overview": overview,
+        "colours": (0..overview.methods.len()).map(colour).collect::<Vec<_>>(),
+        "meshes": meshes,
+        "left_out": points.n_left_out,
+        "more_failures": n_failures - overview.failures.len(),
+    });
+    let taken = REPORT.len() + islands.iter().map(String::len).sum::<usize>() + words.to_string().len();
+    let WorstCases { cases, surfaces, eyes, islands: of_meshes } =
+        worst::packed(folder, table, MOST_BYTES.saturating_sub(taken));
+    words["worst"] = json!(cases);
+    words["surfaces"] = json!(surfaces);
+    words["eyes"] = json!(eyes);
+    islands.insert(0, json_island("evaluation", &words));
+    islands.extend(of_meshes);
+    filled(REPORT, &name_of(folder), &islands.concat())
+}
+
+fn name_of(folder: &Path) -> String {
+    folder.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_page::check_points_nowhere;
+    use crate::evaluate::Row;
+    use serde_json::Value;
+
+    fn table(name: &str) -> Table {
+        let row = |method: &str| Row {
+            mesh: name.into(),
+            ratio: 0.5,
+            method: method.into(),
+            vertices_in: 4,
+            faces_in: 4,
+            figures: vec![Some(0.25)],
+            ..Row::default()
+        };
+        let failed = Row { error: name.into(), figures: vec![None], ..row("x") };
+        Table { figures: vec!["distance_mean".into()], rows: vec![row("qem"), failed] }
+    }
+
+    fn html(name: &str) -> String {
+        page(name.as_ref(), &table(name), None)
+    }
+
+    #[test]
+    fn names_cannot_leave_their_place() {
+        let page = html("<b>x</script><!-- data --><img src=x onerror=alert(1)>&amp;");
+        assert!(!page.contains("<img src=x"));
+        // Faces, vertices, the share of faces, the distance.
+        let n_columns = 4;
+        assert_eq!(page.matches("</script>").count(), REPORT.matches("</script>").count() + 1 + n_columns);
+        assert!(page.contains("<title>script&gt;&lt;!-- data"));
+    }
+
+    #[test]
+    fn the_data_is_valid_json() {
+        let page = html("a <b> & \"c\"");
+        let start = page.find("id=\"evaluation\">").unwrap() + "id=\"evaluation\">".len();
+        let length = page[start..].find("</script>").unwrap();
+        let words: Value = serde_json::from_str(&page[start..start + length]).unwrap();
+        assert_eq!(words["meshes"][0], json!(["a <b> & \"c\"", 4, 4]));
+        assert_eq!(words["overview"]["standings"][0][0]["cells"][3]["median"], 0.25);
+        assert_eq!(words["overview"]["failures"][0]["why"], "a <b> & \"c\"");
+        assert_eq!(words["colours"].as_array().unwrap().len(), 2);
+    }
+
+    #[test]
+    fn nothing_in_the_page_points_elsewhere() {
+        check_points_nowhere(&html("run"));
+    }
+}

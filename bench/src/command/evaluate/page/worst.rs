@@ -1,0 +1,147 @@
+//! The worst cases with their meshes, ready for the page: the worst of every method first, as many as there is room for.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::evaluate::{Table, Worst, worst};
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::metrics::nearest_on;
+use neural_mesh::picture::toward_eye;
+use neural_mesh::spatial::NearestOnTriangles;
+use serde_json::{Value, json};
+
+use neural_mesh_cli::shared::page::{Distances, Layout, SurfaceData, island, scale, surface};
+
+/// What the page shows of the worst cases.
+#[derive(Default)]
+pub struct WorstCases {
+    /// Each case; with the surfaces of original and result where there was room.
+    pub cases: Vec<Value>,
+    /// All surfaces.
+    pub surfaces: Vec<Layout>,
+    /// For each surface from where it is seen first; nothing for results.
+    pub eyes: Vec<Option<[f32; 3]>>,
+    /// The packed numbers.
+    pub islands: Vec<String>,
+}
+
+/// A mesh that results were made from.
+struct Original {
+    mesh: TriMesh,
+    near: NearestOnTriangles,
+    data: SurfaceData,
+    /// Its number among the surfaces, once it is there.
+    number: Option<usize>,
+}
+
+/// Packs the worst cases of an evaluation into so many bytes at most.
+pub fn packed(folder: &Path, table: &Table, most_bytes: usize) -> WorstCases {
+    let (mut cases, mut left) = (WorstCases::default(), most_bytes);
+    let mut originals: BTreeMap<String, Option<Original>> = BTreeMap::new();
+    for case in by_rank(worst(folder, table)) {
+        let original = originals.entry(case.mesh.clone()).or_insert_with(|| case.original(folder).map(opened));
+        let shown = original.as_mut().and_then(|original| cases.add(original, &case.result(folder)?, &mut left));
+        let Worst { mesh, ratio, seed, method, distance, quotient } = case;
+        let mut words = json!({
+            "mesh": mesh, "ratio": ratio, "seed": seed, "method": method, "distance": distance, "quotient": quotient,
+        });
+        words["shown"] = json!(shown);
+        cases.cases.push(words);
+    }
+    cases
+}
+
+/// The worst of every method, then the next of every method, and so on.
+fn by_rank(worst: Vec<Worst>) -> Vec<Worst> {
+    let mut ranks: BTreeMap<String, usize> = BTreeMap::new();
+    let mut rank = |case: &Worst| {
+        let next = ranks.entry(case.method.clone()).or_default();
+        *next += 1;
+        *next
+    };
+    let mut ranked: Vec<(usize, Worst)> = worst.into_iter().map(|case| (rank(&case), case)).collect();
+    ranked.sort_by_key(|(rank, _)| *rank);
+    ranked.into_iter().map(|(_, case)| case).collect()
+}
+
+fn opened(mesh: TriMesh) -> Original {
+    Original { near: nearest_on(&mesh), data: surface(&mesh), mesh, number: None }
+}
+
+impl WorstCases {
+    /// Adds the meshes of a case and how the page finds them; nothing where they take more bytes than are left.
+    fn add(&mut self, original: &mut Original, result: &TriMesh, left: &mut usize) -> Option<Value> {
+        let data = surface(result);
+        let of_meshes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
+        // What cannot fit is not measured.
+        left.checked_sub(of_meshes)?;
+        let distances = Distances::new((&original.mesh, &original.near), (result, &nearest_on(result)));
+        let scale = scale(&original.mesh, [(result, &distances)]);
+        let (at, of_original) = (self.cases.len(), original.number.unwrap_or(self.surfaces.len()));
+        let of_result = self.surfaces.len() + usize::from(original.number.is_none());
+        let mut islands = vec![
+            island(&format!("surface-{of_result}"), &data.text),
+            island(&format!("distances-{at}"), &distances.packed(&original.data, &data, scale.max)),
+        ];
+        if original.number.is_none() {
+            islands.push(island(&format!("surface-{of_original}"), &original.data.text));
+        }
+        // Words of two surfaces and a case take less than this.
+        *left = left.checked_sub(islands.iter().map(String::len).sum::<usize>() + 2000)?;
+        self.islands.extend(islands);
+        if original.number.is_none() {
+            self.surfaces.push(original.data.layout.clone());
+            self.eyes.push(Some(toward_eye(&original.mesh)));
+            original.number = Some(of_original);
+        }
+        self.surfaces.push(data.layout);
+        self.eyes.push(None);
+        let scale = json!({ "p95": scale.p95, "p99": scale.p99, "max": scale.max });
+        Some(
+            json!({ "original": of_original, "result": of_result, "distances": format!("distances-{at}"), "scale": scale }),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::shapes;
+
+    #[test]
+    fn originals_are_packed_once_and_what_does_not_fit_stays_out() {
+        let mut cases = WorstCases::default();
+        let mut sphere = opened(shapes::icosphere(3));
+        let mut torus = opened(shapes::torus(24, 12, 2.0, 0.5));
+        let mut left = 1 << 20;
+        let result = shapes::icosphere(1);
+        let mut add = |original: &mut Original| {
+            cases.add(original, &result, &mut left).map(|words| [words["original"].clone(), words["result"].clone()])
+        };
+        assert_eq!(
+            [add(&mut sphere), add(&mut torus), add(&mut sphere)]
+                .map(|found| found.map(|[a, b]| (a.as_u64(), b.as_u64()))),
+            [Some((Some(0), Some(1))), Some((Some(2), Some(3))), Some((Some(0), Some(4)))]
+        );
+        let names =
+            |cases: &WorstCases| cases.islands.iter().filter(|text| text.contains("data-of=\"surface-")).count();
+        assert_eq!((cases.surfaces.len(), names(&cases)), (5, 5));
+        assert!(cases.add(&mut torus, &result, &mut 100).is_none() && cases.surfaces.len() == 5);
+        let used: usize = cases.islands.iter().map(String::len).sum();
+        assert!(left + used <= 1 << 20);
+    }
+
+    #[test]
+    fn the_worst_of_every_method_comes_first() {
+        let case = |method: &str, mesh: &str| Worst {
+            mesh: mesh.into(),
+            ratio: 0.1,
+            seed: 0,
+            method: method.into(),
+            distance: 1.0,
+            quotient: None,
+        };
+        let ranked = by_rank(vec![case("a", "1"), case("a", "2"), case("b", "3"), case("b", "4")]);
+        assert_eq!(ranked.iter().map(|case| case.mesh.as_str()).collect::<Vec<_>>(), ["1", "3", "2", "4"]);
+    }
+}

@@ -1,0 +1,77 @@
+//! How an evaluation goes: a bar on a terminal, and a line for every mesh and everything that failed.
+
+use std::time::{Duration, Instant};
+
+use crate::evaluate::{Event, Row};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use neural_mesh_cli::shared::{Voice, plain};
+
+/// Between two updates of the bar while a method runs.
+const PATIENCE: Duration = Duration::from_millis(200);
+
+/// What is shown while an evaluation runs.
+pub struct EvaluateProgress {
+    bar: ProgressBar,
+    voice: Voice,
+    case: String,
+    mesh: String,
+    shown: Instant,
+}
+
+impl EvaluateProgress {
+    /// Starts; nothing is ever drawn where standard error is no terminal.
+    pub fn new(voice: Voice) -> Self {
+        let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some(1), target);
+        if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {msg}, {elapsed}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self { bar, voice, case: String::new(), mesh: String::new(), shown: Instant::now() }
+    }
+
+    /// Shows what happened.
+    pub fn hear(&mut self, event: Event) {
+        match event {
+            Event::Trying(tool) => self.show(&format!("{}: tried on a small mesh", tool.name)),
+            Event::Case { mesh, ratio, seed, n_done, n_cases } => {
+                self.bar.set_length(n_cases as u64);
+                self.bar.set_position(n_done as u64);
+                self.case = format!("{mesh} at {ratio}, seed {seed}");
+                if self.mesh != mesh {
+                    self.mesh = mesh.into();
+                    self.say(&format!("mesh      {mesh} ({n_done} of {n_cases} cases done)"));
+                }
+            }
+            Event::Running { method, round } if self.shown.elapsed() > PATIENCE => {
+                self.shown = Instant::now();
+                self.show(&format!("{}: {}, run {}", self.case, method.name(), round + 1));
+            }
+            Event::Judging => self.show(&format!("{}: measuring", self.case)),
+            Event::Row(row) => self.row(row),
+            _ => {}
+        }
+    }
+
+    fn row(&self, Row { mesh, ratio, method, error, .. }: &Row) {
+        if !error.is_empty() {
+            self.say(&format!("failed    {mesh} at {ratio}, {method}: {error}"));
+        }
+    }
+
+    /// Words in the bar.
+    fn show(&self, words: &str) {
+        self.bar.set_message(plain(words).into_owned());
+    }
+
+    /// A line above the bar.
+    fn say(&self, line: &str) {
+        self.bar.suspend(|| self.voice.say(line));
+    }
+}
+
+impl Drop for EvaluateProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,55 @@
+//! `neural-mesh-bench train-baseline`: learns weights of a method of others, by the loop and the options of `neural-mesh train`.
+
+use clap::Args;
+use neural_mesh::train::Settings;
+use neural_mesh_cli::shared::numbers::share;
+use neural_mesh_cli::shared::train::{OtherNetwork, TrainArgs, run_for};
+use neural_mesh_cli::shared::{Failure, files};
+
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
+
+/// How the command is typed, in place of that of `train`, whose options it has.
+pub const USAGE: &str = "neural-mesh-bench train-baseline METHOD --data DIR --out RUN [OPTIONS]
+       neural-mesh-bench train-baseline METHOD --plot RUN";
+
+/// Learn weights of a method of others from a folder of meshes
+#[derive(Debug, Args)]
+pub struct TrainBaselineArgs {
+    /// The method: dse, potamias or pointtrinet
+    #[arg(value_name = "METHOD", value_parser = method)]
+    method: LearnedBaseline,
+    /// Widths of its networks as a share of the full ones; weights to start from keep theirs
+    #[arg(long, value_name = "SHARE", default_value = "1", value_parser = share)]
+    width_share: f64,
+    #[command(flatten)]
+    train: TrainArgs,
+}
+
+fn method(name: &str) -> Result<LearnedBaseline, String> {
+    let names = LearnedBaseline::ALL.map(LearnedBaseline::name).join(", ");
+    LearnedBaseline::from_name(name).ok_or_else(|| format!("give one of {names}"))
+}
+
+/// Trains, or draws the curves of a training.
+pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
+    if args.train.objective.is_some() {
+        return Err(Failure::Usage("--objective: the method says what is learned: leave it out".into()));
+    }
+    let network = first_weights(args)?.network();
+    let other = OtherNetwork { objective: args.method.name(), network: &network, step: &|| args.method.step() };
+    run_for(&args.train, Some(&other))
+}
+
+/// The weights that the training begins with: those of `--init`, else drawn by the seed of the settings.
+fn first_weights(args: &TrainBaselineArgs) -> Result<LearnedWeights, Failure> {
+    if let Some(path) = &args.train.init {
+        let weights = LearnedWeights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))?;
+        let learned = weights.baseline();
+        let what = format!("learned {}, not {}: give others", learned.name(), args.method.name());
+        return if learned == args.method { Ok(weights) } else { Err(Failure::of(path, what)) };
+    }
+    let text = args.train.config.as_deref().map(files::read).transpose()?.unwrap_or_default();
+    let settings = Settings::from_toml(&String::from_utf8_lossy(&text));
+    let settings = settings.map_err(|error| Failure::Failed(error.to_string()))?;
+    Ok(LearnedWeights::random(args.method, args.width_share, settings.seed))
+}

@@ -1,0 +1,140 @@
+//! The folder of an evaluation: its settings beside its rows, so that only what was measured alike stands in one table.
+
+use std::path::{Path, PathBuf};
+
+use super::rows_file::{RowsFile, read_rows};
+use super::settings::Origin;
+use super::{EvaluateError, Row, Table, Tool};
+use neural_mesh::io::write_path;
+
+/// How the names of files begin that belong to a run in progress.
+const TEMPORARY: &str = ".neural-mesh-";
+
+/// The table of rows.
+pub(super) const ROWS: &str = "rows.csv";
+/// What the rows were measured with.
+pub(super) const SETTINGS: &str = "settings.json";
+
+/// What a folder holds, before anything in it changes.
+pub(super) struct Found {
+    /// The rows that stay.
+    pub table: Table,
+    /// Whether there is an evaluation to take up.
+    is_there: bool,
+    /// Tools, as they were, that have another command now; none of them had a result.
+    corrected: Vec<Tool>,
+}
+
+impl Found {
+    /// Whether a row is of a tool that failed and has another command now.
+    fn goes(&self, row: &Row) -> bool {
+        // A mesh that could not be read is not the tool's fault.
+        row.vertices_in > 0 && self.corrected.iter().any(|tool| tool.name == row.method)
+    }
+}
+
+/// Looks whether a folder can take more rows: it is none or empty, or all is as it was and `resume`. A tool may have
+/// another command where it had no result: its rows are measured again.
+pub(super) fn look_into(folder: &Path, origin: &Origin, resume: bool) -> Result<Found, EvaluateError> {
+    let settings = folder.join(SETTINGS);
+    let mut found = Found { table: Table::default(), is_there: settings.exists(), corrected: Vec::new() };
+    if !found.is_there {
+        return check_is_empty(folder).map(|()| found);
+    }
+    if !resume {
+        let what = "holds an evaluation already: continue with --resume, or choose another folder";
+        return Err(EvaluateError::file(folder, what));
+    }
+    let (before, corrected) = read_origin(&settings)?.with_commands_of(origin);
+    if let Some(difference) = before.difference(origin) {
+        return Err(EvaluateError::Differs(difference));
+    }
+    found.corrected = corrected;
+    let rows = folder.join(ROWS);
+    if rows.exists() {
+        found.table = read_rows(&rows)?;
+    }
+    check_failed(&found.corrected, &found.table)?;
+    let mut table = std::mem::take(&mut found.table);
+    table.rows.retain(|row| !found.goes(row));
+    Ok(Found { table, ..found })
+}
+
+/// Refuses tools that have results of another command: rows of one table are of one command.
+fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> {
+    let has_result = |tool: &&Tool| table.rows.iter().any(|row| row.method == tool.name && row.error.is_empty());
+    corrected.iter().find(has_result).map_or(Ok(()), |Tool { name, command }| {
+        Err(EvaluateError::Differs(format!("the tool {name} has results of the command `{command}`")))
+    })
+}
+
+/// Opens the folder for more rows, as it was found: makes it, or takes it up again.
+pub(super) fn open_folder(
+    folder: &Path,
+    origin: &Origin,
+    found: &Found,
+    figures: &[String],
+) -> Result<RowsFile, EvaluateError> {
+    let settings = folder.join(SETTINGS);
+    if !found.is_there {
+        let problem = |error| EvaluateError::file(folder, format!("cannot be created: {error}: choose another folder"));
+        std::fs::create_dir_all(folder).map_err(problem)?;
+        write_origin(&settings, origin)?;
+    }
+    let mut rows = RowsFile::open(&folder.join(ROWS), figures)?;
+    remove_leftovers(folder);
+    if !found.corrected.is_empty() {
+        check_failed(&found.corrected, &rows.table)?;
+        rows.remove(|row| found.goes(row))?;
+        write_origin(&settings, origin)?;
+    }
+    Ok(rows)
+}
+
+fn write_origin(path: &Path, origin: &Origin) -> Result<(), EvaluateError> {
+    let text = serde_json::to_string_pretty(origin).map_err(|error| EvaluateError::file(path, error))?;
+    write_whole(path, &(text + "\n"))
+}
+
+fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {
+    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start over"));
+    let text = std::fs::read_to_string(path).map_err(|error| broken(format!("cannot be read: {error}")))?;
+    serde_json::from_str(&text).map_err(|error| broken(error.to_string()))
+}
+
+/// Writes a file of the folder, whole or not at all.
+pub(super) fn write_whole(path: &Path, text: &str) -> Result<(), EvaluateError> {
+    write_path(path, text.as_bytes(), true).map_err(|error| EvaluateError::file(path, error))
+}
+
+/// A folder for what is only needed while methods run; it goes when dropped.
+pub(super) fn scratch_in(folder: &Path) -> Result<tempfile::TempDir, EvaluateError> {
+    let made = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(folder);
+    made.map_err(|error| EvaluateError::file(folder, format!("cannot be written to: {error}: check the disk")))
+}
+
+/// Refuses a folder that holds anything but what a killed run was just writing.
+fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
+    let other = entries(folder).into_iter().find(|path| !is_temporary(path));
+    other.map_or(Ok(()), |path| {
+        let name = path.file_name().unwrap_or_default().display();
+        let what = format!("holds {name} but no evaluation: choose another folder or empty it");
+        Err(EvaluateError::file(folder, what))
+    })
+}
+
+/// Removes what a killed run has left.
+fn remove_leftovers(folder: &Path) {
+    for path in entries(folder).into_iter().filter(|path| is_temporary(path)) {
+        // What cannot be removed takes room, nothing else.
+        let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
+    }
+}
+
+fn is_temporary(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(TEMPORARY))
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    std::fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()).collect()).unwrap_or_default()
+}

@@ -1,0 +1,117 @@
+//! One run of a program of others: its command, with as many threads as a method may use, and what it leaves.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::limited::end;
+use neural_mesh::io::read_path;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+
+/// Where libraries that have threads look for their number: OpenMP, rayon, OpenBLAS, MKL, Accelerate, numexpr, Julia.
+const THREADS: [&str; 7] = [
+    "OMP_NUM_THREADS",
+    "RAYON_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "JULIA_NUM_THREADS",
+];
+
+/// How the line begins by which a program tells its own time.
+const SECONDS: &str = "seconds: ";
+
+/// What one run of a program is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Foreign {
+    /// Program and arguments.
+    pub words: Vec<String>,
+    /// Threads that it is told to use.
+    pub threads: usize,
+    /// File for what it writes to standard output.
+    pub out: PathBuf,
+}
+
+impl Foreign {
+    /// The command, ready to run.
+    pub fn command(&self) -> Result<Command, String> {
+        let (program, arguments) = self.words.split_first().ok_or("the command is empty")?;
+        let mut command = Command::new(program);
+        command.args(arguments).envs(THREADS.map(|name| (name, self.threads.to_string())));
+        Ok(command)
+    }
+}
+
+/// Runs it to its end: seconds of the whole process. It writes to standard error as the caller does.
+pub(super) fn run(foreign: &Foreign) -> Result<f64, String> {
+    let mut command = foreign.command()?;
+    let out = File::create(&foreign.out).map_err(|error| format!("{}: {error}", foreign.out.display()))?;
+    command.stdin(Stdio::null()).stdout(out);
+    let began = Instant::now();
+    let status = command.status().map_err(|error| format!("{} cannot be started: {error}", foreign.words[0]))?;
+    let seconds = began.elapsed().as_secs_f64();
+    if status.success() { Ok(seconds) } else { Err(end(status)) }
+}
+
+/// The seconds that a program tells of its method alone: the last line of its standard output that says `seconds: 0.25`.
+pub(super) fn told_seconds(out: &str) -> Option<f64> {
+    let told = out.lines().rev().find_map(|line| line.trim().strip_prefix(SECONDS));
+    told?.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0)
+}
+
+/// Reads what it has left: welded and cleaned, in the coordinates of the file.
+pub(super) fn read(path: &Path) -> Result<TriMesh, String> {
+    if !path.exists() {
+        return Err("left no result".into());
+    }
+    let raw = read_path(path, None).map_err(|error| format!("the result: {error}"))?;
+    let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| format!("the result: {error}"))?;
+    let positions = cleaned.mesh.positions().iter().map(|&local| cleaned.frame.to_file(local).map(|x| x as f32));
+    TriMesh::new(positions.collect(), cleaned.mesh.faces().to_vec()).map_err(|error| format!("the result: {error}"))
+}
+
+#[cfg(unix)]
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str, folder: &tempfile::TempDir) -> Foreign {
+        let words = ["sh", "-c", script].map(String::from).to_vec();
+        Foreign { words, threads: 3, out: folder.path().join("out") }
+    }
+
+    #[test]
+    fn it_is_told_how_many_threads_it_may_use() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("threads");
+        run(&shell(&format!("echo $OMP_NUM_THREADS $RAYON_NUM_THREADS > {}", path.display()), &folder)).unwrap();
+        assert_eq!(std::fs::read_to_string(path).unwrap(), "3 3\n");
+    }
+
+    #[test]
+    fn its_time_is_that_of_the_whole_process() {
+        let folder = tempfile::tempdir().unwrap();
+        let began = Instant::now();
+        let seconds = run(&shell("sleep 0.2", &folder)).unwrap();
+        assert!((0.2..=began.elapsed().as_secs_f64()).contains(&seconds), "{seconds}");
+        assert_eq!(run(&shell("exit 4", &folder)).unwrap_err(), "ended with exit code 4");
+        let unknown = Foreign { words: vec!["no-such-program".into()], ..shell("", &folder) };
+        assert!(run(&unknown).unwrap_err().contains("no-such"));
+    }
+
+    #[test]
+    fn a_program_may_tell_its_own_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let tells = shell("echo reading; echo 'seconds: 0.125'; echo done", &folder);
+        run(&tells).unwrap();
+        assert_eq!(told_seconds(&std::fs::read_to_string(tells.out).unwrap()), Some(0.125));
+        for out in ["", "0.125", "seconds: soon", "seconds: -1", "seconds: inf"] {
+            assert_eq!(told_seconds(out), None, "{out}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The methods that take part: ours, the baselines, and tools, by name.
+
+use super::{EvaluateError, Tool};
+use crate::baselines::Baseline;
+use crate::learned_baselines::LearnedBaseline;
+
+/// One of the methods that are compared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Method {
+    /// Ours as it comes: closed assembly, scores by a formula.
+    Closed,
+    /// The same with the scores of a network.
+    Network,
+    /// The same without scores: every vertex counts by its area.
+    Geometry,
+    /// Ours for the mean distance.
+    Mean,
+    /// Ours for the largest distance.
+    Max,
+    /// Ours for the normals.
+    Normals,
+    /// Ours, the collapse alone.
+    Fast,
+    /// Ours as near as it gets.
+    Best,
+    /// The same for the mean distance.
+    BestMean,
+    /// The paper's assembly with a network of the paper's sizes.
+    Paper,
+    /// The same, the holes closed that its network leaves.
+    PaperClosed,
+    /// A method of others that this package has.
+    Baseline(Baseline),
+    /// A method of others that learns, with the weights that ship.
+    Learned(LearnedBaseline),
+    /// A program of others.
+    Tool(Tool),
+}
+
+/// Neural-mesh's own, by name.
+const OURS: [(&str, Method); 11] = [
+    ("closed", Method::Closed),
+    ("network", Method::Network),
+    ("geometry", Method::Geometry),
+    ("mean", Method::Mean),
+    ("max", Method::Max),
+    ("normals", Method::Normals),
+    ("fast", Method::Fast),
+    ("best", Method::Best),
+    ("best-mean", Method::BestMean),
+    ("paper", Method::Paper),
+    ("paper-closed", Method::PaperClosed),
+];
+
+impl Method {
+    /// Names of all methods but tools, ours first.
+    ///
+    /// ```
+    /// use neural_mesh_bench::evaluate::Method;
+    /// assert_eq!(Method::names()[..4], ["closed", "network", "geometry", "mean"]);
+    /// ```
+    pub fn names() -> Vec<&'static str> {
+        let baselines = Baseline::ALL.map(Baseline::name);
+        let learned = LearnedBaseline::ALL.map(LearnedBaseline::name);
+        OURS.iter().map(|&(name, _)| name).chain(baselines).chain(learned).collect()
+    }
+
+    /// The method of that name; `None` for tools and unknown names.
+    ///
+    /// ```
+    /// use neural_mesh_bench::evaluate::Method;
+    /// assert_eq!(Method::from_name("paper"), Some(Method::Paper));
+    /// ```
+    pub fn from_name(name: &str) -> Option<Self> {
+        let ours = OURS.into_iter().find(|(its, _)| *its == name).map(|(_, method)| method);
+        let baseline = || Baseline::from_name(name).map(Self::Baseline);
+        let learned = || LearnedBaseline::from_name(name).map(Self::Learned);
+        ours.or_else(baseline).or_else(learned)
+    }
+
+    /// The name in tables and arguments.
+    ///
+    /// ```
+    /// assert_eq!(neural_mesh_bench::evaluate::Method::Geometry.name(), "geometry");
+    /// ```
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Baseline(baseline) => baseline.name(),
+            Self::Learned(baseline) => baseline.name(),
+            Self::Tool(tool) => &tool.name,
+            ours => OURS.iter().find(|(_, method)| method == ours).map_or("", |(name, _)| name),
+        }
+    }
+
+    /// Whether it is the paper's assembly, with the network of that.
+    pub(super) fn is_paper(&self) -> bool {
+        matches!(self, Self::Paper | Self::PaperClosed)
+    }
+
+    /// Whether it is one of neural-mesh's own.
+    ///
+    /// ```
+    /// use neural_mesh_bench::evaluate::Method;
+    /// assert!(Method::Paper.is_ours() && !Method::from_name("qem").unwrap().is_ours());
+    /// ```
+    pub fn is_ours(&self) -> bool {
+        !matches!(self, Self::Baseline(_) | Self::Learned(_) | Self::Tool(_))
+    }
+}
+
+/// The methods of these names, in their order, each once; `all` stands for every method that has a name. Tools that are
+/// not named come last.
+pub(super) fn chosen(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
+    check_tools(tools)?;
+    let tool = |name: &str| tools.iter().find(|tool| tool.name == name).cloned().map(Method::Tool);
+    let mut methods: Vec<Method> = Vec::new();
+    for name in names {
+        let named: Vec<&str> = if name == "all" { Method::names() } else { vec![name] };
+        for name in named {
+            let method = Method::from_name(name).or_else(|| tool(name)).ok_or_else(|| unknown(name, tools))?;
+            methods.push(method);
+        }
+    }
+    methods.extend(tools.iter().cloned().map(Method::Tool));
+    let mut seen: Vec<Method> = Vec::new();
+    methods.retain(|method| {
+        let is_new = !seen.contains(method);
+        seen.push(method.clone());
+        is_new
+    });
+    Ok(methods)
+}
+
+fn check_tools(tools: &[Tool]) -> Result<(), EvaluateError> {
+    for (index, Tool { name, .. }) in tools.iter().enumerate() {
+        let taken = name == "all" || Method::from_name(name).is_some();
+        if taken || tools[..index].iter().any(|other| other.name == *name) {
+            return Err(EvaluateError::Settings(format!("tool {name}: the name is taken: choose another")));
+        }
+    }
+    Ok(())
+}
+
+fn unknown(name: &str, tools: &[Tool]) -> EvaluateError {
+    let tools = tools.iter().map(|tool| tool.name.as_str());
+    let known: Vec<&str> = Method::names().into_iter().chain(tools).chain(["all"]).collect();
+    EvaluateError::Settings(format!("unknown method {name}: choose from {}", known.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(asked: &[&str], tools: &[Tool]) -> Vec<String> {
+        let asked: Vec<String> = asked.iter().map(|name| name.to_string()).collect();
+        chosen(&asked, tools).unwrap().iter().map(|method| method.name().to_string()).collect()
+    }
+
+    #[test]
+    fn every_method_has_its_name() {
+        for name in Method::names() {
+            assert_eq!(Method::from_name(name).unwrap().name(), name);
+        }
+    }
+
+    #[test]
+    fn each_takes_part_once_in_the_order_asked_for() {
+        let tools = [Tool::parse("mine=cp {in} {out}").unwrap()];
+        assert_eq!(names(&["qem", "paper", "qem"], &tools), ["qem", "paper", "mine"]);
+        assert_eq!(names(&["mine", "qem"], &tools), ["mine", "qem"]);
+        assert_eq!(names(&["all"], &tools).len(), Method::names().len() + 1);
+    }
+
+    #[test]
+    fn unknown_names_and_names_taken_are_refused() {
+        let error = chosen(&["magic".into()], &[]).unwrap_err().to_string();
+        assert!(error.contains("magic") && error.contains("qem"), "{error}");
+        let tool = |name: &str| Tool { name: name.into(), command: "cp {in} {out}".into() };
+        assert!(chosen(&[], &[tool("qem")]).is_err());
+        assert!(chosen(&[], &[tool("a"), tool("a")]).is_err());
+    }
+}

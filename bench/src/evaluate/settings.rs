@@ -1,0 +1,256 @@
+//! What is measured and how, kept beside the rows: rows of one table were all measured alike.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::meshes::sha256;
+use super::method::chosen;
+use super::{EvaluateError, Method, Tool};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
+use neural_mesh::model::Weights;
+
+/// What is measured and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Settings {
+    /// Names of methods, `all` for every one.
+    pub methods: Vec<String>,
+    /// Programs of others; those that are not among the methods take part too.
+    pub tools: Vec<Tool>,
+    /// Shares of the vertices that stay, each above 0 and at most 1.
+    pub ratios: Vec<f64>,
+    /// Seeds of the sampling.
+    pub seeds: Vec<u64>,
+    /// Timed runs of each method per case, at least 1; the median counts.
+    pub repeats: usize,
+    /// Seconds that a run may take.
+    pub time_limit: f64,
+    /// Threads that a method may use.
+    pub threads: usize,
+    /// Samples on each surface.
+    pub samples: usize,
+    /// Whether the spectrum is measured (the paper's LE), which costs more than all other figures.
+    pub spectrum: bool,
+    /// Whether pictures are drawn and compared.
+    pub appearance: bool,
+    /// Beginnings of the names of the mesh files that take part; all of them where there is none.
+    pub only: Vec<String>,
+}
+
+impl Default for Settings {
+    /// Every method, the paper's ratios and samples.
+    fn default() -> Self {
+        Self {
+            methods: vec!["all".into()],
+            tools: Vec::new(),
+            ratios: vec![0.05, 0.1, 0.2, 0.5],
+            seeds: vec![0],
+            repeats: 3,
+            time_limit: 600.0,
+            threads: 1,
+            samples: 50_000,
+            spectrum: false,
+            appearance: false,
+            only: Vec::new(),
+        }
+    }
+}
+
+impl Settings {
+    /// The methods that take part, in the order of the tables.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Settings`] names the method that is unknown, or the number that is out of range.
+    ///
+    /// ```
+    /// use neural_mesh_bench::evaluate::Settings;
+    /// let mut settings = Settings::default();
+    /// settings.methods = vec!["qem".into()];
+    /// assert_eq!(settings.checked().unwrap().len(), 1);
+    /// settings.ratios = vec![2.0];
+    /// assert!(settings.checked().is_err());
+    /// ```
+    pub fn checked(&self) -> Result<Vec<Method>, EvaluateError> {
+        let refusal = |what: String| Err(EvaluateError::Settings(what));
+        if let Some(ratio) = self.ratios.iter().find(|ratio| !(**ratio > 0.0 && **ratio <= 1.0)) {
+            return refusal(format!("ratio {ratio}: give numbers above 0 and at most 1"));
+        }
+        if self.ratios.is_empty() || self.seeds.is_empty() {
+            return refusal("no ratio or no seed: give at least one of each".into());
+        }
+        if self.repeats == 0 || self.threads == 0 || self.samples == 0 {
+            return refusal("repeats, threads and samples: give numbers of at least 1".into());
+        }
+        if !(self.time_limit > 0.0 && self.time_limit <= 1e9) {
+            return refusal(format!("time limit {}: give seconds above 0", self.time_limit));
+        }
+        chosen(&self.methods, &self.tools)
+    }
+}
+
+/// All that decides the rows but the machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Origin {
+    /// Version of the program.
+    pub version: String,
+    pub settings: Settings,
+    /// SHA-256 of the weights of the closed assembly and of the paper's.
+    pub weights: [String; 2],
+    /// SHA-256 of the weights of learned baselines, by their names.
+    #[serde(default)]
+    pub learned: BTreeMap<String, String>,
+    /// SHA-256 of the mesh files, by name.
+    pub meshes: BTreeMap<String, String>,
+}
+
+impl Origin {
+    /// What of another origin is not as here; `None` where nothing is.
+    pub fn difference(&self, now: &Self) -> Option<String> {
+        if self.version != now.version {
+            return Some(format!("version {} of the program, this is {}", self.version, now.version));
+        }
+        for (kind, index) in [("weights", 0), ("paper-weights", 1)] {
+            if self.weights[index] != now.weights[index] {
+                return Some(format!("other {kind}"));
+            }
+        }
+        if self.learned != now.learned {
+            return Some("other learned-weights".into());
+        }
+        differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
+    }
+
+    /// As it was, but with the commands of the tools as they are now, where their names and order are the same; beside it the
+    /// tools as they were whose command is another.
+    pub fn with_commands_of(&self, now: &Self) -> (Self, Vec<Tool>) {
+        let names = |origin: &Self| origin.settings.tools.iter().map(|tool| tool.name.clone()).collect::<Vec<_>>();
+        let mut corrected = self.clone();
+        let mut changed = Vec::new();
+        if names(self) == names(now) {
+            changed = self.settings.tools.clone();
+            changed.retain(|tool| !now.settings.tools.contains(tool));
+            corrected.settings.tools = now.settings.tools.clone();
+        }
+        (corrected, changed)
+    }
+
+    fn changed_file(&self, now: &Self) -> Option<String> {
+        let names = self.meshes.keys().chain(now.meshes.keys());
+        let changed = names.into_iter().find(|name| self.meshes.get(*name) != now.meshes.get(*name))?;
+        let what = match (self.meshes.get(changed), now.meshes.get(changed)) {
+            (_, None) => "is gone",
+            (None, _) => "is new",
+            _ => "has changed",
+        };
+        Some(format!("the mesh file {changed} {what}"))
+    }
+}
+
+/// The first setting that differs, with both values.
+fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
+    let [before, now] = [before, now].map(|settings| serde_json::to_value(settings).unwrap_or_default());
+    let (Value::Object(before), Value::Object(now)) = (before, now) else { return None };
+    let (name, value) = before.iter().find(|(name, value)| now.get(*name) != Some(value))?;
+    Some(format!("`{}` was {value}, is {}", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
+}
+
+/// The checksum of weights in a file, or of those that ship.
+pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<String, EvaluateError> {
+    let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
+    let bytes = std::fs::read(path)
+        .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
+    // What is no network is found before any work.
+    Weights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
+    Ok(sha256(&bytes))
+}
+
+/// A file with the weights of a learned baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LearnedFile {
+    pub baseline: LearnedBaseline,
+    pub path: PathBuf,
+    pub sha256: String,
+}
+
+/// Files of weights, each of which says whose they are.
+pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, EvaluateError> {
+    let mut files: Vec<LearnedFile> = Vec::new();
+    for path in paths {
+        let bytes = std::fs::read(path)
+            .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
+        let weights = LearnedWeights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
+        let baseline = weights.baseline();
+        if files.iter().any(|file| file.baseline == baseline) {
+            let what = format!("holds weights of {}, as another file does: give one", baseline.name());
+            return Err(EvaluateError::file(path, what));
+        }
+        files.push(LearnedFile { baseline, path: path.clone(), sha256: sha256(&bytes) });
+    }
+    Ok(files)
+}
+
+/// The checksums of the weights of all learned baselines, from files or those that ship, by their names.
+pub(super) fn learned_names(files: &[LearnedFile]) -> BTreeMap<String, String> {
+    let name = |baseline: LearnedBaseline| {
+        let file = files.iter().find(|file| file.baseline == baseline);
+        let shipped = || sha256(&LearnedWeights::shipped(baseline).to_bytes());
+        (baseline.name().to_string(), file.map_or_else(shipped, |file| file.sha256.clone()))
+    };
+    LearnedBaseline::ALL.into_iter().map(name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_named() {
+        let origin = Origin {
+            version: "1".into(),
+            settings: Settings::default(),
+            weights: ["1".into(), "2".into()],
+            learned: BTreeMap::new(),
+            meshes: [("a".to_string(), "1".to_string())].into(),
+        };
+        assert_eq!(origin.difference(&origin), None);
+        let mut other = origin.clone();
+        other.settings.time_limit = 0.1 + 0.2;
+        assert!(origin.difference(&other).unwrap().contains("`time-limit` was 600.0, is 0.30000000000000004"));
+        let read: Origin = serde_json::from_str(&serde_json::to_string(&other).unwrap()).unwrap();
+        assert_eq!(read.difference(&other), None);
+        other = origin.clone();
+        other.meshes.insert("b".into(), "2".into());
+        assert!(origin.difference(&other).unwrap().contains("b is new"));
+        assert!(other.difference(&origin).unwrap().contains("b is gone"));
+    }
+
+    #[test]
+    fn files_of_learned_weights_say_whose_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let [one, other, none] = ["one", "other", "none"].map(|name| folder.path().join(name));
+        let bytes = LearnedWeights::random(LearnedBaseline::Potamias, 0.25, 1).to_bytes();
+        std::fs::write(&one, &bytes).unwrap();
+        std::fs::write(&other, &bytes).unwrap();
+        std::fs::write(&none, "words").unwrap();
+        let files = learned_files(std::slice::from_ref(&one)).unwrap();
+        assert_eq!((files[0].baseline, &files[0].sha256), (LearnedBaseline::Potamias, &sha256(&bytes)));
+        assert!(learned_files(&[one, other]).unwrap_err().to_string().contains("give one"));
+        assert!(learned_files(&[none]).is_err());
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        let good = Settings::default();
+        assert!(good.checked().is_ok());
+        let bad = [
+            Settings { ratios: vec![f64::NAN], ..good.clone() },
+            Settings { seeds: Vec::new(), ..good.clone() },
+            Settings { repeats: 0, ..good.clone() },
+            Settings { time_limit: f64::INFINITY, ..good.clone() },
+        ];
+        assert!(bad.iter().all(|settings| settings.checked().is_err()));
+    }
+}

@@ -1,0 +1,240 @@
+//! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona, Guerrero, Aigerman, Mitra,
+//! Ovsjanikov, CVPR 2021).
+//!
+//! For every point of a cloud a network says which of the nearest points are geodesic neighbours, another lays these out in
+//! the plane as the logarithmic map at the point does, maps of neighbours are aligned, and the triangles around a point in
+//! the Delaunay triangulation of its map are candidates of a surface, chosen by how many of their corners have them.
+//!
+//! What the networks learn is an exact map on the mesh from which the points were drawn; with it the rest of the method runs,
+//! too, which says what is lost to learning. What was decided where the text is not precise stands in each file.
+
+mod alignment;
+mod exact_map;
+mod forward;
+mod learned_patches;
+mod losses;
+mod neighbourhoods;
+mod network;
+mod overlap;
+mod patch;
+mod reconstruct;
+mod selection;
+mod sizes;
+mod step;
+mod turn;
+mod umbrella;
+mod votes;
+
+use super::LearnedBaselineError;
+use glam::Vec3;
+use neural_mesh::autodiff::Tensors;
+use neural_mesh::linalg::Matrix;
+use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
+use neural_mesh::spatial::farthest_points;
+use std::sync::Arc;
+
+pub use alignment::aligned;
+pub use exact_map::{Surface, exact_patches, exact_patches_at};
+pub use forward::forward;
+pub use learned_patches::learned_patches;
+pub use losses::{Loss, map_loss, neighbour_loss};
+pub use neighbourhoods::{Frame, Neighbourhoods};
+pub use network::{Dse, JoinedLayers, PointNetwork, drawn, shapes};
+pub use overlap::lie_over_each_other;
+pub use patch::Patch;
+pub use reconstruct::reconstruct;
+pub use selection::selected;
+pub use sizes::{CANDIDATES, KEPT, Widths};
+pub use step::dse_step;
+pub use turn::Turn;
+pub use umbrella::umbrella;
+pub use votes::votes;
+
+/// Which maps a mesh is made with.
+#[derive(Clone, Copy, Debug)]
+pub enum Maps<'a> {
+    /// Those of the networks of these tensors, which see points alone.
+    Learned(&'a Tensors<Arc<Matrix>>),
+    /// Exact ones, which see the mesh.
+    Exact,
+}
+
+/// Draws farthest points of a mesh and meshes them, with learned or with exact maps.
+///
+/// The method says nothing of sides, so faces look to the side that the mesh's normals at their corners do.
+///
+/// # Errors
+/// [`LearnedBaselineError`] where nothing is left.
+///
+/// ```
+/// use neural_mesh::{learned_baselines::dse::{Maps, remeshed}, mesh::shapes};
+/// let lighter = remeshed(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
+/// assert!((310..=316).contains(&lighter.faces().len()));
+/// ```
+pub fn remeshed(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) -> Result<TriMesh, LearnedBaselineError> {
+    let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
+    if mesh.positions().is_empty() {
+        return Err(LearnedBaselineError::NothingLeft);
+    }
+    let first = (seed % mesh.positions().len() as u64) as u32;
+    let mut samples = farthest_points(mesh.positions(), n_vertices, first);
+    samples.sort_unstable();
+    let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
+    let patches = match maps {
+        Maps::Learned(tensors) => learned_patches(&points, tensors),
+        Maps::Exact => exact_patches(&mesh, &samples, KEPT),
+    };
+    let all = vertex_normals(&mesh);
+    let normals: Vec<Vec3> = samples.iter().map(|&v| all[v as usize].into()).collect();
+    let faces = reconstruct(&points, &patches).into_iter().map(|face| turned_to(face, &points, &normals));
+    Ok(compact(&points, faces.collect())?.0)
+}
+
+/// A face wound to the side of the normals at its corners.
+fn turned_to([a, b, c]: [u32; 3], points: &[[f32; 3]], normals: &[Vec3]) -> [u32; 3] {
+    let [p, q, r] = [a, b, c].map(|v| Vec3::from(points[v as usize]));
+    let side: f32 = [a, b, c].iter().map(|&v| normals[v as usize].dot((q - p).cross(r - p))).sum();
+    if side < 0.0 { [a, c, b] } else { [a, b, c] }
+}
+
+/// The networks against the same in NumPy (`bench/tests/golden/dse.py`), and gradients against differences.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::autodiff::test_gradients::check_gradients;
+    use neural_mesh::autodiff::{Tape, Tensors, Value};
+    use neural_mesh::linalg::Matrix;
+    use std::sync::Arc;
+
+    /// 16 wide after the pooling; before it the layers are as narrow as they get.
+    const SHARE: f64 = 1.0 / 64.0;
+    const GROUP: usize = 5;
+
+    const LOGITS: [f64; 10] = [
+        -2.884547646967558,
+        -2.8037495853498076,
+        -2.42287364396121,
+        -1.2834605955426202,
+        -1.87220101061451,
+        -2.8871500119819724,
+        -2.7229871194919135,
+        -2.2252316011301874,
+        -1.2678223493691902,
+        -2.0072164317378336,
+    ];
+    const MAP: [f64; 20] = [
+        -2.231898637932474,
+        -5.210751834965162,
+        -3.134387164102453,
+        -5.280175166258555,
+        -3.044433383974772,
+        -5.5617032870679415,
+        -2.6081030203093283,
+        -5.1023560088118405,
+        -2.695725201221107,
+        -5.000509010435911,
+        -2.2340537663511504,
+        -5.214373796178231,
+        -3.182894521829544,
+        -5.37347777918576,
+        -2.9955841705972865,
+        -5.493807723575094,
+        -2.5674162870311017,
+        -5.057861422127907,
+        -2.7674686626789273,
+        -4.999406011725593,
+    ];
+    const NEIGHBOUR_LOSS: f64 = 0.996604954821307;
+    const MAP_LOSS: f64 = 57.09674450355271;
+
+    fn tensors() -> Tensors<Arc<Matrix>> {
+        let mut number = -1.0;
+        shapes(SHARE).map(|_, &[n_rows, n_cols]| {
+            number += 1.0;
+            let scale = (2.0 / n_rows as f64).sqrt();
+            let entry = |i: f64, j: f64| scale * (1.0 + 1.7 * number + 0.9 * i * i + 2.3 * i * j + 1.1 * j).sin();
+            Arc::new(Matrix::from_fn(n_rows, n_cols, |i, j| entry(i as f64, j as f64) as f32))
+        })
+    }
+
+    /// Two patches of five points, the own one at the origin.
+    fn places() -> Matrix {
+        let coordinate = |row: usize, axis: usize| (1.3 * row as f64 + 2.1 * axis as f64).sin();
+        Matrix::from_fn(2 * GROUP, 3, |row, axis| if row % GROUP == 0 { 0.0 } else { coordinate(row, axis) as f32 })
+    }
+
+    fn exact() -> Vec<[f64; 2]> {
+        (0..2 * GROUP).map(|i| [(0.8 * i as f64).cos(), (1.9 * i as f64).sin()]).collect()
+    }
+
+    fn assert_near(found: &[f32], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((f64::from(*found) - expected).abs() < 1e-4, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn networks_and_losses_agree_with_numpy() {
+        let net = Dse::of(&tensors().constants()).unwrap();
+        let (tape, places) = (&mut Tape::default(), Value::constant(places()));
+        let logits = forward(tape, &net.classifier, &places, GROUP);
+        assert_near(logits.matrix().data(), &LOGITS);
+        let map = forward(tape, &net.map, &places, GROUP);
+        assert_near(map.matrix().data(), &MAP);
+        assert!(tape.is_empty());
+        let are_neighbours: Vec<bool> = (0..2 * GROUP).map(|row| row % 3 == 1).collect();
+        assert!((neighbour_loss(logits.matrix(), &are_neighbours, GROUP).value - NEIGHBOUR_LOSS).abs() < 1e-5);
+        assert!((map_loss(map.matrix(), &exact(), GROUP).value - MAP_LOSS).abs() < 1e-5);
+    }
+
+    #[test]
+    fn gradients_of_the_networks() {
+        let shapes = shapes(SHARE);
+        let matrices: Vec<Matrix> = tensors().iter().map(|(_, matrix)| matrix.as_ref().clone()).collect();
+        check_gradients(&matrices, |tape, values| {
+            let named: Tensors<Value> =
+                shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();
+            let net = Dse::of(&named).unwrap();
+            let places = Value::constant(places());
+            let logits = forward(tape, &net.classifier, &places, GROUP);
+            let map = forward(tape, &net.map, &places, GROUP);
+            let identity = Matrix::from_fn(3, 3, |i, j| f32::from(u8::from(i == j)));
+            tape.concat_product(&logits, &map, &Value::constant(identity))
+        });
+    }
+
+    #[test]
+    fn patches_of_few_points_have_them_all() {
+        let tensors = drawn(0.05, 1);
+        assert!(learned_patches(&[], &tensors).is_empty());
+        let one = learned_patches(&[[1.0; 3]], &tensors);
+        assert_eq!(one[0].points, [0]);
+        let three = learned_patches(&[[0.0; 3], [0.0; 3], [1.0, 0.0, 0.0]], &tensors);
+        assert!(three.iter().all(|patch| patch.points.len() == 3));
+    }
+
+    #[test]
+    fn the_same_bits_on_any_number_of_threads() {
+        let sphere = neural_mesh::mesh::shapes::wavy_sphere(2, 4.0);
+        let tensors = drawn(0.05, 1);
+        let on_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| reconstruct(sphere.positions(), &learned_patches(sphere.positions(), &tensors)))
+        };
+        assert_eq!(on_threads(1), on_threads(3));
+    }
+
+    #[test]
+    fn a_mesh_is_made_again_on_its_side() {
+        let sphere = neural_mesh::mesh::shapes::icosphere(3);
+        let lighter = remeshed(&sphere, 160, 3, Maps::Exact).unwrap();
+        let outward = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|v| Vec3::from(lighter.positions()[v as usize]));
+            (b - a).cross(c - a).dot(a + b + c) > 0.0
+        };
+        assert!(lighter.faces().iter().all(outward));
+        let nothing = TriMesh::new(Vec::new(), Vec::new()).unwrap();
+        assert_eq!(remeshed(&nothing, 9, 0, Maps::Exact), Err(LearnedBaselineError::NothingLeft));
+    }
+}

@@ -1,0 +1,116 @@
+//! The tensors of both networks, by name.
+
+use super::Widths;
+use neural_mesh::autodiff::{Tensors, WeightsError};
+use neural_mesh::linalg::Matrix;
+use std::sync::Arc;
+
+/// Both networks: `T` is a shape, a stored matrix, or a value on a tape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dse<T> {
+    /// Says which points are geodesic neighbours: one number per point, likely where positive.
+    pub classifier: PointNetwork<T>,
+    /// Lays points out in the plane: two numbers per point.
+    pub map: PointNetwork<T>,
+}
+
+/// A network over the points of a patch, after PointNet (Qi et al. 2017).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointNetwork<T> {
+    /// Over each point, before the pooling: `[weights, bias]` of each layer.
+    pub pointwise: Vec<[T; 2]>,
+    /// Over the patch, after it.
+    pub pooled: Vec<[T; 2]>,
+    /// Over each point with what was pooled, to three numbers that stand for a place.
+    pub coarse: JoinedLayers<T>,
+    /// Over these places with what was pooled, to what comes out.
+    pub fine: JoinedLayers<T>,
+}
+
+/// Layers over each point together with what was pooled over its patch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JoinedLayers<T> {
+    /// 4 x width: over a place and its distance from that of the first point.
+    pub of_point: T,
+    /// n_pooled x width, 1 x width: over what was pooled.
+    pub of_patch: [T; 2],
+    /// width x width.
+    pub hidden: [T; 2],
+    /// width x n_out.
+    pub out: [T; 2],
+}
+
+impl<T: Clone> Dse<T> {
+    /// The networks of these tensors.
+    ///
+    /// # Errors
+    /// [`WeightsError::Missing`] names the first that is not there.
+    ///
+    /// ```
+    /// use neural_mesh_bench::learned_baselines::dse::{Dse, shapes};
+    /// assert_eq!(Dse::of(&shapes(1.0)).unwrap().map.fine.out, [[528, 2], [1, 2]]);
+    /// ```
+    pub fn of(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
+        Ok(Self { classifier: point_network(tensors, "classifier")?, map: point_network(tensors, "map")? })
+    }
+}
+
+fn point_network<T: Clone>(tensors: &Tensors<T>, network: &str) -> Result<PointNetwork<T>, WeightsError> {
+    let named = |name: &str| tensors.named(&format!("{network}.{name}")).cloned();
+    let layer = |name: &str| Ok([named(&format!("{name}.weights"))?, named(&format!("{name}.bias"))?]);
+    let layers =
+        |name: &str, n: usize| (0..n).map(|i| layer(&format!("{name}_{i}"))).collect::<Result<_, WeightsError>>();
+    let joined = |name: &str| {
+        Ok(JoinedLayers {
+            of_point: named(&format!("{name}.of_point"))?,
+            of_patch: layer(&format!("{name}.of_patch"))?,
+            hidden: layer(&format!("{name}.hidden"))?,
+            out: layer(&format!("{name}.out"))?,
+        })
+    };
+    Ok(PointNetwork {
+        pointwise: layers("pointwise", 5)?,
+        pooled: layers("pooled", 2)?,
+        coarse: joined("coarse")?,
+        fine: joined("fine")?,
+    })
+}
+
+/// The shapes of all tensors, for a share of the widths.
+pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
+    let widths = Widths::of_share(width_share);
+    let mut shapes = Tensors::default();
+    push_network(&mut shapes, "classifier", &widths, 1);
+    push_network(&mut shapes, "map", &widths, 2);
+    shapes
+}
+
+fn push_network(shapes: &mut Tensors<[usize; 2]>, network: &str, widths: &Widths, n_out: usize) {
+    let mut layer = |name: &str, n_in: usize, n_out: usize| {
+        shapes.push(format!("{network}.{name}.weights"), [n_in, n_out]);
+        shapes.push(format!("{network}.{name}.bias"), [1, n_out]);
+    };
+    let mut width = 4;
+    for (i, next) in widths.pointwise.into_iter().enumerate() {
+        layer(&format!("pointwise_{i}"), width, next);
+        width = next;
+    }
+    for (i, next) in widths.pooled.into_iter().enumerate() {
+        layer(&format!("pooled_{i}"), width, next);
+        width = next;
+    }
+    let [first, second] = widths.joined;
+    for (stage, n_out) in [("coarse", 3), ("fine", n_out)] {
+        layer(&format!("{stage}.of_patch"), width, first);
+        layer(&format!("{stage}.hidden"), first, second);
+        layer(&format!("{stage}.out"), second, n_out);
+    }
+    for stage in ["coarse", "fine"] {
+        shapes.push(format!("{network}.{stage}.of_point"), [4, first]);
+    }
+}
+
+/// The tensors that a training begins with.
+pub fn drawn(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
+    shapes(width_share).drawn(seed)
+}

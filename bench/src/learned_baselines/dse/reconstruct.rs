@@ -1,0 +1,72 @@
+//! A surface through all points of a cloud, from the maps of their patches.
+
+use super::{Patch, aligned, selected, votes};
+use neural_mesh::mesh::consistently_wound;
+
+/// Meshes points by their patches: maps are aligned, each gives the triangles around its own point, and those on which
+/// patches agree are taken as far as they fit. Faces are wound alike where they can be, outward on the whole; the method
+/// itself says nothing of sides.
+///
+/// # Shapes
+/// - `points`: n x 3, finite; `patches`: one per point, in their order
+///
+/// ```
+/// use neural_mesh::{learned_baselines::dse::{exact_patches, reconstruct}, mesh::shapes};
+/// let sphere = shapes::icosphere(3);
+/// let patches = exact_patches(&sphere, &(0..642).collect::<Vec<u32>>(), 24);
+/// assert_eq!(reconstruct(sphere.positions(), &patches).len(), 1280);
+/// ```
+pub fn reconstruct(points: &[[f32; 3]], patches: &[Patch]) -> Vec<[u32; 3]> {
+    consistently_wound(points, &selected(points, &votes(&aligned(patches))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::exact_patches;
+    use super::*;
+    use neural_mesh::mesh::{TriMesh, edges, shapes};
+    use neural_mesh::spatial::farthest_points;
+
+    /// Points drawn from a mesh, meshed with exact maps: how many edges have one face, and how many all are.
+    fn open_edges(mesh: &TriMesh, n: usize) -> [usize; 2] {
+        let samples = farthest_points(mesh.positions(), n, 0);
+        let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
+        let faces = reconstruct(&points, &exact_patches(mesh, &samples, 24));
+        let all = edges(&TriMesh::new(points, faces).unwrap());
+        assert!(all.iter().all(|edge| edge.n_faces() <= 2));
+        [all.iter().filter(|edge| edge.n_faces() == 1).count(), all.len()]
+    }
+
+    #[test]
+    fn a_plane_is_covered_once() {
+        let grid = shapes::grid(20, 20);
+        let samples: Vec<u32> = (0..441).collect();
+        let faces = reconstruct(grid.positions(), &exact_patches(&grid, &samples, 24));
+        let area = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|v| glam::Vec3::from(grid.positions()[v as usize]));
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let [all, original] = [&faces[..], grid.faces()].map(|faces| faces.iter().map(area).sum::<f32>());
+        assert!(all <= 1.0001 * original && all > 0.98 * original, "{all} {original}");
+    }
+
+    #[test]
+    fn round_surfaces_are_nearly_closed() {
+        for (mesh, n) in
+            [(shapes::icosphere(4), 400), (shapes::wavy_sphere(4, 5.0), 600), (shapes::torus(80, 40, 1.0, 0.4), 500)]
+        {
+            let [open, all] = open_edges(&mesh, n);
+            assert!(50 * open < all, "{open} of {all}");
+        }
+    }
+
+    #[test]
+    fn nothing_of_nothing() {
+        assert!(reconstruct(&[], &[]).is_empty());
+        let two = [
+            Patch { points: vec![0, 1], map: vec![[0.0; 2], [1.0, 0.0]] },
+            Patch { points: vec![1, 0], map: vec![[0.0; 2]; 2] },
+        ];
+        assert!(reconstruct(&[[0.0; 3], [1.0; 3]], &two).is_empty());
+    }
+}

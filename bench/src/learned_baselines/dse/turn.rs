@@ -1,0 +1,92 @@
+//! The rotation or reflection of the plane that brings points nearest to others (orthogonal Procrustes, Schönemann 1966).
+
+/// A rotation or reflection of the plane: `x` to `[a, -b; b, a] x`, where it reflects with `x` mirrored at the first axis before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Cosine and sine.
+    pub cos_sin: [f64; 2],
+    /// Whether the second coordinate changes its sign first.
+    pub reflects: bool,
+}
+
+impl Turn {
+    /// The turn for which the weighted sum of `|turned x - y|^2` over pairs (x, y, weight) is smallest.
+    ///
+    /// A reflection is allowed, because a cloud without normals does not say from which side a map is seen. Of equally good
+    /// ones it is the rotation; where all points are the origin, the identity.
+    ///
+    /// ```
+    /// use neural_mesh_bench::learned_baselines::dse::Turn;
+    /// let pairs = [([1.0, 0.0], [0.0, 2.0], 1.0), ([0.0, 1.0], [2.0, 0.0], 1.0)];
+    /// let turn = Turn::between(pairs);
+    /// assert!(turn.reflects);
+    /// assert_eq!(turn.apply([3.0, 4.0]), [4.0, 3.0]);
+    /// ```
+    pub fn between(pairs: impl IntoIterator<Item = ([f64; 2], [f64; 2], f64)>) -> Self {
+        let (mut rotation, mut reflection) = ([0.0; 2], [0.0; 2]);
+        for (x, y, weight) in pairs {
+            rotation[0] += weight * (x[0] * y[0] + x[1] * y[1]);
+            rotation[1] += weight * (x[0] * y[1] - x[1] * y[0]);
+            reflection[0] += weight * (x[0] * y[0] - x[1] * y[1]);
+            reflection[1] += weight * (x[0] * y[1] + x[1] * y[0]);
+        }
+        let length = |v: [f64; 2]| v[0].hypot(v[1]);
+        let reflects = length(reflection) > length(rotation);
+        let best = if reflects { reflection } else { rotation };
+        let cos_sin = if length(best) > 0.0 { best.map(|x| x / length(best)) } else { [1.0, 0.0] };
+        Self { cos_sin, reflects }
+    }
+
+    /// The turned point.
+    pub fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let y = if self.reflects { -y } else { y };
+        let [cos, sin] = self.cos_sin;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// The point that [`Turn::apply`] brings here.
+    pub fn unapply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [cos, sin] = self.cos_sin;
+        let y_before = cos * y - sin * x;
+        [cos * x + sin * y, if self.reflects { -y_before } else { y_before }]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(n: usize) -> Vec<[f64; 2]> {
+        (0..n).map(|i| [(1.3 * i as f64).sin(), (0.7 * (i * i) as f64).cos()]).collect()
+    }
+
+    #[test]
+    fn turned_points_are_turned_back() {
+        for reflects in [false, true] {
+            let turn = Turn { cos_sin: [0.6, -0.8], reflects };
+            let found = Turn::between(points(9).into_iter().map(|x| (x, turn.apply(x), 0.5)));
+            assert_eq!(found.reflects, reflects);
+            for x in points(9) {
+                let [a, b] = [found.apply(x), turn.apply(x)];
+                assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12);
+                let back = turn.unapply(b);
+                assert!((back[0] - x[0]).hypot(back[1] - x[1]) < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn no_other_turn_is_nearer() {
+        let (from, to) = (points(7), points(14).split_off(7));
+        let error = |turn: &Turn| -> f64 {
+            let pairs = from.iter().zip(&to).map(|(x, y)| (turn.apply(*x), y));
+            pairs.map(|(x, y)| (x[0] - y[0]).powi(2) + (x[1] - y[1]).powi(2)).sum()
+        };
+        let best = error(&Turn::between(from.iter().zip(&to).map(|(x, y)| (*x, *y, 1.0))));
+        for step in 0..200 {
+            let angle = f64::from(step) * 0.0314;
+            let others = [false, true].map(|reflects| Turn { cos_sin: [angle.cos(), angle.sin()], reflects });
+            assert!(others.iter().all(|other| error(other) >= best - 1e-9));
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! The triangles around a patch's own point: those of the Delaunay triangulation of its map.
+
+use super::Patch;
+use spade::{DelaunayTriangulation, Point2, Triangulation};
+
+/// The triangles of the map's Delaunay triangulation that have the patch's own point as a corner, corners by index
+/// ascending. Of points in one place only the first is there. None where all points lie on a line.
+///
+/// ```
+/// use neural_mesh_bench::learned_baselines::dse::{Patch, umbrella};
+/// let map = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [-1.0, -1.0], [5.0, 5.0]];
+/// let patch = Patch { points: vec![7, 3, 4, 9, 1], map };
+/// assert_eq!(umbrella(&patch), [[3, 4, 7], [3, 7, 9], [4, 7, 9]]);
+/// ```
+pub fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
+    let radius = patch.radius();
+    let unit = if radius > 0.0 { radius } else { 1.0 };
+    let mut triangulation: DelaunayTriangulation<Point2<f64>> = DelaunayTriangulation::new();
+    let mut points = Vec::with_capacity(patch.points.len());
+    for (&point, at) in patch.points.iter().zip(&patch.map) {
+        // What is not a number, or nearly in the place of another, is no corner.
+        let placed = triangulation.insert(Point2::new(at[0] / unit, at[1] / unit));
+        if placed.is_ok_and(|vertex| vertex.index() == points.len()) {
+            points.push(point);
+        }
+    }
+    let Some(&own) = patch.points.first() else { return Vec::new() };
+    let corners = triangulation.inner_faces().map(|face| face.vertices().map(|vertex| points[vertex.fix().index()]));
+    let mut triangles: Vec<[u32; 3]> = corners.filter(|corners| corners.contains(&own)).collect();
+    triangles.iter_mut().for_each(|corners| corners.sort_unstable());
+    triangles.sort_unstable();
+    triangles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn patch(map: &[[f64; 2]]) -> Patch {
+        Patch { points: (0..map.len() as u32).collect(), map: map.to_vec() }
+    }
+
+    #[test]
+    fn no_circle_around_a_triangle_holds_a_point() {
+        let map: Vec<[f64; 2]> =
+            std::iter::once([0.0; 2]).chain((1..25).map(|i| [f64::from(i).sin(), f64::from(i * i).cos()])).collect();
+        let triangles = umbrella(&patch(&map));
+        assert!(triangles.len() > 3);
+        for corners in &triangles {
+            let [a, b, c] = corners.map(|v| map[v as usize]);
+            let cross =
+                |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+            let area = 2.0 * cross(a, b, c);
+            let squared = |p: [f64; 2]| p[0] * p[0] + p[1] * p[1];
+            let centre = [
+                (squared(a) * (b[1] - c[1]) + squared(b) * (c[1] - a[1]) + squared(c) * (a[1] - b[1])) / area,
+                (squared(a) * (c[0] - b[0]) + squared(b) * (a[0] - c[0]) + squared(c) * (b[0] - a[0])) / area,
+            ];
+            let distance = |p: [f64; 2]| (p[0] - centre[0]).hypot(p[1] - centre[1]);
+            assert!(map.iter().all(|&p| distance(p) > distance(a) - 1e-9));
+        }
+    }
+
+    #[test]
+    fn what_spans_nothing_has_no_triangles() {
+        assert!(umbrella(&Patch::default()).is_empty());
+        assert!(umbrella(&patch(&[[0.0; 2]; 4])).is_empty());
+        assert!(umbrella(&patch(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])).is_empty());
+        assert!(umbrella(&patch(&[[0.0, 0.0], [f64::NAN, 1.0], [1.0, 0.0]])).is_empty());
+    }
+}

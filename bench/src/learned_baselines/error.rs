@@ -1,0 +1,30 @@
+//! Why a method that learns gave no mesh.
+
+use neural_mesh::mesh::InvalidMesh;
+
+/// Why a method that learns gave no mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LearnedBaselineError {
+    /// The method left no face.
+    NothingLeft,
+    /// The method made something that is no mesh: a coordinate too large, for example.
+    Invalid(InvalidMesh),
+}
+
+impl std::fmt::Display for LearnedBaselineError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NothingLeft => write!(f, "the method left no face: ask for a larger mesh"),
+            Self::Invalid(error) => write!(f, "the method's result is not a mesh: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for LearnedBaselineError {}
+
+impl From<InvalidMesh> for LearnedBaselineError {
+    fn from(error: InvalidMesh) -> Self {
+        Self::Invalid(error)
+    }
+}

@@ -1,0 +1,93 @@
+//! Triangles over points: "PointTriNet: Learned Triangulation of 3D Point Sets" (Sharp and Ovsjanikov, ECCV 2020).
+//!
+//! One network says how likely a triangle belongs to the surface, another which triangles to try next; both look at the
+//! nearest points and triangles alone. Rounds of the two make a surface of points, judged in training by how far it lies
+//! from the surface, expected over the probabilities, whether it overlaps itself and whether it is closed.
+//!
+//! Sizes, neighbours, rounds and losses are the paper's; encodings are those of the authors' code. What was decided
+//! otherwise stands in each file.
+
+mod candidates;
+mod classifier;
+mod local_frame;
+mod network;
+mod overlap_kernel;
+mod patches;
+mod proposal_match;
+mod proposals;
+mod rounds;
+mod step;
+mod surface_to_triangles;
+#[cfg(test)]
+mod test_golden;
+mod triangle_samples;
+mod triangles_to_surface;
+mod watertightness;
+
+use super::LearnedBaselineError;
+use glam::Vec3;
+use neural_mesh::autodiff::Tensors;
+use neural_mesh::geometry::triangle::area_normal;
+use neural_mesh::linalg::Matrix;
+use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
+use neural_mesh::spatial::farthest_points;
+use std::sync::Arc;
+
+pub use candidates::Candidates;
+pub use classifier::classifier;
+pub use local_frame::LocalFrame;
+pub use network::{Classifier, Layer, PointTriNet, Proposals, drawn, shapes};
+pub use overlap_kernel::overlap_kernel;
+pub use patches::{NEIGHBOURS, Neighbourhoods, point_features, triangle_features};
+pub use proposal_match::proposal_match;
+pub use proposals::{Draw, Proposal, point_probabilities, proposals};
+pub use rounds::{ROUNDS, last_candidates, triangulate};
+pub use step::pointtrinet_step;
+pub use surface_to_triangles::surface_to_triangles;
+pub use triangle_samples::{TriangleSample, triangle_samples};
+pub use triangles_to_surface::{SurfacePoint, triangles_to_surface};
+pub use watertightness::watertightness;
+
+/// Draws vertices of a mesh, each the farthest from those before, and triangulates them. Faces are turned to the side of the
+/// mesh's normals.
+pub(super) fn simplified(
+    mesh: &TriMesh,
+    n_vertices: usize,
+    seed: u64,
+    tensors: &Tensors<Arc<Matrix>>,
+) -> Result<TriMesh, LearnedBaselineError> {
+    let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
+    if mesh.positions().is_empty() {
+        return Err(LearnedBaselineError::NothingLeft);
+    }
+    let first = (seed % mesh.positions().len() as u64) as u32;
+    let mut samples = farthest_points(mesh.positions(), n_vertices, first);
+    samples.sort_unstable();
+    let all = vertex_normals(&mesh);
+    let pick = |rows: &[[f32; 3]]| -> Vec<[f32; 3]> { samples.iter().map(|&v| rows[v as usize]).collect() };
+    let (points, normals) = (pick(mesh.positions()), pick(&all));
+    let net = PointTriNet::of(&tensors.constants()).expect("the tensors of this network");
+    let faces = triangulate(&net, &points, seed);
+    let faces = faces.into_iter().map(|face| outward(face, &points, &normals)).collect();
+    Ok(compact(&points, faces)?.0)
+}
+
+/// The face with its normal on the side of those of its corners.
+fn outward(face: [u32; 3], points: &[[f32; 3]], normals: &[[f32; 3]]) -> [u32; 3] {
+    let [a, b, c] = face;
+    let normal = area_normal(face.map(|v| Vec3::from_array(points[v as usize])));
+    let mean: Vec3 = face.iter().map(|&v| Vec3::from_array(normals[v as usize])).sum();
+    if normal.dot(mean) < 0.0 { [a, c, b] } else { face }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_look_to_the_side_of_the_normals() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(outward([0, 1, 2], &points, &[[0.0, 0.0, 1.0]; 3]), [0, 1, 2]);
+        assert_eq!(outward([0, 1, 2], &points, &[[0.0, 0.0, -1.0]; 3]), [0, 2, 1]);
+    }
+}

@@ -1,0 +1,105 @@
+//! What the networks see of a triangle: the points and triangles nearest to it.
+
+use super::network::{POINT_NUMBERS, TRIANGLE_NUMBERS};
+use super::{Candidates, LocalFrame};
+use neural_mesh::linalg::Matrix;
+use neural_mesh::spatial::{nearest_neighbours, nearest_to};
+use rayon::prelude::*;
+
+/// Points, and triangles, that a triangle sees.
+pub const NEIGHBOURS: usize = 64;
+
+/// Candidates with the nearest points and triangles of each, by barycenters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Neighbourhoods<'a> {
+    /// n_vertices x 3.
+    pub vertices: &'a [[f32; 3]],
+    /// The candidates, n.
+    pub candidates: &'a Candidates,
+    /// n x `n_points`, nearest first, the triangle's own corners among them.
+    pub points: Vec<u32>,
+    /// Points of each: 64, or as many as there are.
+    pub n_points: usize,
+    /// n x `n_triangles`, nearest first, not the triangle itself.
+    pub triangles: Vec<u32>,
+    /// Triangles of each: 64, or as many as there are others.
+    pub n_triangles: usize,
+}
+
+impl<'a> Neighbourhoods<'a> {
+    /// Finds them for all candidates.
+    ///
+    /// # Shapes
+    /// - `vertices`: n_vertices x 3, finite
+    pub fn new(vertices: &'a [[f32; 3]], candidates: &'a Candidates) -> Self {
+        let triangles = &candidates.triangles;
+        let barycenter = |&triangle: &[u32; 3]| {
+            let corners = corners(vertices, triangle);
+            std::array::from_fn(|axis| corners.iter().map(|corner| corner[axis]).sum::<f32>() / 3.0)
+        };
+        let barycenters: Vec<[f32; 3]> = triangles.iter().map(barycenter).collect();
+        Self {
+            vertices,
+            candidates,
+            points: nearest_to(vertices, &barycenters, NEIGHBOURS),
+            n_points: NEIGHBOURS.min(vertices.len()),
+            triangles: nearest_neighbours(&barycenters, NEIGHBOURS),
+            n_triangles: NEIGHBOURS.min(triangles.len().saturating_sub(1)),
+        }
+    }
+
+    /// The nearest points of a candidate.
+    pub fn points_of(&self, candidate: usize) -> &[u32] {
+        &self.points[candidate * self.n_points..][..self.n_points]
+    }
+
+    /// The nearest triangles of a candidate.
+    pub fn triangles_of(&self, candidate: usize) -> &[u32] {
+        &self.triangles[candidate * self.n_triangles..][..self.n_triangles]
+    }
+}
+
+/// Points as triangles see them, each triangle with its own points.
+///
+/// # Shapes
+/// - `queries`: n triangles, in the order of corners that decides the frame, and k points each
+/// - returns (n * k) x 6, [`LocalFrame::coordinates`]
+pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> Matrix {
+    let k = queries.first().map_or(0, |(_, points)| points.len());
+    let mut features = vec![0.0; queries.len() * k * POINT_NUMBERS];
+    features.par_chunks_mut((k * POINT_NUMBERS).max(1)).zip(queries).for_each(|(rows, (triangle, points))| {
+        let frame = LocalFrame::new(corners(vertices, *triangle));
+        for (row, &point) in rows.as_chunks_mut().0.iter_mut().zip(*points) {
+            *row = frame.coordinates(vertices[point as usize]);
+        }
+    });
+    Matrix::new(queries.len() * k, POINT_NUMBERS, features)
+}
+
+/// Triangles as triangles see them: the least and largest coordinate of the corners, and how likely each is.
+///
+/// # Shapes
+/// - `queries`: n candidates
+/// - returns (n * n_triangles) x 13
+pub fn triangle_features(neighbourhoods: &Neighbourhoods, queries: &[u32]) -> Matrix {
+    let (vertices, candidates, k) = (neighbourhoods.vertices, neighbourhoods.candidates, neighbourhoods.n_triangles);
+    let mut features = vec![0.0; queries.len() * k * TRIANGLE_NUMBERS];
+    features.par_chunks_mut((k * TRIANGLE_NUMBERS).max(1)).zip(queries).for_each(|(rows, &query)| {
+        let frame = LocalFrame::new(corners(vertices, candidates.triangles[query as usize]));
+        let near = neighbourhoods.triangles_of(query as usize);
+        for (row, &other) in rows.chunks_exact_mut(TRIANGLE_NUMBERS).zip(near) {
+            let seen = corners(vertices, candidates.triangles[other as usize]).map(|p| frame.coordinates(p));
+            for c in 0..POINT_NUMBERS {
+                row[c] = seen[0][c].min(seen[1][c]).min(seen[2][c]);
+                row[POINT_NUMBERS + c] = seen[0][c].max(seen[1][c]).max(seen[2][c]);
+            }
+            row[2 * POINT_NUMBERS] = candidates.probabilities[other as usize];
+        }
+    });
+    Matrix::new(queries.len() * k, TRIANGLE_NUMBERS, features)
+}
+
+/// The corners of a triangle.
+pub(super) fn corners(vertices: &[[f32; 3]], triangle: [u32; 3]) -> [[f32; 3]; 3] {
+    triangle.map(|v| vertices[v as usize])
+}

@@ -1,0 +1,135 @@
+//! The proposal network: which triangles to try next, over each edge of a triangle.
+
+use super::classifier::{layers, pooled};
+use super::network::Proposals;
+use super::patches::{Neighbourhoods, point_features};
+use neural_mesh::autodiff::{Tape, Value};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+
+/// New triangles over each edge.
+const PER_EDGE: usize = 4;
+/// Added to the weights that points are drawn by, so that any of them may be.
+const LEAST: f32 = 1e-4;
+
+/// A triangle that an edge proposes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proposal {
+    /// Its corners, ascending.
+    pub triangle: [u32; 3],
+    /// How likely it is: the probability of the point times that of the triangle whose edge proposes it.
+    pub probability: f32,
+    /// That triangle, as a place among the queries.
+    pub query: u32,
+    /// The row of the point in [`point_probabilities`].
+    pub row: u32,
+}
+
+/// The probability of each near point to be the third corner of a triangle over each edge: an MLP over each of the 64
+/// points, the largest of them, and an MLP over each point beside that.
+///
+/// # Shapes
+/// - `queries`: indices of n candidates
+/// - returns (n * 3 * n_points) x 1, edge by edge
+pub fn point_probabilities(
+    tape: &mut Tape,
+    net: &Proposals<Value>,
+    neighbourhoods: &Neighbourhoods,
+    queries: &[u32],
+) -> Value {
+    let edges = |&q: &u32| {
+        turned(neighbourhoods.candidates.triangles[q as usize])
+            .map(|triangle| (triangle, neighbourhoods.points_of(q as usize)))
+    };
+    let features = point_features(neighbourhoods.vertices, &queries.iter().flat_map(edges).collect::<Vec<_>>());
+    let n_edges = 3 * queries.len();
+    let of_edges = pooled(tape, features.clone(), &net.points, n_edges);
+    let of_edges = tape.product(&of_edges, &net.pooled);
+    let logits =
+        tape.layers_of_groups(&Value::constant(features), &of_edges, &layers(&net.score), neighbourhoods.n_points);
+    tape.sigmoid(&logits)
+}
+
+/// A triangle beginning with each of its edges.
+fn turned([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
+    [[a, b, c], [b, c, a], [c, a, b]]
+}
+
+/// How proposals are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Draw {
+    /// Decides the draws.
+    pub seed: u64,
+    /// Share of the draws that takes any point: 0, or 0.25 in training, for variety.
+    pub random_share: f32,
+}
+
+/// Draws four different points for each edge, by their probabilities, the triangle's own corners left out.
+///
+/// # Shapes
+/// - `of_queries`: n, the probability of each query; `of_points`: as [`point_probabilities`] gives them
+/// - returns the proposals, query by query, edge by edge
+pub fn proposals(
+    neighbourhoods: &Neighbourhoods,
+    queries: &[u32],
+    of_queries: &[f32],
+    of_points: &[f32],
+    draw: Draw,
+) -> Vec<Proposal> {
+    let k = neighbourhoods.n_points;
+    let of_edge = |(edge, query): (usize, usize)| {
+        let candidate = queries[query] as usize;
+        let near = neighbourhoods.points_of(candidate);
+        let triangle = turned(neighbourhoods.candidates.triangles[candidate])[edge % 3];
+        let rows = &of_points[edge * k..][..k];
+        let random =
+            Xoshiro256PlusPlus::seed_from_u64(draw.seed.wrapping_add(u64::from(queries[query]) * 3 + edge as u64 % 3));
+        drawn(near, triangle, rows, draw.random_share, random).into_iter().map(move |place| {
+            let mut corners = [triangle[0], triangle[1], near[place]];
+            corners.sort_unstable();
+            let probability = rows[place] * of_queries[query];
+            Proposal { triangle: corners, probability, query: query as u32, row: (edge * k + place) as u32 }
+        })
+    };
+    (0..3 * queries.len()).into_par_iter().map(|edge| (edge, edge / 3)).flat_map_iter(of_edge).collect()
+}
+
+/// Draws places without putting any back, by weights: those with the largest `ln(u) / w` (Efraimidis and Spirakis 2006).
+fn drawn(near: &[u32], own: [u32; 3], p: &[f32], random_share: f32, mut random: Xoshiro256PlusPlus) -> Vec<usize> {
+    let mean = p.iter().sum::<f32>() / p.len() as f32 + LEAST;
+    let mut keys: Vec<(f64, usize)> = Vec::with_capacity(near.len());
+    for (place, (point, p)) in near.iter().zip(p).enumerate() {
+        let uniform = ((random.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
+        if !own.contains(point) {
+            let weight = random_share * mean + (1.0 - random_share) * (p + LEAST);
+            keys.push((uniform.ln() / f64::from(weight), place));
+        }
+    }
+    let n = PER_EDGE.min(keys.len());
+    keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    keys[..n].iter().map(|&(_, place)| place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_drawn_by_their_weights_once_and_never_the_corners() {
+        let near: Vec<u32> = (10..20).collect();
+        let p: Vec<f32> = (0..10).map(|i| if i < 5 { 0.8 } else { 0.2 }).collect();
+        let mut counts = [0; 10];
+        for seed in 0..2000 {
+            let mut found = drawn(&near, [10, 19, 3], &p, 0.0, Xoshiro256PlusPlus::seed_from_u64(seed));
+            counts[found[0]] += 1;
+            found.sort_unstable();
+            found.dedup();
+            assert_eq!(found.len(), 4);
+        }
+        assert_eq!([counts[0], counts[9]], [0, 0]);
+        assert!(counts[1..5].iter().all(|n| (340..500).contains(n)), "{counts:?}");
+        assert!(counts[5..9].iter().all(|n| (60..160).contains(n)), "{counts:?}");
+        assert_eq!(drawn(&[1, 2, 3, 4], [1, 2, 3], &[0.5; 4], 0.25, Xoshiro256PlusPlus::seed_from_u64(1)), [3]);
+    }
+}

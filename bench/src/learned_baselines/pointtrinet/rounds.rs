@@ -1,0 +1,105 @@
+//! The rounds: classify, keep the likely, propose new ones, and again.
+
+use super::classifier::classifier;
+use super::patches::Neighbourhoods;
+use super::proposals::{Draw, point_probabilities, proposals};
+use super::{Candidates, PointTriNet};
+use neural_mesh::autodiff::{Tape, Value};
+
+/// Rounds in all; the last only classifies.
+pub const ROUNDS: usize = 5;
+/// A triangle that is more likely than this is a face.
+const THRESHOLD: f32 = 0.9;
+/// Queries at a time, so that memory does not grow with the mesh.
+const CHUNK: usize = 1024;
+
+/// Makes triangles of points, most of which make a surface: those more likely than 0.9 after five rounds.
+///
+/// # Shapes
+/// - `vertices`: n x 3, finite
+/// - `net`: constants
+/// - returns n_faces x 3, corners ascending: the networks know no sides
+///
+/// ```
+/// use neural_mesh_bench::learned_baselines::pointtrinet::{PointTriNet, drawn, triangulate};
+/// let sphere = neural_mesh::mesh::shapes::icosphere(1);
+/// let net = PointTriNet::of(&drawn(0.1, 1).constants()).unwrap();
+/// // Nothing learned, nothing sure.
+/// assert!(triangulate(&net, sphere.positions(), 0).len() < 42);
+/// ```
+pub fn triangulate(net: &PointTriNet<Value>, vertices: &[[f32; 3]], seed: u64) -> Vec<[u32; 3]> {
+    let candidates = last_candidates(net, vertices, Draw { seed, random_share: 0.0 });
+    let neighbourhoods = Neighbourhoods::new(vertices, &candidates);
+    let mut faces = Vec::new();
+    for queries in chunks(candidates.triangles.len()) {
+        let tape = &mut Tape::default();
+        let p = classifier(tape, &net.classifier, &neighbourhoods, &queries);
+        let likely = queries.iter().zip(p.matrix().data()).filter(|(_, p)| **p > THRESHOLD);
+        faces.extend(likely.map(|(&query, _)| candidates.triangles[query as usize]));
+    }
+    faces
+}
+
+/// The candidates that come to the last round, with the probabilities that they have before it.
+pub fn last_candidates(net: &PointTriNet<Value>, vertices: &[[f32; 3]], draw: Draw) -> Candidates {
+    let mut candidates = Candidates::seeds(vertices);
+    for round in 1..ROUNDS as u64 {
+        // Far enough apart for every edge of every round to have a seed of its own.
+        let seed = draw.seed.wrapping_add(round << 40);
+        candidates = after_a_round(net, vertices, candidates, Draw { seed, ..draw });
+    }
+    candidates
+}
+
+fn after_a_round(net: &PointTriNet<Value>, vertices: &[[f32; 3]], before: Candidates, draw: Draw) -> Candidates {
+    let neighbourhoods = Neighbourhoods::new(vertices, &before);
+    let (mut probabilities, mut proposed) = (Vec::new(), Vec::new());
+    for queries in chunks(before.triangles.len()) {
+        let tape = &mut Tape::default();
+        let p = classifier(tape, &net.classifier, &neighbourhoods, &queries);
+        let of_points = point_probabilities(tape, &net.proposals, &neighbourhoods, &queries);
+        let [p, of_points] = [p.matrix().data(), of_points.matrix().data()];
+        let new = proposals(&neighbourhoods, &queries, p, of_points, draw);
+        proposed.extend(new.iter().map(|proposal| (proposal.triangle, proposal.probability)));
+        probabilities.extend_from_slice(p);
+    }
+    Candidates { probabilities, ..before }.with(proposed, vertices.len())
+}
+
+fn chunks(n: usize) -> impl Iterator<Item = Vec<u32>> {
+    (0..n).step_by(CHUNK).map(move |begin| (begin as u32..(begin + CHUNK).min(n) as u32).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawn;
+    use super::*;
+
+    #[test]
+    fn the_same_bits_on_any_number_of_threads() {
+        let sphere = neural_mesh::mesh::shapes::wavy_sphere(1, 4.0);
+        let net = PointTriNet::of(&drawn(1.0 / 16.0, 1).constants()).unwrap();
+        let draw = Draw { seed: 3, random_share: 0.25 };
+        let on_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| last_candidates(&net, sphere.positions(), draw))
+        };
+        let one = on_threads(1);
+        assert_eq!(one, on_threads(3));
+        assert!(one.triangles.len() > 4 * sphere.positions().len(), "{}", one.triangles.len());
+        assert!(one.triangles.iter().all(|&[a, b, c]| a < b && b < c));
+        assert_ne!(one, last_candidates(&net, sphere.positions(), Draw { seed: 4, ..draw }));
+    }
+
+    #[test]
+    fn few_points_are_no_trouble() {
+        let net = PointTriNet::of(&drawn(1.0 / 16.0, 1).constants()).unwrap();
+        let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
+        for n in 0..5 {
+            let found = last_candidates(&net, &points[..n], Draw { seed: 0, random_share: 0.0 });
+            assert_eq!(found.triangles.len(), [0, 0, 0, 1, 4][n]);
+            triangulate(&net, &points[..n], 0);
+        }
+        triangulate(&net, &[[1.0; 3]; 9], 0);
+    }
+}

@@ -1,0 +1,74 @@
+//! How far the triangles lie from the surface, expected over their probabilities.
+
+use super::TriangleSample;
+use glam::DVec3;
+use neural_mesh::loss::Term;
+use neural_mesh::spatial::nearest_to;
+
+/// A point of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Where it lies.
+    pub point: [f32; 3],
+    /// The normal of the surface there, of unit length.
+    pub normal: [f32; 3],
+}
+
+/// Computes `mean over samples of p d`: d is the distance of a point on a triangle to the plane through the surface point
+/// nearest to it, p the probability of the triangle.
+///
+/// # Shapes
+/// - `samples`: n, drawn by area
+/// - `length`: a length of the size of the patch, above 0
+/// - returns the mean in units of `length`, and its gradient to the probabilities
+///
+/// ```
+/// use neural_mesh_bench::learned_baselines::pointtrinet::{SurfacePoint, TriangleSample, triangles_to_surface};
+/// let surface = [SurfacePoint { point: [0.0; 3], normal: [0.0, 0.0, 1.0] }];
+/// let sample = TriangleSample { triangle: 0, point: [3.0, 4.0, -0.5] };
+/// let term = triangles_to_surface(&surface, &[sample], &[0.25], 2.0);
+/// assert_eq!((term.value, term.gradient), (0.0625, vec![0.25]));
+/// ```
+pub fn triangles_to_surface(
+    surface: &[SurfacePoint],
+    samples: &[TriangleSample],
+    probabilities: &[f32],
+    length: f64,
+) -> Term {
+    let mut gradient = vec![0.0f64; probabilities.len()];
+    if surface.is_empty() {
+        return Term::zero(probabilities.len());
+    }
+    let points: Vec<[f32; 3]> = surface.iter().map(|at| at.point).collect();
+    let queries: Vec<[f32; 3]> = samples.iter().map(|sample| sample.point).collect();
+    let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let mut sum = 0.0;
+    for (sample, near) in samples.iter().zip(nearest_to(&points, &queries, 1)) {
+        let near = surface[near as usize];
+        let distance = (wide(sample.point) - wide(near.point)).dot(wide(near.normal)).abs() / length;
+        sum += distance * f64::from(probabilities[sample.triangle as usize]);
+        gradient[sample.triangle as usize] += distance;
+    }
+    Term::mean(sum, &gradient, samples.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_golden::{assert_gradient, probabilities, samples, surface};
+    use super::*;
+
+    #[test]
+    fn agrees_with_numpy_and_with_differences() {
+        let p = probabilities();
+        let loss = |p: &[f32]| triangles_to_surface(&surface(), &samples(), p, 1.5);
+        let value = loss(&p).value;
+        assert!((value - 0.0901639792935957).abs() < 1e-5, "{value}");
+        assert_gradient(&p, loss);
+    }
+
+    #[test]
+    fn nothing_is_fine() {
+        assert_eq!(triangles_to_surface(&[], &samples(), &probabilities(), 1.0).value, 0.0);
+        assert_eq!(triangles_to_surface(&surface(), &[], &[], 1.0), Term::zero(0));
+    }
+}

@@ -1,0 +1,89 @@
+//! A cloud of points as the network sees it.
+
+use neural_mesh::linalg::Csr;
+use neural_mesh::spatial::nearest_neighbours;
+use std::sync::Arc;
+
+/// Neighbours of a point: those of the paper's refinement, here of the projection, too.
+pub const NEIGHBOURS: usize = 15;
+
+/// Points in units of their distance, with their nearest neighbours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloud {
+    /// n x 3, about their mean, in mean distances of a point to its neighbours.
+    pub points: Vec<[f32; 3]>,
+    /// The nearest of each, n x n.
+    pub graph: Arc<Csr>,
+    /// Mean distance of each to its neighbours, n.
+    pub radii: Vec<f32>,
+    origin: [f64; 3],
+    unit: f64,
+}
+
+impl Cloud {
+    /// Makes a cloud of points; `None` where all are one.
+    ///
+    /// # Shapes
+    /// - `points`: n x 3, finite
+    ///
+    /// ```
+    /// use neural_mesh_bench::learned_baselines::potamias::Cloud;
+    /// let cloud = Cloud::new(&[[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]).unwrap();
+    /// assert_eq!(cloud.points, [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]]);
+    /// assert_eq!(cloud.placed(&cloud.points), [[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    /// ```
+    pub fn new(points: &[[f32; 3]]) -> Option<Self> {
+        let n = points.len();
+        let neighbours = nearest_neighbours(points, NEIGHBOURS);
+        let k = neighbours.len() / n.max(1);
+        let distance = |i: usize, j: u32| {
+            let [p, q] = [points[i], points[j as usize]];
+            (0..3).map(|axis| (f64::from(p[axis]) - f64::from(q[axis])).powi(2)).sum::<f64>().sqrt()
+        };
+        let radius = |i: usize| neighbours[i * k..][..k].iter().map(|&j| distance(i, j)).sum::<f64>() / k as f64;
+        let radii: Vec<f64> = (0..n).map(radius).collect();
+        let unit = radii.iter().sum::<f64>() / n as f64;
+        if unit.is_nan() || unit <= 0.0 {
+            return None;
+        }
+        let mean = |axis: usize| points.iter().map(|p| f64::from(p[axis])).sum::<f64>() / n as f64;
+        let origin: [f64; 3] = std::array::from_fn(mean);
+        let apply = |p: &[f32; 3]| std::array::from_fn(|axis| ((f64::from(p[axis]) - origin[axis]) / unit) as f32);
+        Some(Self {
+            points: points.iter().map(apply).collect(),
+            graph: Csr::from_equal_rows(n, n, k, neighbours).into(),
+            radii: radii.iter().map(|radius| (radius / unit) as f32).collect(),
+            origin,
+            unit,
+        })
+    }
+
+    /// Points of the cloud's frame where they lie in the input's.
+    pub fn placed(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let place =
+            |p: &[f32; 3]| std::array::from_fn(|axis| (self.origin[axis] + self.unit * f64::from(p[axis])) as f32);
+        points.iter().map(place).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_points_make_no_cloud() {
+        assert_eq!(Cloud::new(&[]), None);
+        assert_eq!(Cloud::new(&[[1.0; 3]; 20]), None);
+    }
+
+    #[test]
+    fn the_frame_is_that_of_the_points() {
+        let sphere = neural_mesh::mesh::shapes::icosphere(3);
+        let cloud = Cloud::new(sphere.positions()).unwrap();
+        let mean = cloud.radii.iter().sum::<f32>() / cloud.radii.len() as f32;
+        assert!((mean - 1.0).abs() < 1e-5);
+        let back = cloud.placed(&cloud.points);
+        let pairs = back.iter().flatten().zip(sphere.positions().iter().flatten());
+        assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-6));
+    }
+}

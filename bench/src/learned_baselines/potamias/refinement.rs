@@ -1,0 +1,102 @@
+//! The attention-based refinement (AttRef): samples look at their nearest points in the input, and move.
+
+use super::{Cloud, Potamias};
+use neural_mesh::autodiff::{Tape, Value};
+use neural_mesh::linalg::{Csr, Matrix};
+use std::sync::Arc;
+
+/// Samples and where they go.
+#[derive(Clone, Debug)]
+pub struct Refinement {
+    /// Where the samples were, in the cloud's frame, n x 3.
+    pub from: Vec<[f32; 3]>,
+    /// Mean distance of each to its neighbours, which displacements are in units of, n.
+    pub radii: Vec<f32>,
+    /// n x 3.
+    pub displacement: Value,
+}
+
+/// Moves each sample by what its 15 nearest points say, each as much as attention has it:
+///
+/// `h_ij = ReLU(W_o z_i + W_n z_j + W_r [(x_j - x_i) / r_i | c] + b)`,
+/// `d_i = r_i sum_j softmax_j(w_a . h_ij) W_m h_ij`.
+///
+/// With c, the root of the share of the points that are samples: where nearly all stay they need not move. Ours, as one
+/// network serves all sizes.
+///
+/// # Shapes
+/// - `latent`: n_points x n_latent, z; `samples`: indices of points
+///
+/// # Panics
+/// When a sample does not exist.
+///
+/// ```
+/// use neural_mesh::autodiff::Tape;
+/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, drawn, projection, refinement};
+/// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
+/// let (tape, net) = (&mut Tape::default(), Potamias::of(&drawn(1.0, 1).constants()).unwrap());
+/// let latent = projection(tape, &net, &cloud);
+/// assert_eq!(refinement(tape, &net, &cloud, &latent, &[3, 7]).points().len(), 2);
+/// ```
+pub fn refinement(
+    tape: &mut Tape,
+    net: &Potamias<Value>,
+    cloud: &Cloud,
+    latent: &Value,
+    samples: &[u32],
+) -> Refinement {
+    let net = &net.refinement;
+    let graph = neighbourhoods(&cloud.graph, samples);
+    let [rows, columns]: [Vec<u32>; 2] = [0, 1].map(|side| graph.entries().map(|entry| entry[side]).collect());
+    let radii: Vec<f32> = samples.iter().map(|&s| cloud.radii[s as usize]).collect();
+    let of_samples = tape.gather(latent, samples);
+    let own = tape.product(&of_samples, &net.own);
+    let own = tape.gather(&own, &rows);
+    let near = tape.product(latent, &net.near);
+    let near = tape.gather(&near, &columns);
+    let offsets = Value::constant(offsets(cloud, samples, &graph));
+    let place = tape.affine(&offsets, &net.offset, &net.bias);
+    let both = tape.plus(&own, &near);
+    let hidden = tape.plus(&both, &place);
+    let hidden = tape.relu(&hidden);
+    let logits = tape.product(&hidden, &net.attention);
+    let attention = tape.neighbour_softmax(&logits, &graph);
+    let moves = tape.product(&hidden, &net.moved);
+    let displacement = tape.entry_sums(&attention, &moves, &graph);
+    Refinement { from: samples.iter().map(|&s| cloud.points[s as usize]).collect(), radii, displacement }
+}
+
+/// The rows of samples in the graph of all points, n_samples x n_points.
+fn neighbourhoods(graph: &Csr, samples: &[u32]) -> Arc<Csr> {
+    let entries =
+        samples.iter().enumerate().flat_map(|(row, &s)| graph.row(s as usize).iter().map(move |&j| [row as u32, j]));
+    Csr::from_entries(samples.len(), graph.n_cols(), entries).into()
+}
+
+/// `[(x_j - x_i) / r_i | c]` for every entry, n_entries x 4; no way where all neighbours lie at the point itself.
+fn offsets(cloud: &Cloud, samples: &[u32], graph: &Csr) -> Matrix {
+    let closeness = (samples.len() as f32 / cloud.points.len() as f32).sqrt();
+    let offset = |[row, j]: [u32; 2]| {
+        let s = samples[row as usize] as usize;
+        let ([from, to], radius) = ([cloud.points[s], cloud.points[j as usize]], cloud.radii[s].max(f32::MIN_POSITIVE));
+        let [x, y, z] = std::array::from_fn(|axis| (to[axis] - from[axis]) / radius);
+        [x, y, z, closeness]
+    };
+    Matrix::new(graph.n_entries(), 4, graph.entries().flat_map(offset).collect())
+}
+
+impl Refinement {
+    /// Where the samples are now, in the cloud's frame, n x 3.
+    pub fn points(&self) -> Vec<[f32; 3]> {
+        let moves = self.displacement.matrix();
+        let moved =
+            |(i, from): (usize, &[f32; 3])| std::array::from_fn(|axis| from[axis] + self.radii[i] * moves.row(i)[axis]);
+        self.from.iter().enumerate().map(moved).collect()
+    }
+
+    /// The gradient to the displacement from that to the points, n x 3.
+    pub fn backward(&self, gradient: &[[f64; 3]]) -> Matrix {
+        let of_row = |(g, &radius): (&[f64; 3], &f32)| g.map(|g| (g * f64::from(radius)) as f32);
+        Matrix::of_points(gradient.iter().zip(&self.radii).map(of_row).collect())
+    }
+}

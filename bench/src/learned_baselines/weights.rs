@@ -1,0 +1,131 @@
+//! Weights of a method that learns: drawn, read, written, shipped.
+
+use super::LearnedBaseline;
+use neural_mesh::autodiff::{Tensors, WeightsError, architecture_text};
+use neural_mesh::linalg::Matrix;
+use std::sync::{Arc, LazyLock};
+
+const DSE_FILE: &[u8] = include_bytes!("../../weights/dse.safetensors");
+const POTAMIAS_FILE: &[u8] = include_bytes!("../../weights/potamias.safetensors");
+
+const POINTTRINET_FILE: &[u8] = include_bytes!("../../weights/pointtrinet.safetensors");
+
+static DSE: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(DSE_FILE));
+static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POTAMIAS_FILE));
+
+static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POINTTRINET_FILE));
+
+/// Finite weights whose shapes are those of a method's network.
+///
+/// ```
+/// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights};
+/// let weights = LearnedWeights::random(LearnedBaseline::Potamias, 0.25, 7);
+/// assert_eq!(LearnedWeights::from_bytes(&weights.to_bytes()), Ok(weights));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedWeights {
+    baseline: LearnedBaseline,
+    width_share: f64,
+    tensors: Tensors<Arc<Matrix>>,
+}
+
+impl LearnedWeights {
+    /// Those that a training begins with; `width_share` is above 0 and at most 1.
+    pub fn random(baseline: LearnedBaseline, width_share: f64, seed: u64) -> Self {
+        Self { baseline, width_share, tensors: baseline.drawn(width_share, seed) }
+    }
+
+    /// Weights made of tensors, checking shapes and numbers.
+    ///
+    /// # Errors
+    /// [`WeightsError`] names the first tensor that is wrong.
+    pub fn from_tensors(
+        baseline: LearnedBaseline,
+        width_share: f64,
+        tensors: &Tensors<Arc<Matrix>>,
+    ) -> Result<Self, WeightsError> {
+        Ok(Self { baseline, width_share, tensors: tensors.checked(&baseline.shapes(width_share))? })
+    }
+
+    /// Reads a safetensors file, checking method, sizes, shapes and numbers.
+    ///
+    /// # Errors
+    /// [`WeightsError`] names the first thing that is wrong.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
+        let text = architecture_text(bytes)?;
+        let word = |name: &str| text.split_whitespace().find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
+        let bad = |what: &str| WeightsError::BadArchitecture(what.into());
+        let baseline = word("objective").and_then(LearnedBaseline::from_name);
+        let baseline = baseline.ok_or_else(|| bad("states no `objective` of a learned baseline"))?;
+        let width_share = word("width_share").and_then(|share| share.parse().ok()).filter(|share| is_share(*share));
+        let width_share = width_share.ok_or_else(|| bad("must state `width_share`, above 0 and at most 1"))?;
+        Self::from_tensors(baseline, width_share, &Tensors::from_bytes(bytes, &baseline.shapes(width_share))?)
+    }
+
+    /// Writes a safetensors file, with method and sizes in the metadata as the project's other weights have them. Equal weights
+    /// give equal bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        self.tensors.to_bytes(&self.about())
+    }
+
+    /// What their file says of them.
+    pub(super) fn about(&self) -> String {
+        format!("width_share={} objective={}", self.width_share, self.baseline.name())
+    }
+
+    /// Those that ship.
+    pub fn shipped(baseline: LearnedBaseline) -> &'static Self {
+        match baseline {
+            LearnedBaseline::Dse => &DSE,
+            LearnedBaseline::Potamias => &POTAMIAS,
+            LearnedBaseline::PointTriNet => &POINTTRINET,
+        }
+    }
+
+    /// The method.
+    pub fn baseline(&self) -> LearnedBaseline {
+        self.baseline
+    }
+
+    /// The share of the full widths that its network has.
+    pub fn width_share(&self) -> f64 {
+        self.width_share
+    }
+
+    /// All tensors.
+    pub fn tensors(&self) -> &Tensors<Arc<Matrix>> {
+        &self.tensors
+    }
+}
+
+fn is_share(share: f64) -> bool {
+    share > 0.0 && share <= 1.0
+}
+
+fn shipped(file: &[u8]) -> LearnedWeights {
+    LearnedWeights::from_bytes(file).expect("weights that ship are weights")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_ships_is_of_its_method() {
+        for baseline in LearnedBaseline::ALL {
+            assert_eq!(LearnedWeights::shipped(baseline).baseline(), baseline);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let tensors = LearnedBaseline::Potamias.drawn(0.25, 1);
+        let refused = |text: &str| LearnedWeights::from_bytes(&tensors.to_bytes(text)).unwrap_err().to_string();
+        assert!(refused("width_share=0.25 objective=paper").contains("`objective`"));
+        for share in ["", "width_share=2", "width_share=nan", "width_share=0"] {
+            assert!(refused(&format!("{share} objective=potamias")).contains("`width_share`"));
+        }
+        assert!(refused("width_share=0.5 objective=potamias").contains("has shape"));
+        assert!(LearnedWeights::from_bytes(b"no weights").is_err());
+    }
+}

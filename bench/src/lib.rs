@@ -1,0 +1,18 @@
+//! Measures neural-mesh and methods of others: evaluations of any method on any meshes, and the pages of `docs/measured`. Never
+//! published.
+
+pub mod along_surface;
+#[cfg(test)]
+mod autodiff;
+pub mod baselines;
+#[cfg(test)]
+#[path = "../../cli/tests/common/page_check.rs"]
+mod check_page;
+mod command;
+pub mod evaluate;
+pub mod learned_baselines;
+#[cfg(test)]
+mod linalg;
+mod measure;
+
+pub use command::run;

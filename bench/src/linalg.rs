@@ -1,0 +1,7 @@
+//! The matrices of the library, with what its tests of them share.
+
+pub use neural_mesh::linalg::*;
+
+#[expect(dead_code, reason = "some of it is for the library's tests alone")]
+#[path = "../../src/linalg/test_values.rs"]
+pub mod test_values;

@@ -1,0 +1,46 @@
+//! The simplifiers of CGAL as tools of an evaluation: a small program in C++, built when it is asked for.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::evaluate::Tool;
+use anyhow::{Context, Result, ensure};
+
+const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cgal/collapse.cpp");
+
+/// Where Debian has Eigen, which CGAL takes its matrices from.
+const EIGEN: &str = "/usr/include/eigen3";
+
+/// QEM with optimal placement, and Lindstrom and Turk's, by the names of the tables.
+pub const NAMES: [&str; 2] = ["cgal-qem", "cgal-lt"];
+
+/// Builds the program in a folder; says which tools it makes.
+///
+/// # Errors
+/// Where it cannot be built: it needs a C++ compiler and CGAL (Debian's libcgal-dev and libeigen3-dev).
+pub fn tools(folder: &Path) -> Result<Vec<Tool>> {
+    let program = built(folder)?;
+    let tool = |name: &str| {
+        let command = format!("'{}' {} {{in}} {{out}} {{faces}}", program.display(), name.trim_start_matches("cgal-"));
+        Tool { name: name.into(), command }
+    };
+    Ok(NAMES.map(tool).into())
+}
+
+fn built(folder: &Path) -> Result<PathBuf> {
+    let program = folder.join("cgal-collapse");
+    if program.exists() {
+        return Ok(program);
+    }
+    std::fs::create_dir_all(folder)?;
+    let unfinished = folder.join("cgal-collapse.new");
+    let mut compiler = Command::new("c++");
+    compiler.args(["-std=c++17", "-O3", "-DNDEBUG", "-I", EIGEN, SOURCE, "-o"]).arg(&unfinished);
+    let status = compiler.args(["-lgmp", "-lmpfr"]).status().context("a C++ compiler is needed")?;
+    ensure!(
+        status.success(),
+        "{SOURCE} cannot be built: it needs CGAL (Debian: apt-get install libcgal-dev libeigen3-dev)"
+    );
+    std::fs::rename(&unfinished, &program)?;
+    Ok(program)
+}

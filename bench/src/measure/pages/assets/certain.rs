@@ -1,0 +1,137 @@
+//! The smallest meshes that certainly lie within a distance, ours and meshoptimizer's.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use crate::baselines::{Baseline, Size, simplify_by};
+use crate::evaluate::median;
+use anyhow::{Context, Result};
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::metrics::{Sharpness, Surface, certified_distance, surface_distance};
+use neural_mesh::search::simplify_to_error;
+use neural_mesh::simplify::{Input, Options, Target};
+use serde::{Deserialize, Serialize};
+
+use crate::measure::clock::timed;
+use crate::measure::markdown::{count, number, table};
+use crate::measure::meshes::load;
+use crate::measure::workbench::Bench;
+
+const MESHES: [(&str, &str); 10] = [
+    ("train", "celtic_skull"),
+    ("train", "csg_bracket"),
+    ("train", "dog_pose0"),
+    ("train", "human_skull"),
+    ("train", "koala"),
+    ("train", "penguin"),
+    ("train", "so101_wrist_roll_pitch_v2"),
+    ("train", "statue_ugolino"),
+    ("test", "nefertiti"),
+    ("test", "spot"),
+];
+/// Largest distances asked for, in percent of the diagonal.
+const ERRORS: [f64; 2] = [1.0, 0.25];
+/// Samples on each surface that look for a distance above the proof.
+const SAMPLES: usize = 200_000;
+
+/// Distances in percent of the diagonal.
+#[derive(Serialize, Deserialize)]
+struct Row {
+    mesh: String,
+    asked: f64,
+    proved: f64,
+    sampled: f64,
+    ours: usize,
+    theirs: usize,
+    seconds: f64,
+}
+
+impl Row {
+    fn quotient(&self) -> f64 {
+        self.ours as f64 / self.theirs as f64
+    }
+}
+
+const HEAD: [&str; 8] = [
+    "mesh",
+    "asked, %",
+    "proved, %",
+    "sampled, %",
+    "faces, ours",
+    "faces, meshoptimizer",
+    "ours / meshoptimizer",
+    "seconds",
+];
+
+pub fn section(bench: &Bench) -> Result<String> {
+    let mut rows: Vec<Row> = Vec::new();
+    for (set, mesh) in MESHES {
+        let path = bench.set(set).join(mesh).with_extension("ply");
+        for asked in ERRORS {
+            rows.push(bench.kept(&format!("certain/{mesh}-{asked}%"), || measured(mesh, &path, asked))?);
+        }
+    }
+    let n_over = rows.iter().filter(|row| row.sampled > row.asked).count();
+    let line = |row: &Row| {
+        vec![
+            row.mesh.clone(),
+            row.asked.to_string(),
+            format!("{:.3}", row.proved),
+            format!("{:.3}", row.sampled),
+            count(row.ours),
+            count(row.theirs),
+            number(Some(row.quotient())),
+            format!("{:.1}", row.seconds),
+        ]
+    };
+    Ok(format!(
+        "## Certain distances\n\n`--error` finds the smallest mesh whose largest distance from the original is proved to be small \
+         enough; distances in percent of the diagonal. *Sampled* is the largest of {} samples on each surface; {n_over} of {} results \
+         exceed what was asked. meshoptimizer's `simplify` is searched by halves for its own smallest certain mesh. Median quotient of \
+         the faces: {}.\n\n{}",
+        count(SAMPLES),
+        rows.len(),
+        number(median(rows.iter().map(Row::quotient).collect())),
+        table(&HEAD, &rows.iter().map(line).collect::<Vec<_>>())
+    ))
+}
+
+fn measured(name: &str, path: &Path, asked: f64) -> Result<Row> {
+    let mesh = load(path)?;
+    let (input, options, diagonal) = (Input::bare(&mesh), Options::new(Target::Ratio(1.0)), mesh.diagonal());
+    let error = 0.01 * asked * diagonal;
+    let (ours, time) =
+        timed(|| Ok(simplify_to_error(&input, None, &options, error, &mut |_| ControlFlow::Continue(()))?))?;
+    let lighter = &ours.simplified.mesh;
+    let found = surface_distance(&Surface::new(&mesh, SAMPLES, 5), &Surface::new(lighter, SAMPLES, 6));
+    Ok(Row {
+        mesh: name.into(),
+        asked,
+        proved: 100.0 * ours.distance.upper / diagonal,
+        sampled: 100.0 * found.context("no faces")?.both.max / diagonal,
+        ours: lighter.faces().len(),
+        theirs: fewest_faces(&mesh, error)?,
+        seconds: time.wall,
+    })
+}
+
+/// The fewest faces at which a search by halves finds meshoptimizer's result certainly within the distance.
+fn fewest_faces(mesh: &TriMesh, error: f64) -> Result<usize> {
+    let asked = Sharpness { enough: error, too_much: error, gap: 0.0 };
+    let (mut too_few, mut enough) = (0usize, mesh.faces().len());
+    let mut fewest = enough;
+    while enough as f64 > (too_few as f64 * 1.02).max(too_few as f64 + 2.0) {
+        let middle = if too_few == 0 { enough / 4 } else { too_few.midpoint(enough) };
+        let result = simplify_by(Baseline::Meshoptimizer, mesh, Size { vertices: middle, faces: middle }, 0)?;
+        let holds = certified_distance(mesh, &result, &asked).is_some_and(|distance| distance.upper <= error);
+        if holds {
+            (enough, fewest) = (middle, fewest.min(result.faces().len()));
+        } else {
+            too_few = middle;
+        }
+        if holds && result.faces().len() > middle {
+            break;
+        }
+    }
+    Ok(fewest)
+}

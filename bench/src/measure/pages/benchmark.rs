@@ -1,0 +1,289 @@
+//! The benchmark: ours and others' against meshoptimizer's `simplify` at the same number of faces, and the table of the README.
+
+use std::collections::BTreeMap;
+
+use crate::evaluate::{Row, Settings, Table};
+use anyhow::{Context, Result};
+use neural_mesh::io::write_path;
+use neural_mesh::mesh::topology;
+
+use super::RATIOS;
+use super::curve;
+use crate::measure::cgal;
+use crate::measure::markdown::{count, number, table};
+use crate::measure::meshes::{load, name};
+use crate::measure::quotients::{Figure, Quotients};
+use crate::measure::root;
+use crate::measure::versions::{Part, TABLE_BEGINS, TABLE_ENDS, stamp};
+use crate::measure::workbench::Bench;
+
+/// The method that all others are divided by.
+pub const REFERENCE: &str = "meshopt";
+
+/// The reference in tables.
+const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
+/// Our methods that the curve has.
+const EFFORTS: [&str; 3] = ["fast", METHODS[0].0, "best"];
+/// The picture of time against distance.
+const CURVE: &str = "docs/pictures/time-and-distance.svg";
+
+/// Seconds that a run may take, on a machine that has other work, too.
+const TIME_LIMIT: f64 = 3600.0;
+
+/// Methods of the tables and what they are.
+const METHODS: [(&str, &str); 11] = [
+    ("closed", "neural-mesh"),
+    ("fast", "neural-mesh, `--effort fast`"),
+    ("best", "neural-mesh, `--effort best`"),
+    ("best-mean", "neural-mesh, `--effort best --optimize mean`"),
+    ("network", "neural-mesh, `--scores network`"),
+    ("mean", "neural-mesh, `--optimize mean`"),
+    ("max", "neural-mesh, `--optimize max`"),
+    ("normals", "neural-mesh, `--optimize normals`"),
+    ("meshopt-update", "meshoptimizer, `simplifyWithUpdate`"),
+    ("cgal-qem", "QEM, optimal placement (CGAL)"),
+    ("cgal-lt", "Lindstrom-Turk (CGAL)"),
+];
+
+/// The page; brings the README's table up to date, too.
+pub fn page(bench: &Bench) -> Result<String> {
+    let rows = measured(bench)?;
+    let inputs = bench.kept("benchmark-inputs", || inputs(bench))?;
+    readme(&rows, &inputs)?;
+    let quotients = Quotients { table: &rows, over: REFERENCE };
+    write_path(&root().join(CURVE), curve::draw(&points(&quotients))?.as_bytes(), true)?;
+    let large = Table { rows: rows_of_large(&rows, &inputs), figures: rows.figures.clone() };
+    let sections = [
+        medians(&quotients),
+        of_large(&Quotients { table: &large, over: REFERENCE }),
+        "## Topology\n\n".to_owned() + &whole(&rows, &inputs),
+        each_mesh(&quotients, &inputs),
+        failures(&rows),
+    ];
+    Ok(intro(&rows, &inputs) + &sections.join("\n"))
+}
+
+/// The rows.
+pub fn measured(bench: &Bench) -> Result<Table> {
+    let bench = bench.of(&[Part::Closed])?;
+    let mut settings = Settings::default();
+    (settings.ratios, settings.repeats, settings.time_limit) = (RATIOS.into(), 1, TIME_LIMIT);
+    settings.tools = cgal::tools(&bench.scratch("cgal")?)?;
+    let with_program = METHODS.iter().map(|method| method.0).filter(|name| !cgal::NAMES.contains(name));
+    settings.methods = with_program.chain(["geometry", REFERENCE]).map(String::from).collect();
+    let mut table = bench.evaluated("benchmark", "test", settings, None)?;
+    table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));
+    Ok(table)
+}
+
+/// Faces of each mesh, and whether it is closed and manifold.
+type Inputs = BTreeMap<String, (usize, bool)>;
+
+fn inputs(bench: &Bench) -> Result<Inputs> {
+    let input = |path: &std::path::PathBuf| {
+        let found = topology(&load(path)?);
+        let is_manifold = found.is_closed_manifold() && found.non_manifold_vertices == 0;
+        Ok((name(path), (found.faces, is_manifold)))
+    };
+    bench.meshes("test")?.iter().map(input).collect()
+}
+
+fn intro(rows: &Table, inputs: &Inputs) -> String {
+    let faces = inputs.values().map(|input| input.0);
+    let (least, most) = (faces.clone().min().unwrap_or_default(), faces.max().unwrap_or_default());
+    let machine = rows.rows.first().map(|row| row.how.cpu.clone()).unwrap_or_default();
+    format!(
+        "{} benchmark meshes of {} to {} faces; the weights have seen none of them. Every method gets the number of faces that \
+         neural-mesh came to at the ratios 0.05, 0.1, 0.2 and 0.5. Cells are quotients to meshoptimizer's `simplify`, run without \
+         options or error limit: below 1 is better, and medians over the meshes.\n\n\
+         - *mean distance*: from 50,000 samples on each surface to the other, both ways, averaged.\n\
+         - *largest distance*: certified (Hausdorff): no point of either surface is farther, and some within 1 %.\n\
+         - *normal error*: mean of 1 - n.n' at the same samples, n' the normal at the nearest point.\n\
+         - *time*: of the processor, one thread, the mesh in memory; a process for each run, methods taking turns ({machine}).\n\n\
+         QEM (Garland and Heckbert, optimal placement) and Lindstrom-Turk are CGAL's `edge_collapse`, compiled with \
+         `-O3 -DNDEBUG`.\n\n",
+        inputs.len(),
+        count(least),
+        count(most)
+    )
+}
+
+/// The points of the curve: the three efforts, and others' methods.
+fn points(quotients: &Quotients) -> Vec<curve::Point> {
+    let point = |&(method, about): &(&str, &str)| {
+        let is_ours = about.starts_with(METHODS[0].1);
+        let median = |figure| quotients.median(method, figure, &RATIOS);
+        let place = median(Figure::Time).zip(median(Figure::Distance))?;
+        let is_shown = !is_ours || EFFORTS.contains(&method);
+        is_shown.then(|| curve::Point { name: about.replace('`', ""), is_ours, place })
+    };
+    METHODS.iter().chain([&THEIRS]).filter_map(point).collect()
+}
+
+/// A table for all sizes, and one for each.
+fn medians(quotients: &Quotients) -> String {
+    let mut text = format!("## All ratios\n\n{}", by_figure(quotients, &RATIOS));
+    for ratio in RATIOS {
+        text += &format!("\n## Ratio {ratio}\n\n{}", by_figure(quotients, &[ratio]));
+    }
+    text
+}
+
+/// Faces of a mesh above which it counts as large.
+const LARGE: usize = 50_000;
+
+fn rows_of_large(rows: &Table, inputs: &Inputs) -> Vec<Row> {
+    let is_large = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.0 > LARGE);
+    rows.rows.iter().filter(is_large).cloned().collect()
+}
+
+/// The same over all ratios, of large meshes alone.
+fn of_large(quotients: &Quotients) -> String {
+    let n = quotients.meshes().len();
+    format!("## Meshes above {} faces\n\n{n} of them, all ratios.\n\n{}", count(LARGE), by_figure(quotients, &RATIOS))
+}
+
+/// A row per method: each figure, with the worst mesh.
+fn by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
+    let mut head = vec![format!("over `{REFERENCE}`: median")];
+    Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
+    let cells = |method: &str, figure: Figure| {
+        let worst = quotients.worst(method, figure, ratios);
+        let worst = worst.map_or("-".into(), |worst| format!("{} {}", worst.mesh, number(Some(worst.quotient))));
+        [number(quotients.median(method, figure, ratios)), worst]
+    };
+    let row = |&(method, about): &(&str, &str)| {
+        [about.to_owned()].into_iter().chain(Figure::ALL.iter().flat_map(|&figure| cells(method, figure))).collect()
+    };
+    table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
+}
+
+/// What became of the closed inputs.
+fn whole(rows: &Table, inputs: &Inputs) -> String {
+    let head = [
+        "results of closed manifold inputs",
+        "closed",
+        "manifold",
+        "pieces kept",
+        "handles kept",
+        "turned faces",
+        "crossing faces",
+    ];
+    let line = |&(method, about): &(&str, &str)| {
+        let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
+        let of = |n: usize| format!("{n} of {}", rows_of.len());
+        let zero = |names: &[&str]| of(rows_of.iter().filter(|row| are_zero(rows, row, names)).count());
+        let sum = |name: &str| {
+            let total: f64 = rows_of.iter().filter_map(|row| rows.figure(row, name)).sum();
+            count(total as usize)
+        };
+        vec![
+            about.to_owned(),
+            zero(&["open_edges"]),
+            zero(&["non_manifold_edges", "non_manifold_vertices", "edges_without_two_faces"]),
+            zero(&["components_added"]),
+            zero(&["genus_added"]),
+            sum("turned_faces"),
+            sum("self_intersecting_faces"),
+        ]
+    };
+    table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
+}
+
+/// Whether all of these figures are measured and 0.
+fn are_zero(rows: &Table, row: &Row, figures: &[&str]) -> bool {
+    figures.iter().all(|figure| rows.figure(row, figure) == Some(0.0))
+}
+
+/// The results that a method has of inputs that are closed and manifold.
+fn of_closed<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a Row> {
+    let is_closed = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.1);
+    rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
+}
+
+/// A table per figure: rows are meshes, columns methods.
+fn each_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
+    let mut text = String::from("## Every mesh\n\nMedians over the four ratios; of neural-mesh also each ratio.\n");
+    let mut head: Vec<String> = ["mesh", "faces"].map(String::from).into();
+    head.extend(RATIOS.map(|ratio| format!("neural-mesh at {ratio}")));
+    head.extend(METHODS.iter().map(|method| method.1.to_owned()));
+    for figure in Figure::ALL {
+        let line = |mesh: String| {
+            let mut cells = vec![mesh.clone(), inputs.get(&mesh).map_or("-".into(), |input| count(input.0))];
+            let of = |method: &str, ratios: &[f64]| number(quotients.median_of_mesh(&mesh, method, figure, ratios));
+            cells.extend(RATIOS.map(|ratio| of(METHODS[0].0, &[ratio])));
+            cells.extend(METHODS.iter().map(|method| of(method.0, &RATIOS)));
+            cells
+        };
+        let lines: Vec<_> = quotients.meshes().into_iter().map(line).collect();
+        text += &format!("\n### {}\n\n{}", capital(figure.title()), table(&head, &lines));
+    }
+    text
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What has no result.
+fn failures(rows: &Table) -> String {
+    let failed = rows.rows.iter().filter(|row| !row.error.is_empty());
+    let lines: Vec<String> =
+        failed.map(|row| format!("- {} on {} at {}: {}\n", row.method, row.mesh, row.ratio, row.error)).collect();
+    if lines.is_empty() { String::new() } else { format!("## Without a result\n\n{}", lines.concat()) }
+}
+
+/// Puts the table into the README, between its marks.
+fn readme(rows: &Table, inputs: &Inputs) -> Result<()> {
+    let path = root().join("README.md");
+    let text = std::fs::read_to_string(&path)?;
+    let (before, rest) = text.split_once(TABLE_BEGINS).context("README.md has no mark where its table begins")?;
+    let (_, after) = rest.split_once(TABLE_ENDS).context("README.md has no mark where its table ends")?;
+    let table = format!("{TABLE_BEGINS}{} -->\n{}{TABLE_ENDS}", stamp(&[Part::Closed]), readme_table(rows, inputs));
+    Ok(write_path(&path, format!("{before}{table}{after}").as_bytes(), true)?)
+}
+
+fn readme_table(rows: &Table, inputs: &Inputs) -> String {
+    let quotients = Quotients { table: rows, over: REFERENCE };
+    let head = [
+        "over meshoptimizer's `simplify`",
+        "mean distance",
+        "largest distance",
+        "normal error",
+        "time, one thread",
+        "closed inputs that stay closed and manifold",
+    ];
+    let line = |&(method, about): &(&str, &str)| {
+        let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
+        let is_whole = |row: &&&Row| are_zero(rows, row, &["edges_without_two_faces", "non_manifold_vertices"]);
+        let n_whole = rows_of.iter().filter(is_whole).count();
+        let figures = Figure::ALL.iter().map(|&figure| match method {
+            REFERENCE => "1".into(),
+            _ => number(quotients.median(method, figure, &RATIOS)),
+        });
+        let share = format!("{n_whole} of {}", rows_of.len());
+        [about.to_owned()].into_iter().chain(figures).chain([share]).collect()
+    };
+    table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(method: &str, distance: f64, open: f64) -> Row {
+        let figures = vec![Some(distance), Some(open), Some(0.0)];
+        Row { mesh: "ball".into(), ratio: 0.1, method: method.into(), figures, seconds: Some(2.0), ..Row::default() }
+    }
+
+    #[test]
+    fn the_readme_has_medians_and_counts_what_stayed_whole() {
+        let figures = ["distance_mean", "edges_without_two_faces", "non_manifold_vertices"].map(String::from).into();
+        let table = Table { figures, rows: vec![row("closed", 1.0, 0.0), row(REFERENCE, 2.0, 3.0)] };
+        let inputs = Inputs::from([("ball".to_owned(), (100, true))]);
+        let text = readme_table(&table, &inputs);
+        assert!(text.contains("| neural-mesh | 0.50 | - | - | 1.00 | 1 of 1 |"), "{text}");
+        assert!(text.contains("| meshoptimizer, `simplify` | 1 | 1 | 1 | 1 | 0 of 1 |"), "{text}");
+    }
+}

@@ -1,0 +1,70 @@
+//! What learning loses: Delaunay surface elements of learned maps beside those of exact ones.
+
+use std::path::Path;
+
+use crate::learned_baselines::dse::{Maps, remeshed};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
+use anyhow::{Context, Result};
+use neural_mesh::metrics::{open_edges, quick_distance};
+use serde::{Deserialize, Serialize};
+
+use super::{CLASSES, RATIOS};
+use crate::measure::clock::timed;
+use crate::measure::markdown::{number, table};
+use crate::measure::meshes::{load, name};
+use crate::measure::workbench::Bench;
+
+/// Samples that distances are measured from.
+const SAMPLES: usize = 20_000;
+/// Every so many meshes of the classes.
+const EVERY: usize = 3;
+
+/// A mesh at a ratio with learned and with exact maps.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    /// Mean distances, in percent of the diagonal.
+    distances: [f64; 2],
+    /// Edges without two faces, in percent.
+    edges: [f64; 2],
+    seconds: [f64; 2],
+}
+
+pub fn section(bench: &Bench) -> Result<String> {
+    let meshes = bench.meshes("tosca")?;
+    let of_class = |path: &&std::path::PathBuf| CLASSES.iter().any(|class| name(path).starts_with(class));
+    let chosen: Vec<_> = meshes.iter().filter(of_class).step_by(EVERY).collect();
+    let at = |ratio: f64| {
+        let key = |path: &Path| format!("dse/{}-{:.0}", name(path), 100.0 * ratio);
+        chosen.iter().map(|path| bench.kept(&key(path), || measured(path, ratio))).collect::<Result<Vec<_>>>()
+    };
+    let rows = RATIOS.into_iter().map(|ratio| Ok(row(ratio, &at(ratio)?))).collect::<Result<Vec<_>>>()?;
+    let head = ["ratio", "distance, %", "WA, %", "s"].map(String::from);
+    Ok(format!(
+        "`dse` with the maps that it learned, and with exact ones, which see the mesh: means over {} of the meshes, *learned / exact*.\n\n{}",
+        chosen.len(),
+        table(&head, &rows)
+    ))
+}
+
+fn measured(path: &Path, ratio: f64) -> Result<Measured> {
+    let mesh = load(path)?;
+    let n = (mesh.positions().len() as f64 * ratio) as usize;
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let weights = LearnedWeights::shipped(LearnedBaseline::Dse);
+    let of = |maps| -> Result<(f64, f64, f64)> {
+        let (lighter, time) = one.install(|| timed(|| Ok(remeshed(&mesh, n, 0, maps)?)))?;
+        let distance = quick_distance(&mesh, &lighter, SAMPLES, 0).context("no faces")?;
+        Ok((100.0 * distance.mean / mesh.diagonal(), open_edges(&mesh, &lighter).wa_percent(), time.thread))
+    };
+    let [learned, exact] = [of(Maps::Learned(weights.tensors()))?, of(Maps::Exact)?];
+    Ok(Measured { distances: [learned.0, exact.0], edges: [learned.1, exact.1], seconds: [learned.2, exact.2] })
+}
+
+fn row(ratio: f64, of: &[Measured]) -> Vec<String> {
+    let mean = |value: &dyn Fn(&Measured) -> f64| of.iter().map(value).sum::<f64>() / of.len() as f64;
+    let both = |values: &dyn Fn(&Measured) -> [f64; 2]| {
+        let [learned, exact] = [0, 1].map(|which| number(Some(mean(&|it| values(it)[which]))));
+        format!("{learned} / {exact}")
+    };
+    vec![ratio.to_string(), both(&|it| it.distances), both(&|it| it.edges), both(&|it| it.seconds)]
+}

@@ -1,0 +1,158 @@
+//! The paper's own numbers (Tables 1 and 2 of Potamias et al. 2022) beside ours, where units agree: as they are; elsewhere over
+//! those of one method.
+
+use crate::evaluate::{Row, Table};
+
+use super::super::RATIOS;
+use crate::measure::markdown::{number, table};
+
+/// CD, WA in percent, LE, NE, seconds for 20 meshes.
+type Cells = [f64; 5];
+
+/// A row of the paper's Table 1.
+struct Printed {
+    /// Its name here.
+    method: &'static str,
+    /// At each of the ratios.
+    cells: [Cells; 4],
+}
+
+const TABLE_1: [Printed; 5] = [
+    Printed {
+        method: "paper",
+        cells: [
+            [1.02, 2.17, 0.90, 0.19, 4.1],
+            [0.42, 2.21, 0.47, 0.15, 4.2],
+            [0.19, 2.49, 0.24, 0.11, 4.2],
+            [0.06, 3.57, 0.10, 0.06, 4.4],
+        ],
+    },
+    Printed {
+        method: "pointtrinet",
+        cells: [
+            [1.06, 12.14, 0.98, 0.20, 107.2],
+            [0.47, 11.64, 0.52, 0.17, 238.1],
+            [0.21, 11.48, 0.27, 0.13, 581.9],
+            [0.08, 14.92, 0.12, 0.08, 1333.3],
+        ],
+    },
+    Printed {
+        method: "dse",
+        cells: [
+            [1.39, 6.64, 0.95, 0.23, 271.8],
+            [0.51, 4.38, 0.50, 0.19, 490.7],
+            [0.24, 3.12, 0.26, 0.15, 941.0],
+            [0.07, 2.39, 0.12, 0.08, 2245.2],
+        ],
+    },
+    Printed {
+        method: "potamias",
+        cells: [
+            [10.47, 8.53, 1.23, 0.21, 105.2],
+            [0.83, 8.39, 0.76, 0.17, 149.3],
+            [0.49, 4.72, 0.43, 0.14, 158.7],
+            [0.20, 4.67, 0.22, 0.10, 183.7],
+        ],
+    },
+    Printed {
+        method: "qem",
+        cells: [
+            [0.45, 0.00, 0.94, 0.14, 45.6],
+            [0.22, 0.00, 0.53, 0.10, 31.1],
+            [0.11, 0.00, 0.27, 0.07, 28.4],
+            [0.05, 0.00, 0.13, 0.03, 25.6],
+        ],
+    },
+];
+
+/// Meshes that the printed times are of.
+const TIMED: f64 = 20.0;
+/// The ratio, by its place, at which methods are put in order.
+const ORDERED_AT: usize = 1;
+
+/// The paper's numbers beside those of a table of rows.
+pub fn beside(rows: &Table) -> String {
+    let head = ["ratio", "method", "CD over `qem`'s", "WA, %", "LE", "NE, radians", "s for 20 meshes"];
+    let lines = (0..RATIOS.len()).flat_map(|at| TABLE_1.iter().map(move |printed| (at, printed)));
+    let lines: Vec<Vec<String>> = lines.map(|(at, printed)| line(rows, at, printed)).collect();
+    format!(
+        "Means, *here / printed*. Of its unit of CD the paper says nothing, so CD stands over that of `qem`; its NE is as large as the \
+         mean angle between the normals, which stands here. Its times are of another machine.\n\n{}\n\
+         At a ratio of 0.1, the least first:\n\n{}",
+        table(&head, &lines),
+        table(&["", "here", "printed"], &[("CD", 0), ("WA", 1), ("time", 4)].map(|of| order(rows, of)))
+    )
+}
+
+fn line(rows: &Table, at: usize, printed: &Printed) -> Vec<String> {
+    let [own, qem] = [printed.method, "qem"].map(|method| ours(rows, RATIOS[at], method));
+    let print_of_qem = TABLE_1.iter().find(|other| other.method == "qem").map(|other| other.cells[at]);
+    let over = |own: Option<f64>, qem: Option<f64>| own.zip(qem).map(|(own, qem)| own / qem);
+    let cells = (0..5).map(|column| {
+        let [mut here, mut print] = [own[column], Some(printed.cells[at][column])];
+        if column == 0 {
+            [here, print] = [over(here, qem[0]), over(print, print_of_qem.map(|cells| cells[0]))];
+        }
+        format!("{} / {}", number(here), number(print))
+    });
+    [RATIOS[at].to_string(), format!("`{}`", printed.method)].into_iter().chain(cells).collect()
+}
+
+/// The methods in order of a column.
+fn order(rows: &Table, (name, column): (&str, usize)) -> Vec<String> {
+    let here = |printed: &Printed| ours(rows, RATIOS[ORDERED_AT], printed.method)[column].unwrap_or(f64::INFINITY);
+    let sorted = |value: &dyn Fn(&Printed) -> f64| {
+        let mut methods: Vec<&Printed> = TABLE_1.iter().collect();
+        methods.sort_by(|a, b| value(a).total_cmp(&value(b)));
+        methods.iter().map(|printed| printed.method).collect::<Vec<_>>().join(", ")
+    };
+    vec![name.into(), sorted(&here), sorted(&|printed| printed.cells[ORDERED_AT][column])]
+}
+
+/// The columns of Table 1 of a method at a ratio: means over its results.
+fn ours(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
+    let of: Vec<&Row> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
+    let mean = |values: Vec<f64>| (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
+    let figure = |name: &str| mean(of.iter().filter_map(|row| rows.figure(row, name)).collect());
+    [
+        figure("chamfer"),
+        figure("edges_without_two_faces"),
+        figure("laplacian_functions"),
+        figure("normal_angle").map(f64::to_radians),
+        mean(of.iter().filter_map(|row| row.seconds).collect()).map(|seconds| TIMED * seconds),
+    ]
+}
+
+/// The paper's Table 2 over its row of uniform sampling, by our names: CD and curvature error at 0.05, 0.2 and 0.8, without noise and
+/// with.
+#[allow(clippy::approx_constant)] // one printed figure is 3.14
+pub const TABLE_2: [(&str, [[f64; 6]; 2]); 4] = [
+    ("farthest points", [[4.02, 3.42, 0.81, 2.99, 0.01, 2.21], [7.31, 4.79, 3.47, 4.35, 2.11, 4.07]]),
+    ("uniform, with replacement", [[6.71, 2.73, 1.85, 2.44, 0.24, 2.19], [7.43, 4.20, 3.67, 3.97, 2.58, 3.71]]),
+    ("potamias", [[4.78, 2.51, 1.18, 2.27, 0.03, 2.14], [7.61, 4.12, 3.38, 3.65, 2.11, 3.14]]),
+    ("network", [[5.12, 2.51, 1.22, 2.24, 0.05, 2.16], [7.18, 4.01, 3.21, 3.18, 1.99, 3.12]]),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_stand_beside_the_print_and_methods_in_order() {
+        let row = |method: &str, chamfer, seconds| Row {
+            method: method.into(),
+            ratio: 0.1,
+            seconds: Some(seconds),
+            figures: vec![Some(chamfer)],
+            ..Row::default()
+        };
+        let rows = vec![row("qem", 2.0, 0.5), row("paper", 3.0, 0.25), row("dse", 8.0, 1.0)];
+        let text = beside(&Table { figures: vec!["chamfer".into()], rows });
+        assert!(
+            text.contains("| 0.1 | `paper` | 1.50 / 1.91 | - / 2.21 | - / 0.47 | - / 0.15 | 5.00 / 4.20 |"),
+            "{text}"
+        );
+        assert!(text.contains("| time | paper, qem, dse, "), "{text}");
+        assert!(text.contains("| qem, paper, pointtrinet, dse, potamias |"), "{text}");
+    }
+}

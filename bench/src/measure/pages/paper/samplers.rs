@@ -1,0 +1,247 @@
+//! The paper's Table 2: drawn vertices, or points made of them, against all vertices of the input, with noise and without.
+
+use std::path::Path;
+
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplified_points};
+use anyhow::Result;
+use glam::{DVec3, Vec3};
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::metrics::{chamfer, curvature_error};
+use neural_mesh::model::{Weights, in_edge_lengths};
+use neural_mesh::simplify::{edge_graph, gumbel_top_k, network_scores, scattered_samples};
+use neural_mesh::spatial::farthest_points;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use super::print::TABLE_2;
+use super::{CLASSES, weights};
+use crate::measure::clock::timed;
+use crate::measure::markdown::{number, table};
+use crate::measure::meshes::{load, name};
+use crate::measure::workbench::Bench;
+
+const RATIOS: [f64; 3] = [0.05, 0.2, 0.8];
+/// Standard deviations of the noise, in percent of the diagonal.
+const NOISE: [f64; 3] = [0.0, 0.5, 1.0];
+/// Every so many meshes of the classes.
+const EVERY: usize = 3;
+
+/// A way to draw vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Sampler {
+    WithReplacement,
+    WithoutReplacement,
+    Farthest,
+    Potamias,
+    Scattered,
+    Network,
+    Independent,
+}
+
+impl Sampler {
+    const ALL: [Self; 7] = [
+        Self::WithReplacement,
+        Self::WithoutReplacement,
+        Self::Farthest,
+        Self::Potamias,
+        Self::Scattered,
+        Self::Network,
+        Self::Independent,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::WithReplacement => "uniform, with replacement",
+            Self::WithoutReplacement => "uniform, without replacement",
+            Self::Farthest => "farthest points",
+            Self::Potamias => "potamias",
+            Self::Scattered => "evenly apart",
+            Self::Network => "network",
+            Self::Independent => "network, drawn independently",
+        }
+    }
+
+    /// Draws `n` vertices, those drawn twice once; `potamias` moves what it draws.
+    fn draw(self, mesh: &TriMesh, n: usize, weights: &Weights) -> Vec<[f32; 3]> {
+        let even = || vec![0.0; mesh.positions().len()];
+        let drawn = match self {
+            Self::WithReplacement => with_replacement(mesh.positions().len(), n),
+            Self::WithoutReplacement => gumbel_top_k(&even(), n, 0),
+            Self::Scattered => apart(mesh, &even(), n),
+            Self::Farthest => farthest_points(mesh.positions(), n, 0),
+            Self::Potamias => {
+                let weights = LearnedWeights::shipped(LearnedBaseline::Potamias);
+                return simplified_points(mesh.positions(), n, 0, weights.tensors());
+            }
+            Self::Network => apart(mesh, &network_scores(mesh, weights), n),
+            Self::Independent => gumbel_top_k(&network_scores(mesh, weights), n, 0),
+        };
+        drawn.iter().map(|&v| mesh.positions()[v as usize]).collect()
+    }
+}
+
+/// Vertices drawn by their scores, apart from each other along the edges, as the paper's assembly draws them.
+fn apart(mesh: &TriMesh, scores: &[f32], n: usize) -> Vec<u32> {
+    let rings = edge_graph(mesh);
+    scattered_samples(&in_edge_lengths(mesh.positions(), &rings), &rings, scores, n, 0)
+}
+
+fn with_replacement(n_vertices: usize, n: usize) -> Vec<u32> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let mut drawn: Vec<u32> = (0..n).map(|_| (unit(&mut rng) * n_vertices as f64) as u32).collect();
+    drawn.sort_unstable();
+    drawn.dedup();
+    drawn
+}
+
+/// One draw.
+#[derive(Serialize, Deserialize)]
+struct Drawn {
+    sampler: Sampler,
+    ratio: f64,
+    noise: f64,
+    /// In squared diagonals.
+    chamfer: f64,
+    curvature: f64,
+    seconds: f64,
+}
+
+pub fn table_2(bench: &Bench) -> Result<String> {
+    let meshes = bench.meshes("tosca")?;
+    let is_class = |path: &&std::path::PathBuf| CLASSES.iter().any(|class| name(path).starts_with(class));
+    let mut drawn: Vec<Drawn> = Vec::new();
+    let mut n_meshes = 0;
+    for path in meshes.iter().filter(is_class).step_by(EVERY) {
+        drawn.extend(bench.kept::<Vec<Drawn>>(&format!("table-2/{}", name(path)), || of_mesh(path))?);
+        n_meshes += 1;
+    }
+    let sections: String = NOISE.iter().map(|&noise| section(&drawn, noise)).collect();
+    Ok(format!(
+        "The drawn vertices as a set of points against all vertices of the input without noise: means over {n_meshes} of the meshes; in \
+         brackets over those of uniform sampling with replacement, where vertices drawn twice count once, and the same of the print, \
+         whose noise is of one unit.\n\n\
+         - *CD*: mean squared distance to the nearest point of the other set, both ways added, 1e-6 of the squared diagonal.\n\
+         - *curvature*: mean squared difference of the smoothed surface variation at nearest points, both ways added, 1e-4.\n\
+         - *ms*: scores and drawing, of the processor on one thread.\n\n\
+         `potamias` is the learned point-cloud simplification of Potamias et al. (2022), whose points are moved; its weights have seen no \
+         mesh of TOSCA.\n{sections}"
+    ))
+}
+
+fn of_mesh(path: &Path) -> Result<Vec<Drawn>> {
+    let mesh = load(path)?;
+    let weights = Weights::from_bytes(&std::fs::read(weights())?)?;
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let mut all = Vec::new();
+    for noise in NOISE {
+        let noisy = with_noise(&mesh, 0.01 * noise);
+        for ratio in RATIOS {
+            let n = (mesh.positions().len() as f64 * ratio) as usize;
+            for sampler in Sampler::ALL {
+                let (points, time) = one.install(|| timed(|| Ok(sampler.draw(&noisy, n, &weights))))?;
+                let distance = chamfer(&double(mesh.positions()), &double(&points)).unwrap_or_default();
+                all.push(Drawn {
+                    sampler,
+                    ratio,
+                    noise,
+                    chamfer: distance.sum() / mesh.diagonal().powi(2),
+                    curvature: curvature_error(mesh.positions(), &points).unwrap_or_default(),
+                    seconds: time.thread,
+                });
+            }
+        }
+    }
+    Ok(all)
+}
+
+fn double(points: &[[f32; 3]]) -> Vec<DVec3> {
+    points.iter().map(|&p| DVec3::from(Vec3::from(p))).collect()
+}
+
+/// The mesh with normal noise on every coordinate, `sigma` in diagonals of the bounding box.
+fn with_noise(mesh: &TriMesh, sigma: f64) -> TriMesh {
+    let scale = sigma * mesh.diagonal();
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0x6e6f_6973_6521);
+    let moved = mesh.positions().iter().map(|p| p.map(|x| (f64::from(x) + scale * normal(&mut rng)) as f32));
+    TriMesh::new(moved.collect(), mesh.faces().to_vec()).unwrap_or_else(|_| mesh.clone())
+}
+
+/// A standard normal number (Box and Muller 1958).
+fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
+    let radius = (-2.0 * (1.0 - unit(rng)).ln()).sqrt();
+    radius * (std::f64::consts::TAU * unit(rng)).cos()
+}
+
+/// A number in 0..1.
+fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn section(drawn: &[Drawn], noise: f64) -> String {
+    let mut head = vec!["sampler".to_owned()];
+    for ratio in RATIOS {
+        head.extend([format!("CD at {ratio}"), "curvature".into(), "ms".into()]);
+    }
+    let mean = |sampler: Sampler, ratio: f64, figure: fn(&Drawn) -> f64| {
+        let is_case = |drawn: &&Drawn| (drawn.sampler, drawn.ratio, drawn.noise) == (sampler, ratio, noise);
+        let values: Vec<f64> = drawn.iter().filter(is_case).map(figure).collect();
+        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    };
+    let line = |&sampler: &Sampler| {
+        let mut cells = vec![sampler.name().to_owned()];
+        for ratio in RATIOS {
+            let compared = |scale: f64, figure: fn(&Drawn) -> f64, column: usize| {
+                let own = mean(sampler, ratio, figure);
+                let over = own.zip(mean(Sampler::WithReplacement, ratio, figure)).map(|(own, other)| own / other);
+                let print = printed(sampler, noise, ratio, column).map(|print| format!("; print {print:.2}"));
+                format!("{} ({}{})", number(own.map(|own| scale * own)), number(over), print.unwrap_or_default())
+            };
+            let ms = number(mean(sampler, ratio, |drawn| 1e3 * drawn.seconds));
+            cells.extend([compared(1e6, |drawn| drawn.chamfer, 0), compared(1e4, |drawn| drawn.curvature, 1), ms]);
+        }
+        cells
+    };
+    format!("\n### Noise {noise} %\n\n{}", table(&head, &Sampler::ALL.iter().map(line).collect::<Vec<_>>()))
+}
+
+/// A column of the paper's Table 2 over that of uniform sampling; `None` for what it does not have.
+fn printed(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
+    let [of_noise, at] =
+        [[NOISE[0], NOISE[2]].iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
+    let of = |sampler: Sampler| {
+        let row = TABLE_2.iter().find(|(name, _)| *name == sampler.name())?;
+        Some(row.1[of_noise][2 * at + column])
+    };
+    Some(of(sampler)? / of(Sampler::WithReplacement)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::shapes;
+
+    #[test]
+    fn with_replacement_a_share_is_drawn_twice() {
+        let drawn = with_replacement(10_000, 10_000);
+        // 1 - 1 / e of them.
+        assert!((6_200..=6_450).contains(&drawn.len()), "{}", drawn.len());
+    }
+
+    #[test]
+    fn noise_has_its_deviation() {
+        let mesh = shapes::icosphere(5);
+        let noisy = with_noise(&mesh, 0.01);
+        let pairs = mesh.positions().as_flattened().iter().zip(noisy.positions().as_flattened());
+        let square = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / (3 * mesh.positions().len()) as f64;
+        assert!((square.sqrt() / (0.01 * mesh.diagonal()) - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn figures_stand_over_those_of_uniform_sampling() {
+        let drawn =
+            |sampler, chamfer| Drawn { sampler, ratio: 0.2, noise: 0.0, chamfer, curvature: 1e-4, seconds: 0.002 };
+        let text = section(&[drawn(Sampler::WithReplacement, 4e-6), drawn(Sampler::Network, 2e-6)], 0.0);
+        assert!(text.contains("| network | - (-; print 0.76) | - (-; print 0.92) | - | 2.00 (0.50; print 0.66) | 1.00 (1.00; print 0.92) | 2.00 |"), "{text}");
+    }
+}

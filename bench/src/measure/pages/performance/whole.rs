@@ -1,0 +1,92 @@
+//! The whole program with its defaults, from file to file, against a program of a few lines around meshoptimizer, which
+//! reads and writes with the same code; it has no weld, no cleanup and no check.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::baselines::meshoptimizer_faces;
+use crate::evaluate::median;
+use anyhow::Result;
+use neural_mesh::io::{Format, read_path, write, write_path};
+use neural_mesh::mesh::{Frame, RawMesh, TriMesh, compact};
+
+use super::super::{RATIOS, program};
+use crate::measure::clock::{spread, timed_program};
+use crate::measure::markdown::{count, table};
+use crate::measure::meshes::{load, name};
+use crate::measure::workbench::Bench;
+
+const ABOVE: usize = 50_000;
+const ROUNDS: usize = 3;
+
+/// What the other program is asked for.
+#[derive(clap::Args)]
+pub struct Other {
+    input: PathBuf,
+    output: PathBuf,
+    faces: usize,
+}
+
+/// The other program: read, simplified, written.
+pub fn other(args: &Other) -> Result<()> {
+    let RawMesh { positions, faces, .. } = read_path(&args.input, None)?;
+    let positions = positions.into_iter().map(|p| p.map(|x| x as f32)).collect();
+    let mesh = TriMesh::new(positions, faces)?;
+    let faces = meshoptimizer_faces(&mesh, args.faces);
+    let lighter = compact(mesh.positions(), faces)?.0;
+    Ok(write_path(&args.output, &write(&lighter, &Frame::default(), Format::Ply)?, true)?)
+}
+
+/// Quotients at a ratio, on the wall and of processors.
+type Quotients = Vec<(f64, [f64; 2])>;
+
+pub fn section(bench: &Bench) -> Result<String> {
+    let mut quotients = Quotients::new();
+    for path in bench.meshes("test")?.iter().filter(|path| path.extension().is_some_and(|ending| ending == "ply")) {
+        quotients.extend(bench.kept::<Quotients>(&format!("whole/{}", name(path)), || measured(bench, path))?);
+    }
+    let line = |name: String, ratios: &[f64]| {
+        let of = |at: usize| {
+            let some = quotients.iter().filter(|(ratio, _)| ratios.contains(ratio));
+            spread(&some.map(|(_, both)| both[at]).collect::<Vec<_>>())
+        };
+        vec![name, of(0), of(1)]
+    };
+    let mut lines: Vec<Vec<String>> = RATIOS.iter().map(|&ratio| line(ratio.to_string(), &[ratio])).collect();
+    lines.push(line("all".into(), &RATIOS));
+    Ok(format!(
+        "## The whole program\n\n`neural-mesh simplify` with its defaults, from file to file, on all threads, over a program of a few \
+         lines around meshoptimizer that reads and writes with the same code, and neither cleans nor checks. The {} PLY files of the \
+         benchmark above {} faces; median (least to largest) of medians of {ROUNDS} rounds.\n\n{}",
+        quotients.len() / RATIOS.len(),
+        count(ABOVE),
+        table(&["ratio", "on the wall", "of processors"], &lines)
+    ))
+}
+
+fn measured(bench: &Bench, path: &Path) -> Result<Quotients> {
+    let n_faces = load(path)?.faces().len();
+    if n_faces <= ABOVE {
+        return Ok(Vec::new());
+    }
+    let (program, output) = (program()?, bench.scratch("whole")?.join("out.ply"));
+    let of = |ratio: f64| {
+        let mut ours = Command::new(&program);
+        ours.arg("simplify").arg(path).arg("-o").arg(&output).args([
+            "--quiet",
+            "--force",
+            "--ratio",
+            &ratio.to_string(),
+        ]);
+        let mut other = Command::new(std::env::current_exe()?);
+        let n_left = (ratio * n_faces as f64).round() as usize;
+        other.arg("whole-other").arg(path).arg(&output).arg(n_left.to_string());
+        let mut rounds = [const { Vec::new() }; 2];
+        for _ in 0..ROUNDS {
+            let (own, other) = (timed_program(&mut ours)?, timed_program(&mut other)?);
+            (0..2).for_each(|at| rounds[at].push(own[at] / other[at]));
+        }
+        Ok((ratio, rounds.map(|values| median(values).unwrap_or_default())))
+    };
+    RATIOS.iter().map(|&ratio| of(ratio)).collect()
+}

@@ -1,0 +1,12 @@
+//! The tests of the program that measures, in one program: each program more is linked anew with all that it uses.
+
+mod baselines;
+#[path = "../../cli/tests/common/mod.rs"]
+mod common;
+#[cfg(unix)] // The tools are shell scripts.
+mod evaluate;
+mod purposes;
+mod train_baseline;
+
+/// The program under test.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_neural-mesh-bench");

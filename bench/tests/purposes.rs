@@ -1,0 +1,23 @@
+//! Results for the spectrum keep it better than results for the shape.
+
+use std::ops::ControlFlow;
+
+use crate::common::{shipped, welded};
+use neural_mesh::metrics::Judging;
+use neural_mesh::simplify::{Options, Purpose, Target, simplify};
+use neural_mesh_bench::along_surface::{AlongJudging, Judge};
+
+#[test]
+fn the_spectrum_stays() {
+    let mesh = welded(&shipped("spot.ply"));
+    let along = AlongJudging { eigenpairs: 60, ..AlongJudging::NONE };
+    let judge = Judge::new(&mesh, &Judging::default(), &along);
+    let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(|purpose| {
+        let mut options = Options::new(Target::Vertices(290));
+        options.purpose = purpose;
+        let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap().mesh;
+        let figures = judge.figures(&result, 290);
+        figures.iter().find(|figure| figure.name == "laplacian_functions").unwrap().value.unwrap()
+    });
+    assert!(spectrum < 0.9 * shape, "{spectrum} {shape}");
+}

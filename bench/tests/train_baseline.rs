@@ -1,0 +1,59 @@
+//! `neural-mesh-bench train-baseline`: weights that `evaluate` takes, the same after a stop; what is refused.
+
+use crate::common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, shapes};
+
+const SETTINGS: &str = "validation = []\nratio_min = 0.1\nratio_max = 0.2\nmax_samples = 100\nlearning_rate = 0.001\n";
+
+/// A folder with small meshes in `data` and settings in `small.toml`.
+fn prepared() -> tempfile::TempDir {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("data")).unwrap();
+    for (name, mesh) in [("ball.ply", shapes::icosphere(3)), ("ring.ply", shapes::torus(36, 18, 2.0, 0.6))] {
+        let bytes = write(&mesh, &Frame::default(), Format::Ply).unwrap();
+        std::fs::write(folder.path().join("data").join(name), bytes).unwrap();
+    }
+    std::fs::write(folder.path().join("small.toml"), SETTINGS).unwrap();
+    folder
+}
+
+fn training<'a>(method: &'a str, run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let words = ["train-baseline", method, "--data", "data", "--out", run, "--config", "small.toml"];
+    [&words[..], &["--width-share", "0.25", "-q"], more].concat()
+}
+
+#[test]
+fn weights_are_those_of_the_method_and_the_same_after_a_stop() {
+    let folder = prepared();
+    let done = |arguments: &[&str]| {
+        let done = run(folder.path(), arguments);
+        assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
+    };
+    done(&training("potamias", "whole", &["--epochs", "2"]));
+    done(&training("potamias", "parts", &["--epochs", "1"]));
+    done(&training("potamias", "parts", &["--epochs", "2", "--resume"]));
+    let file = |run: &str, name: &str| std::fs::read(folder.path().join(run).join(name)).unwrap();
+    for name in ["last.safetensors", "steps.csv", "epochs.csv"] {
+        assert!(file("whole", name) == file("parts", name), "{name}");
+    }
+    let evaluation = ["evaluate", "--data", "data", "--out", "rows", "--methods", "potamias", "--ratios", "0.3"];
+    let more = ["--learned-weights", "whole/last.safetensors", "--repeat", "1", "--samples", "500", "-q"];
+    done(&[&evaluation[..], &more].concat());
+    done(&training("potamias", "on", &["--epochs", "1", "--init", "whole/last.safetensors"]));
+}
+
+#[test]
+fn what_cannot_be_trained_is_one_line() {
+    let folder = prepared();
+    let refused = |code: i32, arguments: &[&str], words: &str| {
+        let refusal = run(folder.path(), arguments);
+        let line = the_line(&refusal);
+        assert!(refusal.code == Some(code) && line.contains(words), "{line}");
+    };
+    refused(2, &training("magic", "run", &[]), "dse, potamias, pointtrinet");
+    refused(2, &training("dse", "run", &["--objective", "shape"]), "--objective");
+    refused(1, &training("dse", "run", &["--init", "none.safetensors"]), "none.safetensors");
+    std::fs::write(folder.path().join("small.toml"), "width = 3").unwrap();
+    refused(1, &training("dse", "run", &[]), "`width`");
+}
