@@ -35,7 +35,7 @@ const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 /// When there is not one normal per point.
 ///
 /// ```
-/// use neural_mesh::spatial::ball_pivoting;
+/// use neural_mesh_bench::baselines::ball_pivoting;
 /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0]];
 /// assert_eq!(ball_pivoting(&points, &[[0.0, 0.0, 1.0]; 3]), [[0, 1, 2]]);
 /// ```

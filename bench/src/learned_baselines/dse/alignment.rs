@@ -22,7 +22,8 @@ type Place = ([f64; 2], f64);
 /// - `patches`: one per point of the cloud, in its order
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::dse::{aligned, exact_patches}, mesh::shapes};
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh_bench::learned_baselines::dse::{aligned, exact_patches};
 /// let grid = shapes::grid(6, 6);
 /// let patches = exact_patches(&grid, &(0..49).collect::<Vec<u32>>(), 24);
 /// let change = |i: usize| (aligned(&patches)[24].map[i][0] - patches[24].map[i][0]).abs();

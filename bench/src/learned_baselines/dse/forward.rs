@@ -14,7 +14,8 @@ use neural_mesh::autodiff::{Tape, Value};
 /// - returns (n_patches * group) x n_out
 ///
 /// ```
-/// use neural_mesh::{autodiff::{Tape, Value}, learned_baselines::dse::{Dse, drawn, forward}, linalg::Matrix};
+/// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix};
+/// use neural_mesh_bench::learned_baselines::dse::{Dse, drawn, forward};
 /// let net = Dse::of(&drawn(0.125, 1).constants()).unwrap();
 /// let places = Value::constant(Matrix::zeros(2 * 25, 3));
 /// assert_eq!(forward(&mut Tape::default(), &net.map, &places, 25).matrix().shape(), [50, 2]);

@@ -19,7 +19,8 @@ pub struct Loss {
 /// - `logits`: (n_patches * group) x 1, `are_neighbours` one each; own points, the first of each group, do not count
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::dse::neighbour_loss, linalg::Matrix};
+/// use neural_mesh::linalg::Matrix;
+/// use neural_mesh_bench::learned_baselines::dse::neighbour_loss;
 /// let loss = neighbour_loss(&Matrix::new(3, 1, vec![9.0, 0.0, 0.0]), &[true, true, false], 3);
 /// assert!((loss.value - 2f64.ln()).abs() < 1e-9);
 /// assert_eq!(loss.gradient.data(), [0.0, -0.25, 0.25]);
@@ -48,7 +49,8 @@ pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) ->
 /// - `map`: (n_patches * group) x 2, `exact` one each
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::dse::map_loss, linalg::Matrix};
+/// use neural_mesh::linalg::Matrix;
+/// use neural_mesh_bench::learned_baselines::dse::map_loss;
 /// let turned = Matrix::new(2, 2, vec![0.0, 0.0, 0.0, 3.0]);
 /// assert!(map_loss(&turned, &[[0.0; 2], [3.0, 0.0]], 2).value < 1e-12);
 /// assert_eq!(map_loss(&turned, &[[0.0; 2], [1.0, 0.0]], 2).value, 4.0);

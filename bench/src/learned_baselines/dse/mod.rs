@@ -67,7 +67,8 @@ pub enum Maps<'a> {
 /// [`LearnedBaselineError`] where nothing is left.
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::dse::{Maps, remeshed}, mesh::shapes};
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh_bench::learned_baselines::dse::{Maps, remeshed};
 /// let lighter = remeshed(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
 /// assert!((310..=316).contains(&lighter.faces().len()));
 /// ```

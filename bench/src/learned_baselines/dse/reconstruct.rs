@@ -11,7 +11,8 @@ use neural_mesh::mesh::consistently_wound;
 /// - `points`: n x 3, finite; `patches`: one per point, in their order
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::dse::{exact_patches, reconstruct}, mesh::shapes};
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh_bench::learned_baselines::dse::{exact_patches, reconstruct};
 /// let sphere = shapes::icosphere(3);
 /// let patches = exact_patches(&sphere, &(0..642).collect::<Vec<u32>>(), 24);
 /// assert_eq!(reconstruct(sphere.positions(), &patches).len(), 1280);

@@ -7,7 +7,8 @@ use rustc_hash::FxHashMap;
 /// The triangles of all umbrellas with the number of corners whose umbrella has them, 1 to 3, by corners ascending.
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::dse::{exact_patches, votes}, mesh::shapes};
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh_bench::learned_baselines::dse::{exact_patches, votes};
 /// let sphere = shapes::icosphere(1);
 /// let patches = exact_patches(&sphere, &(0..42).collect::<Vec<u32>>(), 12);
 /// assert!(votes(&patches).iter().all(|(_, votes)| (1..=3).contains(votes)));

@@ -18,7 +18,8 @@ const LEAST: f64 = 1e-6;
 /// - `latent`: n x n_latent; `curvature`: n, 0 or above
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::potamias::latent_likeness, linalg::Matrix};
+/// use neural_mesh::linalg::Matrix;
+/// use neural_mesh_bench::learned_baselines::potamias::latent_likeness;
 /// let rows = Matrix::new(2, 1, vec![0.0, 3.0]);
 /// let (value, gradient) = latent_likeness(&rows, &[0.0, 0.01], &[1]);
 /// // 3 apart, and 1 wanted, seen from either side.

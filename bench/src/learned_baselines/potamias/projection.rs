@@ -14,7 +14,8 @@ use neural_mesh::linalg::Matrix;
 /// - returns n x n_latent
 ///
 /// ```
-/// use neural_mesh::{autodiff::Tape, learned_baselines::potamias::{Cloud, Potamias, drawn, projection}};
+/// use neural_mesh::autodiff::Tape;
+/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, drawn, projection};
 /// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
 /// let net = Potamias::of(&drawn(1.0, 1).constants()).unwrap();
 /// assert_eq!(projection(&mut Tape::default(), &net, &cloud).matrix().shape(), [162, 16]);

@@ -20,7 +20,8 @@ const UNLIKENESS: f64 = 1.0;
 /// - `latent`: n_points x n_latent; `first` is one of the points
 ///
 /// ```
-/// use neural_mesh::{learned_baselines::potamias::{Cloud, selection}, linalg::Matrix};
+/// use neural_mesh::linalg::Matrix;
+/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, selection};
 /// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
 /// assert_eq!(selection(&cloud, &Matrix::zeros(162, 4), 20, 7).len(), 20);
 /// ```
