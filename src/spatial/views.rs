@@ -9,6 +9,11 @@ use rayon::prelude::*;
 /// Pixels of a view for each triangle, so that its time is in proportion to theirs; and the sides of views, at least and at most.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
+/// Width in pixels from which on a triangle's rows are cut at its sides.
+const WIDE: f32 = 8.0;
+/// Pixels by which rounding moves a side that rises as fast along a row as the numbers that were added up are large: forty times the
+/// rounding of places in the largest view.
+const ROUNDING: f32 = 0.02;
 /// Golden ratio, by which axes spread evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
@@ -89,13 +94,57 @@ pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut
     let slope = |p: Vec3| Vec3::new(p.y, -p.x, 0.0) / area;
     let (to_b, to_c) = (slope(c - a), slope(a - b));
     let weights = |x: f32, y: f32| [to_b, to_c].map(|to| to.x * (x - a.x) + to.y * (y - a.y));
+    let sides = (high.x - low.x > WIDE).then(|| sides([to_b, to_c]));
     for y in first_of(low.y) as isize..=last_of(high.y) {
-        for x in first_of(low.x) as isize..=last_of(high.x) {
+        let row = [low.x, high.x];
+        let [left, right] = sides.iter().flatten().fold(row, |row, side| side.cut(row, a, y as f32));
+        for x in first_of(left) as isize..=last_of(right) {
             let [v, w] = weights(x as f32, y as f32);
             if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
                 visit(y as usize * side + x as usize, a.z + v * (b.z - a.z) + w * (c.z - a.z));
             }
         }
+    }
+}
+
+/// The sides of a triangle whose weights of the second and the third corner have these slopes.
+fn sides([to_b, to_c]: [Vec3; 2]) -> [Side; 3] {
+    let size = |to: Vec3| to.x.abs() + to.y.abs();
+    let third = Side::new(1.0, -to_b - to_c, size(to_b) + size(to_c));
+    [Side::new(0.0, to_b, size(to_b)), Side::new(0.0, to_c, size(to_c)), third]
+}
+
+/// A side of a triangle: where a weight, linear over the picture, is 0. Long triangles lie across many pixels of their box that are not
+/// theirs.
+struct Side {
+    /// Where it meets the row of the first corner, from there, and how far to the right it is one row further.
+    start: f32,
+    step: f32,
+    /// More than rounding may move it.
+    margin: f32,
+    /// Whether the triangle lies to its right, or to its left; neither where it lies along the rows.
+    is_left: bool,
+    is_right: bool,
+}
+
+impl Side {
+    /// The side where a weight is 0 that is `at_first` at the first corner and rises by this slope, which is a sum of numbers of this size.
+    fn new(at_first: f32, slope: Vec3, size: f32) -> Self {
+        let step = -slope.y / slope.x;
+        let margin = 1.0 + ROUNDING * size / slope.x.abs();
+        let is_steep = margin.is_finite() && step.is_finite();
+        let (is_left, is_right) = (is_steep && slope.x > 0.0, is_steep && slope.x < 0.0);
+        Self { start: -at_first / slope.x, step, margin, is_left, is_right }
+    }
+
+    /// The part of a row, from left to right, that may lie in the triangle with this first corner.
+    #[inline(always)]
+    fn cut(&self, [left, right]: [f32; 2], first: Vec3, y: f32) -> [f32; 2] {
+        let x = first.x + self.start + self.step * (y - first.y);
+        [
+            if self.is_left { left.max(x - self.margin) } else { left },
+            if self.is_right { right.min(x + self.margin) } else { right },
+        ]
     }
 }
 
@@ -142,6 +191,8 @@ impl View {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::mesh::shapes;
 
@@ -181,6 +232,41 @@ mod tests {
         view.draw(3, [corner(1.0, 1.0, -10.0), corner(2.0, 2.0, -10.0), corner(3.0, 3.0, -10.0)]);
         view.draw(4, [corner(f32::NAN, 1.0, -10.0), corner(2.0, 2.0, -10.0), corner(3.0, 1.0, -10.0)]);
         assert_eq!(drawn(&view, 3) + drawn(&view, 4), 0);
+    }
+
+    proptest! {
+        /// A loop over all pixels of the box visits the same, with the same depths.
+        #[test]
+        fn rows_lose_no_pixel(corners in prop::array::uniform3(prop::array::uniform3(-30.0f32..90.0)), flat in -4i32..2) {
+            let side = 64;
+            let [a, b, c] = corners.map(Vec3::from);
+            let thin = 10f32.powi(flat);
+            for corners in [[a, b, c], [a, b, a + thin * (c - a)], [a, a + Vec3::new(thin, 50.0, 1.0), c], [a, b, b + thin * (c - b)]] {
+                let mut found = Vec::new();
+                rasterize(side, corners, |at, depth| found.push((at, depth)));
+                let mut naive = Vec::new();
+                naive_pixels(side, corners, |at, depth| naive.push((at, depth)));
+                prop_assert_eq!(found, naive);
+            }
+        }
+    }
+
+    fn naive_pixels(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
+        let area = (b - a).truncate().perp_dot((c - a).truncate());
+        if area == 0.0 {
+            return;
+        }
+        let slope = |p: Vec3| Vec3::new(p.y, -p.x, 0.0) / area;
+        let (to_b, to_c) = (slope(c - a), slope(a - b));
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        for at in 0..side * side {
+            let [x, y] = [at % side, at / side].map(|x| x as f32);
+            let [v, w] = [to_b, to_c].map(|to| to.x * (x - a.x) + to.y * (y - a.y));
+            let is_in_box = x >= low.x && x <= high.x && y >= low.y && y <= high.y;
+            if is_in_box && v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
+                visit(at, a.z + v * (b.z - a.z) + w * (c.z - a.z));
+            }
+        }
     }
 
     #[test]

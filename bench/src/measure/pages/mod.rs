@@ -104,7 +104,8 @@ fn index() -> String {
         format!("- {title}: not made yet, `neural-mesh-bench measure --only {name}`\n")
     };
     let lines: String = PAGES.iter().map(line).collect();
-    let lines = lines + "- [Build and shape](build.md), by `scripts/build_page`\n";
+    let lines =
+        lines + "- [Scenes](scenes.md), by `scripts/scenes`\n- [Build and shape](build.md), by `scripts/build_page`\n";
     format!(
         "# Measured\n\n<!-- {} -->\nEvery figure on these pages is of the present code. One command makes all of them; killed, it \
          goes on where it was:\n\n```\ncargo run --release -p neural-mesh-bench -- measure --data MESHES\n```\n\n`MESHES` holds the folders `train`, \
