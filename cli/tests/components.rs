@@ -117,6 +117,82 @@ fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
     assert_eq!(text.matches("\"mesh\":").count(), 1, "{text}");
 }
 
+/// A chequered square of `n` by `n` tiles of two materials, as OBJ, below a sphere.
+fn chequered(n: usize) -> String {
+    let mut text = String::from("mtllib tiles.mtl\n");
+    let sphere = shapes::icosphere(3);
+    let tiles = (0..(n + 1) * (n + 1)).map(|k| [(k % (n + 1)) as f32 / n as f32, (k / (n + 1)) as f32 / n as f32, 0.0]);
+    for [x, y, z] in tiles.chain(sphere.positions().iter().map(|p| [0.4 * p[0], 0.4 * p[1], 1.0 + 0.4 * p[2]])) {
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for colour in 0..2 {
+        text += &format!("usemtl {}\n", ["black", "white"][colour]);
+        for (i, j) in (0..n * n).map(|tile| (tile % n, tile / n)).filter(|(i, j)| (i + j) % 2 == colour) {
+            let k = j * (n + 1) + i + 1;
+            text += &format!("f {} {} {} {}\n", k, k + 1, k + n + 2, k + n + 1);
+        }
+    }
+    let first = (n + 1) * (n + 1) + 1;
+    sphere.faces().iter().for_each(|f| {
+        text += &format!("f {} {} {}\n", f[0] as usize + first, f[1] as usize + first, f[2] as usize + first)
+    });
+    text
+}
+
+#[test]
+fn tiles_of_two_materials_in_one_plane_keep_their_outlines_beside_others() {
+    let folder = folder();
+    std::fs::write(folder.path().join("in.obj"), chequered(8)).unwrap();
+    std::fs::write(folder.path().join("tiles.mtl"), "newmtl black\nKd 0 0 0\nnewmtl white\nKd 1 1 1\n").unwrap();
+    let done = run(folder.path(), &["simplify", "in.obj", "-o", "out.obj", "--ratio", "0.1"]);
+    assert_eq!(done.code, Some(0), "{}", done.words);
+    let text = std::fs::read_to_string(folder.path().join("out.obj")).unwrap();
+    let on_grid = |line: &str| {
+        let place: Vec<f64> = line.split_whitespace().skip(1).map(|x| x.parse().unwrap()).collect();
+        place[2] < 0.1 && place[..2].iter().all(|x| ((8.0 * x).round() - 8.0 * x).abs() < 1e-3)
+    };
+    assert_eq!(text.lines().filter(|line| line.starts_with("v ") && on_grid(line)).count(), 81);
+}
+
+/// A square with a square hole, both cut into `n` edges a side, in a ring of faces.
+fn frame(n: usize) -> TriMesh {
+    let square = |half: f32| {
+        (0..4 * n).map(move |i| {
+            let t = half * (2.0 * (i % n) as f32 / n as f32 - 1.0);
+            [[t, -half, 0.0], [half, t, 0.0], [-t, half, 0.0], [-half, -t, 0.0]][i / n]
+        })
+    };
+    let m = 4 * n as u32;
+    let faces = (0..m).flat_map(|i| [[i, (i + 1) % m, i + m], [(i + 1) % m, (i + 1) % m + m, i + m]]);
+    TriMesh::new(square(1.0).chain(square(0.7)).collect(), faces.collect()).unwrap()
+}
+
+/// The area of a triangle in the plane of x and y.
+fn flat_area([a, b, c]: [[f32; 3]; 3]) -> f32 {
+    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
+}
+
+#[test]
+fn openings_of_components_stay_open_where_nothing_but_a_boundary_shows_them() {
+    let folder = folder();
+    let nodes: Vec<Value> = (0..12).map(|i| json!({"mesh": i, "translation": [2.5 * f64::from(i), 0, 0]})).collect();
+    for turned in [false, true] {
+        let of = |mesh: TriMesh| match turned {
+            true => TriMesh::new(mesh.positions().to_vec(), mesh.faces().iter().map(|&[a, b, c]| [b, a, c]).collect())
+                .unwrap(),
+            false => mesh,
+        };
+        let frames: Vec<TriMesh> = (0..12).map(|i| of(frame(1 + i % 3))).collect();
+        std::fs::write(folder.path().join("in.gltf"), scene_of(&frames, &nodes.clone().into())).unwrap();
+        let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--force"];
+        assert_eq!(run(folder.path(), &asked).code, Some(0));
+        let drawn = placed(&folder.path().join("out.glb"));
+        let area: f32 = drawn.faces().iter().map(|face| flat_area(face.map(|v| drawn.positions()[v as usize]))).sum();
+        let all = 12.0 * 4.0 * (1.0 - 0.7 * 0.7);
+        assert!((area / all - 1.0).abs() < 0.02, "{turned}: {area} of {all}");
+    }
+}
+
 #[test]
 fn small_meshes_inside_large_ones_of_a_scene_are_hidden_where_they_stand() {
     let folder = folder();

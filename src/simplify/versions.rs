@@ -13,7 +13,7 @@ pub const CLOSED_VERSION: u32 = 9;
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 4;
+pub const CARRIED_VERSION: u32 = 5;
 
 /// Version of the paper's assembly, likewise.
 ///

@@ -15,9 +15,13 @@ use super::values::{Fit, QUADRATURE, STEPS, System};
 
 /// Length of a blend below which it has no direction: its corners cancel out.
 const LEAST_LENGTH: f32 = 1e-6;
+/// Rounds in which normals are turned back to the faces that they look away from.
+const TURNS: usize = 8;
+/// Cosine between a normal that was turned back and the face that it looked away from.
+const LEAST_COSINE: f32 = 0.02;
 
 /// Returns the channel of normals with the best directions for the faces; `nearest` has those at the places nearest to the
-/// vertices, `original` the original's, at its `wedges`. A wedge that the fit turns away from one of its faces keeps its normal.
+/// vertices, `original` the original's, at its `wedges`. A normal that the fit turns away from a face of its wedge is turned back.
 pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let meant = fit.meant(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
@@ -31,7 +35,7 @@ pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u
         fit.step(&mut values, &nearest, &system);
         normalise_rows(&mut values, &nearest.values);
     }
-    restore_turned(&mut values, &nearest.values, fit.wedges.of_faces, &fit.area_normals, &system.one);
+    turn_back(&mut values, &nearest.values, fit.wedges.of_faces, &fit.area_normals);
     Channel { values, ..nearest }
 }
 
@@ -60,18 +64,40 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
     });
 }
 
-/// Gives those normals back their nearest value that look away from a face that the nearest value looks along with; what is
-/// one value stays one.
-fn restore_turned(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], face_normals: &[Vec3], one: &[u32]) {
-    let mut is_turned = vec![false; one.len()];
-    for (wedges, &face) in of_faces.iter().zip(face_normals) {
-        for &wedge in wedges {
-            let turns = row(values, wedge).dot(face) <= 0.0 && row(nearest, wedge).dot(face) > 0.0;
-            is_turned[one[wedge as usize] as usize] |= turns;
+/// Turns normals that look away from a face of their wedge back to it, as little as that takes, where the nearest value looks along
+/// with that face; one that no small turn brings back gets its nearest value.
+fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_normals: &[Vec3]) {
+    for _ in 0..TURNS {
+        let mut is_turned = false;
+        for_each_turned(values, nearest, of_faces, area_normals, |normal, wedge, face| {
+            let turned = normal + face * (row(nearest, wedge).dot(face).min(LEAST_COSINE) - normal.dot(face));
+            is_turned = true;
+            turned.try_normalize().unwrap_or(normal)
+        });
+        if !is_turned {
+            return;
         }
     }
-    for (wedge, normal) in values.chunks_exact_mut(3).enumerate().filter(|(wedge, _)| is_turned[one[*wedge] as usize]) {
-        normal.copy_from_slice(&nearest[3 * wedge..][..3]);
+    for_each_turned(values, nearest, of_faces, area_normals, |_, wedge, _| row(nearest, wedge));
+}
+
+/// Replaces each normal that looks away from a face of its wedge with which its nearest value looks along; `replace` gets the normal, its
+/// wedge and the face's unit normal.
+fn for_each_turned(
+    values: &mut [f32],
+    nearest: &[f32],
+    of_faces: &[[u32; 3]],
+    area_normals: &[Vec3],
+    mut replace: impl FnMut(Vec3, u32, Vec3) -> Vec3,
+) {
+    for (wedges, face) in of_faces.iter().zip(area_normals) {
+        let face = face.normalize_or_zero();
+        for &wedge in wedges {
+            let normal = row(values, wedge);
+            if normal.dot(face) <= 0.0 && row(nearest, wedge).dot(face) > 0.0 {
+                values[3 * wedge as usize..][..3].copy_from_slice(&replace(normal, wedge, face).to_array());
+            }
+        }
     }
 }
 
@@ -115,11 +141,24 @@ mod tests {
     }
 
     #[test]
-    fn a_normal_that_turns_away_from_its_face_goes_back_as_a_whole() {
+    fn a_normal_that_looks_away_from_a_face_is_turned_back_as_little_as_that_takes() {
         let nearest = [0.0, 0.0, 1.0].repeat(3);
-        let mut values = [[0.0, 0.6, 0.8], [0.0, 0.6, -0.8], [0.6, 0.0, 0.8]].concat();
-        restore_turned(&mut values, &nearest, &[[0, 1, 2]], &[Vec3::Z], &[0, 1, 2]);
-        assert_eq!(values, [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8]].concat());
+        let mut values = [[0.0, 0.6, 0.8], [0.0, 1.0, -0.01], [0.6, 0.0, 0.8]].concat();
+        turn_back(&mut values, &nearest, &[[0, 1, 2]], &[3.0 * Vec3::Z]);
+        assert_eq!([row(&values, 0), row(&values, 2)], [[0.0, 0.6, 0.8].into(), [0.6, 0.0, 0.8].into()]);
+        let turned = row(&values, 1);
+        assert!(
+            (turned.length() - 1.0).abs() < 1e-6 && turned.dot(Vec3::Z) > 0.01 && turned.dot(Vec3::Y) > 0.999,
+            "{turned}"
+        );
+    }
+
+    #[test]
+    fn a_normal_that_no_small_turn_brings_back_gets_its_nearest_value() {
+        let (nearest, steep) = ([0.0, 0.0, 1.0].repeat(3), Vec3::new(0.0, 1.0, 0.001));
+        let mut values = [0.0, 0.0, -1.0].repeat(3);
+        turn_back(&mut values, &nearest, &[[0, 1, 2], [0, 2, 1]], &[steep, Vec3::new(0.0, -1.0, 0.001)]);
+        assert_eq!(values, nearest);
     }
 
     #[test]

@@ -95,6 +95,11 @@ impl Constraints {
         self.pins.is_locked(v) || self.curves.get(&v).is_some_and(|curve| curve.is_held)
     }
 
+    /// The neighbours of a vertex along curves, where one of these is held.
+    pub fn along_held(&self, v: u32) -> &[u32] {
+        along(self.curves.get(&v).filter(|curve| curve.is_held))
+    }
+
     /// The planes on the curves of two vertices about `origin`; nothing where no held curve runs through them.
     pub fn planes_on_held_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
         let curves = self.curves_at(vertices);

@@ -40,13 +40,37 @@ impl Collapse<'_> {
         let opposite = [ring[1], ring[ring.len() - 1]];
         before.extend(opposite.into_iter().filter_map(|w| Some([u, v, place(w)?])));
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
+        self.look_along_curves(&mut farthest, ends, stars, x);
         farthest.look(&after, [u, v].into_iter());
         // What lies between corners that stay near may be gone, and what was open may be covered.
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
         farthest.look(&after, before.iter().map(|&face| middle(face)));
         farthest.look(&before, after.iter().map(|&face| middle(face)));
-        farthest.look(&before, after.iter().map(|&[x, q, _]| 0.5 * (x + q)));
+        let rings = stars.iter().flat_map(|star| &star.ring[1..]);
+        farthest.look(&before, rings.filter_map(|&w| Some(0.5 * (x + place(w)?))));
         farthest.distance2.sqrt()
+    }
+
+    /// Looks at the held curves through the ends: what they part shows where the surface stays, panes in a wall, tiles of two materials.
+    fn look_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], stars: &[Star; 2], x: Vec3) {
+        let Some(constraints) = &self.constraints else { return };
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        for (end, star) in ends.into_iter().zip(stars) {
+            let here = self.nodes[end as usize].position;
+            let along = constraints.along_held(self.nodes[end as usize].id);
+            for &w in star.ring.iter().filter(|&&w| !self.is_ghost(w) && along.contains(&self.nodes[w as usize].id)) {
+                let there = self.nodes[w as usize].position;
+                before.push([here, there, there]);
+                if !ends.contains(&w) {
+                    after.push([x, there, there]);
+                }
+            }
+        }
+        if !after.is_empty() {
+            let middle = |[p, q, _]: [Vec3; 3]| 0.5 * (p + q);
+            farthest.look(&after, before.iter().flat_map(|&curve| [curve[0], middle(curve)]));
+            farthest.look(&before, after.iter().map(|&curve| middle(curve)));
+        }
     }
 }
 
