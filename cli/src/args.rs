@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, ValueEnum};
+use neural_mesh::job::Count;
 use neural_mesh::simplify::Assembly;
 
 use crate::numbers::{
-    Count, GIB, MOST_SAMPLES, RatioOf, count, n_threads, number, ratio_of, seed, share, texels, view, whole,
+    GIB, MOST_SAMPLES, RatioOf, count, n_threads, number, ratio_of, seed, share, texels, view, whole,
 };
 
 const SIMPLIFY_NOTES: &str = "\

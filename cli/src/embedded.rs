@@ -5,22 +5,22 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Parser;
 use clap::error::ErrorKind;
 use neural_mesh::io::ReadMesh;
+use neural_mesh::job::{Document, Goal, Part, Watch};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
 
 use crate::args::{CompareArgs, SimplifyArgs};
 use crate::files;
+use crate::level_files::outputs;
 use crate::progress::Progress;
 use crate::read::{self, read_weights};
-use crate::request::{Goal, Request, resolve};
-use crate::simplify::{check_places, met, outputs, simplify_subject};
-use crate::subject::Subject;
-use crate::{batch, compare, mesh_points, usage};
+use crate::request::{Request, resolve};
+use crate::simplify::{check_places, met, simplify_document};
+use crate::{batch, compare, document, mesh_points, usage};
 
 pub use crate::compare::Compared;
 pub use crate::failure::Failure;
@@ -66,30 +66,31 @@ pub fn simplify(
     listener: Box<Listener<'static>>,
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
-    let request = request(words, given.is_some())?;
-    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
-    let began = Instant::now();
-    let subject = match given {
-        Some((mesh, factors)) => Subject::of(mesh, &request)?.weighed(factors),
-        None => Subject::open(&request)?,
-    };
-    let read = began.elapsed().as_secs_f64();
+    let mut request = request(words, given.is_some())?;
+    let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::heard_by(listener);
-    let (done, results) = simplify_subject(&subject, &request, weights.as_ref(), read, &mut progress)?;
+    progress.begin(Part::Read);
+    let document = match given {
+        Some((mesh, factors)) => {
+            Document::from_mesh(mesh, &request.job).map_err(|error| Failure::of_job(error, &request))?.weighed(factors)
+        }
+        None => document::open(&mut request)?,
+    };
+    let (done, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
     let (report, cleaned) = done.put()?;
     let kept = |simplified: Simplified| {
-        let exact = subject.exact_positions(&simplified, &request);
+        let exact = document.exact_positions(&simplified, &request.job);
         Kept { simplified, exact }
     };
     Ok(Outcome {
         results: results.into_iter().map(kept).collect(),
         report: serde_json::to_string(&report).map_err(|error| Failure::of(&request.source.path, error))?,
         cleaned,
-        file_vertices: subject.file_vertices().map(<[u32]>::to_vec),
-        group_names: subject.group_names(),
+        file_vertices: document.file_vertices().map(<[u32]>::to_vec),
+        group_names: document.group_names(),
         paths: outputs(&request),
         unmet: met(&request, &report).err().map(|failure| failure.to_string()),
     })
@@ -114,18 +115,19 @@ pub struct Recorded {
 /// As [`simplify`].
 pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static>>) -> Result<Recorded, Failure> {
     let request = request(words, true)?;
-    let is_plain = matches!(request.goal, Goal::Target | Goal::ShareOfFaces(_))
-        && request.repair.is_none()
-        && request.importance.is_none()
-        && request.keep.is_empty()
-        && request.shares.is_empty();
-    if !is_plain || request.options.symmetric.is_some() || request.prune_below.is_some() {
+    let job = &request.job;
+    let is_plain = matches!(job.goal, Goal::Target | Goal::ShareOfFaces(_))
+        && job.repair.is_none()
+        && job.importance.is_none()
+        && job.keep.is_empty()
+        && job.shares.is_empty();
+    if !is_plain || job.options.symmetric.is_some() || job.prune_below.is_some() {
         return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
     }
-    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
+    let weights = read_weights(request.weights.as_deref(), job.options.assembly)?;
     let cleaned = read::cleaned(raw, &request.source)?;
-    let target = request.target(cleaned.mesh.faces().len());
-    let mut options = request.options;
+    let target = request.job.target(cleaned.mesh.faces().len());
+    let mut options = request.job.options;
     (options.target, options.frame) = (target, cleaned.frame);
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();

@@ -1,37 +1,11 @@
 //! Levels of detail as typed: by shares or numbers of vertices or faces, or by distances from the original.
 
-use neural_mesh::simplify::Target;
+use neural_mesh::job::{Bound, Count, LevelSize};
 
 use crate::args::LodsByArg;
-use crate::bound::{Bound, bound};
+use crate::bound::bound;
 use crate::failure::Failure;
-use crate::numbers::{Count, count, share};
-
-/// The size of a level of detail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LevelSize {
-    /// A number of vertices, or a share of them.
-    Vertices(Count),
-    /// A number of faces, or a share of them.
-    Faces(Count),
-}
-
-impl LevelSize {
-    /// Returns the target for a mesh of so many faces.
-    pub fn target(self, n_faces: usize) -> Target {
-        match self {
-            Self::Vertices(Count::Share(ratio)) => Target::Ratio(ratio),
-            Self::Vertices(Count::Number(n)) => Target::Vertices(n),
-            Self::Faces(count) => Target::Faces(count.of(n_faces)),
-        }
-    }
-
-    fn count(self) -> Count {
-        match self {
-            Self::Vertices(count) | Self::Faces(count) => count,
-        }
-    }
-}
+use crate::numbers::{count, share};
 
 /// Levels of detail, the finest first.
 #[derive(Debug, PartialEq)]
@@ -136,12 +110,5 @@ mod tests {
             let said = levels(words).unwrap_err();
             assert!(said.contains(why), "{words:?}: {said}");
         }
-    }
-
-    #[test]
-    fn shares_of_faces_are_numbers_once_the_mesh_is_known() {
-        assert_eq!(LevelSize::Faces(Count::Share(0.25)).target(1000), Target::Faces(250));
-        assert_eq!(LevelSize::Vertices(Count::Share(0.25)).target(1000), Target::Ratio(0.25));
-        assert_eq!(LevelSize::Vertices(Count::Number(12)).target(1000), Target::Vertices(12));
     }
 }

@@ -3,14 +3,8 @@
 //! `main.rs` is the program itself. Other faces call what `embedded` passes on: the same requests, without a terminal. `shared`
 //! passes on what the package `neural-mesh-bench` has in common with this one.
 
-mod advice;
 mod allocator;
 mod args;
-#[cfg(feature = "bake")]
-mod bake;
-#[cfg(not(feature = "bake"))]
-#[path = "no_bake.rs"]
-mod bake;
 mod bar;
 mod batch;
 mod bound;
@@ -23,9 +17,9 @@ mod compress;
 #[path = "no_compress.rs"]
 mod compress;
 mod content;
+mod document;
 mod done;
 mod drawing;
-mod dress;
 pub mod embedded;
 mod failure;
 mod files;
@@ -46,17 +40,13 @@ mod plain;
 mod plan;
 mod progress;
 mod read;
-mod report;
 mod request;
 mod scene_info;
 #[doc(hidden)]
 pub mod shared;
-mod shares;
 mod simplify;
 mod size_limits;
 mod stopping;
-mod subject;
-mod textures;
 #[cfg(feature = "train")]
 mod train;
 #[cfg(not(feature = "train"))]

@@ -2,7 +2,7 @@
 //!
 //! The functions here are clap's value parsers: a number that passed one is in range.
 
-use std::fmt;
+use neural_mesh::job::{Count, percent};
 
 /// More threads than any machine has, fewer than a system refuses to start.
 pub const MOST_THREADS: u64 = 1024;
@@ -26,35 +26,6 @@ const VIEWS: [(&str, [f32; 2]); 6] = [
 const VIEW: &str = "give front, back, left, right, top, bottom, or degrees around and above, like 30,20";
 const SHARE: &str = "give a share above 0 and at most 1, like 0.1, or in percent, like 10%";
 const COUNT: &str = "give a whole number above 0, like 5000, 10k or 1.5M, or a share of the input, like 10%";
-
-/// How many vertices or faces stay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Count {
-    /// So many.
-    Number(usize),
-    /// So many of those there are, above 0 and at most 1.
-    Share(f64),
-}
-
-impl Count {
-    /// The number where there are `n`; at least 1.
-    pub fn of(self, n: usize) -> usize {
-        match self {
-            Self::Number(number) => number,
-            // 29 % of 100 are 29, and 28.999999999999996 in doubles.
-            Self::Share(share) => ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1),
-        }
-    }
-}
-
-impl fmt::Display for Count {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Number(number) => write!(f, "{number}"),
-            Self::Share(share) => write!(f, "{}%", percent(*share)),
-        }
-    }
-}
 
 /// Where an eye is, as degrees around and above: `front`, `30,20`.
 pub fn view(text: &str) -> Result<[f32; 2], String> {
@@ -160,11 +131,6 @@ fn scaled(text: &str, power: i32) -> Option<f64> {
         false => format!("{text}e{power}").parse().ok()?,
     };
     value.is_finite().then_some(value)
-}
-
-/// A share in percent, without the noise of doubles.
-pub fn percent(share: f64) -> f64 {
-    (share * 1e14).round() / 1e12
 }
 
 fn with_suggestion(taken: &str, percent: Option<f64>) -> String {

@@ -3,64 +3,36 @@
 use std::path::PathBuf;
 
 use neural_mesh::io::{Format, PackOptions};
+use neural_mesh::job::{Bound, Count, Goal, Ignored, Job, Names, Repair};
 use neural_mesh::simplify::{
     Axis, Effort, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target,
 };
 
 use crate::args::{
-    AssemblyArg, CompressArg, EffortArg, HiddenArg, IgnoreArg, LodsByArg, OptimizeArg, PurposeArg, ScoresArg,
-    SimplifyArgs,
+    AssemblyArg, CompressArg, EffortArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs,
 };
-use crate::bake;
-use crate::bound::{Bound, bound};
+use crate::bound::bound;
 use crate::compress;
 use crate::content::Content;
 use crate::failure::Failure;
-use crate::levels::{LevelSize, Levels};
+use crate::level_files::{outputs, shared_name};
+use crate::levels::Levels;
 use crate::memory;
 use crate::names::{Destination, LEVEL, check_stdout, destination, format_of, is_stream, named, names_level, readable};
-use crate::numbers::Count;
-use crate::textures;
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
 pub struct Request {
     /// Where the mesh comes from.
     pub source: Source,
+    /// What is asked of it, whatever its file; its format is known once the input is read where it follows that.
+    pub job: Job,
     /// Where it goes; `None` for standard output.
     pub output: Option<PathBuf>,
-    /// The format it is written in.
-    pub output_format: Format,
-    /// Whether that is the format of the input, which shows when it is read.
+    /// Whether the format is that of the input, which shows when it is read.
     pub follows_input: bool,
     /// Whether the mesh is written nowhere: another face takes it as it is.
     pub stays_in_memory: bool,
-    /// What is asked of the simplifier.
-    pub options: Options,
-    /// How its target is meant.
-    pub goal: Goal,
-    /// How far seams may leave their places, in texels; `None` for the share of the texture that is the default.
-    pub seam_texels: Option<f64>,
-    /// Components smaller than that are dropped.
-    pub prune_below: Option<Bound>,
-    /// What is done to the mesh before.
-    pub repair: Option<Repair>,
-    /// Texels a side of the textures that are baked, where such are asked for.
-    pub bake: Option<usize>,
-    /// How the numbers of a glTF are packed, where they are.
-    pub compress: Option<PackOptions>,
-    /// Texels a side of its textures at most, where that is bounded.
-    pub textures: Option<usize>,
-    /// What the result does not need of what the mesh carries.
-    pub ignore: Vec<IgnoreArg>,
-    /// Name of the attribute that says how much vertices count.
-    pub importance: Option<String>,
-    /// Names of what comes back as it is.
-    pub keep: Vec<String>,
-    /// Names with shares of their own, above 0 and at most 1.
-    pub shares: Vec<(String, f64)>,
-    /// Whether what the mesh names may be read from outside its folder.
-    pub allow_outside: bool,
     /// Bytes of memory that may be taken, where that is bounded by the caller.
     pub memory: Option<u64>,
     /// Where the map goes.
@@ -71,8 +43,6 @@ pub struct Request {
     pub weights: Option<PathBuf>,
     /// Threads; `None` for one per core.
     pub n_threads: Option<usize>,
-    /// Whether the distance is measured.
-    pub check: bool,
     /// Where the report goes.
     pub report: Option<PathBuf>,
     /// Where the picture goes.
@@ -99,55 +69,10 @@ impl Request {
         self.report.as_deref().is_some_and(is_stream)
     }
 
-    /// The size that is asked for, of a mesh of so many faces.
-    pub fn target(&self, n_faces: usize) -> Target {
-        match &self.goal {
-            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).of(n_faces)),
-            Goal::Levels(sizes) => sizes.first().map_or(self.options.target, |size| size.target(n_faces)),
-            _ => self.options.target,
-        }
-    }
-}
-
-/// What is done to a mesh before it is simplified.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Repair {
-    /// Holes of at most so many edges are closed.
-    FillHoles(usize),
-    /// It becomes a solid; pieces smaller than that go.
-    Printable(Bound),
-}
-
-/// What the result has to meet.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Goal {
-    /// The target of the options.
-    Target,
-    /// A share of the faces.
-    ShareOfFaces(f64),
-    /// A largest distance from the original.
-    Error(Bound),
-    /// A number of bytes.
-    Size(usize),
-    /// Levels of detail, each no larger than the one before.
-    Levels(Vec<LevelSize>),
-    /// Levels of detail by largest distances from the original.
-    ErrorLevels(Vec<Bound>),
-}
-
-impl Goal {
-    /// Whether it bounds the result, as a number of vertices or faces does not.
-    pub fn is_bound(&self) -> bool {
-        matches!(self, Self::Error(_) | Self::Size(_) | Self::ErrorLevels(_))
-    }
-
-    /// How many levels of detail there are to be, where there are.
-    pub fn n_levels(&self) -> Option<usize> {
-        match self {
-            Self::Levels(sizes) => Some(sizes.len()),
-            Self::ErrorLevels(bounds) => Some(bounds.len()),
-            _ => None,
-        }
+    /// Names the files of the results, now that their format is known.
+    pub fn name_files(&mut self) {
+        let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
+        self.job.names = Names { files: outputs(self).iter().map(name).collect(), shared: shared_name(self) };
     }
 }
 
@@ -171,8 +96,6 @@ pub struct Source {
     pub last_resort: Option<Format>,
     /// Whether vertices at equal positions become one.
     pub weld: bool,
-    /// Vertices nearer than that become one.
-    pub weld_near: Option<Bound>,
     /// Whether a scene becomes one mesh in any format.
     pub as_one: bool,
     /// What to do where the format is not known.
@@ -186,7 +109,7 @@ impl Source {
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
         let content = Content::default();
-        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false, remedy: readable(), content }
+        Self { path, format, last_resort: None, weld, as_one: false, remedy: readable(), content }
     }
 
     /// Whether it is a glTF scene that stays one: its bytes say so, not its name.
@@ -210,11 +133,6 @@ impl Source {
         Self { remedy: format!("{}; {remedy}", readable()), ..self }
     }
 
-    /// The same, with vertices nearer than that welded.
-    pub fn welded(self, weld_near: Option<Bound>) -> Self {
-        Self { weld_near, ..self }
-    }
-
     /// The same, as one mesh where that is asked for.
     pub fn united(self, as_one: bool) -> Self {
         Self { as_one, ..self }
@@ -224,34 +142,20 @@ impl Source {
 /// Checks the arguments of `simplify` and fills in what they leave open.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
-    let Destination { path: output, format: output_format, follows_input } = destination(&args)?;
+    let Destination { path: output, format, follows_input } = destination(&args)?;
     let source = source(&args)?;
-    let request = Request {
-        options: options(&args)?,
-        shares: shares(&args),
-        goal: goal(&args)?,
+    let mut request = Request {
+        job: job(&args, (!follows_input).then_some(format))?,
         strict: strict(&args)?,
-        seam_texels: args.seam_error,
-        prune_below: prune_below(&args)?,
-        repair: repair(&args)?,
-        bake: bake(&args, output_format)?,
-        compress: compress(&args, (!follows_input).then_some(output_format))?,
-        textures: textures(&args, (!follows_input).then_some(output_format))?,
-        ignore: args.ignore,
-        importance: args.importance,
-        keep: args.keep,
-        allow_outside: args.allow_outside,
         memory: args.memory.map(memory::bytes_of),
         map: args.map,
         explain: args.explain,
         output: (!is_stream(&output)).then_some(output),
         source,
-        output_format,
         follows_input,
         stays_in_memory: false,
         weights: args.weights,
         n_threads: args.threads,
-        check: !args.no_check,
         report: args.report.or_else(|| args.json.then(|| "-".into())),
         picture: args.picture,
         view: args.view,
@@ -259,8 +163,37 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         quiet: args.quiet,
         force: args.force,
     };
+    (request.job.format, request.job.shapes) = (format, request.report.is_some());
+    request.name_files();
     check_streams(&request).and_then(|()| check_level(&request))?;
     Ok(request)
+}
+
+/// What is asked of a mesh that is written in a format; `None` where that is not known yet.
+pub fn job(args: &SimplifyArgs, format: Option<Format>) -> Result<Job, Failure> {
+    let mut job = Job::new(options(args)?, format.unwrap_or(Format::Glb));
+    (job.goal, job.shares) = (goal(args)?, shares(args));
+    (job.weld, job.weld_near) = (!args.no_weld, weld_near(args)?);
+    (job.seam_texels, job.prune_below) = (args.seam_error, prune_below(args)?);
+    (job.repair, job.compress) = (repair(args)?, compress(args)?);
+    (job.bake, job.textures) = (args.bake, args.textures);
+    job.ignore = args.ignore.iter().copied().map(Ignored::from).collect();
+    (job.importance, job.keep) = (args.importance.clone(), args.keep.clone());
+    (job.allow_outside, job.check) = (args.allow_outside, !args.no_check);
+    let checked = if format.is_some() { job.check() } else { job.check_options() };
+    checked.map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok(job)
+}
+
+impl From<IgnoreArg> for Ignored {
+    fn from(arg: IgnoreArg) -> Self {
+        match arg {
+            IgnoreArg::Uv => Self::Uv,
+            IgnoreArg::Normals => Self::Normals,
+            IgnoreArg::Colors => Self::Colors,
+            IgnoreArg::Materials => Self::Materials,
+        }
+    }
 }
 
 /// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
@@ -271,7 +204,7 @@ fn source(args: &SimplifyArgs) -> Result<Source, Failure> {
         Some(_) => Source::new(path, format, !args.no_weld).unknown(NAMED_OUTPUT),
         None => Source::by_content(path, format, !args.no_weld).unknown(UNNAMED_OUTPUT),
     };
-    Ok(source.welded(weld_near(args)?).united(args.bake.is_some()))
+    Ok(source.united(args.bake.is_some()))
 }
 
 /// What only a batch has a use for.
@@ -284,7 +217,7 @@ fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
 }
 
 /// What is asked of the simplifier.
-pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
+fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     let mut options = Options::new(target(args)?);
     options.assembly = args.assembly.into();
     options.scores = match args.scores {
@@ -312,8 +245,6 @@ pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
     options.map = args.map.is_some();
     options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle.map(|x| x as f32));
     options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
-    check_closed(args)?;
-    check_symmetric(args)?;
     Ok(options)
 }
 
@@ -363,58 +294,8 @@ fn symmetry(text: Option<&str>) -> Result<Symmetry, Failure> {
     }
 }
 
-/// What is not there for mirrored results.
-fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
-    let named = [
-        ("--lock-boundaries", args.lock_boundaries),
-        ("--subset", args.subset),
-        ("--keep", !args.keep.is_empty()),
-        ("--prune", args.prune.is_some()),
-        ("--hidden", args.hidden != HiddenArg::Keep),
-        ("--map", args.map.is_some()),
-        ("--for", args.purpose != PurposeArg::Shape),
-    ];
-    match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
-        Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric cannot be combined: leave one out"))),
-        None => Ok(()),
-    }
-}
-
-/// What the paper's assembly has no means for.
-fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
-    let named = [
-        ("--lock-boundaries", args.lock_boundaries),
-        ("--prune", args.prune.is_some()),
-        ("--hidden", args.hidden != HiddenArg::Keep),
-        ("--keep-components", args.keep_components),
-        ("--keep-features", args.keep_features),
-        ("--crease-angle", args.crease_angle.is_some()),
-        ("--importance", args.importance.is_some()),
-        ("--keep", !args.keep.is_empty()),
-        ("--ratio NAME=R", args.ratio.iter().any(|of| of.name.is_some())),
-        ("--optimize", args.optimize != OptimizeArg::Balanced),
-        ("--effort", args.effort != EffortArg::Standard),
-        ("--map", args.map.is_some()),
-        ("--printable", args.printable.is_some()),
-        ("--for", args.purpose != PurposeArg::Shape),
-        ("--symmetric", args.symmetric.is_some()),
-        ("--error", args.error.is_some()),
-        ("--size", args.size.is_some()),
-        ("--lods", args.lods.len() > 1 || args.lods_by == Some(LodsByArg::Error)),
-    ];
-    if args.close && !matches!(args.assembly, AssemblyArg::Paper) {
-        return Err(Failure::Usage(
-            "--close is for --assembly paper: leave it out, the closed assembly leaves no holes".into(),
-        ));
-    }
-    match named.into_iter().find(|(_, is_given)| *is_given && matches!(args.assembly, AssemblyArg::Paper)) {
-        Some((name, _)) => Err(Failure::Usage(format!("{name}: not available with --assembly paper: leave one out"))),
-        None => Ok(()),
-    }
-}
-
 /// What is asked for beside a number of vertices or faces.
-pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
+fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
     if let Some(Count::Share(share)) = args.faces {
         return Ok(Goal::ShareOfFaces(share));
     }
@@ -435,7 +316,7 @@ pub fn strict(args: &SimplifyArgs) -> Result<bool, Failure> {
 }
 
 /// The size below which components are dropped: as given, or the distance asked for.
-pub fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
+fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
     match (&args.prune, &args.error) {
         (Some(Some(text)), _) => bound("--prune", text).map(Some),
         (Some(None), Some(error)) => bound("--error", error).map(Some),
@@ -444,7 +325,7 @@ pub fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
 }
 
 /// What is done to the mesh before it is simplified.
-pub fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
+fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
     match (&args.printable, args.fill_holes) {
         (Some(size), _) => {
             let size = size.as_ref().map_or(Ok(Bound::Percent(PIECE_PERCENT)), |text| bound("--printable", text))?;
@@ -455,44 +336,18 @@ pub fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
     }
 }
 
-/// Texels a side of the textures that are baked, where the format of the result holds such.
-pub fn bake(args: &SimplifyArgs, output: Format) -> Result<Option<usize>, Failure> {
-    let Some(size) = args.bake else { return Ok(None) };
-    bake::check(size)?;
-    if !matches!(output, Format::Glb | Format::Gltf | Format::Obj) {
-        let what = format!("--bake {size}: {} holds no textures: write glb, gltf or obj", output.name());
-        return Err(Failure::Usage(what));
-    }
-    Ok(Some(size))
-}
-
-/// How the numbers of a result in this format are packed, where that is asked for; `None` where the format is not known yet.
-pub fn compress(args: &SimplifyArgs, output: Option<Format>) -> Result<Option<PackOptions>, Failure> {
+/// How the numbers of a result are packed, where that is asked for.
+fn compress(args: &SimplifyArgs) -> Result<Option<PackOptions>, Failure> {
     let Some(how) = args.compress else { return Ok(None) };
     let compress = how == CompressArg::Meshopt;
     if compress {
         compress::check()?;
     }
-    output.map_or(Ok(()), check_packed)?;
     Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
 }
 
-/// Refuses formats whose numbers are not packed.
-pub fn check_packed(output: Format) -> Result<(), Failure> {
-    match output {
-        Format::Glb | Format::Gltf => Ok(()),
-        other => Err(Failure::Usage(format!("--compress: {} is no glTF: write glb or gltf", other.name()))),
-    }
-}
-
-/// Texels a side of textures at most, where the format of the result holds such; `None` where it is not known yet.
-pub fn textures(args: &SimplifyArgs, output: Option<Format>) -> Result<Option<usize>, Failure> {
-    args.textures.and(output).map_or(Ok(()), textures::check)?;
-    Ok(args.textures)
-}
-
 /// The distance below which vertices become one.
-pub fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
+fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
     args.weld.as_ref().map(|text| bound("--weld", text)).transpose()
 }
 
@@ -518,14 +373,14 @@ fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
 }
 
 /// Returns the names with shares of their own.
-pub fn shares(args: &SimplifyArgs) -> Vec<(String, f64)> {
+fn shares(args: &SimplifyArgs) -> Vec<(String, f64)> {
     args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share))).collect()
 }
 
 /// Returns the share of the whole, where that is its size.
 ///
 /// # Errors
-/// [`Failure::Usage`] where the whole has several sizes, or names have shares that nothing can be done about.
+/// [`Failure::Usage`] where the whole has several sizes.
 fn whole_ratio(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
     let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
     let sizes = [
@@ -540,16 +395,7 @@ fn whole_ratio(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
         let what = format!("--ratio cannot be used with {other}: give one size of the whole, and others as NAME=R");
         return Err(Failure::Usage(what));
     }
-    let not_with = [
-        ("--error", args.error.is_some() || args.lods_by == Some(LodsByArg::Error)),
-        ("--symmetric", args.symmetric.is_some()),
-        ("--map", args.map.is_some()),
-        ("--bake", args.bake.is_some()),
-    ];
-    match not_with.into_iter().find(|(_, is_given)| *is_given && args.ratio.len() > whole.len()) {
-        Some((other, _)) => Err(Failure::Usage(format!("--ratio NAME=R cannot be used with {other}: leave one out"))),
-        None => Ok(whole.first().copied()),
-    }
+    Ok(whole.first().copied())
 }
 
 /// The size, as far as it is known before the mesh is.
@@ -569,7 +415,7 @@ fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
 
 /// The level has a place in the name of what has levels.
 fn check_level(request: &Request) -> Result<(), Failure> {
-    match (&request.output, &request.goal) {
+    match (&request.output, &request.job.goal) {
         (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
         (Some(path), _) if !names_level(path) => Ok(()),
         (Some(path), _) => {

@@ -24,12 +24,12 @@ use crate::failure::Failure;
 use crate::names::{format_of, is_stream, level_paths, writable};
 use crate::numbers::RatioOf;
 use crate::progress::Progress;
-use crate::report::Report;
-use crate::request::{Request, Source, goal, options, prune_below, repair, strict, weld_near};
+use crate::request::{self, Request, Source, strict};
 use crate::words::Voice;
-use crate::{bake, files, interrupt, memory, read, request, simplify};
+use crate::{files, interrupt, memory, read, simplify};
 use inputs::Input;
 use manifest::{Manifest, Place, Row, with_more};
+use neural_mesh::job::Report;
 use places::Places;
 
 /// What is told of a mesh stands in files with these endings after its whole name.
@@ -89,12 +89,7 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     }
     inputs::check(args)?;
     memory::bound(args.memory);
-    options(args)?;
-    prune_below(args)?;
-    repair(args)?;
-    args.bake.map_or(Ok(()), bake::check)?;
-    request::compress(args, None)?;
-    weld_near(args)?;
+    request::job(args, None)?;
     args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()
 }
 
@@ -235,33 +230,17 @@ impl Batch {
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
         let format = self.format.unwrap_or_else(|| outputs::format_for(input));
-        Ok(Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld)
-                .welded(weld_near(&self.args)?)
-                .united(self.args.bake.is_some()),
-            output_format: format,
+        let mut request = Request {
+            source: Source::new(input.path.clone(), None, !self.args.no_weld).united(self.args.bake.is_some()),
+            job: request::job(&self.args, Some(format))?,
             follows_input: false,
             stays_in_memory: false,
-            bake: request::bake(&self.args, format)?,
-            compress: request::compress(&self.args, Some(format))?,
-            textures: request::textures(&self.args, Some(format))?,
             output: Some(output),
-            options: options(&self.args)?,
-            goal: goal(&self.args)?,
-            seam_texels: self.args.seam_error,
-            prune_below: prune_below(&self.args)?,
-            repair: repair(&self.args)?,
-            ignore: self.args.ignore.clone(),
-            importance: self.args.importance.clone(),
-            keep: self.args.keep.clone(),
-            shares: request::shares(&self.args),
-            allow_outside: self.args.allow_outside,
             memory: None,
             map: None,
             explain: false,
             weights: None,
             n_threads: None,
-            check: !self.args.no_check,
             report: self.told_of(input, REPORT)?,
             picture: self.told_of(input, PICTURE)?,
             view: self.args.view,
@@ -269,7 +248,10 @@ impl Batch {
             quiet: true,
             strict: false,
             force,
-        })
+        };
+        request.job.shapes = request.report.is_some();
+        request.name_files();
+        Ok(request)
     }
 
     /// Where a file about a mesh is put, if it is asked for.
