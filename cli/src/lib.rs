@@ -7,15 +7,9 @@ mod allocator;
 mod args;
 mod bar;
 mod batch;
-mod bound;
 mod closed;
 mod command;
 mod compare;
-#[cfg(feature = "meshopt")]
-mod compress;
-#[cfg(not(feature = "meshopt"))]
-#[path = "no_compress.rs"]
-mod compress;
 mod content;
 mod document;
 mod done;
@@ -26,7 +20,6 @@ mod files;
 mod info;
 mod interrupt;
 mod level_files;
-mod levels;
 mod memory;
 mod mesh_points;
 #[cfg(not(feature = "train"))]

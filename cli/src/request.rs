@@ -2,21 +2,14 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::io::{Format, PackOptions};
-use neural_mesh::job::{Bound, Count, Goal, Ignored, Job, Names, Repair};
-use neural_mesh::simplify::{
-    Axis, Effort, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target,
-};
+use clap::ValueEnum;
+use neural_mesh::io::Format;
+use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, Value};
 
-use crate::args::{
-    AssemblyArg, CompressArg, EffortArg, HiddenArg, IgnoreArg, OptimizeArg, PurposeArg, ScoresArg, SimplifyArgs,
-};
-use crate::bound::bound;
-use crate::compress;
+use crate::args::{LodsByArg, SimplifyArgs};
 use crate::content::Content;
 use crate::failure::Failure;
 use crate::level_files::{outputs, shared_name};
-use crate::levels::Levels;
 use crate::memory;
 use crate::names::{Destination, LEVEL, check_stdout, destination, format_of, is_stream, named, names_level, readable};
 
@@ -75,15 +68,6 @@ impl Request {
         self.job.names = Names { files: outputs(self).iter().map(name).collect(), shared: shared_name(self) };
     }
 }
-
-/// Pieces smaller than that are no part of a print, in percent of the diagonal: 1 mm of 10 cm.
-const PIECE_PERCENT: f64 = 1.0;
-
-/// Bits of a coordinate in a glTF of small numbers: what gltfpack takes.
-const POSITION_BITS: u32 = 14;
-
-/// Degrees between faces at what `--keep-features` keeps.
-const FEATURE_ANGLE: f32 = 30.0;
 
 /// Where a mesh comes from and how it is read.
 #[derive(Debug)]
@@ -146,7 +130,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     let source = source(&args)?;
     let mut request = Request {
         job: job(&args, (!follows_input).then_some(format))?,
-        strict: strict(&args)?,
+        strict: strict(&args),
         memory: args.memory.map(memory::bytes_of),
         map: args.map,
         explain: args.explain,
@@ -171,29 +155,69 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
 
 /// What is asked of a mesh that is written in a format; `None` where that is not known yet.
 pub fn job(args: &SimplifyArgs, format: Option<Format>) -> Result<Job, Failure> {
-    let mut job = Job::new(options(args)?, format.unwrap_or(Format::Glb));
-    (job.goal, job.shares) = (goal(args)?, shares(args));
-    (job.weld, job.weld_near) = (!args.no_weld, weld_near(args)?);
-    (job.seam_texels, job.prune_below) = (args.seam_error, prune_below(args)?);
-    (job.repair, job.compress) = (repair(args)?, compress(args)?);
-    (job.bake, job.textures) = (args.bake, args.textures);
-    job.ignore = args.ignore.iter().copied().map(Ignored::from).collect();
-    (job.importance, job.keep) = (args.importance.clone(), args.keep.clone());
-    (job.allow_outside, job.check) = (args.allow_outside, !args.no_check);
-    let checked = if format.is_some() { job.check() } else { job.check_options() };
-    checked.map_err(|error| Failure::Usage(error.to_string()))?;
+    let failed = |error: JobError| Failure::Usage(error.to_string());
+    let job = arguments(args)?.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
+    format.map_or(Ok(()), |_| job.check_format()).map_err(failed)?;
     Ok(job)
 }
 
-impl From<IgnoreArg> for Ignored {
-    fn from(arg: IgnoreArg) -> Self {
-        match arg {
-            IgnoreArg::Uv => Self::Uv,
-            IgnoreArg::Normals => Self::Normals,
-            IgnoreArg::Colors => Self::Colors,
-            IgnoreArg::Materials => Self::Materials,
-        }
+/// The options of the command line as those of a job.
+fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
+    let number = |count: Count| Value::Text(count.to_string());
+    let text = |text: &String| Value::Text(text.clone());
+    let optional =
+        |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(Value::Flag(true), text));
+    let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
+    if whole.len() > 1 {
+        let what = "--ratio cannot be used with a second one: give one size of the whole, and others as NAME=R";
+        return Err(Failure::Usage(what.into()));
     }
+    Ok(Arguments {
+        ratio: whole.first().copied().map(Value::Number),
+        ratio_of: args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share.into()))).collect(),
+        vertices: args.vertices.map(number),
+        faces: args.faces.map(number),
+        error: args.error.as_ref().map(text),
+        size: args.size.as_ref().map(text),
+        lods: args.lods.iter().map(text).collect(),
+        lods_by: args.lods_by.as_ref().map(name_of),
+        format: None,
+        assembly: Some(name_of(&args.assembly)),
+        scores: args.scores.as_ref().map(name_of),
+        optimize: Some(name_of(&args.optimize)),
+        effort: Some(name_of(&args.effort)),
+        hidden: Some(name_of(&args.hidden)),
+        purpose: Some(name_of(&args.purpose)),
+        seed: args.seed,
+        lock_boundaries: args.lock_boundaries,
+        subset: args.subset,
+        close: args.close,
+        keep_components: args.keep_components,
+        keep_features: args.keep_features,
+        crease_angle: args.crease_angle,
+        seam_error: args.seam_error,
+        ignore: args.ignore.iter().map(name_of).collect(),
+        symmetric: optional(&args.symmetric),
+        keep: args.keep.clone(),
+        importance: args.importance.clone(),
+        map: args.map.is_some(),
+        prune: optional(&args.prune),
+        fill_holes: args.fill_holes.map(|most| most.map_or(Value::Flag(true), |most| Value::Text(most.to_string()))),
+        printable: optional(&args.printable),
+        bake: args.bake,
+        compress: args.compress.as_ref().map(|how| Value::Text(name_of(how))),
+        textures: args.textures,
+        weld: args.weld.as_ref().map(text),
+        no_weld: args.no_weld,
+        no_check: args.no_check,
+        allow_outside: args.allow_outside,
+        has_weights: args.weights.is_some(),
+    })
+}
+
+/// What a value of an option is called.
+fn name_of(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
 }
 
 /// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
@@ -216,201 +240,9 @@ fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is asked of the simplifier.
-fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
-    let mut options = Options::new(target(args)?);
-    options.assembly = args.assembly.into();
-    options.scores = match args.scores {
-        None if args.weights.is_some() => ScoreSource::Network,
-        None | Some(ScoresArg::Bending) => ScoreSource::Bending,
-        Some(ScoresArg::Network) => ScoreSource::Network,
-        Some(ScoresArg::Geometry) => ScoreSource::Geometry,
-    };
-    options.optimize = optimize(args.optimize);
-    options.effort = effort(args.effort);
-    if args.scores == Some(ScoresArg::Geometry) {
-        check_no_network("--scores geometry", args)?;
-    } else if args.scores == Some(ScoresArg::Bending) {
-        check_no_network("--scores bending", args)?;
-    } else if options.optimize == Optimize::Mean {
-        check_no_network("--optimize mean", args)?;
-    }
-    options.seed = args.seed;
-    options.prune = !args.keep_components;
-    options.hidden = hidden(args.hidden);
-    options.purpose = purpose(args.purpose);
-    options.lock_boundaries = args.lock_boundaries;
-    options.subset = args.subset;
-    options.close = args.close;
-    options.map = args.map.is_some();
-    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle.map(|x| x as f32));
-    options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
-    Ok(options)
-}
-
-fn optimize(figure: OptimizeArg) -> Optimize {
-    match figure {
-        OptimizeArg::Balanced => Optimize::Balanced,
-        OptimizeArg::Mean => Optimize::Mean,
-        OptimizeArg::Max => Optimize::Max,
-        OptimizeArg::Normals => Optimize::Normals,
-    }
-}
-
-fn effort(effort: EffortArg) -> Effort {
-    match effort {
-        EffortArg::Fast => Effort::Fast,
-        EffortArg::Standard => Effort::Standard,
-        EffortArg::Best => Effort::Best,
-    }
-}
-
-fn hidden(what: HiddenArg) -> Hidden {
-    match what {
-        HiddenArg::Keep => Hidden::Keep,
-        HiddenArg::Cheap => Hidden::Cheap,
-        HiddenArg::Drop => Hidden::Drop,
-    }
-}
-
-fn purpose(of: PurposeArg) -> Purpose {
-    match of {
-        PurposeArg::Shape => Purpose::Shape,
-        PurposeArg::Poses => Purpose::Poses,
-        PurposeArg::Spectrum => Purpose::Spectrum,
-    }
-}
-
-/// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
-fn symmetry(text: Option<&str>) -> Result<Symmetry, Failure> {
-    let Some(text) = text else { return Ok(Symmetry::Found) };
-    let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
-    let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
-    let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));
-    match (axis, at) {
-        (Some(axis), None) => Ok(Symmetry::Across(axis)),
-        (Some(axis), Some(Some(at))) => Ok(Symmetry::Plane(MirrorPlane { axis, at })),
-        _ => Err(Failure::Usage(format!("--symmetric={text}: give x, y or z, or a plane like x=0.5"))),
-    }
-}
-
-/// What is asked for beside a number of vertices or faces.
-fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
-    if let Some(Count::Share(share)) = args.faces {
-        return Ok(Goal::ShareOfFaces(share));
-    }
-    match (&args.error, &args.size) {
-        (Some(text), _) => bound("--error", text).map(Goal::Error),
-        (_, Some(text)) => n_bytes(text).map(Goal::Size),
-        _ if !args.lods.is_empty() => Ok(match Levels::of(&args.lods, args.lods_by)? {
-            Levels::Sizes(sizes) => Goal::Levels(sizes),
-            Levels::Errors(bounds) => Goal::ErrorLevels(bounds),
-        }),
-        _ => Ok(Goal::Target),
-    }
-}
-
 /// Whether a result that is short of what was asked is told by the exit code: a bound always, a size on request.
-pub fn strict(args: &SimplifyArgs) -> Result<bool, Failure> {
-    Ok(args.strict || goal(args)?.is_bound())
-}
-
-/// The size below which components are dropped: as given, or the distance asked for.
-fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
-    match (&args.prune, &args.error) {
-        (Some(Some(text)), _) => bound("--prune", text).map(Some),
-        (Some(None), Some(error)) => bound("--error", error).map(Some),
-        _ => Ok(None),
-    }
-}
-
-/// What is done to the mesh before it is simplified.
-fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
-    match (&args.printable, args.fill_holes) {
-        (Some(size), _) => {
-            let size = size.as_ref().map_or(Ok(Bound::Percent(PIECE_PERCENT)), |text| bound("--printable", text))?;
-            Ok(Some(Repair::Printable(size)))
-        }
-        (_, Some(most_edges)) => Ok(Some(Repair::FillHoles(most_edges.unwrap_or(usize::MAX)))),
-        _ => Ok(None),
-    }
-}
-
-/// How the numbers of a result are packed, where that is asked for.
-fn compress(args: &SimplifyArgs) -> Result<Option<PackOptions>, Failure> {
-    let Some(how) = args.compress else { return Ok(None) };
-    let compress = how == CompressArg::Meshopt;
-    if compress {
-        compress::check()?;
-    }
-    Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
-}
-
-/// The distance below which vertices become one.
-fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
-    args.weld.as_ref().map(|text| bound("--weld", text)).transpose()
-}
-
-/// A size as typed: `200000`, `500kB`, `2MB`.
-fn n_bytes(text: &str) -> Result<usize, Failure> {
-    let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
-    let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
-    let lower = text.to_ascii_lowercase();
-    let found = binary.iter().chain(&decimal).find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
-    let (number, factor) = found.unwrap_or((&lower, 1.0));
-    let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
-    value.map(|x| x as usize).ok_or_else(|| Failure::Usage(format!("--size {text}: give bytes, like 500kB or 2MB")))
-}
-
-/// Where every vertex counts by its area, a network has nothing to do.
-fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
-    let why = match (args.assembly, &args.weights) {
-        (AssemblyArg::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
-        (_, Some(_)) => "it uses no network: leave --weights out",
-        _ => return Ok(()),
-    };
-    Err(Failure::Usage(format!("{option}: {why}")))
-}
-
-/// Returns the names with shares of their own.
-fn shares(args: &SimplifyArgs) -> Vec<(String, f64)> {
-    args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share))).collect()
-}
-
-/// Returns the share of the whole, where that is its size.
-///
-/// # Errors
-/// [`Failure::Usage`] where the whole has several sizes.
-fn whole_ratio(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
-    let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
-    let sizes = [
-        ("--vertices", args.vertices.is_some()),
-        ("--faces", args.faces.is_some()),
-        ("--error", args.error.is_some()),
-        ("--size", args.size.is_some()),
-        ("--lods", !args.lods.is_empty()),
-        ("a second one", whole.len() > 1),
-    ];
-    if let Some((other, _)) = sizes.into_iter().find(|(_, is_given)| *is_given && !whole.is_empty()) {
-        let what = format!("--ratio cannot be used with {other}: give one size of the whole, and others as NAME=R");
-        return Err(Failure::Usage(what));
-    }
-    Ok(whole.first().copied())
-}
-
-/// The size, as far as it is known before the mesh is.
-fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
-    let ratio = whole_ratio(args)?;
-    // Shares of the faces are numbers when the mesh is known.
-    if let (Goal::Levels(sizes), false) = (goal(args)?, args.lods.is_empty()) {
-        return Ok(sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)));
-    }
-    Ok(match (ratio, args.vertices, args.faces) {
-        (Some(ratio), _, _) | (_, Some(Count::Share(ratio)), _) => Target::Ratio(ratio),
-        (_, Some(Count::Number(n)), _) => Target::Vertices(n),
-        (_, _, Some(Count::Number(n))) => Target::Faces(n),
-        _ => Target::Ratio(1.0),
-    })
+pub fn strict(args: &SimplifyArgs) -> bool {
+    args.strict || args.error.is_some() || args.size.is_some() || args.lods_by == Some(LodsByArg::Error)
 }
 
 /// The level has a place in the name of what has levels.

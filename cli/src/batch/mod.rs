@@ -22,14 +22,13 @@ use crate::args::{PurposeArg, SimplifyArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::names::{format_of, is_stream, level_paths, writable};
-use crate::numbers::RatioOf;
 use crate::progress::Progress;
 use crate::request::{self, Request, Source, strict};
 use crate::words::Voice;
 use crate::{files, interrupt, memory, read, simplify};
 use inputs::Input;
 use manifest::{Manifest, Place, Row, with_more};
-use neural_mesh::job::Report;
+use neural_mesh::job::{Job, RatioOf, Report};
 use places::Places;
 
 /// What is told of a mesh stands in files with these endings after its whole name.
@@ -44,7 +43,7 @@ pub fn is_meant(args: &SimplifyArgs) -> bool {
 
 /// Simplifies every mesh that is asked for, and fails if any of them did.
 pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
-    let format = checked(&args)?;
+    let (format, job) = checked(&args)?;
     let inputs = inputs::find(&args)?;
     let folder = outputs::open(&args.output)?;
     let _lock = lock::lock(&folder)?;
@@ -56,10 +55,10 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let mut manifest = Manifest::open(place, rows, [args.resume, args.force])?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let alone = fallen::meet(&folder, &mut manifest, args.resume)?;
-    let weights = read::read_weights(args.weights.as_deref(), args.assembly.into())?;
+    let weights = read::read_weights(args.weights.as_deref(), job.options.assembly)?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
     let progressed = Mutex::new(Progressed { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
-    let batch = Batch { progressed, args, folder, format, inputs, manifest, places, alone, weights };
+    let batch = Batch { progressed, args, job, folder, format, inputs, manifest, places, alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     written?;
@@ -73,8 +72,9 @@ fn told(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
     folders.filter_map(open).map(|(folder, ending)| Ok((outputs::open(&folder)?, ending))).collect()
 }
 
-/// Refuses what a batch has no use for; gives the format of all results, if one is asked for.
-fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
+/// Refuses what a batch has no use for; gives the format of all results, if one is asked for, and what is asked of
+/// each mesh.
+fn checked(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
     if args.json || args.map.is_some() || args.explain {
         return usage("--json, --map and --explain are for a single mesh: a batch has its manifest.csv");
@@ -89,8 +89,8 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     }
     inputs::check(args)?;
     memory::bound(args.memory);
-    request::job(args, None)?;
-    args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()
+    let job = request::job(args, None)?;
+    Ok((args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()?, job))
 }
 
 /// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
@@ -174,6 +174,8 @@ impl Progressed {
 /// A batch, ready to go.
 struct Batch {
     args: SimplifyArgs,
+    /// What is asked of each mesh, in whatever format.
+    job: Job,
     /// OUTDIR, without links.
     folder: PathBuf,
     format: Option<Format>,
@@ -230,9 +232,12 @@ impl Batch {
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
         let format = self.format.unwrap_or_else(|| outputs::format_for(input));
+        let mut job = self.job.clone();
+        job.format = format;
+        job.check_format().map_err(|error| Failure::Usage(error.to_string()))?;
         let mut request = Request {
             source: Source::new(input.path.clone(), None, !self.args.no_weld).united(self.args.bake.is_some()),
-            job: request::job(&self.args, Some(format))?,
+            job,
             follows_input: false,
             stays_in_memory: false,
             output: Some(output),
@@ -277,7 +282,7 @@ impl Batch {
         ));
         voice.say(&format!("time      {seconds:.3} s"));
         match (ends.failed, ends.stopped) {
-            (0, n) if n > 0 && strict(&self.args)? => {
+            (0, n) if n > 0 && strict(&self.args) => {
                 let what = "meshes were stopped before what was asked: the rows say why";
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }
