@@ -1,6 +1,6 @@
 //! From typed arguments to what will be done, before any file is opened: whatever is wrong here is a usage error.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use neural_mesh::io::Format;
@@ -11,7 +11,9 @@ use crate::content::Content;
 use crate::failure::Failure;
 use crate::level_files::{outputs, shared_name};
 use crate::memory;
-use crate::names::{Destination, LEVEL, check_stdout, destination, format_of, is_stream, named, names_level, readable};
+use crate::names::{
+    Destination, LEVEL, Place, check_stdout, destination, format_of, is_stream, named, names_level, readable,
+};
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
@@ -123,21 +125,48 @@ impl Source {
     }
 }
 
+impl Request {
+    /// From one place to the other, with nothing said or drawn beside.
+    pub fn new(place: &Place, arguments: &Arguments) -> Result<Self, Failure> {
+        let Destination { path: output, format, follows_input } = destination(place)?;
+        let mut job = job(arguments, (!follows_input).then_some(format))?;
+        job.format = format;
+        let mut request = Self {
+            source: source(place, !arguments.no_weld)?.united(arguments.bake.is_some()),
+            strict: job.goal.is_bound(),
+            job,
+            memory: None,
+            map: None,
+            explain: false,
+            output: (!is_stream(&output)).then_some(output),
+            follows_input,
+            stays_in_memory: false,
+            weights: None,
+            n_threads: None,
+            report: None,
+            picture: None,
+            view: None,
+            wires: false,
+            quiet: true,
+            force: false,
+        };
+        request.name_files();
+        check_level(&request)?;
+        Ok(request)
+    }
+}
+
 /// Checks the arguments of `simplify` and fills in what they leave open.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
-    let Destination { path: output, format, follows_input } = destination(&args)?;
-    let source = source(&args)?;
+    let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
+    let place = Place { input, output: &args.output, format: args.format.as_deref() };
+    let bare = Request::new(&place, &arguments(&args)?)?;
     let mut request = Request {
-        job: job(&args, (!follows_input).then_some(format))?,
-        strict: strict(&args),
+        strict: args.strict || bare.strict,
         memory: args.memory.map(memory::bytes_of),
         map: args.map,
         explain: args.explain,
-        output: (!is_stream(&output)).then_some(output),
-        source,
-        follows_input,
-        stays_in_memory: false,
         weights: args.weights,
         n_threads: args.threads,
         report: args.report.or_else(|| args.json.then(|| "-".into())),
@@ -146,23 +175,23 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         wires: args.wires,
         quiet: args.quiet,
         force: args.force,
+        ..bare
     };
-    (request.job.format, request.job.shapes) = (format, request.report.is_some());
-    request.name_files();
-    check_streams(&request).and_then(|()| check_level(&request))?;
+    request.job.shapes = request.report.is_some();
+    check_streams(&request)?;
     Ok(request)
 }
 
 /// What is asked of a mesh that is written in a format; `None` where that is not known yet.
-pub fn job(args: &SimplifyArgs, format: Option<Format>) -> Result<Job, Failure> {
+pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
     let failed = |error: JobError| Failure::Usage(error.to_string());
-    let job = arguments(args)?.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
+    let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
     format.map_or(Ok(()), |_| job.check_format()).map_err(failed)?;
     Ok(job)
 }
 
 /// The options of the command line as those of a job.
-fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
+pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     let number = |count: Count| Value::Text(count.to_string());
     let text = |text: &String| Value::Text(text.clone());
     let optional =
@@ -221,14 +250,13 @@ fn name_of(value: &impl ValueEnum) -> String {
 }
 
 /// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
-fn source(args: &SimplifyArgs) -> Result<Source, Failure> {
-    let format = args.format.as_deref().map(format_of).transpose()?;
-    let path = args.inputs.first().cloned().unwrap_or_default();
-    let source = match named(&args.output).filter(|_| !args.output.is_dir()) {
-        Some(_) => Source::new(path, format, !args.no_weld).unknown(NAMED_OUTPUT),
-        None => Source::by_content(path, format, !args.no_weld).unknown(UNNAMED_OUTPUT),
-    };
-    Ok(source.united(args.bake.is_some()))
+fn source(place: &Place, weld: bool) -> Result<Source, Failure> {
+    let format = place.format.map(format_of).transpose()?;
+    let path = place.input.to_path_buf();
+    Ok(match named(place.output).filter(|_| !place.output.is_dir()) {
+        Some(_) => Source::new(path, format, weld).unknown(NAMED_OUTPUT),
+        None => Source::by_content(path, format, weld).unknown(UNNAMED_OUTPUT),
+    })
 }
 
 /// What only a batch has a use for.

@@ -37,8 +37,12 @@ const PICTURE: &str = ".png";
 
 /// Whether the arguments ask for a batch: a list, several meshes, a folder or a pattern.
 pub fn is_meant(args: &SimplifyArgs) -> bool {
-    let many = |path: &PathBuf| path.is_dir() || inputs::is_pattern(path);
-    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(many)
+    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(|path| are_many(path))
+}
+
+/// Whether a path stands for several meshes: a folder or a pattern.
+pub fn are_many(path: &Path) -> bool {
+    path.is_dir() || inputs::is_pattern(path)
 }
 
 /// Simplifies every mesh that is asked for, and fails if any of them did.
@@ -89,7 +93,7 @@ fn checked(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     }
     inputs::check(args)?;
     memory::bound(args.memory);
-    let job = request::job(args, None)?;
+    let job = request::job(&request::arguments(args)?, None)?;
     Ok((args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()?, job))
 }
 
