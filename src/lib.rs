@@ -25,6 +25,7 @@
 //!
 //! | what for | call |
 //! |---|---|
+//! | a file or scene with all it carries, as the program does it | [`job::Document`], [`job::Job`], [`job::run`] |
 //! | files in and out | [`io::read`], [`io::read_attributed`], [`io::write`], [`io::write_attributed`]; glTF scenes: [`io::Asset`] |
 //! | a valid mesh of what was read | [`mesh::cleanup::clean`], which makes a [`mesh::TriMesh`] and its [`mesh::Frame`] |
 //! | a mesh that is broken | [`repair::fill_holes`], [`repair::printable`] |
@@ -58,6 +59,7 @@
 //! | `gzip` | yes | files that are compressed (`.gz`) |
 //! | `picture` | yes | [`picture`] and [`appearance`] |
 //! | `weights` | yes | weights read from files and written; those that ship need no feature |
+//! | `job` | yes | [`job`]: documents with all they carry, what is asked of them, reports |
 //! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
 //! | `loss`, `train` | no | the terms that training minimises; training |
@@ -78,6 +80,8 @@ pub mod blocks;
 pub mod geometry;
 #[cfg(feature = "io")]
 pub mod io;
+#[cfg(feature = "job")]
+pub mod job;
 pub mod linalg;
 #[cfg(feature = "loss")]
 pub mod loss;

@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Parser, ValueEnum};
-use neural_mesh::simplify::Assembly;
+use neural_mesh::job::{Count, RatioOf, count, ratio_of, share};
 
-use crate::numbers::{
-    Count, GIB, MOST_SAMPLES, RatioOf, count, n_threads, number, ratio_of, seed, share, texels, view, whole,
-};
+use crate::numbers::{GIB, MOST_SAMPLES, n_threads, number, seed, texels, view, whole};
 
 const SIMPLIFY_NOTES: &str = "\
 Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX, geometry compressed by Draco and textures in KTX2 need the features 3mf, fbx, draco and ktx2. Vertices at equal positions are one vertex; \
@@ -252,15 +250,6 @@ pub enum AssemblyArg {
     Closed,
     /// As in the paper: the network's most probable faces; leaves holes
     Paper,
-}
-
-impl From<AssemblyArg> for Assembly {
-    fn from(arg: AssemblyArg) -> Self {
-        match arg {
-            AssemblyArg::Closed => Self::Closed,
-            AssemblyArg::Paper => Self::Paper,
-        }
-    }
 }
 
 /// Where the scores come from.

@@ -6,7 +6,7 @@ use neural_mesh::io::{self, OutputFile};
 
 use crate::failure::Failure;
 use crate::files::{self, Pending};
-use crate::report::Report;
+use neural_mesh::job::Report;
 
 /// A run of which nothing stands in its place yet.
 pub struct Done {

@@ -1,15 +1,12 @@
 //! The picture of a mesh before and after.
 
+use neural_mesh::job::{Document, Outcome, Report, Seen};
 use neural_mesh::metrics::farthest_point;
 use neural_mesh::picture::{Coat, CornerNormals, PictureOptions, ShadedMesh, encode_png, render_shaded};
-use neural_mesh::simplify::Simplified;
 
-use crate::dress::Dress;
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
-use crate::report::Report;
 use crate::request::Request;
-use crate::subject::{Seen, Subject};
 use crate::words;
 
 /// Samples on each surface among which the farthest is looked for.
@@ -30,19 +27,17 @@ impl PicturedMesh<'_> {
     }
 }
 
-/// Gathers the mesh before and after with its colours and normals, where a picture is asked for; notes take what cannot be drawn
-/// of them.
+/// Gathers the mesh before and after with its colours and normals, where a picture is asked for; the report's notes take what
+/// cannot be drawn of them.
 pub fn pictured<'a>(
     request: &Request,
-    subject: &'a Subject,
-    (result, dress): (&Simplified, Option<&Dress>),
-    notes: &mut Vec<String>,
+    document: &'a Document,
+    outcome: &mut Outcome,
 ) -> Result<Option<[PicturedMesh<'a>; 2]>, Failure> {
-    if request.picture.is_none() {
-        return Ok(None);
-    }
-    let (looks, missing) = subject.looks(request.allow_outside);
-    let [before, after] = subject.seen(result).map_err(|error| Failure::of(&request.source.path, error))?;
+    let Some(result) = outcome.results.first().filter(|_| request.picture.is_some()) else { return Ok(None) };
+    let (dress, notes) = (outcome.dress.as_ref(), &mut outcome.report.notes);
+    let (looks, missing) = document.looks(request.job.allow_outside);
+    let [before, after] = document.seen(result).map_err(|error| Failure::of(&request.source.path, error))?;
     let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
     let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(fresh);

@@ -1,30 +1,54 @@
 //! The program's requests for another face in the same process: meshes in memory beside files, results as they are. Nothing is said,
 //! no signal is watched for, and threads are those of the pool that the caller is in.
 //!
-//! A request is the words of the command line, so that options mean the same and are refused alike.
+//! Options are those of the program by their names, so that they mean the same and are refused alike.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
 
-use clap::Parser;
-use clap::error::ErrorKind;
 use neural_mesh::io::ReadMesh;
+use neural_mesh::job::{Arguments, Document, Goal, Part, Watch};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
+use serde::Deserialize;
 
-use crate::args::{CompareArgs, SimplifyArgs};
+use crate::failure::name;
 use crate::files;
+use crate::level_files::outputs;
+use crate::names::Place;
 use crate::progress::Progress;
 use crate::read::{self, read_weights};
-use crate::request::{Goal, Request, resolve};
-use crate::simplify::{check_places, met, outputs, simplify_subject};
-use crate::subject::Subject;
-use crate::{batch, compare, mesh_points, usage};
+use crate::request::Request;
+use crate::simplify::{check_places, met, simplify_document};
+use crate::{batch, compare, document, mesh_points};
 
+pub use crate::args::{CompareArgs, MeshPointsArgs};
 pub use crate::compare::Compared;
 pub use crate::failure::Failure;
 pub use crate::mesh_points::PointsMeshed;
+pub use crate::numbers::MOST_SAMPLES;
+
+/// Files of a request, and what becomes of them.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Files {
+    /// Where the mesh is read from, where none is given.
+    pub input: Option<PathBuf>,
+    /// Where the result is written; nowhere where it stays in memory.
+    pub out: Option<PathBuf>,
+    /// The format of the output where its name does not say it, else that of the input.
+    pub format: Option<String>,
+    /// Weights of a network.
+    pub weights: Option<PathBuf>,
+    /// Where the picture goes.
+    pub picture: Option<PathBuf>,
+    /// Where the report goes.
+    pub report: Option<PathBuf>,
+    /// Whether a size that is not reached is a failure.
+    pub strict: bool,
+    /// Whether existing files are replaced.
+    pub force: bool,
+}
 
 /// A mesh to simplify that is in memory, and how much its vertices count: a number of at least 0 for each, or nothing.
 pub type Given = (ReadMesh, Option<Vec<f32>>);
@@ -55,41 +79,43 @@ pub struct Kept {
     pub exact: Option<Vec<[f64; 3]>>,
 }
 
-/// Simplifies what is given, or the file that the words name, as `neural-mesh simplify` does; with `-o -` nothing is written.
+/// Simplifies what is given, or the file that is named, as `neural-mesh simplify` does.
 /// `is_wanted` is asked once more before files are put in their places.
 ///
 /// # Errors
 /// [`Failure`], as the program's; [`Failure::Interrupted`] where the listener or `is_wanted` ends it.
 pub fn simplify(
-    words: &[String],
+    arguments: Arguments,
+    files: &Files,
     given: Option<Given>,
     listener: Box<Listener<'static>>,
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
-    let request = request(words, given.is_some())?;
-    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
-    let began = Instant::now();
-    let subject = match given {
-        Some((mesh, factors)) => Subject::of(mesh, &request)?.weighed(factors),
-        None => Subject::open(&request)?,
-    };
-    let read = began.elapsed().as_secs_f64();
+    let mut request = request(arguments, files, given.is_some())?;
+    let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::heard_by(listener);
-    let (done, results) = simplify_subject(&subject, &request, weights.as_ref(), read, &mut progress)?;
+    progress.begin(Part::Read);
+    let document = match given {
+        Some((mesh, factors)) => {
+            Document::from_mesh(mesh, &request.job).map_err(|error| Failure::of_job(error, &request))?.weighed(factors)
+        }
+        None => document::open(&mut request)?,
+    };
+    let (done, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
     let (report, cleaned) = done.put()?;
     let kept = |simplified: Simplified| {
-        let exact = subject.exact_positions(&simplified, &request);
+        let exact = document.exact_positions(&simplified, &request.job);
         Kept { simplified, exact }
     };
     Ok(Outcome {
         results: results.into_iter().map(kept).collect(),
         report: serde_json::to_string(&report).map_err(|error| Failure::of(&request.source.path, error))?,
         cleaned,
-        file_vertices: subject.file_vertices().map(<[u32]>::to_vec),
-        group_names: subject.group_names(),
+        file_vertices: document.file_vertices().map(<[u32]>::to_vec),
+        group_names: document.group_names(),
         paths: outputs(&request),
         unmet: met(&request, &report).err().map(|failure| failure.to_string()),
     })
@@ -107,70 +133,84 @@ pub struct Recorded {
     pub faces: Vec<[u32; 3]>,
 }
 
-/// Simplifies a mesh and records how the result depends on its vertices; the words are those of a size and of the options that a
-/// record knows.
+/// Simplifies a mesh and records how the result depends on its vertices; the options are a size and those that a record knows.
 ///
 /// # Errors
 /// As [`simplify`].
-pub fn record(words: &[String], raw: RawMesh, mut listener: Box<Listener<'static>>) -> Result<Recorded, Failure> {
-    let request = request(words, true)?;
-    let is_plain = matches!(request.goal, Goal::Target | Goal::ShareOfFaces(_))
-        && request.repair.is_none()
-        && request.importance.is_none()
-        && request.keep.is_empty()
-        && request.shares.is_empty();
-    if !is_plain || request.options.symmetric.is_some() || request.prune_below.is_some() {
+pub fn record(
+    arguments: Arguments,
+    files: &Files,
+    raw: RawMesh,
+    mut listener: Box<Listener<'static>>,
+) -> Result<Recorded, Failure> {
+    let request = request(arguments, files, true)?;
+    let job = &request.job;
+    let is_plain = matches!(job.goal, Goal::Target | Goal::ShareOfFaces(_))
+        && job.repair.is_none()
+        && job.importance.is_none()
+        && job.keep.is_empty()
+        && job.shares.is_empty();
+    if !is_plain || job.options.symmetric.is_some() || job.prune_below.is_some() {
         return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
     }
-    let weights = read_weights(request.weights.as_deref(), request.options.assembly)?;
+    let weights = read_weights(request.weights.as_deref(), job.options.assembly)?;
     let cleaned = read::cleaned(raw, &request.source)?;
-    let target = request.target(cleaned.mesh.faces().len());
-    let mut options = request.options;
+    let target = request.job.target(cleaned.mesh.faces().len());
+    let mut options = request.job.options;
     (options.target, options.frame) = (target, cleaned.frame);
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();
     Ok(Recorded { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
 }
 
-/// The words as a request for one mesh.
-fn request(words: &[String], is_given: bool) -> Result<Request, Failure> {
-    let args: SimplifyArgs = parsed(words)?;
-    if !is_given && batch::is_meant(&args) {
+/// A request for one mesh. What stays in memory is asked for as a format that holds all that a mesh carries.
+fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Request, Failure> {
+    let input = files.input.as_deref().filter(|_| !is_given).unwrap_or(Path::new("mesh"));
+    let output = files.out.as_deref().unwrap_or(Path::new("-"));
+    if !is_given && batch::are_many(input) {
         return Err(Failure::Usage("a folder, a pattern or several meshes: give one mesh at a time".into()));
     }
-    if is_given && args.output.is_dir() {
+    if is_given && output.is_dir() {
         let what = "is a folder, and the mesh has no name: give the name of a file";
-        return Err(Failure::Usage(format!("{}: {what}", args.output.display())));
+        return Err(Failure::Usage(format!("{}: {what}", output.display())));
     }
-    let mut request = resolve(args)?;
-    if request.reports_to_stdout() {
-        return Err(Failure::Usage("--report -: standard output is not written to: give the name of a file".into()));
-    }
-    request.stays_in_memory = request.output.is_none();
+    arguments.has_weights = files.weights.is_some();
+    let format = files.format.as_deref().or(files.out.is_none().then_some("ply"));
+    let mut request = Request::new(&Place { input, output, format }, &arguments)?;
+    request.strict |= files.strict;
+    request.stays_in_memory = files.out.is_none();
     // A mesh in memory has no file that could be a scene.
     request.source.as_one |= is_given;
-    // It comes with the result.
-    request.map = None;
+    (request.weights, request.force) = (files.weights.clone(), files.force);
+    (request.picture, request.report) = (files.picture.clone(), files.report.clone());
+    request.job.shapes = request.report.is_some();
+    if let Some(path) =
+        [&request.report, &request.picture].into_iter().flatten().find(|path| name(path) == name(Path::new("-")))
+    {
+        return Err(Failure::Usage(format!(
+            "{}: standard output is not written to: give the name of a file",
+            path.display()
+        )));
+    }
     check_places(&request)?;
     Ok(request)
 }
 
-/// Compares what is given, and the files that the words name where nothing is, as `neural-mesh compare` does; the page is
-/// made where the words have `--html`, and written there if `writes`.
+/// Compares what is given, and the files that are named where nothing is, as `neural-mesh compare` does; the page is made where `html` is
+/// named, and written there if `writes`.
 ///
 /// # Errors
 /// As [`simplify`].
 pub fn compare(
-    words: &[String],
+    args: &CompareArgs,
     given: Vec<Option<ReadMesh>>,
     writes: bool,
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Compared, Failure> {
-    let args: CompareArgs = parsed(words)?;
-    compare::check(&args)?;
+    compare::check(args)?;
     let place = args.html.as_deref().filter(|_| writes);
     files::check_places(place, args.force)?;
-    let compared = compare::embedded(&args, given)?;
+    let compared = compare::embedded(args, given)?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
@@ -180,18 +220,17 @@ pub fn compare(
     Ok(compared)
 }
 
-/// Meshes the cloud that is given, or the file that the words name, as `neural-mesh mesh-points` does; with `-o -` nothing is
-/// written.
+/// Meshes the cloud that is given, or the file that is named, as `neural-mesh mesh-points` does; where the output is `-`, nothing is written.
 ///
 /// # Errors
 /// As [`simplify`].
 pub fn mesh_points(
-    words: &[String],
+    args: MeshPointsArgs,
     given: Option<RawMesh>,
     listener: Box<Listener<'static>>,
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<PointsMeshed, Failure> {
-    let mut meshed = mesh_points::embedded(parsed(words)?, given, Progress::heard_by(listener))?;
+    let mut meshed = mesh_points::embedded(args, given, Progress::heard_by(listener))?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
@@ -199,28 +238,17 @@ pub fn mesh_points(
     Ok(meshed)
 }
 
-/// The arguments of a command from its words, without its name.
-fn parsed<A: Parser>(words: &[String]) -> Result<A, Failure> {
-    let words = std::iter::once("neural-mesh").chain(words.iter().map(String::as_str));
-    A::try_parse_from(words).map_err(|error| match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => Failure::Usage("no option of that name".into()),
-        _ => usage::refused_value(&error).unwrap_or_else(|| Failure::Usage(first_paragraph(&error.to_string()))),
-    })
-}
-
-/// What a usage error says before it shows the usage, in one line.
-fn first_paragraph(error: &str) -> String {
-    let lines = error.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
-    lines.collect::<Vec<_>>().join(" ").trim_start_matches("error: ").to_string()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use neural_mesh::mesh::shapes;
 
-    fn words(text: &str) -> Vec<String> {
-        text.split_whitespace().map(String::from).collect()
+    fn asked(json: &str) -> Arguments {
+        serde_json::from_str(json).unwrap()
+    }
+
+    fn within() -> Files {
+        Files::default()
     }
 
     fn given(double: bool) -> Option<Given> {
@@ -233,13 +261,13 @@ mod tests {
         Some((read, None))
     }
 
-    fn run(text: &str, given: Option<Given>) -> Result<Outcome, Failure> {
-        simplify(&words(text), given, Box::new(|_| ControlFlow::Continue(())), &|| ControlFlow::Continue(()))
+    fn run(json: &str, given: Option<Given>) -> Result<Outcome, Failure> {
+        simplify(asked(json), &within(), given, Box::new(|_| ControlFlow::Continue(())), &|| ControlFlow::Continue(()))
     }
 
     #[test]
     fn a_mesh_in_memory_stays_there() {
-        let outcome = run("mesh -o - --format ply --faces 500 --no-check", given(false)).unwrap();
+        let outcome = run(r#"{"faces": 500, "no_check": true}"#, given(false)).unwrap();
         assert_eq!((outcome.results[0].simplified.mesh.faces().len(), outcome.paths.len()), (500, 0));
         assert!(outcome.results[0].exact.is_none() && outcome.unmet.is_none());
         assert!(outcome.report.contains("\"outcome\":\"reached\""));
@@ -248,7 +276,7 @@ mod tests {
     #[test]
     fn vertices_that_stay_keep_their_doubles() {
         let before = given(true).unwrap().0.mesh.positions;
-        let outcome = run("mesh -o - --format ply --ratio 0.2 --subset", given(true)).unwrap();
+        let outcome = run(r#"{"ratio": 0.2, "subset": true}"#, given(true)).unwrap();
         let after = outcome.results[0].exact.as_ref().unwrap();
         assert!(after.iter().all(|position| before.contains(position)));
     }
@@ -257,11 +285,11 @@ mod tests {
     fn what_counts_more_gets_more_vertices() {
         let (mesh, _) = given(false).unwrap();
         let factors = mesh.mesh.positions.iter().map(|p| if p[0] > 0.0 { 50.0 } else { 0.0 }).collect();
-        let outcome = run("mesh -o - --format ply --ratio 0.1", Some((mesh.clone(), Some(factors)))).unwrap();
+        let outcome = run(r#"{"ratio": 0.1}"#, Some((mesh.clone(), Some(factors)))).unwrap();
         let positions = outcome.results[0].simplified.mesh.positions();
         assert!(positions.iter().filter(|p| p[0] > 0.0).count() > positions.len() * 3 / 4);
         let none = vec![0.0; mesh.mesh.positions.len()];
-        let failure = run("mesh -o - --format ply --ratio 0.1", Some((mesh, Some(none)))).err().unwrap();
+        let failure = run(r#"{"ratio": 0.1}"#, Some((mesh, Some(none)))).err().unwrap();
         assert_eq!(failure.to_string(), "importance: needs numbers of at least 0, not all of them 0");
     }
 
@@ -270,9 +298,9 @@ mod tests {
         let raw = given(true).unwrap().0.mesh;
         let positions = raw.positions.clone();
         let recorded =
-            record(&words("mesh -o - --format ply --faces 400"), raw.clone(), Box::new(|_| ControlFlow::Continue(())))
+            record(asked(r#"{"faces": 400}"#), &within(), raw.clone(), Box::new(|_| ControlFlow::Continue(())))
                 .unwrap();
-        let outcome = run("mesh -o - --format ply --faces 400", given(true)).unwrap();
+        let outcome = run(r#"{"faces": 400}"#, given(true)).unwrap();
         let local = |&v: &u32| std::array::from_fn(|k| positions[v as usize][k] - recorded.origin[k]);
         let again = recorded.record.positions_in_doubles(&recorded.sources.iter().map(local).collect::<Vec<_>>());
         let result = outcome.results[0].exact.as_ref().unwrap();
@@ -281,15 +309,13 @@ mod tests {
             (0..3).map(|k| (p[k] + recorded.origin[k] - q[k]).abs()).fold(0.0, f64::max)
         };
         assert!(again.iter().zip(result).map(moved).fold(0.0, f64::max) < 1e-6);
-        let refused = record(&words("mesh -o - --format ply --error 1%"), raw, Box::new(|_| ControlFlow::Continue(())));
+        let refused = record(asked(r#"{"error": "1%"}"#), &within(), raw, Box::new(|_| ControlFlow::Continue(())));
         assert!(refused.is_err());
     }
 
     #[test]
     fn refusals_are_one_line() {
-        let failures =
-            ["mesh -o - --format ply", "mesh -o - --format ply --ratio 2", "mesh -o - --format ply --rato 1"]
-                .map(|text| run(text, given(false)).err().unwrap().to_string());
+        let failures = ["{}", r#"{"ratio": 2}"#].map(|json| run(json, given(false)).err().unwrap().to_string());
         assert!(failures.iter().all(|text| !text.contains('\n') && text.len() < 200), "{failures:?}");
         assert!(failures[1].starts_with("--ratio 2: give a share above 0"));
     }
@@ -298,11 +324,11 @@ mod tests {
     fn what_is_not_wanted_any_more_is_not_written() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.ply");
-        let words = words(&format!("mesh -o {} --ratio 0.2", path.display()));
+        let (asked, files) = (asked(r#"{"ratio": 0.2}"#), Files { out: Some(path.clone()), ..Files::default() });
         let go_on = || Box::new(|_| ControlFlow::Continue(()));
-        let stopped = simplify(&words, given(false), go_on(), &|| ControlFlow::Break(()));
+        let stopped = simplify(asked.clone(), &files, given(false), go_on(), &|| ControlFlow::Break(()));
         assert!(matches!(stopped, Err(Failure::Interrupted)) && !path.exists());
-        let written = simplify(&words, given(false), go_on(), &|| ControlFlow::Continue(())).unwrap();
+        let written = simplify(asked, &files, given(false), go_on(), &|| ControlFlow::Continue(())).unwrap();
         assert!(path.exists() && written.paths == [path]);
     }
 }

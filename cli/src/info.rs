@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use neural_mesh::blocks::{Described, Room, describe_pieces};
 use neural_mesh::io::{self, Asset, Pieces, ReadError, ReadMesh};
+use neural_mesh::job;
 use neural_mesh::mesh::cleanup::CleanCounts;
 use neural_mesh::mesh::{Attributes, Channel, Frame, Role, Topology, topology};
 use neural_mesh::spatial::Bounds;
@@ -17,7 +18,6 @@ use crate::memory::{self, bytes_of};
 use crate::names::{check_stdin, format_of};
 use crate::plain::plain_json;
 use crate::read::{self, cleaned, parsed};
-use crate::report;
 use crate::request::Source;
 use crate::scene_info::SceneInfo;
 use crate::words::{Voice, complain, grouped};
@@ -42,7 +42,7 @@ struct Info {
     components: usize,
     euler: i64,
     genus: Option<usize>,
-    cleaned: report::Cleaned,
+    cleaned: job::Cleaned,
     /// What the mesh carries beside its shape, in words.
     carries: Vec<String>,
     /// What a glTF holds; its meshes are one above, where its nodes place them.

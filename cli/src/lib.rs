@@ -3,36 +3,23 @@
 //! `main.rs` is the program itself. Other faces call what `embedded` passes on: the same requests, without a terminal. `shared`
 //! passes on what the package `neural-mesh-bench` has in common with this one.
 
-mod advice;
 mod allocator;
 mod args;
-#[cfg(feature = "bake")]
-mod bake;
-#[cfg(not(feature = "bake"))]
-#[path = "no_bake.rs"]
-mod bake;
 mod bar;
 mod batch;
-mod bound;
 mod closed;
 mod command;
 mod compare;
-#[cfg(feature = "meshopt")]
-mod compress;
-#[cfg(not(feature = "meshopt"))]
-#[path = "no_compress.rs"]
-mod compress;
 mod content;
+mod document;
 mod done;
 mod drawing;
-mod dress;
 pub mod embedded;
 mod failure;
 mod files;
 mod info;
 mod interrupt;
 mod level_files;
-mod levels;
 mod memory;
 mod mesh_points;
 #[cfg(not(feature = "train"))]
@@ -46,17 +33,13 @@ mod plain;
 mod plan;
 mod progress;
 mod read;
-mod report;
 mod request;
 mod scene_info;
 #[doc(hidden)]
 pub mod shared;
-mod shares;
 mod simplify;
 mod size_limits;
 mod stopping;
-mod subject;
-mod textures;
 #[cfg(feature = "train")]
 mod train;
 #[cfg(not(feature = "train"))]

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{Format, is_gltf_path, is_read, unwritten};
 
-use crate::args::SimplifyArgs;
 use crate::failure::Failure;
 
 /// What this build reads, as a remedy: `give OBJ, PLY, STL, OFF, glTF, GLB, VRM, 3MF or FBX`.
@@ -31,6 +30,17 @@ fn alternatives(names: impl Iterator<Item = String>) -> String {
         Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
         _ => names.concat(),
     }
+}
+
+/// Where a mesh comes from and where it goes.
+#[derive(Clone, Copy)]
+pub struct Place<'a> {
+    /// A path, or `-` for a standard stream.
+    pub input: &'a Path,
+    /// The same; or a folder, in which the result has the name of the input.
+    pub output: &'a Path,
+    /// A format: the output's where its name does not say, else the input's.
+    pub format: Option<&'a str>,
 }
 
 /// Where a result goes and as what.
@@ -113,14 +123,14 @@ pub fn named(path: &Path) -> Option<Format> {
 
 /// Where the result of one mesh goes: to the name that is given, or into the folder under the name of the mesh; standard output
 /// takes the format of the mesh where no other is given.
-pub fn destination(args: &SimplifyArgs) -> Result<Destination, Failure> {
-    let given = args.format.as_deref().map(format_of).transpose()?;
-    let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
-    if is_stream(&args.output) && given.is_none() {
+pub fn destination(place: &Place) -> Result<Destination, Failure> {
+    let given = place.format.map(format_of).transpose()?;
+    let Place { input, output, .. } = *place;
+    if is_stream(output) && given.is_none() {
         let (format, follows_input) = (alone(shown(input)), shown(input).is_none());
-        return Ok(Destination { path: args.output.clone(), format, follows_input });
+        return Ok(Destination { path: output.to_path_buf(), format, follows_input });
     }
-    let path = if args.output.is_dir() { in_folder(&args.output, input, given)? } else { args.output.clone() };
+    let path = if output.is_dir() { in_folder(output, input, given)? } else { output.to_path_buf() };
     Ok(Destination { format: output_format(&path, given)?, path, follows_input: false })
 }
 

@@ -6,6 +6,9 @@ use std::time::Instant;
 
 use neural_mesh::blocks::{OutOfCore, OutOfCoreError, Room, simplify_pieces};
 use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
+use neural_mesh::job::{
+    Distance, Goal, Output, Part, Report, SAMPLES, Seconds, Size, outcome_words, score_words, target_words,
+};
 use neural_mesh::mesh::Attributes;
 use neural_mesh::metrics::QuickDistance;
 use neural_mesh::model::Weights;
@@ -14,11 +17,10 @@ use neural_mesh::simplify::{Assembly, Hidden, Purpose, SimplifyError, Target};
 use crate::done::Done;
 use crate::failure::Failure;
 use crate::files;
-use crate::plan::{Part, Plan};
+use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::read::in_pieces;
-use crate::report::{self, Distance, Output, Report, SAMPLES, Seconds, Size};
-use crate::request::{Goal, Request};
+use crate::request::Request;
 
 /// What to do instead.
 const REMEDY: &str = "allow more with --memory";
@@ -36,13 +38,13 @@ pub fn simplified(
 ) -> Result<Option<Done>, Failure> {
     let path = &request.source.path;
     let began = Instant::now();
-    let Some((pieces, n_bytes)) = in_pieces(path, request.memory, request.bake) else { return Ok(None) };
+    let Some((pieces, n_bytes)) = in_pieces(path, request.memory, request.job.bake) else { return Ok(None) };
     check(request, &pieces)?;
     let folder = request.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     let room = Room { n_bytes: n_bytes.saturating_sub(BESIDE), folder };
-    let mut options = request.options.clone();
-    options.target = request.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
-    let check = if request.check { CHECK } else { 0.0 };
+    let mut options = request.job.options.clone();
+    options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
+    let check = if request.job.check { CHECK } else { 0.0 };
     progress.follow(Plan::new(&[(Part::Simplify, SIMPLIFY), (Part::Check, check)]));
     let refused = |error| match error {
         OutOfCoreError::Simplify(SimplifyError::Interrupted) => Failure::Interrupted,
@@ -52,7 +54,7 @@ pub fn simplified(
     let found = found.map_err(refused)?;
     let mut seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let began = Instant::now();
-    let n_samples = if request.check { SAMPLES } else { 0 };
+    let n_samples = if request.job.check { SAMPLES } else { 0 };
     let distance = found.distance(n_samples, 0, &mut shown(progress, Part::Check)).map_err(refused)?;
     seconds.check = began.elapsed().as_secs_f64();
     written(request, found, (options.target, distance), seconds).map(Some)
@@ -68,33 +70,33 @@ fn shown(progress: &mut Progress, part: Part) -> impl FnMut(f64) -> ControlFlow<
 
 /// Refuses what needs more of the mesh than its shape, or all of it at once.
 fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
-    let options = &request.options;
+    let options = &request.job.options;
     let named = [
-        ("--error", matches!(request.goal, Goal::Error(_))),
-        ("--size", matches!(request.goal, Goal::Size(_))),
-        ("--lods", request.goal.n_levels().is_some()),
+        ("--error", matches!(request.job.goal, Goal::Error(_))),
+        ("--size", matches!(request.job.goal, Goal::Size(_))),
+        ("--lods", request.job.goal.n_levels().is_some()),
         ("--assembly paper", options.assembly == Assembly::Paper),
-        ("--importance", request.importance.is_some()),
-        ("--keep", !request.keep.is_empty()),
-        ("--ratio NAME=R", !request.shares.is_empty()),
+        ("--importance", request.job.importance.is_some()),
+        ("--keep", !request.job.keep.is_empty()),
+        ("--ratio NAME=R", !request.job.shares.is_empty()),
         ("--map", request.map.is_some()),
         ("--picture", request.picture.is_some()),
         ("--lock-boundaries", options.lock_boundaries),
         ("--subset", options.subset),
         ("--symmetric", options.symmetric.is_some()),
-        ("--fill-holes or --printable", request.repair.is_some()),
-        ("--bake", request.bake.is_some()),
-        ("--compress", request.compress.is_some()),
-        ("--prune", request.prune_below.is_some()),
+        ("--fill-holes or --printable", request.job.repair.is_some()),
+        ("--bake", request.job.bake.is_some()),
+        ("--compress", request.job.compress.is_some()),
+        ("--prune", request.job.prune_below.is_some()),
         ("--hidden", options.hidden != Hidden::Keep),
         ("--for", options.purpose != Purpose::Shape),
-        ("--no-weld or --weld", !request.source.weld || request.source.weld_near.is_some()),
+        ("--no-weld or --weld", !request.job.weld || request.job.weld_near.is_some()),
     ];
     let whole = "the mesh takes more memory than is allowed and is simplified in pieces";
     if let Some((name, _)) = named.into_iter().find(|(_, is_asked)| *is_asked) {
         return Err(Failure::of(&request.source.path, format!("{whole}, which {name} is not for: {REMEDY}")));
     }
-    let more = pieces.carries().filter(|_| request.ignore.is_empty() && !request.output_format.is_bare());
+    let more = pieces.carries().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
     let refused = |more| {
         let what =
             format!("{whole}, its shape alone, without {more}: {REMEDY}, or say --ignore uv,normals,colors,materials");
@@ -115,7 +117,7 @@ fn written(
     let model = Model::new(&found.simplified.mesh, found.frame, Attributes::NONE, &extra);
     let path = request.output.as_deref();
     let shown = path.unwrap_or(Path::new("standard output"));
-    let written = io::write_attributed(&model, &WriteOptions::new(request.output_format, "mesh"));
+    let written = io::write_attributed(&model, &WriteOptions::new(request.job.format, "mesh"));
     let written = written.map_err(|error| Failure::of(shown, error))?;
     let mut pending: Vec<_> =
         path.map(|path| files::prepare(path, &written.bytes, request.force)).transpose()?.into_iter().collect();
@@ -137,10 +139,10 @@ fn told(request: &Request, found: &OutOfCore, target: Target) -> Report {
     Report {
         input: Size { vertices: found.n_vertices, faces: found.n_faces, shape: None },
         output: Output::of(Size::of(&simplified.mesh, request.report.is_some()), &simplified.report),
-        target: report::target(&request.goal, target),
-        outcome: report::outcome(&simplified.report.outcome),
-        scores: report::scores(simplified.report.scores),
-        seed: request.options.seed,
+        target: target_words(&request.job.goal, target),
+        outcome: outcome_words(&simplified.report.outcome),
+        scores: score_words(simplified.report.scores),
+        seed: request.job.options.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
         cleaned: (&found.counts).into(),

@@ -1,39 +1,21 @@
 //! What a run goes through and what each part of it costs, so that its bar moves evenly.
 
 use neural_mesh::io::Format;
+use neural_mesh::job::{Goal, Part};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::simplify::{Assembly, Target};
 
-use crate::request::{Goal, Request};
+use crate::request::Request;
 
-/// A part of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// Files become meshes.
-    Read,
-    /// The simplification, which says itself how far it is.
-    Simplify,
-    /// Textures of the original for the result.
-    Bake,
-    /// Results are measured.
-    Check,
-    /// Meshes become files.
-    Write,
-    /// They are drawn.
-    Picture,
-}
-
-impl Part {
-    /// What a newcomer reads.
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Read => "reading",
-            Self::Simplify => "simplifying",
-            Self::Bake => "baking textures",
-            Self::Check => "measuring the distance",
-            Self::Write => "writing",
-            Self::Picture => "drawing",
-        }
+/// What a newcomer reads of a part of a run.
+pub const fn words_of_part(part: Part) -> &'static str {
+    match part {
+        Part::Read => "reading",
+        Part::Simplify => "simplifying",
+        Part::Bake => "baking textures",
+        Part::Check => "measuring the distance",
+        Part::Write => "writing",
+        Part::Picture => "drawing",
     }
 }
 
@@ -83,13 +65,13 @@ impl Plan {
 
     /// Of `simplify`, of a mesh that is read already or not.
     pub fn of(request: &Request, mesh: Option<&TriMesh>) -> Self {
-        let n_levels = request.goal.n_levels().map_or(1.0, |n| n as f64);
+        let n_levels = request.job.goal.n_levels().map_or(1.0, |n| n as f64);
         let ratio = share(request, mesh).unwrap_or(USUAL_SHARE).clamp(0.0, 1.0);
-        let once = match request.options.assembly {
+        let once = match request.job.options.assembly {
             Assembly::Paper => PAPER,
             Assembly::Closed => at(ratio, SIMPLIFY) * (1.0 + OF_FURTHER * (n_levels - 1.0)),
         };
-        let simplify = match request.goal {
+        let simplify = match request.job.goal {
             Goal::Error(_) => once * RUNS / PROVED,
             Goal::ErrorLevels(_) => n_levels * at(ratio, SIMPLIFY) * RUNS / PROVED,
             Goal::Size(_) => once * RUNS,
@@ -99,8 +81,8 @@ impl Plan {
         Self::new(&[
             (Part::Read, reading(request)),
             (Part::Simplify, simplify),
-            (Part::Bake, given(request.bake.is_some(), BAKE * ratio)),
-            (Part::Check, given(request.check, n_levels * at(ratio, CHECK))),
+            (Part::Bake, given(request.job.bake.is_some(), BAKE * ratio)),
+            (Part::Check, given(request.job.check, n_levels * at(ratio, CHECK))),
             (Part::Write, WRITE * ratio),
             (Part::Picture, given(request.picture.is_some(), PICTURE)),
         ])
@@ -117,7 +99,7 @@ impl Plan {
 
 /// The share of the mesh that will stay, as far as it is known: nobody knows with what a search ends.
 fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
-    match (&request.goal, request.options.target) {
+    match (&request.job.goal, request.job.options.target) {
         (Goal::Error(_) | Goal::ErrorLevels(_) | Goal::Size(_), _) => None,
         (Goal::ShareOfFaces(share), _) => Some(*share),
         (_, Target::Ratio(ratio)) => Some(ratio),

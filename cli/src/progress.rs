@@ -4,10 +4,11 @@ use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use neural_mesh::job::{Part, Seconds, Watch};
 use neural_mesh::simplify::{Event, Listener};
 
 use crate::bar::Bar;
-use crate::plan::{Part, Plan, words_of};
+use crate::plan::{Plan, words_of, words_of_part};
 
 /// Steps in which the bar moves; events come every few milliseconds.
 const STEPS: f64 = 500.0;
@@ -18,8 +19,11 @@ pub struct Progress {
     plan: RefCell<Plan>,
     /// What the bar shows, in steps; the bar never goes back.
     shown: Cell<(&'static str, u64)>,
+    /// Seconds of each stage of the simplification, and of each part of the run.
     stages: Vec<(&'static str, f64)>,
+    parts: Vec<(Part, f64)>,
     current: Option<(&'static str, Instant)>,
+    current_part: Option<(Part, Instant)>,
     /// Who else hears of events, and may end the run.
     listener: Option<Box<Listener<'static>>>,
 }
@@ -28,7 +32,9 @@ impl Progress {
     /// Starts what goes through these parts; nothing is ever said where `quiet`.
     pub fn new(quiet: bool, plan: Plan) -> Self {
         let (plan, shown) = (RefCell::new(plan), Cell::default());
-        Self { bar: Bar::new(quiet), plan, shown, stages: Vec::new(), current: None, listener: None }
+        let (stages, parts) = (Vec::new(), Vec::new());
+        let (current, current_part, listener) = (None, None, None);
+        Self { bar: Bar::new(quiet), plan, shown, stages, parts, current, current_part, listener }
     }
 
     /// Says nothing.
@@ -46,24 +52,9 @@ impl Progress {
         self.plan.replace(plan);
     }
 
-    /// A stage of the simplification begins or moves on.
-    pub fn event(&mut self, event: Event) -> ControlFlow<()> {
-        if self.current.is_none_or(|(stage, _)| stage != event.stage) {
-            self.end_stage();
-            self.current = Some((event.stage, Instant::now()));
-        }
-        self.show_at(Part::Simplify, words_of(event.stage), f64::from(event.total));
-        self.listener.as_mut().map_or(ControlFlow::Continue(()), |listener| listener(event))
-    }
-
-    /// A part of the run begins.
-    pub fn show(&self, part: Part) {
-        self.move_on(part, 0.0);
-    }
-
     /// So much of a part is done.
     pub fn move_on(&self, part: Part, done: f64) {
-        self.show_at(part, part.words(), done);
+        self.show_at(part, words_of_part(part), done);
     }
 
     /// Says something where the bar stands.
@@ -80,18 +71,52 @@ impl Progress {
         }
     }
 
-    /// The simplification ends: seconds of its stages, in the order they came first.
-    pub fn take_stages(&mut self) -> Vec<(&'static str, f64)> {
+    /// The run ends: seconds of its parts, and of the stages of the simplification, in the order they came first.
+    pub fn seconds(&mut self) -> Seconds {
+        self.end_part();
+        let stages = self.stages.iter().map(|(stage, seconds)| (stage.to_string(), (*seconds).into())).collect();
+        let of = |part| self.parts.iter().find(|(other, _)| *other == part).map(|(_, seconds)| *seconds);
+        let [read, simplify, write, check] =
+            [Part::Read, Part::Simplify, Part::Write, Part::Check].map(|part| of(part).unwrap_or_default());
+        Seconds { read, simplify, write, check, bake: of(Part::Bake), stages }
+    }
+
+    fn end_part(&mut self) {
         self.end_stage();
-        std::mem::take(&mut self.stages)
+        if let Some((part, began)) = self.current_part.take() {
+            add(&mut self.parts, part, began);
+        }
     }
 
     fn end_stage(&mut self) {
-        let Some((stage, began)) = self.current.take() else { return };
-        let seconds = began.elapsed().as_secs_f64();
-        match self.stages.iter_mut().find(|(name, _)| *name == stage) {
-            Some((_, total)) => *total += seconds,
-            None => self.stages.push((stage, seconds)),
+        if let Some((stage, began)) = self.current.take() {
+            add(&mut self.stages, stage, began);
         }
+    }
+}
+
+impl Watch for Progress {
+    fn begin(&mut self, part: Part) {
+        self.end_part();
+        self.current_part = Some((part, Instant::now()));
+        self.move_on(part, 0.0);
+    }
+
+    fn event(&mut self, event: Event) -> ControlFlow<()> {
+        if self.current.is_none_or(|(stage, _)| stage != event.stage) {
+            self.end_stage();
+            self.current = Some((event.stage, Instant::now()));
+        }
+        self.show_at(Part::Simplify, words_of(event.stage), f64::from(event.total));
+        self.listener.as_mut().map_or(ControlFlow::Continue(()), |listener| listener(event))
+    }
+}
+
+/// Adds the seconds since something began to those that it took before.
+fn add<T: PartialEq>(seconds: &mut Vec<(T, f64)>, of: T, began: Instant) {
+    let more = began.elapsed().as_secs_f64();
+    match seconds.iter_mut().find(|(other, _)| *other == of) {
+        Some((_, total)) => *total += more,
+        None => seconds.push((of, more)),
     }
 }

@@ -1,66 +1,33 @@
 //! From typed arguments to what will be done, before any file is opened: whatever is wrong here is a usage error.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{Format, PackOptions};
-use neural_mesh::simplify::{
-    Axis, Effort, Hidden, MirrorPlane, Optimize, Options, Purpose, ScoreSource, Symmetry, Target,
-};
+use clap::ValueEnum;
+use neural_mesh::io::Format;
+use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, Value};
 
-use crate::args::{
-    AssemblyArg, CompressArg, EffortArg, HiddenArg, IgnoreArg, LodsByArg, OptimizeArg, PurposeArg, ScoresArg,
-    SimplifyArgs,
-};
-use crate::bake;
-use crate::bound::{Bound, bound};
-use crate::compress;
+use crate::args::{LodsByArg, SimplifyArgs};
 use crate::content::Content;
 use crate::failure::Failure;
-use crate::levels::{LevelSize, Levels};
+use crate::level_files::{outputs, shared_name};
 use crate::memory;
-use crate::names::{Destination, LEVEL, check_stdout, destination, format_of, is_stream, named, names_level, readable};
-use crate::numbers::Count;
-use crate::textures;
+use crate::names::{
+    Destination, LEVEL, Place, check_stdout, destination, format_of, is_stream, named, names_level, readable,
+};
 
 /// One run of `simplify`, complete and consistent.
 #[derive(Debug)]
 pub struct Request {
     /// Where the mesh comes from.
     pub source: Source,
+    /// What is asked of it, whatever its file; its format is known once the input is read where it follows that.
+    pub job: Job,
     /// Where it goes; `None` for standard output.
     pub output: Option<PathBuf>,
-    /// The format it is written in.
-    pub output_format: Format,
-    /// Whether that is the format of the input, which shows when it is read.
+    /// Whether the format is that of the input, which shows when it is read.
     pub follows_input: bool,
     /// Whether the mesh is written nowhere: another face takes it as it is.
     pub stays_in_memory: bool,
-    /// What is asked of the simplifier.
-    pub options: Options,
-    /// How its target is meant.
-    pub goal: Goal,
-    /// How far seams may leave their places, in texels; `None` for the share of the texture that is the default.
-    pub seam_texels: Option<f64>,
-    /// Components smaller than that are dropped.
-    pub prune_below: Option<Bound>,
-    /// What is done to the mesh before.
-    pub repair: Option<Repair>,
-    /// Texels a side of the textures that are baked, where such are asked for.
-    pub bake: Option<usize>,
-    /// How the numbers of a glTF are packed, where they are.
-    pub compress: Option<PackOptions>,
-    /// Texels a side of its textures at most, where that is bounded.
-    pub textures: Option<usize>,
-    /// What the result does not need of what the mesh carries.
-    pub ignore: Vec<IgnoreArg>,
-    /// Name of the attribute that says how much vertices count.
-    pub importance: Option<String>,
-    /// Names of what comes back as it is.
-    pub keep: Vec<String>,
-    /// Names with shares of their own, above 0 and at most 1.
-    pub shares: Vec<(String, f64)>,
-    /// Whether what the mesh names may be read from outside its folder.
-    pub allow_outside: bool,
     /// Bytes of memory that may be taken, where that is bounded by the caller.
     pub memory: Option<u64>,
     /// Where the map goes.
@@ -71,8 +38,6 @@ pub struct Request {
     pub weights: Option<PathBuf>,
     /// Threads; `None` for one per core.
     pub n_threads: Option<usize>,
-    /// Whether the distance is measured.
-    pub check: bool,
     /// Where the report goes.
     pub report: Option<PathBuf>,
     /// Where the picture goes.
@@ -99,66 +64,12 @@ impl Request {
         self.report.as_deref().is_some_and(is_stream)
     }
 
-    /// The size that is asked for, of a mesh of so many faces.
-    pub fn target(&self, n_faces: usize) -> Target {
-        match &self.goal {
-            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).of(n_faces)),
-            Goal::Levels(sizes) => sizes.first().map_or(self.options.target, |size| size.target(n_faces)),
-            _ => self.options.target,
-        }
+    /// Names the files of the results, now that their format is known.
+    pub fn name_files(&mut self) {
+        let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
+        self.job.names = Names { files: outputs(self).iter().map(name).collect(), shared: shared_name(self) };
     }
 }
-
-/// What is done to a mesh before it is simplified.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Repair {
-    /// Holes of at most so many edges are closed.
-    FillHoles(usize),
-    /// It becomes a solid; pieces smaller than that go.
-    Printable(Bound),
-}
-
-/// What the result has to meet.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Goal {
-    /// The target of the options.
-    Target,
-    /// A share of the faces.
-    ShareOfFaces(f64),
-    /// A largest distance from the original.
-    Error(Bound),
-    /// A number of bytes.
-    Size(usize),
-    /// Levels of detail, each no larger than the one before.
-    Levels(Vec<LevelSize>),
-    /// Levels of detail by largest distances from the original.
-    ErrorLevels(Vec<Bound>),
-}
-
-impl Goal {
-    /// Whether it bounds the result, as a number of vertices or faces does not.
-    pub fn is_bound(&self) -> bool {
-        matches!(self, Self::Error(_) | Self::Size(_) | Self::ErrorLevels(_))
-    }
-
-    /// How many levels of detail there are to be, where there are.
-    pub fn n_levels(&self) -> Option<usize> {
-        match self {
-            Self::Levels(sizes) => Some(sizes.len()),
-            Self::ErrorLevels(bounds) => Some(bounds.len()),
-            _ => None,
-        }
-    }
-}
-
-/// Pieces smaller than that are no part of a print, in percent of the diagonal: 1 mm of 10 cm.
-const PIECE_PERCENT: f64 = 1.0;
-
-/// Bits of a coordinate in a glTF of small numbers: what gltfpack takes.
-const POSITION_BITS: u32 = 14;
-
-/// Degrees between faces at what `--keep-features` keeps.
-const FEATURE_ANGLE: f32 = 30.0;
 
 /// Where a mesh comes from and how it is read.
 #[derive(Debug)]
@@ -171,8 +82,6 @@ pub struct Source {
     pub last_resort: Option<Format>,
     /// Whether vertices at equal positions become one.
     pub weld: bool,
-    /// Vertices nearer than that become one.
-    pub weld_near: Option<Bound>,
     /// Whether a scene becomes one mesh in any format.
     pub as_one: bool,
     /// What to do where the format is not known.
@@ -186,7 +95,7 @@ impl Source {
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| named(&path).is_none());
         let content = Content::default();
-        Self { path, format, last_resort: None, weld, weld_near: None, as_one: false, remedy: readable(), content }
+        Self { path, format, last_resort: None, weld, as_one: false, remedy: readable(), content }
     }
 
     /// Whether it is a glTF scene that stays one: its bytes say so, not its name.
@@ -210,68 +119,144 @@ impl Source {
         Self { remedy: format!("{}; {remedy}", readable()), ..self }
     }
 
-    /// The same, with vertices nearer than that welded.
-    pub fn welded(self, weld_near: Option<Bound>) -> Self {
-        Self { weld_near, ..self }
-    }
-
     /// The same, as one mesh where that is asked for.
     pub fn united(self, as_one: bool) -> Self {
         Self { as_one, ..self }
     }
 }
 
+impl Request {
+    /// From one place to the other, with nothing said or drawn beside.
+    pub fn new(place: &Place, arguments: &Arguments) -> Result<Self, Failure> {
+        let Destination { path: output, format, follows_input } = destination(place)?;
+        let mut job = job(arguments, (!follows_input).then_some(format))?;
+        job.format = format;
+        let mut request = Self {
+            source: source(place, !arguments.no_weld)?.united(arguments.bake.is_some()),
+            strict: job.goal.is_bound(),
+            job,
+            memory: None,
+            map: None,
+            explain: false,
+            output: (!is_stream(&output)).then_some(output),
+            follows_input,
+            stays_in_memory: false,
+            weights: None,
+            n_threads: None,
+            report: None,
+            picture: None,
+            view: None,
+            wires: false,
+            quiet: true,
+            force: false,
+        };
+        request.name_files();
+        check_level(&request)?;
+        Ok(request)
+    }
+}
+
 /// Checks the arguments of `simplify` and fills in what they leave open.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
-    let Destination { path: output, format: output_format, follows_input } = destination(&args)?;
-    let source = source(&args)?;
-    let request = Request {
-        options: options(&args)?,
-        shares: shares(&args),
-        goal: goal(&args)?,
-        strict: strict(&args)?,
-        seam_texels: args.seam_error,
-        prune_below: prune_below(&args)?,
-        repair: repair(&args)?,
-        bake: bake(&args, output_format)?,
-        compress: compress(&args, (!follows_input).then_some(output_format))?,
-        textures: textures(&args, (!follows_input).then_some(output_format))?,
-        ignore: args.ignore,
-        importance: args.importance,
-        keep: args.keep,
-        allow_outside: args.allow_outside,
+    let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
+    let place = Place { input, output: &args.output, format: args.format.as_deref() };
+    let bare = Request::new(&place, &arguments(&args)?)?;
+    let mut request = Request {
+        strict: args.strict || bare.strict,
         memory: args.memory.map(memory::bytes_of),
         map: args.map,
         explain: args.explain,
-        output: (!is_stream(&output)).then_some(output),
-        source,
-        output_format,
-        follows_input,
-        stays_in_memory: false,
         weights: args.weights,
         n_threads: args.threads,
-        check: !args.no_check,
         report: args.report.or_else(|| args.json.then(|| "-".into())),
         picture: args.picture,
         view: args.view,
         wires: args.wires,
         quiet: args.quiet,
         force: args.force,
+        ..bare
     };
-    check_streams(&request).and_then(|()| check_level(&request))?;
+    request.job.shapes = request.report.is_some();
+    check_streams(&request)?;
     Ok(request)
 }
 
+/// What is asked of a mesh that is written in a format; `None` where that is not known yet.
+pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
+    let failed = |error: JobError| Failure::Usage(error.to_string());
+    let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
+    format.map_or(Ok(()), |_| job.check_format()).map_err(failed)?;
+    Ok(job)
+}
+
+/// The options of the command line as those of a job.
+pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
+    let number = |count: Count| Value::Text(count.to_string());
+    let text = |text: &String| Value::Text(text.clone());
+    let optional =
+        |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(Value::Flag(true), text));
+    let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
+    if whole.len() > 1 {
+        let what = "--ratio cannot be used with a second one: give one size of the whole, and others as NAME=R";
+        return Err(Failure::Usage(what.into()));
+    }
+    Ok(Arguments {
+        ratio: whole.first().copied().map(Value::Number),
+        ratio_of: args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share.into()))).collect(),
+        vertices: args.vertices.map(number),
+        faces: args.faces.map(number),
+        error: args.error.as_ref().map(text),
+        size: args.size.as_ref().map(text),
+        lods: args.lods.iter().map(text).collect(),
+        lods_by: args.lods_by.as_ref().map(name_of),
+        format: None,
+        assembly: Some(name_of(&args.assembly)),
+        scores: args.scores.as_ref().map(name_of),
+        optimize: Some(name_of(&args.optimize)),
+        effort: Some(name_of(&args.effort)),
+        hidden: Some(name_of(&args.hidden)),
+        purpose: Some(name_of(&args.purpose)),
+        seed: args.seed,
+        lock_boundaries: args.lock_boundaries,
+        subset: args.subset,
+        close: args.close,
+        keep_components: args.keep_components,
+        keep_features: args.keep_features,
+        crease_angle: args.crease_angle,
+        seam_error: args.seam_error,
+        ignore: args.ignore.iter().map(name_of).collect(),
+        symmetric: optional(&args.symmetric),
+        keep: args.keep.clone(),
+        importance: args.importance.clone(),
+        map: args.map.is_some(),
+        prune: optional(&args.prune),
+        fill_holes: args.fill_holes.map(|most| most.map_or(Value::Flag(true), |most| Value::Text(most.to_string()))),
+        printable: optional(&args.printable),
+        bake: args.bake,
+        compress: args.compress.as_ref().map(|how| Value::Text(name_of(how))),
+        textures: args.textures,
+        weld: args.weld.as_ref().map(text),
+        no_weld: args.no_weld,
+        no_check: args.no_check,
+        allow_outside: args.allow_outside,
+        has_weights: args.weights.is_some(),
+    })
+}
+
+/// What a value of an option is called.
+fn name_of(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
+}
+
 /// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
-fn source(args: &SimplifyArgs) -> Result<Source, Failure> {
-    let format = args.format.as_deref().map(format_of).transpose()?;
-    let path = args.inputs.first().cloned().unwrap_or_default();
-    let source = match named(&args.output).filter(|_| !args.output.is_dir()) {
-        Some(_) => Source::new(path, format, !args.no_weld).unknown(NAMED_OUTPUT),
-        None => Source::by_content(path, format, !args.no_weld).unknown(UNNAMED_OUTPUT),
-    };
-    Ok(source.welded(weld_near(args)?).united(args.bake.is_some()))
+fn source(place: &Place, weld: bool) -> Result<Source, Failure> {
+    let format = place.format.map(format_of).transpose()?;
+    let path = place.input.to_path_buf();
+    Ok(match named(place.output).filter(|_| !place.output.is_dir()) {
+        Some(_) => Source::new(path, format, weld).unknown(NAMED_OUTPUT),
+        None => Source::by_content(path, format, weld).unknown(UNNAMED_OUTPUT),
+    })
 }
 
 /// What only a batch has a use for.
@@ -283,293 +268,14 @@ fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is asked of the simplifier.
-pub fn options(args: &SimplifyArgs) -> Result<Options, Failure> {
-    let mut options = Options::new(target(args)?);
-    options.assembly = args.assembly.into();
-    options.scores = match args.scores {
-        None if args.weights.is_some() => ScoreSource::Network,
-        None | Some(ScoresArg::Bending) => ScoreSource::Bending,
-        Some(ScoresArg::Network) => ScoreSource::Network,
-        Some(ScoresArg::Geometry) => ScoreSource::Geometry,
-    };
-    options.optimize = optimize(args.optimize);
-    options.effort = effort(args.effort);
-    if args.scores == Some(ScoresArg::Geometry) {
-        check_no_network("--scores geometry", args)?;
-    } else if args.scores == Some(ScoresArg::Bending) {
-        check_no_network("--scores bending", args)?;
-    } else if options.optimize == Optimize::Mean {
-        check_no_network("--optimize mean", args)?;
-    }
-    options.seed = args.seed;
-    options.prune = !args.keep_components;
-    options.hidden = hidden(args.hidden);
-    options.purpose = purpose(args.purpose);
-    options.lock_boundaries = args.lock_boundaries;
-    options.subset = args.subset;
-    options.close = args.close;
-    options.map = args.map.is_some();
-    options.crease_angle = args.keep_features.then_some(FEATURE_ANGLE).or(args.crease_angle.map(|x| x as f32));
-    options.symmetric = args.symmetric.as_ref().map(|plane| symmetry(plane.as_deref())).transpose()?;
-    check_closed(args)?;
-    check_symmetric(args)?;
-    Ok(options)
-}
-
-fn optimize(figure: OptimizeArg) -> Optimize {
-    match figure {
-        OptimizeArg::Balanced => Optimize::Balanced,
-        OptimizeArg::Mean => Optimize::Mean,
-        OptimizeArg::Max => Optimize::Max,
-        OptimizeArg::Normals => Optimize::Normals,
-    }
-}
-
-fn effort(effort: EffortArg) -> Effort {
-    match effort {
-        EffortArg::Fast => Effort::Fast,
-        EffortArg::Standard => Effort::Standard,
-        EffortArg::Best => Effort::Best,
-    }
-}
-
-fn hidden(what: HiddenArg) -> Hidden {
-    match what {
-        HiddenArg::Keep => Hidden::Keep,
-        HiddenArg::Cheap => Hidden::Cheap,
-        HiddenArg::Drop => Hidden::Drop,
-    }
-}
-
-fn purpose(of: PurposeArg) -> Purpose {
-    match of {
-        PurposeArg::Shape => Purpose::Shape,
-        PurposeArg::Poses => Purpose::Poses,
-        PurposeArg::Spectrum => Purpose::Spectrum,
-    }
-}
-
-/// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
-fn symmetry(text: Option<&str>) -> Result<Symmetry, Failure> {
-    let Some(text) = text else { return Ok(Symmetry::Found) };
-    let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
-    let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
-    let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));
-    match (axis, at) {
-        (Some(axis), None) => Ok(Symmetry::Across(axis)),
-        (Some(axis), Some(Some(at))) => Ok(Symmetry::Plane(MirrorPlane { axis, at })),
-        _ => Err(Failure::Usage(format!("--symmetric={text}: give x, y or z, or a plane like x=0.5"))),
-    }
-}
-
-/// What is not there for mirrored results.
-fn check_symmetric(args: &SimplifyArgs) -> Result<(), Failure> {
-    let named = [
-        ("--lock-boundaries", args.lock_boundaries),
-        ("--subset", args.subset),
-        ("--keep", !args.keep.is_empty()),
-        ("--prune", args.prune.is_some()),
-        ("--hidden", args.hidden != HiddenArg::Keep),
-        ("--map", args.map.is_some()),
-        ("--for", args.purpose != PurposeArg::Shape),
-    ];
-    match named.into_iter().find(|(_, is_given)| *is_given && args.symmetric.is_some()) {
-        Some((name, _)) => Err(Failure::Usage(format!("{name} and --symmetric cannot be combined: leave one out"))),
-        None => Ok(()),
-    }
-}
-
-/// What the paper's assembly has no means for.
-fn check_closed(args: &SimplifyArgs) -> Result<(), Failure> {
-    let named = [
-        ("--lock-boundaries", args.lock_boundaries),
-        ("--prune", args.prune.is_some()),
-        ("--hidden", args.hidden != HiddenArg::Keep),
-        ("--keep-components", args.keep_components),
-        ("--keep-features", args.keep_features),
-        ("--crease-angle", args.crease_angle.is_some()),
-        ("--importance", args.importance.is_some()),
-        ("--keep", !args.keep.is_empty()),
-        ("--ratio NAME=R", args.ratio.iter().any(|of| of.name.is_some())),
-        ("--optimize", args.optimize != OptimizeArg::Balanced),
-        ("--effort", args.effort != EffortArg::Standard),
-        ("--map", args.map.is_some()),
-        ("--printable", args.printable.is_some()),
-        ("--for", args.purpose != PurposeArg::Shape),
-        ("--symmetric", args.symmetric.is_some()),
-        ("--error", args.error.is_some()),
-        ("--size", args.size.is_some()),
-        ("--lods", args.lods.len() > 1 || args.lods_by == Some(LodsByArg::Error)),
-    ];
-    if args.close && !matches!(args.assembly, AssemblyArg::Paper) {
-        return Err(Failure::Usage(
-            "--close is for --assembly paper: leave it out, the closed assembly leaves no holes".into(),
-        ));
-    }
-    match named.into_iter().find(|(_, is_given)| *is_given && matches!(args.assembly, AssemblyArg::Paper)) {
-        Some((name, _)) => Err(Failure::Usage(format!("{name}: not available with --assembly paper: leave one out"))),
-        None => Ok(()),
-    }
-}
-
-/// What is asked for beside a number of vertices or faces.
-pub fn goal(args: &SimplifyArgs) -> Result<Goal, Failure> {
-    if let Some(Count::Share(share)) = args.faces {
-        return Ok(Goal::ShareOfFaces(share));
-    }
-    match (&args.error, &args.size) {
-        (Some(text), _) => bound("--error", text).map(Goal::Error),
-        (_, Some(text)) => n_bytes(text).map(Goal::Size),
-        _ if !args.lods.is_empty() => Ok(match Levels::of(&args.lods, args.lods_by)? {
-            Levels::Sizes(sizes) => Goal::Levels(sizes),
-            Levels::Errors(bounds) => Goal::ErrorLevels(bounds),
-        }),
-        _ => Ok(Goal::Target),
-    }
-}
-
 /// Whether a result that is short of what was asked is told by the exit code: a bound always, a size on request.
-pub fn strict(args: &SimplifyArgs) -> Result<bool, Failure> {
-    Ok(args.strict || goal(args)?.is_bound())
-}
-
-/// The size below which components are dropped: as given, or the distance asked for.
-pub fn prune_below(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
-    match (&args.prune, &args.error) {
-        (Some(Some(text)), _) => bound("--prune", text).map(Some),
-        (Some(None), Some(error)) => bound("--error", error).map(Some),
-        _ => Ok(None),
-    }
-}
-
-/// What is done to the mesh before it is simplified.
-pub fn repair(args: &SimplifyArgs) -> Result<Option<Repair>, Failure> {
-    match (&args.printable, args.fill_holes) {
-        (Some(size), _) => {
-            let size = size.as_ref().map_or(Ok(Bound::Percent(PIECE_PERCENT)), |text| bound("--printable", text))?;
-            Ok(Some(Repair::Printable(size)))
-        }
-        (_, Some(most_edges)) => Ok(Some(Repair::FillHoles(most_edges.unwrap_or(usize::MAX)))),
-        _ => Ok(None),
-    }
-}
-
-/// Texels a side of the textures that are baked, where the format of the result holds such.
-pub fn bake(args: &SimplifyArgs, output: Format) -> Result<Option<usize>, Failure> {
-    let Some(size) = args.bake else { return Ok(None) };
-    bake::check(size)?;
-    if !matches!(output, Format::Glb | Format::Gltf | Format::Obj) {
-        let what = format!("--bake {size}: {} holds no textures: write glb, gltf or obj", output.name());
-        return Err(Failure::Usage(what));
-    }
-    Ok(Some(size))
-}
-
-/// How the numbers of a result in this format are packed, where that is asked for; `None` where the format is not known yet.
-pub fn compress(args: &SimplifyArgs, output: Option<Format>) -> Result<Option<PackOptions>, Failure> {
-    let Some(how) = args.compress else { return Ok(None) };
-    let compress = how == CompressArg::Meshopt;
-    if compress {
-        compress::check()?;
-    }
-    output.map_or(Ok(()), check_packed)?;
-    Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
-}
-
-/// Refuses formats whose numbers are not packed.
-pub fn check_packed(output: Format) -> Result<(), Failure> {
-    match output {
-        Format::Glb | Format::Gltf => Ok(()),
-        other => Err(Failure::Usage(format!("--compress: {} is no glTF: write glb or gltf", other.name()))),
-    }
-}
-
-/// Texels a side of textures at most, where the format of the result holds such; `None` where it is not known yet.
-pub fn textures(args: &SimplifyArgs, output: Option<Format>) -> Result<Option<usize>, Failure> {
-    args.textures.and(output).map_or(Ok(()), textures::check)?;
-    Ok(args.textures)
-}
-
-/// The distance below which vertices become one.
-pub fn weld_near(args: &SimplifyArgs) -> Result<Option<Bound>, Failure> {
-    args.weld.as_ref().map(|text| bound("--weld", text)).transpose()
-}
-
-/// A size as typed: `200000`, `500kB`, `2MB`.
-fn n_bytes(text: &str) -> Result<usize, Failure> {
-    let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
-    let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
-    let lower = text.to_ascii_lowercase();
-    let found = binary.iter().chain(&decimal).find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
-    let (number, factor) = found.unwrap_or((&lower, 1.0));
-    let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
-    value.map(|x| x as usize).ok_or_else(|| Failure::Usage(format!("--size {text}: give bytes, like 500kB or 2MB")))
-}
-
-/// Where every vertex counts by its area, a network has nothing to do.
-fn check_no_network(option: &str, args: &SimplifyArgs) -> Result<(), Failure> {
-    let why = match (args.assembly, &args.weights) {
-        (AssemblyArg::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
-        (_, Some(_)) => "it uses no network: leave --weights out",
-        _ => return Ok(()),
-    };
-    Err(Failure::Usage(format!("{option}: {why}")))
-}
-
-/// Returns the names with shares of their own.
-pub fn shares(args: &SimplifyArgs) -> Vec<(String, f64)> {
-    args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share))).collect()
-}
-
-/// Returns the share of the whole, where that is its size.
-///
-/// # Errors
-/// [`Failure::Usage`] where the whole has several sizes, or names have shares that nothing can be done about.
-fn whole_ratio(args: &SimplifyArgs) -> Result<Option<f64>, Failure> {
-    let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
-    let sizes = [
-        ("--vertices", args.vertices.is_some()),
-        ("--faces", args.faces.is_some()),
-        ("--error", args.error.is_some()),
-        ("--size", args.size.is_some()),
-        ("--lods", !args.lods.is_empty()),
-        ("a second one", whole.len() > 1),
-    ];
-    if let Some((other, _)) = sizes.into_iter().find(|(_, is_given)| *is_given && !whole.is_empty()) {
-        let what = format!("--ratio cannot be used with {other}: give one size of the whole, and others as NAME=R");
-        return Err(Failure::Usage(what));
-    }
-    let not_with = [
-        ("--error", args.error.is_some() || args.lods_by == Some(LodsByArg::Error)),
-        ("--symmetric", args.symmetric.is_some()),
-        ("--map", args.map.is_some()),
-        ("--bake", args.bake.is_some()),
-    ];
-    match not_with.into_iter().find(|(_, is_given)| *is_given && args.ratio.len() > whole.len()) {
-        Some((other, _)) => Err(Failure::Usage(format!("--ratio NAME=R cannot be used with {other}: leave one out"))),
-        None => Ok(whole.first().copied()),
-    }
-}
-
-/// The size, as far as it is known before the mesh is.
-fn target(args: &SimplifyArgs) -> Result<Target, Failure> {
-    let ratio = whole_ratio(args)?;
-    // Shares of the faces are numbers when the mesh is known.
-    if let (Goal::Levels(sizes), false) = (goal(args)?, args.lods.is_empty()) {
-        return Ok(sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)));
-    }
-    Ok(match (ratio, args.vertices, args.faces) {
-        (Some(ratio), _, _) | (_, Some(Count::Share(ratio)), _) => Target::Ratio(ratio),
-        (_, Some(Count::Number(n)), _) => Target::Vertices(n),
-        (_, _, Some(Count::Number(n))) => Target::Faces(n),
-        _ => Target::Ratio(1.0),
-    })
+pub fn strict(args: &SimplifyArgs) -> bool {
+    args.strict || args.error.is_some() || args.size.is_some() || args.lods_by == Some(LodsByArg::Error)
 }
 
 /// The level has a place in the name of what has levels.
 fn check_level(request: &Request) -> Result<(), Failure> {
-    match (&request.output, &request.goal) {
+    match (&request.output, &request.job.goal) {
         (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
         (Some(path), _) if !names_level(path) => Ok(()),
         (Some(path), _) => {

@@ -20,7 +20,8 @@ pub fn answered(answer: &clap::Error) -> ExitCode {
 
 /// Values of options.
 pub mod numbers {
-    pub use crate::numbers::{n_threads, number, seed, share, whole};
+    pub use crate::numbers::{n_threads, number, seed, whole};
+    pub use neural_mesh::job::share;
 }
 
 /// Files that appear whole or not at all.

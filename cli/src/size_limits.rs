@@ -6,22 +6,22 @@ use std::collections::HashSet;
 use std::ffi::OsString;
 
 use clap::{Parser, ValueEnum};
+use neural_mesh::job::{
+    Count, Document, Dropped, Goal, Level, LevelSize, Part, Report, Shape, Size, Watch, percent, what_frees,
+    why_stopped,
+};
 use neural_mesh::simplify::{DroppedComponent, Simplified};
 use serde::Serialize;
 
-use crate::advice::what_frees;
 use crate::args::{LimitsArgs, SimplifyArgs};
+use crate::document;
 use crate::failure::{Failure, name};
 use crate::interrupt;
-use crate::levels::LevelSize;
-use crate::numbers::{Count, percent};
 use crate::plain::plain_json;
-use crate::plan::{Part, Plan};
+use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::report::{Dropped, Level, Report, Size, why_stopped};
-use crate::request::{Goal, Request, resolve};
-use crate::simplify::{in_pool, simplify_subject};
-use crate::subject::Subject;
+use crate::request::{Request, resolve};
+use crate::simplify::{in_pool, simplify_document};
 use crate::words::{Voice, grouped, held, names_of};
 
 /// Shares of the vertices at which the mesh is looked at, before it goes as far down as it can.
@@ -81,14 +81,14 @@ pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
 fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     let mut request = request(args)?;
     let mut progress = Progress::new(args.quiet, Plan::of(&request, None));
-    progress.show(Part::Read);
-    let subject = Subject::follow(&mut request)?;
-    let sizes = sizes(subject.mesh().positions().len());
+    progress.begin(Part::Read);
+    let document = document::open(&mut request)?;
+    let sizes = sizes(document.mesh().positions().len());
     let targets = sizes.iter().map(|count| LevelSize::Vertices(*count)).collect();
-    request.goal = Goal::Levels(targets);
-    let (done, results) = simplify_subject(&subject, &request, None, 0.0, &mut progress)?;
+    request.job.goal = Goal::Levels(targets);
+    let (done, results) = simplify_document(&document, &request, None, &mut progress)?;
     drop(progress);
-    let limits = SizeLimits::of(&subject, &request, &done.report, &results, &sizes)?;
+    let limits = SizeLimits::of(&document, &request, &done.report, &results, &sizes)?;
     if args.json {
         let json = serde_json::to_string(&limits).map_err(|error| Failure::of(&request.source.path, error))?;
         Voice::Out.say(&plain_json(&json));
@@ -115,8 +115,8 @@ fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     words.extend(["--".into(), args.input.clone().into_os_string()]);
     let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
     let mut request = resolve(parsed)?;
-    // The mesh goes nowhere; with a report, shapes are measured.
-    (request.report, request.stays_in_memory) = (Some("-".into()), true);
+    // The mesh goes nowhere.
+    (request.job.shapes, request.stays_in_memory) = (true, true);
     Ok(request)
 }
 
@@ -129,7 +129,7 @@ fn sizes(n_vertices: usize) -> Vec<Count> {
 
 impl SizeLimits {
     fn of(
-        subject: &Subject,
+        document: &Document,
         request: &Request,
         report: &Report,
         results: &[Simplified],
@@ -164,7 +164,7 @@ impl SizeLimits {
                 components_at_minimum: output.components_at_minimum,
                 split_vertices: output.split_vertices,
             },
-            free: what_frees(request, subject, output),
+            free: what_frees(&request.job, document, output),
         })
     }
 
@@ -229,7 +229,7 @@ impl Row {
 }
 
 /// Returns a figure of the shape of a mesh, which is measured where there is a report.
-fn shape(size: &Size, figure: impl Fn(&crate::report::Shape) -> usize) -> usize {
+fn shape(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {
     size.shape.as_ref().map_or(0, figure)
 }
 

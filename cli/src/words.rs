@@ -4,12 +4,11 @@ use std::io::Write;
 use std::sync::OnceLock;
 
 use crate::closed::is_closed;
-use crate::dress::Baked;
 use crate::failure::Failure;
-use crate::numbers::percent;
 use crate::plain::plain;
-use crate::report::{
-    Certified, Distance, Dropped, Level, NamedShare, Output, Repaired, Report, Seconds, Size, TargetWords, why_stopped,
+use neural_mesh::job::{
+    Baked, Certified, Distance, Dropped, Level, NamedShare, Output, Repaired, Report, Seconds, Size, TargetWords,
+    percent, why_stopped,
 };
 
 /// Names of dropped components in one line, at most.

@@ -11,7 +11,6 @@ from typing import Any
 
 from . import _native
 from ._meshes import given
-from ._words import words
 
 
 @dataclass(frozen=True)
@@ -59,12 +58,18 @@ def compare(
         raise _native.OptionError("compare: give the original and at least one simplified mesh")
     meshes = [given(mesh, None, None) for mesh in (original, *simplified)]
     names = ["original", *(f"result {number}" for number in range(1, len(meshes)))]
-    said = [mesh.path or name for mesh, name in zip(meshes, names)]
-    said += words({"samples": samples, "seed": seed, "appearance": appearance, "weld": weld})
-    writes = not isinstance(html, bool)
-    if html is not False:
-        said += [f"--html={'page.html' if html is True else os.fspath(html)}", *words({"force": force})]
-    figures, page = _native.compare(said, [mesh.arrays for mesh in meshes], writes, threads)
+    figures, page = _native.compare(
+        [mesh.path or name for mesh, name in zip(meshes, names)],
+        [mesh.arrays for mesh in meshes],
+        samples=samples,
+        seed=seed,
+        appearance=appearance,
+        weld=weld,
+        html=None if html is False else "page.html" if html is True else os.fspath(html),
+        writes=not isinstance(html, bool),
+        force=force,
+        threads=threads,
+    )
     return _comparison(json.loads(figures), page)
 
 

@@ -1,4 +1,4 @@
-# The compiled module: words of a request and arrays in, arrays out. Private; `neural_mesh` is what people import.
+# The compiled module: options and arrays in, arrays out. Private; `neural_mesh` is what people import.
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, final
 
@@ -109,21 +109,40 @@ class Record:
     def sizes(self) -> list[int]: ...
 
 def record(
-    words: Sequence[str], mesh: _Mesh, threads: int | None, progress: _Progress | None
+    options: str, files: str, mesh: _Mesh, threads: int | None, progress: _Progress | None
 ) -> Record: ...
 def simplify(
-    words: Sequence[str],
+    options: str,
+    files: str,
     mesh: _Mesh | None,
     importance: NDArray[np.float32] | None,
     threads: int | None,
     progress: _Progress | None,
 ) -> Outcome: ...
 def compare(
-    words: Sequence[str], meshes: Sequence[_Mesh | None], writes: bool, threads: int | None
+    paths: Sequence[str],
+    meshes: Sequence[_Mesh | None],
+    *,
+    samples: int,
+    seed: int,
+    appearance: bool,
+    weld: bool,
+    html: str | None,
+    writes: bool,
+    force: bool,
+    threads: int | None,
 ) -> tuple[str, str | None]: ...
 def mesh_points(
-    words: Sequence[str],
+    input: str,
     points: NDArray[np.float32] | NDArray[np.float64] | None,
+    *,
+    ratio: float | str | None,
+    vertices: int | str | None,
+    out: str | None,
+    format: str | None,
+    weights: str | None,
+    seed: int,
+    force: bool,
     threads: int | None,
     progress: _Progress | None,
 ) -> Meshed: ...

@@ -12,7 +12,6 @@ from . import _native
 from ._meshes import alike, points_of
 from ._result import Light
 from ._simplify import Progress
-from ._words import words
 
 
 def mesh_points(
@@ -33,11 +32,19 @@ def mesh_points(
     if ratio is not None and vertices is not None:
         raise _native.OptionError("ratio and vertices: give one of them")
     path, points = points_of(cloud)
-    sizes = {"ratio": ratio, "vertices": vertices, "weights": weights, "seed": seed, "force": force}
-    said = [path or "cloud", *words(sizes), f"--output={'-' if out is None else os.fspath(out)}"]
-    format = format or ("ply" if out is None else None)
-    said += [f"--format={format}"] if format else []
-    meshed = _native.mesh_points(said, points, threads, progress)
+    meshed = _native.mesh_points(
+        path or "cloud",
+        points,
+        ratio=ratio,
+        vertices=vertices,
+        out=None if out is None else os.fspath(out),
+        format=format,
+        weights=None if weights is None else os.fspath(weights),
+        seed=seed,
+        force=force,
+        threads=threads,
+        progress=progress,
+    )
     pair = (alike(cloud, meshed.vertices), alike(cloud, meshed.faces))
     report = {"outcome": "reached", **json.loads(meshed.report)}
     written = () if out is None else (os.fspath(out),)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._meshes import Given, alike, array_of, given
+from ._options import as_json
 from ._simplify import Progress
-from ._words import words
 
 
 class Record:
@@ -30,10 +30,11 @@ class Record:
         source = given((vertices, faces), None, None)
         positions, corners = source.arrays[:2]
         threads = options.get("threads")
-        said = ["mesh", "-o", "-", "--format", "ply", *words({name: x for name, x in options.items() if name != "threads"})]
+        asked = {name: x for name, x in options.items() if name not in ("threads", "weights")}
         # Copies: what was given may change, and torch moves the memory of tensors that go to other processes.
         self._given, self._options = (positions.copy(), corners.copy()), dict(options)
-        self._native = _native.record(said, source.arrays, threads, progress)
+        files = as_json({"weights": options.get("weights")})
+        self._native = _native.record(as_json(asked), files, source.arrays, threads, progress)
         self.faces = alike(vertices, self._native.faces)
         self.output_vertices = _with_welded(source, self._native.output_vertices())
 

@@ -1,4 +1,4 @@
-"""`simplify` and `lods`: what people give, to words and arrays; what comes back, to the type that was given."""
+"""`simplify` and `lods`: what people give, to options and arrays; what comes back, to the type that was given."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._meshes import Given, given
+from ._options import as_json
 from ._result import Light, Map, NotReachedError
-from ._words import words
 
 Progress = Callable[[float, str], object]
 
@@ -86,8 +86,10 @@ def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light
 
 
 _SIZES = ("ratio", "vertices", "faces", "error", "size")
-# Options that are no words for the program.
-_OWN = ("mesh", "out", "attributes", "groups", "importance", "threads", "progress", "format", "map")
+# Options that say where files are and what becomes of them.
+_FILES = ("out", "format", "weights", "picture", "report", "strict", "force")
+# Options that say nothing to the simplifier.
+_OWN = ("mesh", "attributes", "groups", "importance", "threads", "progress", *_FILES)
 # Those of `simplify`, with what they are where nobody says anything.
 _OPTIONS: dict[str, Any] = {
     name: value for name, value in (simplify.__kwdefaults__ or {}).items() if name not in _SIZES
@@ -104,35 +106,25 @@ def _one_size(sizes: Mapping[str, Any]) -> dict[str, Any]:
 
 def _results(mesh: Any, target: Mapping[str, Any], options: Mapping[str, Any], n_levels: int = 1) -> tuple[Light, ...]:
     source = given(mesh, options["attributes"], options["groups"])
+    asked = {name: value for name, value in options.items() if name not in _SIZES and name not in _OWN}
+    files = {"input": source.path, **{name: options[name] for name in _FILES}}
+    if files["out"] is not None and os.fspath(files["out"]) == "-":
+        raise _native.OptionError("out='-': give the name of a file")
+    if isinstance(asked["ignore"], str):
+        asked["ignore"] = asked["ignore"].split(",")
     factors = options["importance"]
-    said = [source.path or "mesh", *words(target), *_output(options), *words(_of_program(options))]
-    if options["map"]:
-        said.append("--map=map.json")
     if isinstance(factors, str):
-        said.append(f"--importance={factors}")
+        asked["importance"] = factors
         factors = None
     if factors is not None:
         factors = _factors(factors, source)
-    outcome = _native.simplify(said, source.arrays, factors, options["threads"], options["progress"])
+    said = as_json({**target, **asked}), as_json(files)
+    outcome = _native.simplify(*said, source.arrays, factors, options["threads"], options["progress"])
     report = json.loads(outcome.report)
     lights = tuple(_light(kept, outcome, _report_of(report, level), source) for level, kept in enumerate(outcome.results))
     if outcome.unmet is not None:
         raise NotReachedError(outcome.unmet, lights)
     return lights
-
-
-def _of_program(options: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if name not in _SIZES and name not in _OWN}
-
-
-def _output(options: Mapping[str, Any]) -> list[str]:
-    """Where the mesh goes; what is not written is asked for as a format that holds all that a mesh carries."""
-    out, format = options["out"], options["format"]
-    if out is None:
-        return ["-o", "-", "--format", "ply"]
-    if os.fspath(out) == "-":
-        raise _native.OptionError("out='-': give the name of a file")
-    return [f"--output={os.fspath(out)}", *([f"--format={format}"] if format else [])]
 
 
 def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:

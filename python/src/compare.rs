@@ -1,24 +1,52 @@
 //! `compare`: figures of results beside their original, and the page that shows them.
 
-use neural_mesh_cli::embedded;
+use std::path::PathBuf;
+
+use neural_mesh_cli::embedded::{self, CompareArgs, MOST_SAMPLES};
 use pyo3::prelude::*;
 
+use crate::failure::option_refused;
 use crate::given::Given;
 use crate::heard::heard;
 
-/// Compares meshes with the first of them; those that are not given are read from the files that the words name. Gives the figures
-/// as JSON, and the page where the words ask for it, which is written if `writes`.
+/// Compares meshes with the first of them; those that are not given are read from their paths. Gives the figures as JSON, and the page
+/// where `html` names one, which is written if `writes`.
 #[pyfunction]
-#[pyo3(signature = (words, meshes, writes, threads))]
+#[pyo3(signature = (paths, meshes, *, samples, seed, appearance, weld, html, writes, force, threads))]
+#[allow(clippy::too_many_arguments, reason = "they are keywords")]
 pub fn compare(
     py: Python,
-    words: Vec<String>,
+    mut paths: Vec<PathBuf>,
     meshes: Vec<Option<Given>>,
+    samples: usize,
+    seed: u64,
+    appearance: bool,
+    weld: bool,
+    html: Option<PathBuf>,
     writes: bool,
+    force: bool,
     threads: Option<usize>,
 ) -> PyResult<(String, Option<String>)> {
+    if !(1..=MOST_SAMPLES).contains(&(samples as u64)) {
+        return Err(option_refused(format!("samples={samples}: give a whole number from 1 to {MOST_SAMPLES}")));
+    }
     let read = |mesh: Option<Given>| mesh.map(|mesh| mesh.read()).transpose();
     let given = meshes.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;
-    let compared = heard(py, threads, None, move |ear| embedded::compare(&words, given, writes, &|| ear.go_on()))?;
+    let simplified = paths.split_off(1.min(paths.len()));
+    let args = CompareArgs {
+        original: paths.pop().unwrap_or_default(),
+        simplified,
+        html,
+        json: None,
+        samples,
+        seed,
+        all: false,
+        appearance,
+        threads: None,
+        no_weld: !weld,
+        quiet: true,
+        force,
+    };
+    let compared = heard(py, threads, None, move |ear| embedded::compare(&args, given, writes, &|| ear.go_on()))?;
     Ok((compared.figures, compared.page))
 }

@@ -1,5 +1,7 @@
 //! Why there is no result, as exceptions of one line.
 
+use std::fmt::Display;
+
 use neural_mesh_cli::embedded::Failure;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
@@ -20,6 +22,11 @@ pub fn raised(failure: &Failure) -> PyErr {
         Failure::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
         _ => NeuralMeshError::new_err(as_keywords(&failure.to_string())),
     }
+}
+
+/// An option that is none.
+pub fn option_refused(what: impl Display) -> PyErr {
+    OptionError::new_err(what.to_string())
 }
 
 /// A wrong array.

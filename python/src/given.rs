@@ -1,12 +1,13 @@
-//! A mesh as Python gives it: arrays, and what its corners and faces carry.
+//! What Python gives: meshes as arrays with what their corners and faces carry, and options.
 
 use neural_mesh::io::ReadMesh;
 use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use serde::de::DeserializeOwned;
 
 use crate::arrays::{numbers, rows};
-use crate::failure::refused;
+use crate::failure::{option_refused, refused};
 
 /// Coordinates, n x 3, in single or double precision.
 #[derive(FromPyObject)]
@@ -68,6 +69,11 @@ fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> Py
     let values = values.as_slice().map_err(|_| refused(format!("{name}: the array is not contiguous")))?.to_vec();
     let role = ROLES.iter().find(|(known, _)| known == role).map(|(_, role)| *role);
     Ok(Channel { name: name.clone(), role: role.unwrap_or(Role::Other), width, values })
+}
+
+/// Options as the library has them, from JSON; unknown ones and values of another kind are refused.
+pub fn asked<T: DeserializeOwned>(json: &str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(option_refused)
 }
 
 /// Roles that Python knows by name.

@@ -1,9 +1,13 @@
 //! `mesh_points`: a cloud in, a mesh over its points out.
 
-use neural_mesh_cli::embedded;
+use std::path::PathBuf;
+
+use neural_mesh::job::{count, share};
+use neural_mesh_cli::embedded::{self, MeshPointsArgs};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, triples};
+use crate::failure::option_refused;
 use crate::given::Positions;
 use crate::heard::heard;
 
@@ -16,19 +20,59 @@ pub struct Meshed {
     report: String,
 }
 
-/// Meshes a cloud, or that of the file that the words name.
+/// A number, or a text as people type it.
+#[derive(FromPyObject)]
+pub enum Typed {
+    /// A number.
+    Number(f64),
+    /// A text: `10%`, `5k`.
+    Text(String),
+}
+
+impl Typed {
+    fn read<T>(self, option: &str, read: fn(&str) -> Result<T, String>) -> PyResult<T> {
+        let text = match self {
+            Self::Number(number) => number.to_string(),
+            Self::Text(text) => text,
+        };
+        read(&text).map_err(|why| option_refused(format!("{option}={text}: {why}")))
+    }
+}
+
+/// Meshes a cloud, or that of the file at `input`.
 #[pyfunction]
-#[pyo3(signature = (words, points, threads, progress))]
+#[pyo3(signature = (input, points, *, ratio, vertices, out, format, weights, seed, force, threads, progress))]
+#[allow(clippy::too_many_arguments, reason = "they are keywords")]
 pub fn mesh_points(
     py: Python,
-    words: Vec<String>,
+    input: PathBuf,
     points: Option<Positions>,
+    ratio: Option<Typed>,
+    vertices: Option<Typed>,
+    out: Option<PathBuf>,
+    format: Option<String>,
+    weights: Option<PathBuf>,
+    seed: u64,
+    force: bool,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Meshed> {
+    let args = MeshPointsArgs {
+        input,
+        ratio: ratio.map(|ratio| ratio.read("ratio", share)).transpose()?,
+        vertices: vertices.map(|vertices| vertices.read("vertices", count)).transpose()?,
+        format: format.or(out.is_none().then(|| "ply".into())),
+        output: out.unwrap_or("-".into()),
+        weights,
+        seed,
+        threads: None,
+        report: None,
+        quiet: true,
+        force,
+    };
     let given = points.map(|points| points.raw()).transpose()?;
     let meshed =
-        heard(py, threads, progress, move |ear| embedded::mesh_points(&words, given, ear.listener(), &|| ear.go_on()))?;
+        heard(py, threads, progress, move |ear| embedded::mesh_points(args, given, ear.listener(), &|| ear.go_on()))?;
     let (positions, faces) = meshed.mesh.into_parts();
     Ok(Meshed {
         vertices: match meshed.exact {

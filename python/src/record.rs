@@ -1,13 +1,14 @@
 //! `record`: a result as a function of the vertices given, with its gradient.
 
+use neural_mesh::job::Arguments;
 use neural_mesh::simplify::Record as Way;
-use neural_mesh_cli::embedded;
+use neural_mesh_cli::embedded::{self, Files};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, rows, triples};
 use crate::failure::refused;
-use crate::given::Given;
+use crate::given::{Given, asked};
 use crate::heard::heard;
 
 /// How a result depends on the vertices given.
@@ -22,19 +23,21 @@ pub struct Record {
     faces: Py<PyAny>,
 }
 
-/// Simplifies a mesh and records how the result depends on its vertices.
+/// Simplifies a mesh and records how the result depends on its vertices; options and files are JSON.
 #[pyfunction]
-#[pyo3(signature = (words, mesh, threads, progress))]
+#[pyo3(signature = (options, files, mesh, threads, progress))]
 pub fn record(
     py: Python,
-    words: Vec<String>,
+    options: &str,
+    files: &str,
     mesh: Given,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Record> {
+    let (options, files): (Arguments, Files) = (asked(options)?, asked(files)?);
     let raw = mesh.read()?.mesh;
     let n_given = raw.positions.len();
-    let recorded = heard(py, threads, progress, move |ear| embedded::record(&words, raw, ear.listener()))?;
+    let recorded = heard(py, threads, progress, move |ear| embedded::record(options, &files, raw, ear.listener()))?;
     let embedded::Recorded { record: way, origin, sources, faces } = recorded;
     Ok(Record { way, origin, sources, n_given, faces: triples(py, faces)? })
 }

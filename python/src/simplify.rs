@@ -1,13 +1,14 @@
-//! `simplify` and levels of detail: words and arrays in, results as arrays out.
+//! `simplify` and levels of detail: options and arrays in, results as arrays out.
 
+use neural_mesh::job::Arguments;
 use neural_mesh::mesh::Attributes;
 use neural_mesh::simplify::Map;
-use neural_mesh_cli::embedded;
+use neural_mesh_cli::embedded::{self, Files};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, numbers, table, triples};
-use crate::given::{Given, role_name};
+use crate::given::{Given, asked, role_name};
 use crate::heard::heard;
 
 /// What came of a request.
@@ -34,21 +35,24 @@ pub struct Kept {
     map: Option<MapArrays>,
 }
 
-/// Simplifies a mesh, or the file that the words name.
+/// Simplifies a mesh, or the file that is named; options and files are JSON.
 #[pyfunction]
-#[pyo3(signature = (words, mesh, importance, threads, progress))]
+#[pyo3(signature = (options, files, mesh, importance, threads, progress))]
 pub fn simplify(
     py: Python,
-    words: Vec<String>,
+    options: &str,
+    files: &str,
     mesh: Option<Given>,
     importance: Option<PyReadonlyArray1<f32>>,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Outcome> {
+    let (options, files): (Arguments, Files) = (asked(options)?, asked(files)?);
     let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
     let given = mesh.map(|mesh| Ok::<_, PyErr>((mesh.read()?, factors))).transpose()?;
-    let outcome =
-        heard(py, threads, progress, move |ear| embedded::simplify(&words, given, ear.listener(), &|| ear.go_on()))?;
+    let outcome = heard(py, threads, progress, move |ear| {
+        embedded::simplify(options, &files, given, ear.listener(), &|| ear.go_on())
+    })?;
     Outcome::of(py, outcome)
 }
 

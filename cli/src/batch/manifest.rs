@@ -12,7 +12,7 @@ use super::spelled::{path_of, spelled};
 use crate::failure::Failure;
 use crate::files;
 use crate::names::level_paths;
-use crate::report::{Level, REACHED, Report};
+use neural_mesh::job::{Level, REACHED, Report};
 
 /// The name of the file.
 pub const NAME: &str = "manifest.csv";

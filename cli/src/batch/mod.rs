@@ -22,14 +22,13 @@ use crate::args::{PurposeArg, SimplifyArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::names::{format_of, is_stream, level_paths, writable};
-use crate::numbers::RatioOf;
 use crate::progress::Progress;
-use crate::report::Report;
-use crate::request::{Request, Source, goal, options, prune_below, repair, strict, weld_near};
+use crate::request::{self, Request, Source, strict};
 use crate::words::Voice;
-use crate::{bake, files, interrupt, memory, read, request, simplify};
+use crate::{files, interrupt, memory, read, simplify};
 use inputs::Input;
 use manifest::{Manifest, Place, Row, with_more};
+use neural_mesh::job::{Job, RatioOf, Report};
 use places::Places;
 
 /// What is told of a mesh stands in files with these endings after its whole name.
@@ -38,13 +37,17 @@ const PICTURE: &str = ".png";
 
 /// Whether the arguments ask for a batch: a list, several meshes, a folder or a pattern.
 pub fn is_meant(args: &SimplifyArgs) -> bool {
-    let many = |path: &PathBuf| path.is_dir() || inputs::is_pattern(path);
-    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(many)
+    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(|path| are_many(path))
+}
+
+/// Whether a path stands for several meshes: a folder or a pattern.
+pub fn are_many(path: &Path) -> bool {
+    path.is_dir() || inputs::is_pattern(path)
 }
 
 /// Simplifies every mesh that is asked for, and fails if any of them did.
 pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
-    let format = checked(&args)?;
+    let (format, job) = checked(&args)?;
     let inputs = inputs::find(&args)?;
     let folder = outputs::open(&args.output)?;
     let _lock = lock::lock(&folder)?;
@@ -56,10 +59,10 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let mut manifest = Manifest::open(place, rows, [args.resume, args.force])?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
     let alone = fallen::meet(&folder, &mut manifest, args.resume)?;
-    let weights = read::read_weights(args.weights.as_deref(), args.assembly.into())?;
+    let weights = read::read_weights(args.weights.as_deref(), job.options.assembly)?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
     let progressed = Mutex::new(Progressed { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
-    let batch = Batch { progressed, args, folder, format, inputs, manifest, places, alone, weights };
+    let batch = Batch { progressed, args, job, folder, format, inputs, manifest, places, alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     written?;
@@ -73,8 +76,9 @@ fn told(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
     folders.filter_map(open).map(|(folder, ending)| Ok((outputs::open(&folder)?, ending))).collect()
 }
 
-/// Refuses what a batch has no use for; gives the format of all results, if one is asked for.
-fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
+/// Refuses what a batch has no use for; gives the format of all results, if one is asked for, and what is asked of
+/// each mesh.
+fn checked(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
     if args.json || args.map.is_some() || args.explain {
         return usage("--json, --map and --explain are for a single mesh: a batch has its manifest.csv");
@@ -89,13 +93,8 @@ fn checked(args: &SimplifyArgs) -> Result<Option<Format>, Failure> {
     }
     inputs::check(args)?;
     memory::bound(args.memory);
-    options(args)?;
-    prune_below(args)?;
-    repair(args)?;
-    args.bake.map_or(Ok(()), bake::check)?;
-    request::compress(args, None)?;
-    weld_near(args)?;
-    args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()
+    let job = request::job(&request::arguments(args)?, None)?;
+    Ok((args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()?, job))
 }
 
 /// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
@@ -179,6 +178,8 @@ impl Progressed {
 /// A batch, ready to go.
 struct Batch {
     args: SimplifyArgs,
+    /// What is asked of each mesh, in whatever format.
+    job: Job,
     /// OUTDIR, without links.
     folder: PathBuf,
     format: Option<Format>,
@@ -235,33 +236,20 @@ impl Batch {
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
         let format = self.format.unwrap_or_else(|| outputs::format_for(input));
-        Ok(Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld)
-                .welded(weld_near(&self.args)?)
-                .united(self.args.bake.is_some()),
-            output_format: format,
+        let mut job = self.job.clone();
+        job.format = format;
+        job.check_format().map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut request = Request {
+            source: Source::new(input.path.clone(), None, !self.args.no_weld).united(self.args.bake.is_some()),
+            job,
             follows_input: false,
             stays_in_memory: false,
-            bake: request::bake(&self.args, format)?,
-            compress: request::compress(&self.args, Some(format))?,
-            textures: request::textures(&self.args, Some(format))?,
             output: Some(output),
-            options: options(&self.args)?,
-            goal: goal(&self.args)?,
-            seam_texels: self.args.seam_error,
-            prune_below: prune_below(&self.args)?,
-            repair: repair(&self.args)?,
-            ignore: self.args.ignore.clone(),
-            importance: self.args.importance.clone(),
-            keep: self.args.keep.clone(),
-            shares: request::shares(&self.args),
-            allow_outside: self.args.allow_outside,
             memory: None,
             map: None,
             explain: false,
             weights: None,
             n_threads: None,
-            check: !self.args.no_check,
             report: self.told_of(input, REPORT)?,
             picture: self.told_of(input, PICTURE)?,
             view: self.args.view,
@@ -269,7 +257,10 @@ impl Batch {
             quiet: true,
             strict: false,
             force,
-        })
+        };
+        request.job.shapes = request.report.is_some();
+        request.name_files();
+        Ok(request)
     }
 
     /// Where a file about a mesh is put, if it is asked for.
@@ -295,7 +286,7 @@ impl Batch {
         ));
         voice.say(&format!("time      {seconds:.3} s"));
         match (ends.failed, ends.stopped) {
-            (0, n) if n > 0 && strict(&self.args)? => {
+            (0, n) if n > 0 && strict(&self.args) => {
                 let what = "meshes were stopped before what was asked: the rows say why";
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }

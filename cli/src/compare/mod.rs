@@ -12,6 +12,7 @@ use std::path::Path;
 
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::io::ReadMesh;
+use neural_mesh::job::{Part, Watch};
 use neural_mesh::metrics::{Figure, Judging, Original, compare};
 
 use crate::args::CompareArgs;
@@ -19,7 +20,7 @@ use crate::failure::Failure;
 use crate::files::{self, Pending};
 use crate::interrupt;
 use crate::names::{check_stdin, is_stream};
-use crate::plan::{Part, Plan};
+use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::simplify::in_pool;
 use crate::words::{Voice, complain};
@@ -64,16 +65,16 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 }
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
-    let progress = Progress::new(args.quiet, plan(args));
-    progress.show(Part::Read);
+    let mut progress = Progress::new(args.quiet, plan(args));
+    progress.begin(Part::Read);
     let Meshes { original, simplified, unread } = read_all(args, Vec::new())?;
     let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Told) };
     progress.aside(|| unread.iter().for_each(complain));
     if simplified.is_empty() {
         return left_out;
     }
-    let comparison = judged(args, original, simplified, &progress);
-    progress.show(Part::Picture);
+    let comparison = judged(args, original, simplified, &mut progress);
+    progress.begin(Part::Picture);
     let Written { pending, json, notes } = written(args, &comparison)?;
     drop(progress);
     let voice = match json {
@@ -94,13 +95,13 @@ pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Comp
     if let Some(failure) = unread.into_iter().next() {
         return Err(failure);
     }
-    let comparison = judged(args, original, simplified, &Progress::silent());
+    let comparison = judged(args, original, simplified, &mut Progress::silent());
     let figures = json::value(&comparison).to_string();
     Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
 }
 
-fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &Progress) -> Comparison {
-    progress.show(Part::Check);
+fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &mut Progress) -> Comparison {
+    progress.begin(Part::Check);
     let mut judging = Judging::default();
     (judging.samples, judging.seed) = (args.samples, args.seed);
     let prepared = Original::new(&original.mesh, &judging);

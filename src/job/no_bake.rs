@@ -1,17 +1,17 @@
 //! What stands for `--bake` in a build without the feature `bake`: a refusal.
 
-use neural_mesh::mesh::{Attributes, Looks, TriMesh};
+use crate::mesh::{Attributes, Looks, TriMesh};
 
-use crate::dress::Dress;
-use crate::failure::Failure;
+use super::dress::Dress;
+use super::error::JobError;
 
 /// Why nothing is baked.
 const LACKS: &str =
     "--bake: this build lacks the feature bake: install with `cargo install --path cli --features bake`";
 
 /// Refuses.
-pub fn check(_: usize) -> Result<(), Failure> {
-    Err(Failure::Usage(LACKS.into()))
+pub fn check_size(_: usize) -> Result<(), JobError> {
+    Err(JobError::Options(LACKS.into()))
 }
 
 /// Refuses, too.

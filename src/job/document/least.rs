@@ -2,15 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use neural_mesh::io::{
+use crate::io::{
     self, Asset, Extra, Format, ImageMaker, ImageUse, LighterPart, Model, SceneOptions, WriteError, WriteOptions,
 };
-use neural_mesh::mesh::{Attributes, TriMesh};
+use crate::mesh::{Attributes, TriMesh};
 
-use super::{Kind, Subject, library_name, scene_files};
-use crate::failure::Failure;
-use crate::request::Request;
-use crate::textures::Textures;
+use super::write::{library_name, scene_files};
+use super::{Document, Kind};
+use crate::job::error::JobError;
+use crate::job::request::Job;
+use crate::job::textures::Textures;
 
 /// Sides of textures that are tried, from the largest on.
 const SIDES: [usize; 7] = [2048, 1024, 512, 256, 128, 64, 32];
@@ -25,21 +26,20 @@ impl ImageMaker for NoImages {
     }
 }
 
-impl Subject {
+impl Document {
     /// Refuses a number of bytes that a glTF would exceed with hardly a face, and says what takes them.
-    pub fn check_bytes(&self, n_bytes: usize, request: &Request, file_name: &str) -> Result<(), Failure> {
-        if !matches!(request.output_format, Format::Gltf | Format::Glb) {
+    pub fn check_bytes(&self, n_bytes: usize, job: &Job, file_name: &str) -> Result<(), JobError> {
+        if !matches!(job.format, Format::Gltf | Format::Glb) {
             return Ok(());
         }
-        let refused = |error: WriteError| Failure::of(&request.source.path, error);
-        let least = |images: Option<&dyn ImageMaker>| self.least_bytes(images, request, file_name).map_err(refused);
+        let refused = |error: WriteError| JobError::Document(error.to_string());
+        let least = |images: Option<&dyn ImageMaker>| self.least_bytes(images, job, file_name).map_err(refused);
         let n_least = least(self.textures())?;
         if n_least <= n_bytes {
             return Ok(());
         }
         let n_images = n_least.saturating_sub(least(Some(&NoImages))?);
-        let mut smaller =
-            SIDES.into_iter().filter(|side| n_images > 0 && request.textures.is_none_or(|now| *side < now));
+        let mut smaller = SIDES.into_iter().filter(|side| n_images > 0 && job.textures.is_none_or(|now| *side < now));
         // Half of the bytes are for the shape.
         let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
         let advice = match smaller.find(fits) {
@@ -49,25 +49,20 @@ impl Subject {
         let what = format!(
             "--size {n_bytes}: the file takes {n_least} bytes with a face for each material, {n_images} of them images: {advice}"
         );
-        Err(Failure::of(&request.source.path, what))
+        Err(JobError::Document(what))
     }
 
     /// Bytes of the file with a face for each material, and with other images of those that it has.
-    fn least_bytes(
-        &self,
-        images: Option<&dyn ImageMaker>,
-        request: &Request,
-        file_name: &str,
-    ) -> Result<usize, WriteError> {
+    fn least_bytes(&self, images: Option<&dyn ImageMaker>, job: &Job, file_name: &str) -> Result<usize, WriteError> {
         match &self.kind {
             Kind::Mesh { cleaned, extra, .. } => {
                 let first = first_faces(&self.wanted_attributes().groups, cleaned.mesh.faces().len());
                 let faces = first.iter().map(|&face| cleaned.mesh.faces()[face as usize]).collect();
                 let mesh = TriMesh::new(cleaned.mesh.positions().to_vec(), faces).unwrap_or_default();
                 let attributes = self.wanted_attributes().clone().of_faces(&first).unwrap_or_default();
-                self.least_of_mesh(&mesh, &attributes, extra, (images, request, file_name))
+                self.least_of_mesh(&mesh, &attributes, extra, (images, job, file_name))
             }
-            Kind::Scene { asset, .. } => least_of_scene(asset, images, request, file_name),
+            Kind::Scene { asset, .. } => least_of_scene(asset, images, job, file_name),
         }
     }
 
@@ -81,11 +76,11 @@ impl Subject {
         mesh: &TriMesh,
         attributes: &Attributes,
         extra: &Extra,
-        (images, request, file_name): (Option<&dyn ImageMaker>, &Request, &str),
+        (images, job, file_name): (Option<&dyn ImageMaker>, &Job, &str),
     ) -> Result<usize, WriteError> {
         let model = Model::new(mesh, self.frame, attributes, extra);
-        let mut options = WriteOptions::new(request.output_format, library_name(request, file_name));
-        (options.allow_outside, options.images) = (request.allow_outside, images);
+        let mut options = WriteOptions::new(job.format, library_name(job, file_name));
+        (options.allow_outside, options.images) = (job.allow_outside, images);
         io::write_attributed(&model, &options).map(|written| written.bytes.len())
     }
 }
@@ -93,7 +88,7 @@ impl Subject {
 fn least_of_scene(
     asset: &Asset,
     images: Option<&dyn ImageMaker>,
-    request: &Request,
+    job: &Job,
     file_name: &str,
 ) -> Result<usize, WriteError> {
     let least = |part| {
@@ -103,8 +98,8 @@ fn least_of_scene(
         LighterPart::new(positions, faces, attributes.of_faces(&first).unwrap_or_default())
     };
     let parts: Vec<LighterPart> = asset.parts().iter().map(least).collect();
-    let packing = request.compress.map(|options| asset.packing(&[&parts], &options).0);
-    let mut options = SceneOptions::new(request.output_format, file_name);
+    let packing = job.compress.map(|options| asset.packing(&[&parts], &options).0);
+    let mut options = SceneOptions::new(job.format, file_name);
     (options.packing, options.images) = (packing.as_ref(), images);
     scene_files(asset, &[parts], &options).map(|files| files.n_bytes())
 }

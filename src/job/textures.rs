@@ -4,30 +4,17 @@ use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Mutex;
 
-use jpeg_encoder::{ColorType, Encoder};
-use neural_mesh::io::{Format, ImageMaker, ImageUse};
-use neural_mesh::mesh::{linear_light, srgb};
-use neural_mesh::picture::{
+use crate::io::{ImageMaker, ImageUse};
+use crate::mesh::{linear_light, srgb};
+use crate::picture::{
     Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_problem, image_size,
 };
+use jpeg_encoder::{ColorType, Encoder};
 use resize::px::PixelFormat;
 use resize::{Filter, Resizer, Type};
 
-use crate::failure::Failure;
-
 /// Of 100, for JPEG.
 const QUALITY: u8 = 90;
-
-/// Refuses formats that name no textures.
-pub fn check(output: Format) -> Result<(), Failure> {
-    match output {
-        Format::Glb | Format::Gltf | Format::Obj | Format::Ply | Format::PlyAscii => Ok(()),
-        other => {
-            let what = format!("--textures: {} holds no textures: write glb, gltf, obj or ply", other.name());
-            Err(Failure::Usage(what))
-        }
-    }
-}
 
 /// What became of images, by hashes of their bytes and their uses; nothing of those that stay.
 type Made = HashMap<(u64, ImageUse), Option<Vec<u8>>>;

@@ -1,20 +1,18 @@
 //! `--bake`: what the original looks like as textures of the result.
 
-use std::time::Instant;
+use crate::bake::{BakeError, BakeOptions, Original, SIZES, bake};
+use crate::io::{Extra, Group};
+use crate::mesh::{Attributes, Looks, TriMesh};
 
-use neural_mesh::bake::{BakeError, BakeOptions, Original, SIZES, bake};
-use neural_mesh::io::{Extra, Group};
-use neural_mesh::mesh::{Attributes, Looks, TriMesh};
-
-use crate::dress::{Baked, Dress};
-use crate::failure::Failure;
+use super::dress::{Baked, Dress};
+use super::error::JobError;
 
 /// What the material is called.
 const MATERIAL: &str = "baked";
 
 /// Refuses sizes of which there are no textures.
-pub fn check(size: usize) -> Result<(), Failure> {
-    if SIZES.contains(&size) { Ok(()) } else { Err(Failure::Usage(format!("--bake: {}", BakeError::BadSize(size)))) }
+pub fn check_size(size: usize) -> Result<(), JobError> {
+    if SIZES.contains(&size) { Ok(()) } else { Err(JobError::Options(format!("--bake: {}", BakeError::BadSize(size)))) }
 }
 
 /// What a simplified mesh wears of its original: textures of `size` x `size` texels, as glTF has them or as a library of an OBJ.
@@ -24,7 +22,6 @@ pub fn dress(
     (mesh, attributes, looks): (&TriMesh, &Attributes, &Looks),
     simplified: &TriMesh,
 ) -> Result<Dress, String> {
-    let began = Instant::now();
     let original = Original::new(mesh, attributes, looks);
     let mut options = BakeOptions::new(size);
     (options.separate_maps, options.with_tangents) = (!is_gltf, is_gltf);
@@ -35,23 +32,11 @@ pub fn dress(
     looks.v_is_up = true;
     let mut extra = Extra::default();
     (extra.groups, extra.looks) = (vec![group], vec![(MATERIAL.into(), baked.look)]);
-    let seconds = began.elapsed().as_secs_f64();
     Ok(Dress {
         attributes: baked.attributes,
         looks,
         extra,
-        figures: Baked { size, charts: baked.n_charts, covered: baked.covered, seconds },
+        figures: Baked { size, charts: baked.n_charts, covered: baked.covered, seconds: 0.0 },
         notes: baked.notes,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::SIZES;
-    use crate::numbers::TEXELS;
-
-    #[test]
-    fn what_is_typed_is_what_is_baked() {
-        assert_eq!((*SIZES.start() as u64, *SIZES.end() as u64), TEXELS);
-    }
 }

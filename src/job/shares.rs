@@ -1,51 +1,51 @@
 //! `--ratio NAME=50%`: what has a name keeps a share of its own, the rest makes up the size of the whole.
 
-use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Event, GroupRatio, GroupsSimplified, Options, Simplified, Target, simplify_groups};
+use crate::model::Weights;
+use crate::simplify::{Event, GroupRatio, GroupsSimplified, Options, Simplified, Target, simplify_groups};
 
-use crate::failure::Failure;
-use crate::progress::Progress;
-use crate::report::NamedShare;
-use crate::request::Request;
-use crate::subject::Subject;
+use super::document::Document;
+use super::error::JobError;
+use super::report::NamedShare;
+use super::request::Job;
+use super::watch::Watch;
 
 /// Share of the run that is over when the rest begins; the bar waits there.
 const OF_RUN: f32 = 0.5;
 
 /// Simplifies each name to its share, and holds what is kept; returns what the rest is simplified from.
 pub fn simplify_named(
-    subject: &Subject,
+    document: &Document,
     importance: &[f32],
     (weights, options): (Option<&Weights>, &Options),
-    request: &Request,
-    progress: &mut Progress,
-) -> Result<(GroupsSimplified, Vec<NamedShare>), Failure> {
+    job: &Job,
+    watch: &mut dyn Watch,
+) -> Result<(GroupsSimplified, Vec<NamedShare>), JobError> {
     let mut ratios = Vec::new();
-    let kept = request.keep.iter().map(|name| ("--keep", name, 1.0));
-    for (option, name, ratio) in kept.chain(request.shares.iter().map(|(name, ratio)| ("--ratio", name, *ratio))) {
-        let groups = subject.groups_named(name);
-        let groups = groups.map_err(|why| Failure::Usage(format!("{option} {name}: {why}")))?;
+    let kept = job.keep.iter().map(|name| ("--keep", name, 1.0));
+    for (option, name, ratio) in kept.chain(job.shares.iter().map(|(name, ratio)| ("--ratio", name, *ratio))) {
+        let groups = document.groups_named(name);
+        let groups = groups.map_err(|why| JobError::Options(format!("{option} {name}: {why}")))?;
         ratios.push(GroupRatio { groups, ratio });
     }
-    let attributes = subject.attributes_with_groups();
-    let mut input = subject.input(importance, &[]);
+    let attributes = document.attributes_with_groups();
+    let mut input = document.input(importance, &[]);
     input.attributes = &attributes;
     let mut tell = |mut event: Event| {
         event.total *= OF_RUN;
-        progress.event(event)
+        watch.event(event)
     };
     let made = simplify_groups(&input, weights, options, &ratios, &mut tell);
-    let mut made = made.map_err(|error| Failure::of_simplify(&error, &request.source.path))?;
+    let mut made = made?;
     let before = &attributes.groups;
     let n_of = |groups: &[u32], of: &[u32]| groups.iter().filter(|group| of.contains(group)).count();
-    let told = request.shares.iter().zip(&ratios[request.keep.len()..]).map(|((name, ratio), of)| NamedShare {
+    let told = job.shares.iter().zip(&ratios[job.keep.len()..]).map(|((name, ratio), of)| NamedShare {
         name: name.clone(),
         ratio: *ratio,
         faces_before: n_of(before, &of.groups),
         faces: n_of(&made.attributes.groups, &of.groups),
     });
     let told = told.collect();
-    if subject.input(&[], &[]).attributes.groups.is_empty() {
+    if document.input(&[], &[]).attributes.groups.is_empty() {
         made.attributes.groups.clear();
     }
     Ok((made, told))

@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use neural_mesh::mesh::{BaseTexture, Look};
-use neural_mesh::picture::{decode_image, image_problem};
+use crate::mesh::{BaseTexture, Look};
+use crate::picture::{decode_image, image_problem};
 
-use super::Subject;
-use crate::failure::Failure;
-use crate::request::Request;
+use super::Document;
+use crate::job::error::JobError;
+use crate::job::request::Job;
 
-impl Subject {
+impl Document {
     /// The same, where `--bake` is asked for only if all images of its materials can be decoded.
-    pub fn decoded(self, request: &Request) -> Result<Self, Failure> {
-        let Some(size) = request.bake else { return Ok(self) };
-        let (looks, _) = self.looks(request.allow_outside);
+    pub fn decoded(self, job: &Job) -> Result<Self, JobError> {
+        let Some(size) = job.bake else { return Ok(self) };
+        let (looks, _) = self.looks(job.allow_outside);
         let mut known: Vec<Arc<[u8]>> = Vec::new();
         for (group, look) in looks.of_groups.iter().enumerate() {
             for BaseTexture { image, .. } in textures(look) {
@@ -22,7 +22,7 @@ impl Subject {
                 }
                 if decode_image(image).is_none() {
                     let what = format!("--bake {size}: {} {}", self.material(group), image_problem(image));
-                    return Err(Failure::of(&request.source.path, what));
+                    return Err(JobError::Document(what));
                 }
                 known.push(image.clone());
             }

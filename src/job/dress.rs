@@ -1,7 +1,7 @@
 //! What a simplified mesh wears that was baked for it, in place of what it has of the original.
 
-use neural_mesh::io::Extra;
-use neural_mesh::mesh::{Attributes, Looks};
+use crate::io::Extra;
+use crate::mesh::{Attributes, Looks};
 
 use serde::Serialize;
 
@@ -28,6 +28,6 @@ pub struct Baked {
     pub charts: usize,
     /// Share of the texels that lie in a chart.
     pub covered: f64,
-    /// From the simplified mesh to its textures, as bytes of PNG files.
+    /// From the simplified mesh to its textures, as bytes of PNG files; whoever has a clock fills it in.
     pub seconds: f64,
 }

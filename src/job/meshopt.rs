@@ -1,8 +1,8 @@
 //! `--compress` in a build that compresses.
 
-use crate::failure::Failure;
+use super::error::JobError;
 
 /// Refuses nothing.
-pub fn check() -> Result<(), Failure> {
+pub fn check() -> Result<(), JobError> {
     Ok(())
 }

@@ -1,18 +1,15 @@
 //! The report of a run, as the JSON that `--report` writes.
 
-use neural_mesh::mesh::cleanup::CleanCounts;
-use neural_mesh::mesh::{TriMesh, topology};
-use neural_mesh::metrics::{CertifiedDistance, QuickDistance};
-use neural_mesh::repair::RepairCounts;
-use neural_mesh::simplify::{Outcome, ScoreSource, Target};
+use crate::mesh::cleanup::CleanCounts;
+use crate::mesh::{TriMesh, topology};
+use crate::metrics::{CertifiedDistance, QuickDistance};
+use crate::repair::RepairCounts;
+use crate::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::bound::Bound;
-use crate::dress::Baked;
-use crate::levels::LevelSize;
-use crate::numbers::{Count, percent};
-use crate::request::Goal;
+use super::dress::Baked;
+use super::size::{Bound, Count, Goal, LevelSize, percent};
 
 /// All that is reported of a run of `simplify`.
 #[derive(Debug, Serialize)]
@@ -137,7 +134,7 @@ pub struct MapFile<'a> {
 
 impl<'a> MapFile<'a> {
     /// From the map of a result.
-    pub fn of(map: &'a neural_mesh::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
+    pub fn of(map: &'a crate::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
         Self {
             file_vertices,
             output_vertices: map.output_vertices.iter().map(|&x| Some(x).filter(|&x| x != u32::MAX)).collect(),
@@ -262,7 +259,7 @@ pub enum TargetWords {
 }
 
 /// What was asked for.
-pub fn target(goal: &Goal, first: Target) -> TargetWords {
+pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     match goal {
         Goal::Target => first.into(),
         Goal::ShareOfFaces(share) => TargetWords::FacesPercent(percent(*share)),
@@ -292,7 +289,7 @@ fn levels(sizes: &[LevelSize]) -> TargetWords {
     }
 }
 
-/// Seconds of wall clock.
+/// Seconds of wall clock; whoever has a clock fills them in.
 #[derive(Debug, Default, Serialize)]
 pub struct Seconds {
     /// From opening the input to parsed arrays.
@@ -381,7 +378,7 @@ impl Shape {
 
 impl Output {
     /// The figures of the result.
-    pub fn of(size: Size, done: &neural_mesh::simplify::Report) -> Self {
+    pub fn of(size: Size, done: &crate::simplify::Report) -> Self {
         Self {
             size,
             vertices_written: None,
@@ -447,7 +444,7 @@ impl Distance {
 }
 
 /// The word for where the scores came from.
-pub fn scores(source: ScoreSource) -> &'static str {
+pub fn score_words(source: ScoreSource) -> &'static str {
     match source {
         ScoreSource::Bending => "bending",
         ScoreSource::Geometry => "geometry",
@@ -456,7 +453,7 @@ pub fn scores(source: ScoreSource) -> &'static str {
 }
 
 /// The words for how it ended: `reached`, or `stopped: ` and why.
-pub fn outcome(outcome: &Outcome) -> String {
+pub fn outcome_words(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Reached => REACHED.into(),
         Outcome::Stopped(why) => format!("{STOPPED}{why}"),
@@ -466,9 +463,4 @@ pub fn outcome(outcome: &Outcome) -> String {
 /// What stopped a run that ended in these words.
 pub fn why_stopped(outcome: &str) -> Option<&str> {
     outcome.strip_prefix(STOPPED)
-}
-
-/// Stages with their seconds, in order.
-pub fn stages(stages: Vec<(&'static str, f64)>) -> Map<String, Value> {
-    stages.into_iter().map(|(name, seconds)| (name.to_string(), Value::from(seconds))).collect()
 }

@@ -3,11 +3,11 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use neural_mesh::io::Group;
+use crate::io::Group;
 
-use crate::failure::Failure;
+use crate::job::error::JobError;
 
-use super::{Kind, Subject};
+use super::{Document, Kind};
 
 /// Names that a line lists, at most.
 const MOST_LISTED: usize = 40;
@@ -15,18 +15,18 @@ const MOST_LISTED: usize = 40;
 /// A name, and the groups of faces that it stands for.
 type Named = (String, Vec<u32>);
 
-impl Subject {
+impl Document {
     /// Returns whether each face belongs to one of these names, which `option` asks for; empty where there are no names.
     ///
     /// # Errors
-    /// [`Failure::Usage`] with the names there are, where one of these is unknown.
-    pub fn faces_named(&self, option: &str, names: &[String]) -> Result<Vec<bool>, Failure> {
+    /// [`JobError::Options`] with the names there are, where one of these is unknown.
+    pub fn faces_named(&self, option: &str, names: &[String]) -> Result<Vec<bool>, JobError> {
         if names.is_empty() {
             return Ok(Vec::new());
         }
         let mut groups = HashSet::new();
         for name in names {
-            let refused = |why: String| Failure::Usage(format!("{option} {name}: {why}"));
+            let refused = |why: String| JobError::Options(format!("{option} {name}: {why}"));
             groups.extend(self.groups_named(name).map_err(refused)?);
         }
         let attributes = self.attributes();

@@ -1,0 +1,380 @@
+//! The options of a job as data: what every face fills in, the program from its command line, others from what their callers pass.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+
+use serde::Deserialize;
+
+use crate::io::{Format, PackOptions};
+use crate::simplify::{Assembly, Effort, Hidden, Optimize, Options, Purpose, ScoreSource, Target};
+
+use super::error::JobError;
+use super::levels::{LodsBy, levels};
+use super::meshopt;
+use super::parse::{bound, count, n_bytes, share, symmetry};
+use super::request::{Ignored, Job, Repair};
+use super::size::{Bound, Count, Goal};
+use super::value::Value;
+
+/// Pieces smaller than that are no part of a print, in percent of the diagonal: 1 mm of 10 cm.
+const PIECE_PERCENT: f64 = 1.0;
+/// Bits of a coordinate in a glTF of small numbers: what gltfpack takes.
+const POSITION_BITS: u32 = 14;
+/// Degrees between faces at what `keep_features` keeps.
+const FEATURE_ANGLE: f64 = 30.0;
+
+/// The options of `neural-mesh simplify` by their names, `_` for `-`; unknown ones are refused. Numbers may be texts as people type them.
+///
+/// ```
+/// use neural_mesh::job::{Arguments, Bound, Goal};
+///
+/// let arguments: Arguments = serde_json::from_str(r#"{"error": "0.5%", "format": "glb", "effort": "best"}"#).unwrap();
+/// assert_eq!(arguments.job().unwrap().goal, Goal::Error(Bound::Percent(0.5)));
+/// assert!(serde_json::from_str::<Arguments>(r#"{"rato": 0.1}"#).is_err());
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[allow(missing_docs, reason = "the program's help says what each is")]
+pub struct Arguments {
+    pub ratio: Option<Value>,
+    /// Shares of what has these names.
+    pub ratio_of: BTreeMap<String, Value>,
+    pub vertices: Option<Value>,
+    pub faces: Option<Value>,
+    pub error: Option<Value>,
+    pub size: Option<Value>,
+    pub lods: Vec<Value>,
+    pub lods_by: Option<String>,
+    pub format: Option<String>,
+    pub assembly: Option<String>,
+    pub scores: Option<String>,
+    pub optimize: Option<String>,
+    pub effort: Option<String>,
+    pub hidden: Option<String>,
+    #[serde(rename = "for")]
+    pub purpose: Option<String>,
+    pub seed: u64,
+    pub lock_boundaries: bool,
+    pub subset: bool,
+    pub close: bool,
+    pub keep_components: bool,
+    pub keep_features: bool,
+    pub crease_angle: Option<f64>,
+    pub seam_error: Option<f64>,
+    pub ignore: Vec<String>,
+    pub symmetric: Option<Value>,
+    pub keep: Vec<String>,
+    pub importance: Option<String>,
+    pub map: bool,
+    pub prune: Option<Value>,
+    pub fill_holes: Option<Value>,
+    pub printable: Option<Value>,
+    pub bake: Option<usize>,
+    pub compress: Option<Value>,
+    pub textures: Option<usize>,
+    pub weld: Option<Value>,
+    pub no_weld: bool,
+    pub no_check: bool,
+    pub allow_outside: bool,
+    /// Whether weights of a network are given.
+    #[serde(skip)]
+    pub has_weights: bool,
+}
+
+impl Arguments {
+    /// The job that they ask for, whose results are OBJ where no format is given.
+    ///
+    /// # Errors
+    /// [`JobError::Options`] where one is out of range or two contradict each other.
+    pub fn job(&self) -> Result<Job, JobError> {
+        let format = self.format.as_deref().unwrap_or("obj");
+        let unknown =
+            || refused(format!("--format {format}: unknown format: choose from {}", Format::NAMES.join(", ")));
+        let job = self.job_as(Format::from_name(format).ok_or_else(unknown)?)?;
+        job.check()?;
+        Ok(job)
+    }
+
+    /// The same for results of this format; nothing is checked that depends on it.
+    ///
+    /// # Errors
+    /// As [`job`](Self::job).
+    pub fn job_as(&self, format: Format) -> Result<Job, JobError> {
+        self.check()?;
+        let mut job = Job::new(self.options()?, format);
+        job.goal = self.goal()?;
+        let named = |(name, of): (&String, &Value)| Ok((name.clone(), typed("--ratio", of, share)?));
+        job.shares = self.ratio_of.iter().map(named).collect::<Result<_, JobError>>()?;
+        (job.weld, job.weld_near) = (!self.no_weld, distance("--weld", self.weld.as_ref())?);
+        (job.seam_texels, job.prune_below) = (self.seam_error, self.prune_below()?);
+        (job.repair, job.compress) = (self.repair()?, self.packing()?);
+        (job.bake, job.textures) = (self.bake, self.textures);
+        let ignored = |name: &String| one_of("--ignore", Some(name), &IGNORED);
+        job.ignore = self.ignore.iter().map(ignored).collect::<Result<_, _>>()?;
+        (job.importance, job.keep) = (self.importance.clone(), self.keep.clone());
+        (job.allow_outside, job.check) = (self.allow_outside, !self.no_check);
+        job.check_options()?;
+        Ok(job)
+    }
+
+    /// What is asked of the simplifier.
+    fn options(&self) -> Result<Options, JobError> {
+        let mut options = Options::new(self.target()?);
+        options.assembly = one_of("--assembly", self.assembly.as_ref(), &ASSEMBLIES)?;
+        options.optimize = one_of("--optimize", self.optimize.as_ref(), &OPTIMIZE)?;
+        options.effort = one_of("--effort", self.effort.as_ref(), &EFFORTS)?;
+        options.hidden = one_of("--hidden", self.hidden.as_ref(), &HIDDEN)?;
+        options.purpose = one_of("--for", self.purpose.as_ref(), &PURPOSES)?;
+        options.scores = one_of("--scores", self.scores.as_ref(), &SCORES)?;
+        if self.scores.is_none() && self.has_weights {
+            options.scores = ScoreSource::Network;
+        }
+        self.check_no_network(&options)?;
+        options.seed = self.seed;
+        options.prune = !self.keep_components;
+        (options.lock_boundaries, options.subset) = (self.lock_boundaries, self.subset);
+        (options.close, options.map) = (self.close, self.map);
+        let angle = self.keep_features.then_some(FEATURE_ANGLE).or(self.crease_angle);
+        options.crease_angle = angle.map(|degrees| degrees as f32);
+        let plane = self.symmetric.as_ref().filter(|plane| plane.is_given());
+        options.symmetric = plane.map(|plane| symmetry(plane.text().as_deref())).transpose()?;
+        Ok(options)
+    }
+
+    /// The size, as far as it is known before the mesh is.
+    fn target(&self) -> Result<Target, JobError> {
+        if let Some(ratio) = &self.ratio {
+            return typed("--ratio", ratio, share).map(Target::Ratio);
+        }
+        // Shares of the faces are numbers when the mesh is known.
+        Ok(match (&self.vertices, &self.faces, self.goal()?) {
+            (Some(text), ..) => match typed("--vertices", text, count)? {
+                Count::Share(ratio) => Target::Ratio(ratio),
+                Count::Number(n) => Target::Vertices(n),
+            },
+            (_, _, Goal::Levels(sizes)) => sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)),
+            (_, Some(text), _) => match typed("--faces", text, count)? {
+                Count::Number(n) => Target::Faces(n),
+                Count::Share(_) => Target::Ratio(1.0),
+            },
+            _ => Target::Ratio(1.0),
+        })
+    }
+
+    /// What is asked for beside a number of vertices or faces.
+    fn goal(&self) -> Result<Goal, JobError> {
+        if let Some(text) = &self.faces
+            && let Count::Share(share) = typed("--faces", text, count)?
+        {
+            return Ok(Goal::ShareOfFaces(share));
+        }
+        match (distance("--error", self.error.as_ref())?, &self.size) {
+            (Some(error), _) => Ok(Goal::Error(error)),
+            (_, Some(size)) => n_bytes(&size.text().unwrap_or_default()).map(Goal::Size),
+            _ if !self.lods.is_empty() => {
+                let by = self.lods_by.as_ref().map(|by| one_of("--lods-by", Some(by), &LODS_BY)).transpose()?;
+                levels(&self.lods.iter().filter_map(Value::text).collect::<Vec<_>>(), by)
+            }
+            _ => Ok(Goal::Target),
+        }
+    }
+
+    /// The size below which components are dropped: as given, or the distance asked for.
+    fn prune_below(&self) -> Result<Option<Bound>, JobError> {
+        match &self.prune {
+            Some(Value::Flag(true)) => distance("--error", self.error.as_ref()),
+            size => distance("--prune", size.as_ref()),
+        }
+    }
+
+    /// What is done to the mesh before it is simplified.
+    fn repair(&self) -> Result<Option<Repair>, JobError> {
+        if self.printable.as_ref().is_some_and(Value::is_given) {
+            let size = distance("--printable", self.printable.as_ref())?;
+            return Ok(Some(Repair::Printable(size.unwrap_or(Bound::Percent(PIECE_PERCENT)))));
+        }
+        let Some(most) = self.fill_holes.as_ref().filter(|most| most.is_given()) else { return Ok(None) };
+        let whole = |text: &str| text.parse().map_err(|_| "give a whole number of at least 0".to_string());
+        let most = most.text().map_or(Ok(usize::MAX), |text| whole(&text));
+        most.map(|most| Some(Repair::FillHoles(most))).map_err(|why| refused(format!("--fill-holes: {why}")))
+    }
+
+    /// How the numbers of a result are packed, where that is asked for.
+    fn packing(&self) -> Result<Option<PackOptions>, JobError> {
+        let Some(how) = self.compress.as_ref().filter(|how| how.is_given()) else { return Ok(None) };
+        let compress = how.text().map_or(Ok(true), |how| one_of("--compress", Some(&how), &COMPRESS))?;
+        if compress {
+            meshopt::check()?;
+        }
+        Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
+    }
+
+    /// Where every vertex counts by its area, a network has nothing to do.
+    fn check_no_network(&self, options: &Options) -> Result<(), JobError> {
+        let option = match (&self.scores, options.scores) {
+            (Some(_), ScoreSource::Geometry) => "--scores geometry",
+            (Some(_), ScoreSource::Bending) => "--scores bending",
+            _ if options.optimize == Optimize::Mean => "--optimize mean",
+            _ => return Ok(()),
+        };
+        let why = match (options.assembly, self.has_weights) {
+            (Assembly::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
+            (_, true) => "it uses no network: leave --weights out",
+            _ => return Ok(()),
+        };
+        Err(refused(format!("{option}: {why}")))
+    }
+
+    /// Refuses several sizes of the whole, and options that exclude each other.
+    fn check(&self) -> Result<(), JobError> {
+        let given = |value: &Option<Value>| value.as_ref().is_some_and(Value::is_given);
+        let sizes = [
+            ("--ratio", given(&self.ratio)),
+            ("--vertices", given(&self.vertices)),
+            ("--faces", given(&self.faces)),
+            ("--error", given(&self.error)),
+            ("--size", given(&self.size)),
+            ("--lods", !self.lods.is_empty()),
+        ];
+        let mut named = sizes.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name);
+        match (named.next(), named.next()) {
+            (None, _) if self.ratio_of.is_empty() => {
+                return Err(refused("give a size: --ratio, --vertices, --faces, --error, --size or --lods"));
+            }
+            (Some("--ratio"), Some(other)) => {
+                let what = "give one size of the whole, and others as NAME=R";
+                return Err(refused(format!("--ratio cannot be used with {other}: {what}")));
+            }
+            (Some(one), Some(other)) => return Err(excluded(one, other)),
+            _ => {}
+        }
+        if self.lods_by.is_some() && self.lods.is_empty() {
+            return Err(refused("--lods-by: give --lods, too"));
+        }
+        let (keep, bake) = (!self.keep.is_empty(), self.bake.is_some());
+        let (printable, fill_holes) = (given(&self.printable), given(&self.fill_holes));
+        let (symmetric, compress) = (given(&self.symmetric), given(&self.compress));
+        let pairs = [
+            (keep, "--keep", printable, "--printable"),
+            (keep, "--keep", fill_holes, "--fill-holes"),
+            (keep, "--keep", given(&self.weld), "--weld"),
+            (keep, "--keep", bake, "--bake"),
+            (fill_holes, "--fill-holes", symmetric, "--symmetric"),
+            (printable, "--printable", fill_holes, "--fill-holes"),
+            (printable, "--printable", symmetric, "--symmetric"),
+            (printable, "--printable", self.no_weld, "--no-weld"),
+            (bake, "--bake", given(&self.size), "--size"),
+            (bake, "--bake", !self.lods.is_empty(), "--lods"),
+            (bake, "--bake", !self.ignore.is_empty(), "--ignore"),
+            (compress, "--compress", symmetric, "--symmetric"),
+            (compress, "--compress", self.lock_boundaries, "--lock-boundaries"),
+            (compress, "--compress", self.subset, "--subset"),
+            (self.textures.is_some(), "--textures", bake, "--bake"),
+            (given(&self.weld), "--weld", self.no_weld, "--no-weld"),
+            (self.crease_angle.is_some(), "--crease-angle", self.keep_features, "--keep-features"),
+        ];
+        let both = pairs.into_iter().find(|(one, _, other, _)| *one && *other);
+        both.map_or(Ok(()), |(_, one, _, other)| Err(excluded(one, other)))
+    }
+}
+
+const ASSEMBLIES: [(&str, Assembly); 2] = [("closed", Assembly::Closed), ("paper", Assembly::Paper)];
+const OPTIMIZE: [(&str, Optimize); 4] = [
+    ("balanced", Optimize::Balanced),
+    ("mean", Optimize::Mean),
+    ("max", Optimize::Max),
+    ("normals", Optimize::Normals),
+];
+const EFFORTS: [(&str, Effort); 3] = [("standard", Effort::Standard), ("fast", Effort::Fast), ("best", Effort::Best)];
+const HIDDEN: [(&str, Hidden); 3] = [("keep", Hidden::Keep), ("cheap", Hidden::Cheap), ("drop", Hidden::Drop)];
+const PURPOSES: [(&str, Purpose); 3] =
+    [("shape", Purpose::Shape), ("poses", Purpose::Poses), ("spectrum", Purpose::Spectrum)];
+const SCORES: [(&str, ScoreSource); 3] =
+    [("bending", ScoreSource::Bending), ("network", ScoreSource::Network), ("geometry", ScoreSource::Geometry)];
+const LODS_BY: [(&str, LodsBy); 3] =
+    [("vertices", LodsBy::Vertices), ("faces", LodsBy::Faces), ("error", LodsBy::Error)];
+const COMPRESS: [(&str, bool); 2] = [("meshopt", true), ("quantize", false)];
+const IGNORED: [(&str, Ignored); 4] = [
+    ("uv", Ignored::Uv),
+    ("normals", Ignored::Normals),
+    ("colors", Ignored::Colors),
+    ("materials", Ignored::Materials),
+];
+
+/// What one of several names stands for; the first where none is given.
+fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) -> Result<T, JobError> {
+    let found = given.map_or(names.first(), |given| names.iter().find(|(name, _)| name == given));
+    found.map(|(_, of)| *of).ok_or_else(|| {
+        let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        refused(format!("{option} {}: choose from {}", given.map_or("", String::as_str), names.join(", ")))
+    })
+}
+
+/// A value as its option reads it.
+fn typed<T>(option: &str, value: &Value, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
+    let text = value.text().unwrap_or_default();
+    read(&text).map_err(|why| refused(format!("{option} {text}: {why}")))
+}
+
+/// A distance, where one is given.
+fn distance(option: &str, value: Option<&Value>) -> Result<Option<Bound>, JobError> {
+    value.and_then(Value::text).map(|text| bound(option, &text)).transpose()
+}
+
+fn excluded(one: &str, other: &str) -> JobError {
+    refused(format!("{one} cannot be used with {other}: leave one out"))
+}
+
+fn refused(what: impl Display) -> JobError {
+    JobError::Options(what.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job(json: &str) -> Result<Job, String> {
+        let arguments: Arguments = serde_json::from_str(json).map_err(|error| error.to_string())?;
+        arguments.job().map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn numbers_and_texts_mean_what_they_mean_on_the_command_line() {
+        for (json, target) in [
+            (r#"{"ratio": 0.1}"#, Target::Ratio(0.1)),
+            (r#"{"ratio": "10%"}"#, Target::Ratio(0.1)),
+            (r#"{"vertices": "1.5k"}"#, Target::Vertices(1500)),
+            (r#"{"faces": 5000}"#, Target::Faces(5000)),
+        ] {
+            assert_eq!(job(json).unwrap().options.target, target, "{json}");
+        }
+        assert_eq!(job(r#"{"faces": "10%"}"#).unwrap().goal, Goal::ShareOfFaces(0.1));
+        assert_eq!(job(r#"{"size": "2MB"}"#).unwrap().goal, Goal::Size(2_000_000));
+        assert_eq!(job(r#"{"lods": [0.5, "10%"]}"#).unwrap().goal.n_levels(), Some(2));
+        let pruned = job(r#"{"error": 0.5, "prune": true, "printable": true}"#).unwrap();
+        assert_eq!(
+            (pruned.prune_below, pruned.repair),
+            (Some(Bound::Absolute(0.5)), Some(Repair::Printable(Bound::Percent(PIECE_PERCENT))))
+        );
+        let named = job(r#"{"ratio_of": {"head": "50%"}, "for": "poses", "format": "glb"}"#).unwrap();
+        assert_eq!((named.shares.len(), named.options.purpose, named.format), (1, Purpose::Poses, Format::Glb));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_in_one_line() {
+        for (json, why) in [
+            (r#"{}"#, "give a size: --ratio"),
+            (r#"{"ratio": 2}"#, "--ratio 2: give a share above 0"),
+            (r#"{"ratio": 0.1, "faces": 3}"#, "--ratio cannot be used with --faces"),
+            (r#"{"ratio": 0.1, "optimize": "speed"}"#, "--optimize speed: choose from balanced, mean, max, normals"),
+            (r#"{"ratio": 0.1, "keep": ["a"], "bake": 512}"#, "--keep cannot be used with --bake: leave one out"),
+            (r#"{"ratio": 0.1, "format": "doc"}"#, "--format doc: unknown format"),
+            (r#"{"ratio": 0.1, "fill_holes": "few"}"#, "--fill-holes: give a whole number"),
+            (r#"{"ratio": 0.1, "scores": "geometry", "assembly": "paper"}"#, "--scores geometry: the paper's assembly"),
+            (r#"{"rato": 0.1}"#, "unknown field `rato`"),
+        ] {
+            let said = job(json).unwrap_err();
+            assert!(said.starts_with(why) && !said.contains('\n'), "{json}: {said}");
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! From what a file says to a document: cleaned, repaired, and without what its result does not need.
+
+use crate::io::{self, Asset, Format, ReadError, ReadMesh};
+use crate::mesh::cleanup::{CleanCounts, CleanOptions, clean};
+use crate::mesh::{Attributes, Frame, Piece, RawMesh, Role, United, snap};
+use crate::repair::{fill_holes, printable};
+use crate::simplify::Purpose;
+
+use crate::job::error::JobError;
+use crate::job::request::{Ignored, Job, Repair};
+use crate::job::size::Bound;
+use crate::job::textures::Textures;
+
+use super::{Document, Kind};
+
+impl Document {
+    /// Cleans a mesh that is read, and repairs it where the job asks for that.
+    ///
+    /// # Errors
+    /// [`JobError`] where no face is left, or the job asks for what such a mesh has no means for.
+    pub fn from_mesh(read: ReadMesh, job: &Job) -> Result<Self, JobError> {
+        let ReadMesh { mesh: mut raw, extra, notes, .. } = read;
+        if job.bake.is_some() && extra.is_bent {
+            let what =
+                "--bake: a mesh with a skin or morph targets has more than one shape: simplify it without --bake";
+            return Err(JobError::Options(what.into()));
+        }
+        weld_near(&mut raw, job, 1.0);
+        let exact = (raw.double || job.keeps_positions() && has_decimals(&raw)).then(|| raw.positions.clone());
+        let cleaned = clean(raw, &clean_options(job)).map_err(|error| JobError::Document(error.to_string()))?;
+        let (frame, counts) = (cleaned.frame, cleaned.counts);
+        let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
+        let textures = job.textures.map(Textures::new);
+        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
+            .decoded(job)?
+            .repaired(job)?
+            .wanting(job)
+    }
+
+    /// Takes a glTF scene as it is, each of its meshes cleaned.
+    ///
+    /// # Errors
+    /// As [`from_mesh`](Self::from_mesh).
+    pub fn from_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
+        Self::of_asset(asset, job)?.repaired(job)?.wanting(job)
+    }
+
+    /// Reads a mesh from the bytes of a file, of which `format` says the format where these do not; a glTF that is written as glTF is taken
+    /// as the scene that it is. Files beside it are not found.
+    ///
+    /// # Errors
+    /// As [`from_mesh`](Self::from_mesh), and where the bytes are no mesh.
+    pub fn from_bytes(bytes: &[u8], format: Option<Format>, job: &Job) -> Result<Self, JobError> {
+        let refused = |error: ReadError| JobError::Document(error.to_string());
+        if matches!(job.format, Format::Gltf | Format::Glb) && job.bake.is_none() && io::is_gltf(bytes) {
+            return Self::from_asset(Asset::from_stream(bytes).map_err(refused)?, job);
+        }
+        Self::from_mesh(io::read_attributed(bytes, format).map_err(refused)?, job)
+    }
+
+    fn of_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
+        let options = clean_options(job);
+        let poses = if job.options.purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
+        let poses = poses.map_err(|error| JobError::Document(error.to_string()))?;
+        let cleaned = |(i, part): (usize, &io::Part)| {
+            let mut raw = part.mesh.clone();
+            raw.attributes.channels.extend(poses.get(i).into_iter().flatten().cloned());
+            weld_near(&mut raw, job, part.scale);
+            clean(raw, &options)
+        };
+        let parts: Vec<_> = asset.parts().iter().enumerate().map(cleaned).collect();
+        let (mut n_pieces, mut counts) = (0, CleanCounts::default());
+        let mut pieces = Vec::new();
+        for part in &parts {
+            pieces.push(part.is_ok().then_some(n_pieces));
+            n_pieces += usize::from(part.is_ok());
+            part.iter().for_each(|part| counts += part.counts);
+        }
+        let places = asset.places().map_err(|error| JobError::Document(error.to_string()))?;
+        let scaled = parts.iter().zip(asset.parts()).zip(&places).filter_map(|((cleaned, part), places)| {
+            let cleaned = cleaned.as_ref().ok()?;
+            Some(Piece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale, places })
+        });
+        let scaled: Vec<Piece> = scaled.collect();
+        if scaled.is_empty() {
+            return Err(JobError::Document("no triangles: a scene needs a mesh of triangles".into()));
+        }
+        let united = United::new(&scaled).ok_or_else(|| {
+            JobError::Document("its meshes are too many or too far apart in size: split the scene".into())
+        })?;
+        let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
+        let (frame, textures) = (Frame::default(), job.textures.map(Textures::new));
+        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
+    }
+
+    /// The same, held back by nothing that the result does not need or its format does not hold.
+    fn wanting(mut self, job: &Job) -> Result<Self, JobError> {
+        if job.format.is_bare() || job.bake.is_some() {
+            self.wanted = Some(Attributes::default());
+            return Ok(self);
+        }
+        let ignores = |what| job.ignore.contains(&what);
+        if matches!(self.kind, Kind::Scene { .. }) && ignores(Ignored::Materials) {
+            let what =
+                "--ignore materials: the primitives of a scene stay apart: leave materials out, or write obj or ply";
+            return Err(JobError::Options(what.into()));
+        }
+        let keeps = |role| match role {
+            Role::Uv => !ignores(Ignored::Uv),
+            Role::Normal => !ignores(Ignored::Normals),
+            Role::Tangent => !ignores(Ignored::Uv) && !ignores(Ignored::Normals),
+            Role::Colour => !ignores(Ignored::Colors),
+            _ => true,
+        };
+        let is_scene = matches!(self.kind, Kind::Scene { .. });
+        let held = |role| is_scene || job.format.holds(role);
+        if !job.ignore.is_empty() || self.attributes().channels.iter().any(|channel| !held(channel.role)) {
+            let keeps = |role| keeps(role) && held(role);
+            self.wanted = Some(self.attributes().clone().only(keeps, !ignores(Ignored::Materials)));
+        }
+        Ok(self)
+    }
+
+    /// The same, with its holes filled, or made a solid, where the job asks for that.
+    fn repaired(mut self, job: &Job) -> Result<Self, JobError> {
+        let repaired = match job.repair {
+            None => return Ok(self),
+            Some(Repair::FillHoles(most_edges)) => fill_holes(self.mesh(), self.attributes(), most_edges),
+            Some(Repair::Printable(size)) => {
+                self.check_printable(job)?;
+                let least_size = size.over(self.mesh().diagonal());
+                printable(self.mesh(), self.attributes(), least_size)
+                    .map_err(|error| JobError::Document(format!("--printable: {error}")))?
+            }
+        };
+        self.repaired = Some(repaired.counts);
+        match &mut self.kind {
+            Kind::Mesh { cleaned, .. } => {
+                cleaned.source = repaired.sources.iter().map(|&vertex| cleaned.source[vertex as usize]).collect();
+                (cleaned.mesh, cleaned.attributes) = (repaired.mesh, repaired.attributes);
+            }
+            Kind::Scene { united, .. } => (united.mesh, united.attributes) = (repaired.mesh, repaired.attributes),
+        }
+        Ok(self)
+    }
+
+    /// Refuses what has more than one shape: the meshes of a scene, which its nodes place, and what a skin or targets bend.
+    fn check_printable(&self, job: &Job) -> Result<(), JobError> {
+        let of_scene = |kind: &Kind| matches!(kind, Kind::Scene { pieces, .. } if pieces.iter().flatten().count() > 1);
+        if of_scene(&self.kind) {
+            let what = "--printable: a scene of several meshes is no one solid: write stl, ply or obj";
+            return Err(JobError::Options(what.into()));
+        }
+        let bends = |role| matches!(role, Role::Skin | Role::MorphPosition);
+        let is_bent = self.attributes().channels.iter().any(|channel| bends(channel.role));
+        if is_bent && !job.format.is_bare() {
+            let what = "--printable: a mesh with a skin or morph targets has more than one shape: write stl";
+            return Err(JobError::Options(what.into()));
+        }
+        Ok(())
+    }
+}
+
+/// How a mesh is cleaned.
+fn clean_options(job: &Job) -> CleanOptions {
+    let mut options = CleanOptions::default();
+    options.weld = job.weld;
+    options
+}
+
+/// Moves vertices onto others where the job says that they become one; `scale` is how large the mesh is drawn.
+fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
+    if let Some(bound) = job.weld_near {
+        let distance = match bound {
+            Bound::Absolute(distance) => distance / scale,
+            Bound::Percent(_) => bound.over(raw.diagonal()),
+        };
+        snap(&mut raw.positions, distance);
+    }
+}
+
+/// Whether a coordinate is no single one: decimals that stand for one are another number to a reader in doubles.
+fn has_decimals(raw: &RawMesh) -> bool {
+    raw.positions.iter().flatten().any(|&x| f64::from(x as f32) != x)
+}

@@ -1,0 +1,119 @@
+//! A document and its results as people see them, and how far these are apart.
+
+use std::borrow::Cow;
+
+use crate::io::{LighterPart, Packing, ReadError};
+use crate::mesh::cleanup::{CleanOptions, clean};
+use crate::mesh::{Attributes, Grid, RawMesh, TriMesh, United};
+use crate::metrics::{QuickDistance, quick_distance};
+use crate::simplify::Simplified;
+
+use super::write::lighter_parts;
+use super::{Document, Kind};
+
+/// A mesh as people see it.
+pub struct Seen<'a> {
+    /// Its surface.
+    pub mesh: Cow<'a, TriMesh>,
+    /// What its corners and faces carry.
+    pub attributes: Cow<'a, Attributes>,
+}
+
+impl Document {
+    /// The original and a result as people see them: the meshes of a scene where its nodes place them, around an origin that
+    /// both share.
+    pub fn seen(&self, result: &Simplified) -> Result<[Seen<'_>; 2], ReadError> {
+        let Kind::Scene { asset, united, pieces } = &self.kind else {
+            let result =
+                Seen { mesh: Cow::Owned(result.mesh.clone()), attributes: Cow::Owned(result.attributes.clone()) };
+            return Ok([
+                Seen { mesh: Cow::Borrowed(self.mesh()), attributes: Cow::Borrowed(self.attributes()) },
+                result,
+            ]);
+        };
+        let before = (&united.mesh, &united.attributes);
+        let mut origin = None;
+        let mut seen = |(mesh, attributes): (&TriMesh, &Attributes)| {
+            let parts = lighter_parts(asset, united, pieces, mesh, attributes);
+            let meshes: Vec<RawMesh> = parts.into_iter().map(as_raw).collect();
+            let mut scene = asset.placed(&meshes)?;
+            if scene.faces.is_empty() {
+                // No node places a mesh: they are seen as they are.
+                return Ok(Seen { mesh: Cow::Owned(mesh.clone()), attributes: Cow::Owned(Attributes::default()) });
+            }
+            let origin = *origin.get_or_insert(scene.positions.first().copied().unwrap_or_default());
+            scene.positions.iter_mut().flatten().zip(origin.into_iter().cycle()).for_each(|(x, from)| *x -= from);
+            scene.double = false;
+            let cleaned = clean(scene, &CleanOptions::default());
+            let (mesh, attributes) = cleaned.map_or_else(|_| Default::default(), |it| (it.mesh, it.attributes));
+            Ok(Seen { mesh: Cow::Owned(mesh), attributes: Cow::Owned(attributes) })
+        };
+        Ok([seen(before)?, seen((&result.mesh, &result.attributes))?])
+    }
+
+    /// Puts the mesh, or what became of it, where a viewer sees it.
+    fn view_of<'a>(&self, mesh: &'a TriMesh, attributes: &Attributes) -> Cow<'a, TriMesh> {
+        match &self.kind {
+            Kind::Mesh { .. } => Cow::Borrowed(mesh),
+            Kind::Scene { united, .. } => Cow::Owned(united.view(mesh, attributes).mesh),
+        }
+    }
+
+    /// Measures how far a result, as it is packed, is from the original; of a scene all of it, where a viewer sees it. `None` where
+    /// nothing is seen of one of the two.
+    pub fn distance(&self, result: &Simplified, packing: Option<&Packing>, n_samples: usize) -> Option<QuickDistance> {
+        let packed = match &self.kind {
+            Kind::Mesh { .. } => {
+                let around = if self.frame.double { [0.0; 3] } else { self.frame.origin };
+                on_grid(&result.mesh, packing.and_then(|packing| packing.grid(0)), around)
+            }
+            Kind::Scene { united, pieces, .. } => on_grids(result, united, pieces, packing),
+        };
+        let original = self.view_of(self.mesh(), self.attributes());
+        quick_distance(&original, &self.view_of(&packed, &result.attributes), n_samples, 0)
+    }
+}
+
+/// A result with the vertices of each piece on the grid of its part, where it has one.
+fn on_grids<'a>(
+    result: &'a Simplified,
+    united: &United,
+    pieces: &[Option<usize>],
+    packing: Option<&Packing>,
+) -> Cow<'a, TriMesh> {
+    let Some(packing) = packing else { return Cow::Borrowed(&result.mesh) };
+    let mut positions = result.mesh.positions().to_vec();
+    let mut grid_of = vec![None; pieces.iter().flatten().count()];
+    for (part, piece) in pieces.iter().enumerate().filter_map(|(part, piece)| Some((part, (*piece)?))) {
+        grid_of[piece] = packing.grid(part);
+    }
+    for (face, f) in result.mesh.faces().iter().zip(0..) {
+        let piece = united.piece_of(result.attributes.group(f));
+        let (Some(grid), scale) = (grid_of[piece], united.scale(piece)) else { continue };
+        for &v in face {
+            let own = result.mesh.positions()[v as usize].map(|x| f64::from(x) / scale);
+            positions[v as usize] = grid.point(grid.round(own)).map(|x| (x * scale) as f32);
+        }
+    }
+    TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
+}
+
+/// A mesh with its vertices on a grid that counts from `around`, where there is one.
+fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&Grid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
+    let Some(grid) = grid else { return Cow::Borrowed(mesh) };
+    let rounded = |p: &[f32; 3]| {
+        let place = grid.point(grid.round(std::array::from_fn(|axis| f64::from(p[axis]) + around[axis])));
+        std::array::from_fn(|axis| (place[axis] - around[axis]) as f32)
+    };
+    let moved = TriMesh::new(mesh.positions().iter().map(rounded).collect(), mesh.faces().to_vec());
+    moved.map_or(Cow::Borrowed(mesh), Cow::Owned)
+}
+
+/// A part as a mesh in its own coordinates.
+fn as_raw(part: LighterPart) -> RawMesh {
+    let LighterPart { positions, faces, attributes, .. } = part;
+    let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();
+    let mut raw = RawMesh::new(positions, faces);
+    raw.attributes = attributes;
+    raw
+}

@@ -1,0 +1,237 @@
+//! Results as the bytes of files.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use crate::io::{
+    self, Asset, Extra, ImageMaker, LighterPart, Model, PackOptions, Packing, SceneOptions, WriteError, WriteOptions,
+};
+use crate::mesh::cleanup::Cleaned;
+use crate::mesh::{Attributes, Frame, Grid, TriMesh, United, longest_side};
+use crate::simplify::Simplified;
+
+use crate::job::dress::Dress;
+use crate::job::files::{Files, Meshes};
+use crate::job::request::{Ignored, Job};
+use crate::job::textures::Textures;
+
+use super::{Document, Kind};
+
+impl Document {
+    /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
+    pub fn written_frame(&self, job: &Job) -> Frame {
+        Frame { double: self.frame.double && !job.format.is_single(), ..self.frame }
+    }
+
+    /// How far the file that is written may round a vertex: an STL far from the origin does.
+    pub fn rounding(&self, job: &Job) -> f64 {
+        let frame = self.written_frame(job);
+        if frame.double || frame.origin == [0.0; 3] {
+            return 0.0;
+        }
+        let reach = |p: &[f32; 3]| frame.to_file(*p).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let reach = self.mesh().positions().iter().map(reach).fold(0.0, f64::max);
+        0.5 * 3f64.sqrt() * f64::from(f32::EPSILON) * reach
+    }
+
+    /// Where the vertices of a result lie in the file, in double precision, where that has such.
+    pub fn exact_positions(&self, result: &Simplified, job: &Job) -> Option<Vec<[f64; 3]>> {
+        if !self.frame.double {
+            return None;
+        }
+        let framed = |local: &[f32; 3]| self.frame.to_file(*local);
+        let Kind::Mesh { cleaned, exact: Some(positions), .. } = &self.kind else {
+            return Some(result.mesh.positions().iter().map(framed).collect());
+        };
+        let kept = in_place(positions, cleaned, result, job).unwrap_or_default();
+        let kept = kept.into_iter().chain(std::iter::repeat(None));
+        Some(
+            result
+                .mesh
+                .positions()
+                .iter()
+                .zip(kept)
+                .map(|(local, kept)| kept.unwrap_or_else(|| framed(local)))
+                .collect(),
+        )
+    }
+
+    /// Results as the files of a format; `file_name` is what the mesh file will be called.
+    pub fn written(
+        &self,
+        Meshes { results, coverage, dress, packing }: &Meshes,
+        job: &Job,
+        file_name: &str,
+    ) -> Result<Files, WriteError> {
+        match &self.kind {
+            Kind::Mesh { cleaned, exact, extra } => {
+                let Some(result) = results.first() else { return Ok(Files::default()) };
+                let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, job));
+                let attributes = dress.map_or(&result.attributes, |dress| &dress.attributes);
+                let mut model = Model::new(&result.mesh, self.frame, attributes, extra);
+                model.exact = exact;
+                let mut options = WriteOptions::new(job.format, library_name(job, file_name));
+                (options.allow_outside, options.packing) = (job.allow_outside, packing.cloned());
+                (options.images, options.shares_images) = (self.textures(), job.names.shared.is_some());
+                self.mesh_files(model, *dress, &options, job)
+            }
+            Kind::Scene { asset, united, pieces } => {
+                let lighter =
+                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
+                let mut options = SceneOptions::new(job.format, file_name);
+                (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
+                options.shared_images = job.names.shared.as_deref().filter(|_| job.names.are_several());
+                let files = scene_files(asset, &levels, &options)?;
+                Ok(Files { notes: self.textures.iter().filter_map(Textures::note).collect(), ..files })
+            }
+        }
+    }
+
+    /// A mesh that is no scene as files, under the names that it is to have.
+    fn mesh_files(
+        &self,
+        model: Model,
+        dress: Option<&Dress>,
+        options: &WriteOptions,
+        job: &Job,
+    ) -> Result<Files, WriteError> {
+        let (extra, mut model): (&Extra, Model) = (model.extra, model);
+        let dropped = io::geometry_only(options.format, self.attributes(), extra);
+        let mut nameless = Extra::default();
+        nameless.unit.clone_from(&extra.unit);
+        let is_nameless = job.ignore.contains(&Ignored::Materials) || options.format.is_bare();
+        model.extra = dress.map_or(if is_nameless { &nameless } else { extra }, |dress| &dress.extra);
+        let said = dropped.as_ref().and_then(|_| io::geometry_only(options.format, model.attributes, model.extra));
+        let written = io::write_attributed(&model, options)?;
+        let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
+        let kept = self.textures.as_ref().and_then(Textures::note);
+        let notes = dropped.into_iter().chain(others).chain(kept).collect();
+        Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
+    }
+
+    pub(super) fn textures(&self) -> Option<&dyn ImageMaker> {
+        self.textures.as_ref().map(|textures| textures as &dyn ImageMaker)
+    }
+
+    /// How the numbers of results, the levels of one, are packed in a glTF; beside it what cannot be, in one line each.
+    pub fn packing(
+        &self,
+        results: &[&Simplified],
+        job: &Job,
+        options: &PackOptions,
+    ) -> Result<(Packing, Vec<String>), WriteError> {
+        match &self.kind {
+            Kind::Mesh { cleaned, exact, .. } => {
+                let (frame, attributes, extra) = (self.frame, Attributes::NONE, &Extra::default());
+                let mut models = Vec::new();
+                for result in results {
+                    let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, job));
+                    let mut model = Model::new(&result.mesh, frame, attributes, extra);
+                    model.exact = exact;
+                    models.push(model);
+                }
+                let (packing, note) = io::packing(&models, options)?;
+                Ok((packing, note.into_iter().collect()))
+            }
+            Kind::Scene { asset, united, pieces } => {
+                let lighter =
+                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
+                let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+                Ok(asset.packing(&levels, options))
+            }
+        }
+    }
+
+    /// How far a packing of so many bits may move vertices of results no farther than `error` from the original.
+    pub fn packed_rounding(&self, bits: u32, error: f64) -> f64 {
+        let longest = match &self.kind {
+            Kind::Mesh { cleaned, .. } => longest_side(cleaned.mesh.positions().iter().map(|p| p.map(f64::from))),
+            Kind::Scene { asset, united, pieces } => {
+                let sides = asset.packing_sides().into_iter().zip(pieces);
+                let scaled = sides.filter_map(|(side, piece)| {
+                    let piece = (*piece)?;
+                    Some(side * united.scale(piece) * united.stretch(piece))
+                });
+                scaled.fold(0.0, f64::max)
+            }
+        };
+        // Steps are in single precision.
+        let step = (longest + 2.0 * error) / f64::from((1u32 << bits) - 1) * (1.0 + 1e-6);
+        Grid { origin: [0.0; 3], step }.rounding()
+    }
+}
+
+/// What a library of materials is called: as the file, or as all levels of detail, which share it.
+pub(super) fn library_name(job: &Job, file_name: &str) -> String {
+    let shared = job.names.shared.clone();
+    shared.unwrap_or_else(|| Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned())
+}
+
+/// An asset with lighter parts, level by level, as files.
+pub(super) fn scene_files(
+    asset: &Asset,
+    levels: &[Vec<LighterPart>],
+    options: &SceneOptions,
+) -> Result<Files, WriteError> {
+    let parts: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+    let mut files = asset.write_scene(&parts, options)?;
+    let beside = files.split_off(1.min(files.len()));
+    let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
+    let is_merged = options.packing.is_some_and(Packing::is_compressed);
+    let n_of = if is_merged { LighterPart::n_merged_vertices } else { LighterPart::n_written_vertices };
+    let n_written = |parts: &Vec<LighterPart>| parts.iter().map(n_of).sum();
+    let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
+    Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
+}
+
+/// What became of each part of an asset when all of them became one mesh with these attributes.
+pub(super) fn lighter_parts(
+    asset: &Asset,
+    united: &United,
+    pieces: &[Option<usize>],
+    mesh: &TriMesh,
+    attributes: &Attributes,
+) -> Vec<LighterPart> {
+    let split = united.split(mesh, attributes);
+    let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
+        Some((mesh, attributes)) => {
+            LighterPart::new(mesh.positions().to_vec(), mesh.faces().to_vec(), attributes.clone())
+        }
+        None => LighterPart::of(part),
+    };
+    asset.parts().iter().zip(pieces).map(lighter).collect()
+}
+
+/// The input's own positions of the result's vertices: where each is one of the input's, or of those that lie where one of
+/// the input does if some are held there. A mirrored result has images of its own and keeps none.
+fn in_place(
+    positions: &[[f64; 3]],
+    cleaned: &Cleaned,
+    result: &Simplified,
+    job: &Job,
+) -> Option<Vec<Option<[f64; 3]>>> {
+    let origin = cleaned.frame.origin;
+    let is_at = |p: &[f64; 3], place: &[f32; 3]| (0..3).all(|axis| (p[axis] - origin[axis]) as f32 == place[axis]);
+    // What a repair has moved stays where it is now.
+    let position = |vertex: u32, place: &[f32; 3]| {
+        let own = positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
+        own.filter(|own| is_at(own, place))
+    };
+    if let Some(sources) = &result.source_vertices {
+        return Some(
+            sources.iter().zip(result.mesh.positions()).map(|(&vertex, place)| position(vertex, place)).collect(),
+        );
+    }
+    if !job.holds_places() || job.options.symmetric.is_some() {
+        return None;
+    }
+    let mut vertex_at: HashMap<[u32; 3], u32> = HashMap::new();
+    let key = |position: &[f32; 3]| position.map(|x| (x + 0.0).to_bits());
+    for (position, vertex) in cleaned.mesh.positions().iter().zip(0..) {
+        vertex_at.entry(key(position)).or_insert(vertex);
+    }
+    let here = |place: &[f32; 3]| vertex_at.get(&key(place)).and_then(|&vertex| position(vertex, place));
+    Some(result.mesh.positions().iter().map(here).collect())
+}

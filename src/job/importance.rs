@@ -1,0 +1,38 @@
+//! How much vertices count, where a job says so.
+
+use crate::simplify::{importance_of_channel, importance_of_groups};
+
+use super::document::{Document, listed};
+use super::error::JobError;
+use super::request::Job;
+
+/// How much the vertices count, where the job names an attribute that says it, or a part of the mesh and its factor.
+pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
+    if let Some(given) = document.importance() {
+        let refused = || JobError::Options("importance: needs numbers of at least 0, not all of them 0".into());
+        return given.ok_or_else(refused);
+    }
+    let Some(name) = &job.importance else { return Ok(Vec::new()) };
+    let attributes = document.attributes();
+    let Some(channel) = attributes.channels.iter().find(|channel| channel.name == *name) else {
+        if let Some((part, factor)) = name.rsplit_once('=') {
+            return importance_of_part(document, part, factor);
+        }
+        let names = listed(attributes.channels.iter().map(|channel| channel.name.as_str()));
+        return Err(JobError::Options(format!("--importance {name}: the mesh has no such attribute; it has: {names}")));
+    };
+    let factors = importance_of_channel(document.mesh(), attributes, channel);
+    factors.ok_or_else(|| {
+        JobError::Options(format!("--importance {name}: needs numbers of at least 0, not all of them 0"))
+    })
+}
+
+/// How much the vertices count where the faces of one name count as often as `factor` says.
+fn importance_of_part(document: &Document, part: &str, factor: &str) -> Result<Vec<f32>, JobError> {
+    let refused = |why: String| JobError::Options(format!("--importance {part}={factor}: {why}"));
+    let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());
+    let number = number.ok_or_else(|| refused("needs a number above 0 after the last =".into()))?;
+    let groups = document.groups_named(part).map_err(refused)?;
+    let factor_of = |group| if groups.contains(&group) { number } else { 1.0 };
+    Ok(importance_of_groups(document.mesh(), document.attributes(), factor_of))
+}

@@ -1,0 +1,117 @@
+//! Levels of detail: by shares or numbers of vertices or faces, or by distances from the original.
+
+use super::error::JobError;
+use super::parse::{bound, count, share};
+use super::size::{Bound, Count, Goal, LevelSize};
+
+/// What levels of detail are told by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LodsBy {
+    /// Vertices.
+    Vertices,
+    /// Faces.
+    Faces,
+    /// Largest distances from the original.
+    Error,
+}
+
+/// Reads levels as typed.
+///
+/// # Errors
+/// [`JobError::Options`] where a level is none, or is finer than the one before.
+pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobError> {
+    if by == Some(LodsBy::Error) {
+        let bounds = lods.iter().map(|text| bound("--lods", text)).collect::<Result<_, _>>()?;
+        return checked_errors(bounds).map(Goal::ErrorLevels);
+    }
+    let size = |text: &String| size(text, by).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
+    let sizes: Vec<LevelSize> = lods.iter().map(size).collect::<Result<_, _>>()?;
+    let grows = |pair: &[LevelSize]| match (pair[0].count(), pair[1].count()) {
+        (Count::Share(before), Count::Share(next)) => next > before,
+        (Count::Number(before), Count::Number(next)) => next > before,
+        // Which of them is larger shows when the mesh is read.
+        _ => false,
+    };
+    if sizes.windows(2).any(grows) {
+        let kind = if by.is_some() { "sizes, like 20k,5k,1k or" } else { "shares, like" };
+        return Err(JobError::Options(format!("--lods: give falling {kind} 50%,25%,10% or 0.5,0.25,0.1")));
+    }
+    Ok(Goal::Levels(sizes))
+}
+
+/// Refuses distances that fall, and those of which that is not known.
+fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {
+    let rises = |pair: &[Bound]| match (pair[0], pair[1]) {
+        (Bound::Percent(before), Bound::Percent(next)) | (Bound::Absolute(before), Bound::Absolute(next)) => {
+            before <= next
+        }
+        _ => false,
+    };
+    if bounds.windows(2).all(rises) {
+        return Ok(bounds);
+    }
+    let what = "--lods: give rising distances, like 0.1%,0.5%,2%, all in percent or all in the unit of the mesh";
+    Err(JobError::Options(what.into()))
+}
+
+/// Reads a level as typed: a share of the vertices, where nothing says what numbers are of.
+fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
+    let number = || count(text).or_else(|why| share(text).map(Count::Share).map_err(|_| why));
+    match by {
+        Some(LodsBy::Faces) => number().map(LevelSize::Faces),
+        Some(_) => number().map(LevelSize::Vertices),
+        None => share(text).map(|ratio| LevelSize::Vertices(Count::Share(ratio))).map_err(|why| match count(text) {
+            Ok(Count::Number(n)) if n > 100 => "say with --lods-by faces or --lods-by vertices what it is of".into(),
+            _ => why,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn typed(words: &[&str]) -> Result<Goal, String> {
+        let (lods, by) = match words {
+            [lods, "--lods-by", by] => (lods, Some(by)),
+            lods => (&lods[0], None),
+        };
+        let by = by.map(|by| match *by {
+            "faces" => LodsBy::Faces,
+            "vertices" => LodsBy::Vertices,
+            _ => LodsBy::Error,
+        });
+        let lods: Vec<String> = lods.split(',').map(String::from).collect();
+        levels(&lods, by).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn levels_are_shares_of_vertices_unless_it_is_said_what_they_are_of() {
+        let vertices = |counts: &[Count]| Ok(Goal::Levels(counts.iter().map(|&it| LevelSize::Vertices(it)).collect()));
+        let faces = |counts: &[Count]| Ok(Goal::Levels(counts.iter().map(|&it| LevelSize::Faces(it)).collect()));
+        let [half, tenth] = [0.5, 0.1].map(Count::Share);
+        assert_eq!(typed(&["50%,0.1"]), vertices(&[half, tenth]));
+        assert_eq!(typed(&["20k,1k", "--lods-by", "faces"]), faces(&[Count::Number(20_000), Count::Number(1000)]));
+        assert_eq!(typed(&["0.5,10%,7", "--lods-by", "faces"]), faces(&[half, tenth, Count::Number(7)]));
+        assert_eq!(typed(&["900,10%", "--lods-by", "vertices"]), vertices(&[Count::Number(900), tenth]));
+        let errors = typed(&["0.1%,2%", "--lods-by", "error"]);
+        assert_eq!(errors, Ok(Goal::ErrorLevels(vec![Bound::Percent(0.1), Bound::Percent(2.0)])));
+    }
+
+    #[test]
+    fn levels_that_are_none_are_refused_in_one_line() {
+        for (words, why) in [
+            (&["20k,5k"][..], "--lods 20k: say with --lods-by faces or --lods-by vertices what it is of"),
+            (&["50,20"], "did you mean 50%?"),
+            (&["10%,50%"], "--lods: give falling shares"),
+            (&["1k,2k", "--lods-by", "faces"], "--lods: give falling sizes"),
+            (&["2%,1%", "--lods-by", "error"], "--lods: give rising distances"),
+            (&["1%,2", "--lods-by", "error"], "all in percent or all in the unit"),
+            (&["20k", "--lods-by", "error"], "--lods 20k: give a distance"),
+            (&["many", "--lods-by", "faces"], "--lods many: give a whole number"),
+        ] {
+            let said = typed(words).unwrap_err();
+            assert!(said.contains(why), "{words:?}: {said}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! What came of a job.
+
+use crate::io::Packing;
+use crate::simplify::Simplified;
+
+use super::document::Document;
+use super::dress::Dress;
+use super::error::JobError;
+use super::files::{Files, Meshes};
+use super::report::{Level, Report};
+use super::request::Job;
+
+/// Area of a square as high as the screen, over that of the screen.
+const SCREEN: f64 = 9.0 / 16.0;
+
+/// Results and what is told of them.
+pub struct Outcome {
+    /// The result, or one for each level of detail.
+    pub results: Vec<Simplified>,
+    /// What is told.
+    pub report: Report,
+    /// What the result wears that was baked for it.
+    pub dress: Option<Dress>,
+    /// How the numbers of a glTF are packed, where they are.
+    pub(super) packing: Option<Packing>,
+    /// Notes before those that writing adds.
+    pub(super) n_first_notes: usize,
+}
+
+impl Outcome {
+    /// Makes the files of the results: one for each where the names of the job say so, else one for all. The report has from then on how
+    /// many vertices they have, and what their format does not hold.
+    ///
+    /// # Errors
+    /// [`JobError::Output`] where the format cannot hold a result.
+    pub fn write(&mut self, document: &Document, job: &Job) -> Result<Vec<Files>, JobError> {
+        let is_one = !job.names.are_several();
+        let coverage = if self.results.len() > 1 && is_one { coverage(&self.report.levels) } else { Vec::new() };
+        let n_each = if is_one { self.results.len().max(1) } else { 1 };
+        let mut files = Vec::new();
+        for (number, results) in self.results.chunks(n_each).enumerate() {
+            let (dress, packing) = (self.dress.as_ref(), self.packing.as_ref());
+            let meshes = Meshes { results: results.iter().collect(), coverage: coverage.clone(), dress, packing };
+            let written = document.written(&meshes, job, job.names.file(number));
+            files.push(written.map_err(|error| JobError::Output(error.to_string()))?);
+        }
+        self.tell(&files);
+        Ok(files)
+    }
+
+    /// Tells what files hold.
+    fn tell(&mut self, files: &[Files]) {
+        let n_vertices: Vec<Option<usize>> = files.iter().flat_map(|files| files.n_vertices.iter().copied()).collect();
+        self.report.output.vertices_written = n_vertices.first().copied().flatten();
+        for (level, n) in self.report.levels.iter_mut().zip(n_vertices) {
+            level.output.vertices_written = n;
+        }
+        let notes = files.first().map_or(Vec::new(), |files| files.notes.clone());
+        let at = self.n_first_notes.min(self.report.notes.len());
+        self.report.notes.splice(at..at, notes);
+    }
+}
+
+/// Down to which share of the screen's area each level is drawn: until the next one shows no error. Nothing where errors
+/// were not measured.
+fn coverage(levels: &[Level]) -> Vec<f64> {
+    let area = |level: &Level| level.screen_coverage.map(|height| height * height * SCREEN);
+    let next: Option<Vec<f64>> = levels.iter().skip(1).map(area).collect();
+    next.map(|next| next.into_iter().chain([0.0]).collect()).unwrap_or_default()
+}

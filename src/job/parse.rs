@@ -1,0 +1,166 @@
+//! Sizes and distances as people type them: `10%`, `10k`, `1.5M`, `2MB`. What is refused says what is taken.
+
+use crate::simplify::{Axis, MirrorPlane, Symmetry};
+
+use super::error::JobError;
+use super::size::{Bound, Count, percent};
+
+/// Counts that a double holds, and larger than any mesh.
+const MOST: f64 = 1e15;
+
+const SHARE: &str = "give a share above 0 and at most 1, like 0.1, or in percent, like 10%";
+const COUNT: &str = "give a whole number above 0, like 5000, 10k or 1.5M, or a share of the input, like 10%";
+
+/// A share: `0.1`, `10%`.
+pub fn share(text: &str) -> Result<f64, String> {
+    let value = share_of(text).ok_or(SHARE)?;
+    let meant = (1.0 < value && value <= 100.0 && !text.contains('%')).then_some(value);
+    if is_share(value) { Ok(value) } else { Err(with_suggestion(SHARE, meant)) }
+}
+
+/// A share of the whole, or of what has a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatioOf {
+    /// The name; none for the whole.
+    pub name: Option<String>,
+    /// The share, above 0 and at most 1.
+    pub share: f64,
+}
+
+/// A share of the whole, or of what has a name: `10%`, `head=50%`.
+pub fn ratio_of(text: &str) -> Result<RatioOf, String> {
+    match text.rsplit_once('=') {
+        Some((name, of)) if !name.is_empty() => Ok(RatioOf { name: Some(name.into()), share: share(of)? }),
+        _ => Ok(RatioOf { name: None, share: share(text)? }),
+    }
+}
+
+/// A number of vertices or faces: `5000`, `10k`, `1.5M`, `10%`.
+pub fn count(text: &str) -> Result<Count, String> {
+    if text.contains('%') {
+        return share_of(text).filter(|share| is_share(*share)).map(Count::Share).ok_or(COUNT.into());
+    }
+    let (number, power) = match text.strip_suffix(['k', 'K']) {
+        Some(number) => (number, 3),
+        None => text.strip_suffix(['m', 'M']).map_or((text, 0), |number| (number, 6)),
+    };
+    let value = scaled(number, power).ok_or(COUNT)?;
+    if value.fract() == 0.0 && (1.0..=MOST).contains(&value) {
+        return Ok(Count::Number(value as usize));
+    }
+    Err(with_suggestion(COUNT, (0.0 < value && value < 1.0).then(|| percent(value))))
+}
+
+/// A distance as typed behind an option: `0.01`, `0.5%`.
+pub fn bound(option: &str, text: &str) -> Result<Bound, JobError> {
+    let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
+        Some(number) => (number, Bound::Percent),
+        None => (text, Bound::Absolute),
+    };
+    let value = number.trim().parse().ok().filter(|x: &f64| *x >= 0.0 && x.is_finite());
+    value
+        .map(make)
+        .ok_or_else(|| JobError::Options(format!("{option} {text}: give a distance, like 0.01, or like 0.5%")))
+}
+
+/// A size as typed: `200000`, `500kB`, `2MB`.
+pub(super) fn n_bytes(text: &str) -> Result<usize, JobError> {
+    let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
+    let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
+    let lower = text.to_ascii_lowercase();
+    let found = binary.iter().chain(&decimal).find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
+    let (number, factor) = found.unwrap_or((&lower, 1.0));
+    let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
+    value.map(|x| x as usize).ok_or_else(|| JobError::Options(format!("--size {text}: give bytes, like 500kB or 2MB")))
+}
+
+/// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
+pub(super) fn symmetry(text: Option<&str>) -> Result<Symmetry, JobError> {
+    let Some(text) = text else { return Ok(Symmetry::Found) };
+    let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
+    let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
+    let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));
+    match (axis, at) {
+        (Some(axis), None) => Ok(Symmetry::Across(axis)),
+        (Some(axis), Some(Some(at))) => Ok(Symmetry::Plane(MirrorPlane { axis, at })),
+        _ => Err(JobError::Options(format!("--symmetric={text}: give x, y or z, or a plane like x=0.5"))),
+    }
+}
+
+fn is_share(value: f64) -> bool {
+    value > 0.0 && value <= 1.0
+}
+
+/// The number before a `%` as its hundredth, any other as it is.
+fn share_of(text: &str) -> Option<f64> {
+    match text.trim().strip_suffix('%') {
+        Some(percent) => scaled(percent, -2),
+        None => scaled(text, 0),
+    }
+}
+
+/// A number times a power of ten, rounded once: 0.7 % is 0.007, and no hundredth of what 0.7 is in doubles.
+pub fn scaled(text: &str, power: i32) -> Option<f64> {
+    let text = text.trim();
+    let value: f64 = match text.contains(['e', 'E']) {
+        true => text.parse::<f64>().ok()? * 10f64.powi(power),
+        false => format!("{text}e{power}").parse().ok()?,
+    };
+    value.is_finite().then_some(value)
+}
+
+fn with_suggestion(taken: &str, percent: Option<f64>) -> String {
+    percent.map_or(taken.into(), |percent| format!("{taken}; did you mean {percent}%?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_fractions_or_percent() {
+        for (text, expected) in [("0.1", 0.1), ("10%", 0.1), ("1", 1.0), ("100%", 1.0), ("0.7%", 0.007), ("1e1 %", 0.1)]
+        {
+            assert_eq!(share(text), Ok(expected), "{text}");
+        }
+        for text in ["", "%", "0", "0%", "-0.1", "101%", "nan", "inf", "half", "10%%", "1e400"] {
+            assert_eq!(share(text), Err(SHARE.into()), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_share_may_be_of_what_has_a_name() {
+        let of = |name: &str, share| Ok(RatioOf { name: Some(name.into()), share });
+        assert_eq!(ratio_of("10%"), Ok(RatioOf { name: None, share: 0.1 }));
+        assert_eq!([ratio_of("head=50%"), ratio_of("a=b=0.2")], [of("head", 0.5), of("a=b", 0.2)]);
+        assert!(ratio_of("head=").is_err() && ratio_of("=0.5").is_err() && ratio_of("head").is_err());
+        assert!(ratio_of("head=50").unwrap_err().ends_with("did you mean 50%?"));
+    }
+
+    #[test]
+    fn a_ratio_that_was_meant_in_percent_is_suggested() {
+        assert!(share("50").unwrap_err().ends_with("; did you mean 50%?"));
+        assert!(share("1.5").unwrap_err().ends_with("; did you mean 1.5%?"));
+        assert!(count("0.07").unwrap_err().ends_with("; did you mean 7%?"));
+    }
+
+    #[test]
+    fn counts_are_whole_numbers_with_suffixes_or_shares() {
+        for (text, expected) in
+            [("5000", 5000), ("10k", 10_000), ("10K", 10_000), ("1.5M", 1_500_000), ("2m", 2_000_000), ("1e3", 1000)]
+        {
+            assert_eq!(count(text), Ok(Count::Number(expected)), "{text}");
+        }
+        assert_eq!(count("10%"), Ok(Count::Share(0.1)));
+        for text in ["", "k", "0", "-5", "1.0001k", "many", "10kk", "5 thousand", "0%", "200%", "nan", "1e99"] {
+            assert!(count(text).unwrap_err().starts_with(COUNT), "{text}");
+        }
+    }
+
+    #[test]
+    fn counts_are_told_as_typed() {
+        for text in ["7%", "12.5%", "0.1%", "4000"] {
+            assert_eq!(count(text).unwrap().to_string(), text);
+        }
+    }
+}

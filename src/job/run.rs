@@ -1,0 +1,231 @@
+//! Does a job: simplifies, bakes, packs, measures and tells.
+
+use crate::io::{Format, PackOptions, Packing};
+use crate::mesh::Role;
+use crate::model::Weights;
+use crate::search::simplify_to_size;
+use crate::simplify::{
+    Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
+};
+
+use super::advice::what_frees;
+use super::bake;
+use super::document::Document;
+use super::dress::Dress;
+use super::error::JobError;
+use super::files::Meshes;
+use super::importance::importance;
+use super::lighter::Lighter;
+use super::outcome::Outcome;
+use super::report::{
+    Certified, Distance, Level, Output, Report, SAMPLES, Seconds, Size, outcome_words, score_words, target_words,
+    why_stopped,
+};
+use super::request::Job;
+use super::shares;
+use super::size::{Goal, LevelSize};
+use super::watch::{Part, Watch};
+use super::within::within;
+
+/// Simplifies a document as a job asks, on the threads of the pool that it is called in; nothing is written.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use neural_mesh::io::Format;
+/// use neural_mesh::job::{Document, Job, run};
+/// use neural_mesh::simplify::{Options, Target};
+///
+/// let mut job = Job::new(Options::new(Target::Faces(2)), Format::Ply);
+/// job.names.files = vec!["square.ply".into()];
+/// let square = b"OFF\n5 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 0\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n";
+/// let document = Document::from_bytes(square, None, &job)?;
+/// let mut outcome = run(&document, &job, None, &mut |_| ControlFlow::Continue(()))?;
+/// let files = outcome.write(&document, &job)?;
+/// assert_eq!((outcome.report.output.size.faces, files.len()), (2, 1));
+/// assert!(files[0].bytes.starts_with(b"ply"));
+/// # Ok::<(), neural_mesh::job::JobError>(())
+/// ```
+///
+/// # Errors
+/// [`JobError`]: options that contradict each other or do not suit the document, a mesh that cannot be simplified so, whoever watches ends it.
+pub fn run(
+    document: &Document,
+    job: &Job,
+    weights: Option<&Weights>,
+    watch: &mut dyn Watch,
+) -> Result<Outcome, JobError> {
+    job.check()?;
+    watch.begin(Part::Simplify);
+    let Lighter { results, certified, note, pack, named } = lighter(document, job, weights, watch)?;
+    let dress = dressed(document, &results, job, watch)?;
+    let (packing, unpacked) = packed(document, &results.iter().collect::<Vec<_>>(), pack, job)?;
+    watch.begin(Part::Check);
+    let mut levels: Vec<Level> = results.iter().map(|it| measured(document, it, packing.as_ref(), job)).collect();
+    for (level, distance) in levels.iter_mut().zip(&certified) {
+        level.certified = Some(Certified::of(distance, document.diagonal()));
+    }
+    let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
+    let mut notes = [document.notes.clone(), of_dress, unpacked].concat();
+    let n_first_notes = notes.len();
+    let of_rest = results.first().and_then(|first| of_rest(job, first));
+    notes.extend([note.map(String::from), no_poses(document, job), of_rest].into_iter().flatten());
+    let mut report = told(document, job, &results, levels)?;
+    (report.notes, report.named, report.baked) = (notes, named, dress.as_ref().map(|dress| dress.figures));
+    Ok(Outcome { results, report, dress, packing, n_first_notes })
+}
+
+fn lighter(
+    document: &Document,
+    job: &Job,
+    weights: Option<&Weights>,
+    watch: &mut dyn Watch,
+) -> Result<Lighter, JobError> {
+    let importance = importance(document, job)?;
+    let options = options_for(document, job)?;
+    if job.shares.is_empty() {
+        let kept = document.faces_named("--keep", &job.keep)?;
+        let input = document.input(&importance, &kept);
+        return whole(document, &input, (weights, &options), job, watch);
+    }
+    let (made, named) = shares::simplify_named(document, &importance, (weights, &options), job, watch)?;
+    let mut lighter = whole(document, &made.input(document.united()), (weights, &options), job, watch)?;
+    shares::widen(&mut lighter.results, &made);
+    Ok(Lighter { named, ..lighter })
+}
+
+/// Simplifies to what the job asks of the whole.
+fn whole(
+    document: &Document,
+    input: &Input,
+    (weights, options): (Option<&Weights>, &Options),
+    job: &Job,
+    watch: &mut dyn Watch,
+) -> Result<Lighter, JobError> {
+    let one = |result| Lighter::of(vec![result], job);
+    match &job.goal {
+        Goal::Target | Goal::ShareOfFaces(_) => {
+            Ok(one(simplify_input(input, weights, options, &mut |event| watch.event(event))?))
+        }
+        Goal::Levels(sizes) => {
+            let target = |size: &LevelSize| numbered(size.target(document.mesh().faces().len()), document, job);
+            let further: Vec<Target> = sizes.iter().skip(1).map(target).collect();
+            let tell = &mut |event| watch.event(event);
+            Ok(Lighter::of(simplify_levels_of_detail(input, weights, options, &further, tell)?, job))
+        }
+        Goal::Error(bound) => within(&[*bound], (document, input), (weights, options), job, watch),
+        Goal::ErrorLevels(bounds) => within(bounds, (document, input), (weights, options), job, watch),
+        Goal::Size(n_bytes) => {
+            document.check_bytes(*n_bytes, job, job.names.file(0))?;
+            let bytes_of = |result: &Simplified| bytes_of(document, result, job);
+            simplify_to_size(input, weights, options, *n_bytes, &bytes_of, &mut |event| watch.event(event)).map(one)
+        }
+    }
+}
+
+/// Returns the bytes that a result takes when it is written.
+fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize, JobError> {
+    let (packing, _) = packed(document, &[result], job.compress, job)?;
+    let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
+    let files = document.written(&alone, job, job.names.file(0));
+    files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
+}
+
+/// What is asked of the simplifier, now that the mesh is known.
+fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
+    let prune_below = job.prune_below.map_or(0.0, |size| size.over(document.diagonal()));
+    let symmetric = job.options.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
+    let seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
+    let mut options = job.options.clone();
+    options.frame = document.written_frame(job);
+    options.target = numbered(job.target(document.mesh().faces().len()), document, job);
+    options.prune_below = prune_below;
+    options.seam_error = seam_error;
+    options.symmetric = symmetric;
+    Ok(options)
+}
+
+/// Returns a target of the whole in numbers, where some names have shares: what is simplified has fewer vertices then.
+fn numbered(target: Target, document: &Document, job: &Job) -> Target {
+    if job.shares.is_empty() { target } else { shares::in_numbers(target, document.mesh().positions().len()) }
+}
+
+/// What a result wears that is baked for it, where that is asked for.
+fn dressed(
+    document: &Document,
+    results: &[Simplified],
+    job: &Job,
+    watch: &mut dyn Watch,
+) -> Result<Option<Dress>, JobError> {
+    let (Some(size), Some(result)) = (job.bake, results.first()) else { return Ok(None) };
+    watch.begin(Part::Bake);
+    let is_gltf = matches!(job.format, Format::Gltf | Format::Glb);
+    let (looks, missing) = document.looks(job.allow_outside);
+    let original = (document.mesh(), document.attributes(), &looks);
+    let dress = bake::dress(size, is_gltf, original, &result.mesh).map_err(JobError::Document)?;
+    Ok(Some(Dress { notes: [missing, dress.notes].concat(), ..dress }))
+}
+
+/// How the numbers of results are packed, where that is asked for; beside it what cannot be, in one line each.
+fn packed(
+    document: &Document,
+    results: &[&Simplified],
+    options: Option<PackOptions>,
+    job: &Job,
+) -> Result<(Option<Packing>, Vec<String>), JobError> {
+    let Some(options) = options else { return Ok((None, Vec::new())) };
+    let packing = document.packing(results, job, &options);
+    let (packing, notes) = packing.map_err(|error| JobError::Document(error.to_string()))?;
+    Ok((Some(packing), notes))
+}
+
+/// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
+fn measured(document: &Document, result: &Simplified, packing: Option<&Packing>, job: &Job) -> Level {
+    let distance = || document.distance(result, packing, SAMPLES).as_ref().map(Distance::of);
+    let mut output = Output::of(Size::of(&result.mesh, job.shapes), &result.report);
+    output.dropped = document.dropped(&result.report);
+    Level::new(output, outcome_words(&result.report.outcome), job.check.then(distance).flatten())
+}
+
+/// What is done where nothing says which poses there are.
+fn no_poses(document: &Document, job: &Job) -> Option<String> {
+    let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
+    let what = "--for poses: no skin or morph target is kept: as if every place might bend alike";
+    (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
+}
+
+/// What a proof leaves out, where components went by name.
+fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
+    let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
+    let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));
+    let what =
+        "what is certain is the distance of what --prune and --hidden left; the line distance counts what they dropped";
+    (is_proved && is_by_name && result.report.components_pruned > 0).then(|| what.into())
+}
+
+fn told(document: &Document, job: &Job, results: &[Simplified], levels: Vec<Level>) -> Result<Report, JobError> {
+    let none = || JobError::Document("no result was made".into());
+    let (first, result) = levels.first().cloned().zip(results.first()).ok_or_else(none)?;
+    let with_shape = job.shapes || result.report.components_pruned > 0;
+    let is_stopped = why_stopped(&first.outcome).is_some();
+    let free = if is_stopped { what_frees(job, document, &first.output) } else { Vec::new() };
+    Ok(Report {
+        free,
+        input: Size::of(document.mesh(), with_shape),
+        output: first.output,
+        target: target_words(&job.goal, job.options.target),
+        outcome: first.outcome,
+        scores: score_words(result.report.scores),
+        seed: job.options.seed,
+        threads: rayon::current_num_threads(),
+        seconds: Seconds::default(),
+        cleaned: (&document.counts).into(),
+        repaired: document.repaired.as_ref().map(Into::into),
+        baked: None,
+        named: Vec::new(),
+        distance: first.distance,
+        certified: first.certified,
+        mirror: result.report.mirror.map(|plane| document.plane_of_file(plane).to_string()),
+        levels: if job.goal.n_levels().is_some() { levels } else { Vec::new() },
+        notes: Vec::new(),
+    })
+}

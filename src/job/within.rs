@@ -1,0 +1,88 @@
+//! Results within distances from the original: what the numbers of the file round counts, too.
+
+use crate::io::PackOptions;
+use crate::metrics::CertifiedDistance;
+use crate::model::Weights;
+use crate::search::simplify_to_error;
+use crate::simplify::{Event, Input, Options, Outcome};
+
+use super::document::Document;
+use super::error::JobError;
+use super::lighter::Lighter;
+use super::request::Job;
+use super::size::Bound;
+use super::watch::Watch;
+
+/// Share of a distance that rounding may take, before coordinates get more bits.
+const ROUNDING_OF_ERROR: f64 = 0.125;
+/// Why a search by distance may end where a smaller result holds the bound.
+const ENDED_EARLY: &str = "the search ended early, a smaller mesh may hold the bound: needles, or large faces across each other, take long to measure";
+
+/// Finds the smallest result within each of these distances, which rise. Numbers are packed for the least of them.
+pub(super) fn within(
+    bounds: &[Bound],
+    (document, input): (&Document, &Input),
+    (weights, options): (Option<&Weights>, &Options),
+    job: &Job,
+    watch: &mut dyn Watch,
+) -> Result<Lighter, JobError> {
+    let errors: Vec<f64> = bounds.iter().map(|bound| bound.over(document.diagonal())).collect();
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut lighter = Lighter::of(Vec::new(), job);
+    lighter.pack = pack_below(least, document, job);
+    let rounding = rounding_below(least, lighter.pack.as_ref(), document, job)?;
+    for (number, error) in errors.iter().enumerate() {
+        let mut tell = |mut event: Event| {
+            event.total = (number as f32 + event.total) / errors.len() as f32;
+            watch.event(event)
+        };
+        let found = simplify_to_error(input, weights, options, error - rounding, &mut tell)?;
+        lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
+        let (mut result, mut distance) = (found.simplified, widened(&found.distance, rounding));
+        // What holds a smaller distance holds this one, too, and a search may end early.
+        if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last())
+            && last.mesh.faces().len() <= result.mesh.faces().len()
+            && last.report.outcome == Outcome::Reached
+        {
+            (result, distance) = (last.clone(), *held);
+        }
+        lighter.results.push(result);
+        lighter.certified.push(distance);
+    }
+    Ok(lighter)
+}
+
+/// How far the file may round vertices, which has to be less than the distance asked for.
+fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, job: &Job) -> Result<f64, JobError> {
+    let (rounding, format) = (document.rounding(job), job.format.name());
+    let on_grid = pack.map_or(0.0, |pack| document.packed_rounding(pack.bits, error));
+    if on_grid > 0.0 && on_grid >= error {
+        let what = format!(
+            "--compress rounds vertices by up to {on_grid:.1e}, no less than the distance asked for: leave it out"
+        );
+        return Err(JobError::Document(what));
+    }
+    if rounding > 0.0 && rounding >= error {
+        let what = format!(
+            "{format} rounds vertices by up to {rounding:.1e} there, no less than the distance asked for: write ply, obj or glb"
+        );
+        return Err(JobError::Document(what));
+    }
+    Ok(rounding + on_grid)
+}
+
+/// How numbers are packed where a distance is asked for: with as many bits as leave nearly all of it to the simplifier.
+fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions> {
+    let asked = job.compress?;
+    let is_small = |bits: &u32| document.packed_rounding(*bits, error) <= ROUNDING_OF_ERROR * error;
+    let most = PackOptions::MOST_BITS;
+    Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })
+}
+
+/// The bounds of a distance where vertices may be moved so far.
+fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
+    let mut wide = *distance;
+    wide.lower = (wide.lower - by).max(0.0);
+    wide.upper += by;
+    wide
+}
