@@ -23,7 +23,7 @@ pub fn open(request: &mut Request) -> Result<Document, Failure> {
         }
         Document::from_mesh(read, &request.job)
     };
-    let document = document.map_err(|error| Failure::of_job(error, request))?;
+    let document = document.map_err(|error| request.failure(error))?;
     check_vrm(&document, request)?;
     Ok(document)
 }
@@ -32,7 +32,7 @@ pub fn open(request: &mut Request) -> Result<Document, Failure> {
 fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
     (request.job.format, request.follows_input) = (alone(format), false);
     request.name_files();
-    request.job.check_format().map_err(|error| Failure::of_job(error, request))
+    request.job.check_format().map_err(|error| request.failure(error))
 }
 
 /// Refuses the name of a VRM for what is none: programs that read it need to know the bones.

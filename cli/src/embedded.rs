@@ -97,7 +97,7 @@ pub fn simplify(
     progress.begin(Part::Read);
     let document = match given {
         Some((mesh, factors)) => {
-            Document::from_mesh(mesh, &request.job).map_err(|error| Failure::of_job(error, &request))?.weighed(factors)
+            Document::from_mesh(mesh, &request.job).map_err(|error| request.failure(error))?.weighed(factors)
         }
         None => document::open(&mut request)?,
     };

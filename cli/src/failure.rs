@@ -4,11 +4,9 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use neural_mesh::job::JobError;
 use neural_mesh::simplify::SimplifyError;
 
 use crate::plain::plain;
-use crate::request::Request;
 
 /// A reason to stop; the text says what, where and what to do.
 #[derive(Debug)]
@@ -41,17 +39,6 @@ impl Failure {
                 Self::Usage(error.to_string())
             }
             _ => Self::of(input, error),
-        }
-    }
-
-    /// The end of a job as the program's.
-    pub fn of_job(error: JobError, request: &Request) -> Self {
-        let output = || request.output.as_deref().unwrap_or(Path::new("standard output"));
-        match error {
-            JobError::Interrupted => Self::Interrupted,
-            JobError::Options(text) => Self::Usage(text),
-            JobError::Output(text) => Self::of(output(), text),
-            other => Self::of(&request.source.path, other),
         }
     }
 

@@ -64,6 +64,16 @@ impl Request {
         self.report.as_deref().is_some_and(is_stream)
     }
 
+    /// The end of its job as the program's.
+    pub fn failure(&self, error: JobError) -> Failure {
+        match error {
+            JobError::Interrupted => Failure::Interrupted,
+            JobError::Options(text) => Failure::Usage(text),
+            JobError::Output(text) => Failure::of(self.output.as_deref().unwrap_or(Path::new("standard output")), text),
+            other => Failure::of(&self.source.path, other),
+        }
+    }
+
     /// Names the files of the results, now that their format is known.
     pub fn name_files(&mut self) {
         let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
@@ -210,7 +220,19 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
         size: args.size.as_ref().map(text),
         lods: args.lods.iter().map(text).collect(),
         lods_by: args.lods_by.as_ref().map(name_of),
-        format: None,
+        symmetric: optional(&args.symmetric),
+        prune: optional(&args.prune),
+        fill_holes: args.fill_holes.map(|most| most.map_or(Value::Flag(true), |most| Value::Text(most.to_string()))),
+        printable: optional(&args.printable),
+        compress: args.compress.as_ref().map(|how| Value::Text(name_of(how))),
+        weld: args.weld.as_ref().map(text),
+        ..plain_arguments(args)
+    })
+}
+
+/// Those among them that have a value of their own kind.
+fn plain_arguments(args: &SimplifyArgs) -> Arguments {
+    Arguments {
         assembly: Some(name_of(&args.assembly)),
         scores: args.scores.as_ref().map(name_of),
         optimize: Some(name_of(&args.optimize)),
@@ -226,22 +248,17 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
         crease_angle: args.crease_angle,
         seam_error: args.seam_error,
         ignore: args.ignore.iter().map(name_of).collect(),
-        symmetric: optional(&args.symmetric),
         keep: args.keep.clone(),
         importance: args.importance.clone(),
         map: args.map.is_some(),
-        prune: optional(&args.prune),
-        fill_holes: args.fill_holes.map(|most| most.map_or(Value::Flag(true), |most| Value::Text(most.to_string()))),
-        printable: optional(&args.printable),
         bake: args.bake,
-        compress: args.compress.as_ref().map(|how| Value::Text(name_of(how))),
         textures: args.textures,
-        weld: args.weld.as_ref().map(text),
         no_weld: args.no_weld,
         no_check: args.no_check,
         allow_outside: args.allow_outside,
         has_weights: args.weights.is_some(),
-    })
+        ..Arguments::default()
+    }
 }
 
 /// What a value of an option is called.

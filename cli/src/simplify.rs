@@ -90,7 +90,7 @@ pub fn simplify_document(
     progress: &mut Progress,
 ) -> Result<(Done, Vec<Simplified>), Failure> {
     progress.follow(Plan::of(request, Some(document.mesh())));
-    let failed = |error| Failure::of_job(error, request);
+    let failed = |error| request.failure(error);
     let mut outcome = job::run(document, &request.job, weights, progress).map_err(failed)?;
     progress.begin(Part::Write);
     let mut files = OnTheirWay::default();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use neural_mesh::job::{count, share};
-use neural_mesh_cli::embedded::{self, MeshPointsArgs};
+use neural_mesh_cli::embedded::{self, MeshPointsArgs, PointsMeshed};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, triples};
@@ -73,14 +73,20 @@ pub fn mesh_points(
     let given = points.map(|points| points.raw()).transpose()?;
     let meshed =
         heard(py, threads, progress, move |ear| embedded::mesh_points(args, given, ear.listener(), &|| ear.go_on()))?;
-    let (positions, faces) = meshed.mesh.into_parts();
-    Ok(Meshed {
-        vertices: match meshed.exact {
-            Some(exact) => array(py, exact)?,
-            None => array(py, positions)?,
-        },
-        faces: triples(py, faces)?,
-        sources: indices(py, meshed.sources)?,
-        report: meshed.report,
-    })
+    Meshed::of(py, meshed)
+}
+
+impl Meshed {
+    fn of(py: Python, meshed: PointsMeshed) -> PyResult<Self> {
+        let (positions, faces) = meshed.mesh.into_parts();
+        Ok(Self {
+            vertices: match meshed.exact {
+                Some(exact) => array(py, exact)?,
+                None => array(py, positions)?,
+            },
+            faces: triples(py, faces)?,
+            sources: indices(py, meshed.sources)?,
+            report: meshed.report,
+        })
+    }
 }

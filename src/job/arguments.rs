@@ -227,7 +227,35 @@ impl Arguments {
 
     /// Refuses several sizes of the whole, and options that exclude each other.
     fn check(&self) -> Result<(), JobError> {
-        let given = |value: &Option<Value>| value.as_ref().is_some_and(Value::is_given);
+        self.check_size()?;
+        let (keep, bake, lods) = (!self.keep.is_empty(), self.bake.is_some(), !self.lods.is_empty());
+        let (printable, fill_holes) = (given(&self.printable), given(&self.fill_holes));
+        let (symmetric, compress, weld) = (given(&self.symmetric), given(&self.compress), given(&self.weld));
+        let pairs = [
+            (keep, "--keep", printable, "--printable"),
+            (keep, "--keep", fill_holes, "--fill-holes"),
+            (keep, "--keep", weld, "--weld"),
+            (keep, "--keep", bake, "--bake"),
+            (fill_holes, "--fill-holes", symmetric, "--symmetric"),
+            (printable, "--printable", fill_holes, "--fill-holes"),
+            (printable, "--printable", symmetric, "--symmetric"),
+            (printable, "--printable", self.no_weld, "--no-weld"),
+            (bake, "--bake", given(&self.size), "--size"),
+            (bake, "--bake", lods, "--lods"),
+            (bake, "--bake", !self.ignore.is_empty(), "--ignore"),
+            (compress, "--compress", symmetric, "--symmetric"),
+            (compress, "--compress", self.lock_boundaries, "--lock-boundaries"),
+            (compress, "--compress", self.subset, "--subset"),
+            (self.textures.is_some(), "--textures", bake, "--bake"),
+            (weld, "--weld", self.no_weld, "--no-weld"),
+            (self.crease_angle.is_some(), "--crease-angle", self.keep_features, "--keep-features"),
+        ];
+        let both = pairs.into_iter().find(|(one, _, other, _)| *one && *other);
+        both.map_or(Ok(()), |(_, one, _, other)| Err(excluded(one, other)))
+    }
+
+    /// Refuses none or several sizes of the whole.
+    fn check_size(&self) -> Result<(), JobError> {
         let sizes = [
             ("--ratio", given(&self.ratio)),
             ("--vertices", given(&self.vertices)),
@@ -239,43 +267,22 @@ impl Arguments {
         let mut named = sizes.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name);
         match (named.next(), named.next()) {
             (None, _) if self.ratio_of.is_empty() => {
-                return Err(refused("give a size: --ratio, --vertices, --faces, --error, --size or --lods"));
+                Err(refused("give a size: --ratio, --vertices, --faces, --error, --size or --lods"))
             }
             (Some("--ratio"), Some(other)) => {
                 let what = "give one size of the whole, and others as NAME=R";
-                return Err(refused(format!("--ratio cannot be used with {other}: {what}")));
+                Err(refused(format!("--ratio cannot be used with {other}: {what}")))
             }
-            (Some(one), Some(other)) => return Err(excluded(one, other)),
-            _ => {}
+            (Some(one), Some(other)) => Err(excluded(one, other)),
+            _ if self.lods_by.is_some() && self.lods.is_empty() => Err(refused("--lods-by: give --lods, too")),
+            _ => Ok(()),
         }
-        if self.lods_by.is_some() && self.lods.is_empty() {
-            return Err(refused("--lods-by: give --lods, too"));
-        }
-        let (keep, bake) = (!self.keep.is_empty(), self.bake.is_some());
-        let (printable, fill_holes) = (given(&self.printable), given(&self.fill_holes));
-        let (symmetric, compress) = (given(&self.symmetric), given(&self.compress));
-        let pairs = [
-            (keep, "--keep", printable, "--printable"),
-            (keep, "--keep", fill_holes, "--fill-holes"),
-            (keep, "--keep", given(&self.weld), "--weld"),
-            (keep, "--keep", bake, "--bake"),
-            (fill_holes, "--fill-holes", symmetric, "--symmetric"),
-            (printable, "--printable", fill_holes, "--fill-holes"),
-            (printable, "--printable", symmetric, "--symmetric"),
-            (printable, "--printable", self.no_weld, "--no-weld"),
-            (bake, "--bake", given(&self.size), "--size"),
-            (bake, "--bake", !self.lods.is_empty(), "--lods"),
-            (bake, "--bake", !self.ignore.is_empty(), "--ignore"),
-            (compress, "--compress", symmetric, "--symmetric"),
-            (compress, "--compress", self.lock_boundaries, "--lock-boundaries"),
-            (compress, "--compress", self.subset, "--subset"),
-            (self.textures.is_some(), "--textures", bake, "--bake"),
-            (given(&self.weld), "--weld", self.no_weld, "--no-weld"),
-            (self.crease_angle.is_some(), "--crease-angle", self.keep_features, "--keep-features"),
-        ];
-        let both = pairs.into_iter().find(|(one, _, other, _)| *one && *other);
-        both.map_or(Ok(()), |(_, one, _, other)| Err(excluded(one, other)))
     }
+}
+
+/// Whether an option is given.
+fn given(value: &Option<Value>) -> bool {
+    value.as_ref().is_some_and(Value::is_given)
 }
 
 const ASSEMBLIES: [(&str, Assembly); 2] = [("closed", Assembly::Closed), ("paper", Assembly::Paper)];

@@ -75,7 +75,7 @@ impl Job {
     }
 
     /// What the paper's assembly has no means for.
-    fn not_with_paper(&self) -> [Given; 16] {
+    fn not_with_paper(&self) -> [Given; 17] {
         let options = &self.options;
         [
             ("--lock-boundaries", options.lock_boundaries),
@@ -92,8 +92,9 @@ impl Job {
             ("--printable", matches!(self.repair, Some(Repair::Printable(_)))),
             ("--for", options.purpose != Purpose::Shape),
             ("--symmetric", options.symmetric.is_some()),
-            ("--error", self.is_by_error()),
-            ("--size or --lods", matches!(self.goal, Goal::Size(_)) || self.goal.n_levels().is_some_and(|n| n > 1)),
+            ("--error", matches!(self.goal, Goal::Error(_))),
+            ("--size", matches!(self.goal, Goal::Size(_))),
+            ("--lods", matches!(self.goal, Goal::ErrorLevels(_)) || self.goal.n_levels().is_some_and(|n| n > 1)),
         ]
     }
 
