@@ -14,7 +14,6 @@ use serde::Deserialize;
 
 use crate::failure::name;
 use crate::files;
-use crate::level_files::outputs;
 use crate::names::Place;
 use crate::progress::Progress;
 use crate::read::{self, read_weights};
@@ -116,7 +115,7 @@ pub fn simplify(
         cleaned,
         file_vertices: document.file_vertices().map(<[u32]>::to_vec),
         group_names: document.group_names(),
-        paths: outputs(&request),
+        paths: request.outputs(),
         unmet: met(&request, &report).err().map(|failure| failure.to_string()),
     })
 }

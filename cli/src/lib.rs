@@ -19,7 +19,6 @@ mod failure;
 mod files;
 mod info;
 mod interrupt;
-mod level_files;
 mod memory;
 mod mesh_points;
 #[cfg(not(feature = "train"))]

@@ -9,10 +9,10 @@ use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, Value};
 use crate::args::{LodsByArg, SimplifyArgs};
 use crate::content::Content;
 use crate::failure::Failure;
-use crate::level_files::{outputs, shared_name};
 use crate::memory;
 use crate::names::{
-    Destination, LEVEL, Place, check_stdout, destination, format_of, is_stream, named, names_level, readable,
+    Destination, LEVEL, Place, check_stdout, destination, format_of, is_stream, level_paths, named, names_level,
+    readable, with_level, without_level,
 };
 
 /// One run of `simplify`, complete and consistent.
@@ -58,6 +58,9 @@ pub struct Request {
 const NAMED_OUTPUT: &str = "as the name of OUT says its format, --format may say that of IN";
 const UNNAMED_OUTPUT: &str = "--format is for the output";
 
+/// What levels share whose files say nothing but their level.
+const SHARED: &str = "levels";
+
 impl Request {
     /// Whether standard output takes the report.
     pub fn reports_to_stdout(&self) -> bool {
@@ -77,7 +80,21 @@ impl Request {
     /// Names the files of the results, now that their format is known.
     pub fn name_files(&mut self) {
         let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
-        self.job.names = Names { files: outputs(self).iter().map(name).collect(), shared: shared_name(self) };
+        self.job.names = Names { files: self.outputs().iter().map(name).collect(), shared: self.shared_name() };
+    }
+
+    /// Where the mesh goes, or each level of detail; those of a scene are one file where the name has no place for the level.
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        let Some(path) = &self.output else { return Vec::new() };
+        let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
+        let is_scene = self.source.is_scene(self.job.format);
+        level_paths(&if is_scene { path.clone() } else { with_level(path) }, n_levels)
+    }
+
+    /// The name after which files are called that levels share, where there are such levels.
+    fn shared_name(&self) -> Option<String> {
+        let (path, _) = (self.output.as_deref()?, self.job.goal.n_levels()?);
+        Some(without_level(path).unwrap_or_else(|| SHARED.into()))
     }
 }
 

@@ -13,7 +13,6 @@ use crate::drawing::{drawn, pictured};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
-use crate::level_files::outputs;
 use crate::names::is_stream;
 use crate::out_of_core;
 use crate::plan::Plan;
@@ -33,7 +32,7 @@ pub fn run(request: Request) -> Result<(), Failure> {
 pub fn check_places(request: &Request) -> Result<(), Failure> {
     let results = [&request.report, &request.picture, &request.map];
     let results = results.into_iter().flatten().filter(|path| !is_stream(path)).cloned();
-    let paths: Vec<PathBuf> = outputs(request).into_iter().chain(results).collect();
+    let paths: Vec<PathBuf> = request.outputs().into_iter().chain(results).collect();
     files::check_places(paths.iter().map(PathBuf::as_path), request.force)
 }
 
@@ -123,7 +122,7 @@ struct OnTheirWay {
 /// The meshes as bytes where standard output is their place, else as files on their way.
 fn on_their_way(made: Vec<Files>, request: &Request, report: &mut Report) -> Result<OnTheirWay, Failure> {
     let mut done = OnTheirWay::default();
-    let mut paths = outputs(request).into_iter();
+    let mut paths = request.outputs().into_iter();
     for files in made {
         let Some(path) = paths.next() else {
             let n = files.beside.len();

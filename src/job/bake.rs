@@ -26,8 +26,7 @@ pub fn dress(
     let mut options = BakeOptions::new(size);
     (options.separate_maps, options.with_tangents) = (!is_gltf, is_gltf);
     let baked = bake(&original, simplified, &options).map_err(|error| format!("--bake {size}: {error}"))?;
-    let mut group = Group::default();
-    group.material = Some(MATERIAL.into());
+    let group = Group { material: Some(MATERIAL.into()), ..Group::default() };
     let mut looks = Looks::new(vec![baked.look.clone()]);
     looks.v_is_up = true;
     let mut extra = Extra::default();

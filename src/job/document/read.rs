@@ -163,9 +163,7 @@ impl Document {
 
 /// How a mesh is cleaned.
 fn clean_options(job: &Job) -> CleanOptions {
-    let mut options = CleanOptions::default();
-    options.weld = job.weld;
-    options
+    CleanOptions { weld: job.weld }
 }
 
 /// Moves vertices onto others where the job says that they become one; `scale` is how large the mesh is drawn.
