@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -26,7 +27,8 @@ def as_json(options: Mapping[str, Any]) -> str:
 def _plain(value: Any) -> Any:
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    # A number of numpy is none of JSON.
-    if hasattr(value, "item"):
-        return value.item()
+    # A number of numpy is none of JSON, nor is one that is not finite, which is refused by its name.
+    value = value.item() if hasattr(value, "item") else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return repr(value)
     return [_plain(item) for item in value] if isinstance(value, Iterable) else value

@@ -18,7 +18,7 @@ MESH = torus(20, 12)
     [
         (MESH, {}, "no size: give exactly one of ratio, vertices, faces, error, size"),
         (MESH, {"ratio": 0.5, "faces": 10}, "ratio and faces: give exactly one"),
-        (MESH, {"ratio": 2.0}, "ratio 2.0: give a share above 0 and at most 1"),
+        (MESH, {"ratio": 2.0}, "ratio 2: give a share above 0 and at most 1"),
         (MESH, {"ratio": float("nan")}, "give a share above 0"),
         (MESH, {"ratio": -0.5}, "ratio -0.5: give a share above 0"),
         (MESH, {"ratio": 50}, "did you mean 50%?"),
@@ -29,7 +29,7 @@ MESH = torus(20, 12)
         (MESH, {"error": "much"}, "error much: give a distance"),
         (MESH, {"ratio": 0.5, "assembly": "paper", "keep_components": True}, "keep_components: not available with assembly paper"),
         (MESH, {"ratio": 0.5, "threads": 0}, "threads: give a number from 1"),
-        (MESH, {"ratio": 0.5, "optimize": "speed"}, "possible values"),
+        (MESH, {"ratio": 0.5, "optimize": "speed"}, "optimize speed: choose from balanced, mean"),
         (MESH, {"ratio": 0.5, "symmetric": "y"}, "not symmetric about"),
         (MESH, {"ratio": 0.5, "importance": np.zeros(240)}, "needs numbers of at least 0, not all of them 0"),
         (MESH, {"ratio": 0.5, "attributes": {"uv": np.zeros((7, 2))}}, "uv: an array of shape (7, 2)"),
