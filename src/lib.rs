@@ -57,6 +57,7 @@
 //! | `io` | yes | mesh files: OBJ, PLY, STL, OFF |
 //! | `gltf` | yes | glTF and GLB, single meshes and scenes |
 //! | `gzip` | yes | files that are compressed (`.gz`) |
+//! | `paper` | yes | weights of the paper's network for its assembly and for clouds of points |
 //! | `picture` | yes | [`picture`] and [`appearance`] |
 //! | `weights` | yes | weights read from files and written; those that ship need no feature |
 //! | `job` | yes | [`job`]: documents with all they carry, what is asked of them, reports |

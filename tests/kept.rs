@@ -1,4 +1,4 @@
-//! Faces that are kept come back bit for bit, whatever becomes of the rest.
+//! Faces that are kept and vertices that are locked come back bit for bit, whatever becomes of the rest.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -161,4 +161,41 @@ fn flags_that_do_not_fit_and_mirrored_results_are_refused() {
     let mirrored = changed(options, |options| options.symmetric = Some(Symmetry::Found));
     let refused = simplify_input(&input(&mesh, &attributes, &kept), None, &mirrored, &mut go_on());
     assert!(matches!(refused, Err(SimplifyError::NotWithSymmetry(_))));
+}
+
+#[test]
+fn locked_vertices_keep_every_bit_with_and_without_vertices_that_no_face_uses() {
+    let sphere = shapes::wavy_sphere(4, 5.0);
+    let (mut positions, faces) = sphere.into_parts();
+    positions.insert(0, [7.0; 3]);
+    let mesh = TriMesh::new(positions, faces.into_iter().map(|face| face.map(|v| v + 1)).collect()).unwrap();
+    let locked: Vec<bool> = (0..mesh.positions().len()).map(|v| v % 20 == 5).collect();
+    let input = changed(Input::bare(&mesh), |input| input.locked = &locked);
+    let result = simplify_input(&input, None, &Options::new(Target::Faces(800)), &mut go_on()).unwrap();
+    assert_eq!((result.mesh.faces().len(), result.report.locked_vertices), (800, 128));
+    assert_closed_manifold(&result.mesh);
+    let bits = |p: &[f32; 3]| p.map(f32::to_bits);
+    let left: BTreeSet<[u32; 3]> = result.mesh.positions().iter().map(bits).collect();
+    let held = mesh.positions().iter().zip(&locked).filter(|(_, locked)| **locked);
+    assert!(held.map(|(p, _)| bits(p)).all(|p| left.contains(&p)));
+    let short = changed(Input::bare(&mesh), |input| input.locked = &locked[1..]);
+    let refused = simplify_input(&short, None, &Options::new(Target::Faces(800)), &mut go_on()).unwrap_err();
+    assert_eq!(refused, SimplifyError::BadInput);
+}
+
+#[test]
+fn components_with_locked_vertices_are_dropped_for_nothing() {
+    let (mesh, kept) = nested();
+    let mut locked = vec![false; mesh.positions().len()];
+    mesh.faces().iter().zip(&kept).filter(|(_, kept)| **kept).for_each(|(face, _)| locked[face[0] as usize] = true);
+    let input = changed(Input::bare(&mesh), |input| input.locked = &locked);
+    for options in [
+        changed(Options::new(Target::Vertices(60)), |options| options.prune_below = 10.0),
+        changed(Options::new(Target::Vertices(60)), |options| options.hidden = Hidden::Drop),
+    ] {
+        let result = simplify_input(&input, None, &options, &mut go_on()).unwrap();
+        let left: BTreeSet<[u32; 3]> = result.mesh.positions().iter().map(|p| p.map(f32::to_bits)).collect();
+        let held = mesh.positions().iter().zip(&locked).filter(|(_, locked)| **locked);
+        assert!(held.map(|(p, _)| p.map(f32::to_bits)).all(|p| left.contains(&p)));
+    }
 }

@@ -1,33 +1,14 @@
 //! Files beside a mesh file: those that it names, found and read by rules that lead nowhere else.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::extra::Extra;
+use super::folder::{Folder, Trouble, inner_path};
 use super::{ImageMaker, ImageUse, OutputFile};
-use crate::mesh::room::asking;
-
-/// The path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
-/// Both kinds of slashes part names.
-pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
-    let name = name.replace('\\', "/");
-    if name.contains([':', '\0']) {
-        return None;
-    }
-    let mut path = PathBuf::new();
-    for part in base.components().chain(Path::new(&name).components()) {
-        match part {
-            Component::Normal(name) => path.push(name),
-            Component::CurDir => {}
-            Component::ParentDir if path.pop() => {}
-            _ => return None,
-        }
-    }
-    (!path.as_os_str().is_empty()).then_some(path)
-}
 
 /// A file that an asset names, as it will lie beside the output.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +32,7 @@ impl Found {
 
 /// Finds the files that an asset names; each is looked up once by each name, and read once.
 pub(super) struct Finder<'a> {
-    folder: Option<&'a Path>,
+    folder: Option<&'a Folder>,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
     /// What those of the files are used for that are images.
@@ -69,7 +50,7 @@ pub(super) struct Finder<'a> {
 impl<'a> Finder<'a> {
     pub fn new(extra: &'a Extra, allow_outside: bool) -> Self {
         Self {
-            folder: extra.folder.as_deref(),
+            folder: extra.folder.as_ref(),
             allow_outside,
             files: Vec::new(),
             images: FxHashMap::default(),
@@ -83,8 +64,7 @@ impl<'a> Finder<'a> {
 
     /// Whether `name` is a file in the folder of the asset.
     pub fn has(&self, name: &str) -> bool {
-        let path = inner_path(Path::new(""), name).zip(self.folder).map(|(path, folder)| in_folder(folder).join(path));
-        path.is_some_and(|path| path.is_file())
+        inner_path(Path::new(""), name).zip(self.folder).is_some_and(|(path, folder)| folder.has(&path))
     }
 
     /// Reads the file `name` that a file in `base` names, a folder within that of the asset or an outside one; a note
@@ -143,22 +123,21 @@ impl<'a> Finder<'a> {
             (found, _) => found.map(|found| (found, inner)),
         };
         let ((source, bytes), inner) = found.map_err(|trouble| format!("{trouble}: the name stays"))?;
-        let folder = in_folder(folder);
-        let within =
-            folder.canonicalize().ok().and_then(|folder| Some(source.strip_prefix(folder).ok()?.to_path_buf()));
         let moved = inner.is_none();
         // What comes from outside lies beside the output itself.
-        let place = inner.or(within).or_else(|| Some(self.free_place(source.file_name()?.as_ref(), &bytes)));
+        let place = inner
+            .or_else(|| folder.path_within(&source))
+            .or_else(|| Some(self.free_place(source.file_name()?.as_ref(), &bytes)));
         Ok(Found { place: place.ok_or("is no file: the name stays")?, source, moved, bytes })
     }
 
     /// The file at `path` from `folder` on.
-    fn read(&mut self, folder: &Path, path: &Path) -> Result<(PathBuf, Arc<[u8]>), Trouble> {
-        let source = source_of(folder, path, self.allow_outside)?;
+    fn read(&mut self, folder: &Folder, path: &Path) -> Result<(PathBuf, Arc<[u8]>), Trouble> {
+        let source = folder.source(path, self.allow_outside)?;
         if let Some(bytes) = self.read.get(&source) {
             return Ok((source, bytes.clone()));
         }
-        let bytes: Arc<[u8]> = asking(|| std::fs::read(&source)).map_err(Trouble::Unreadable)?.into();
+        let bytes = folder.read(&source)?;
         self.read.insert(source.clone(), bytes.clone());
         Ok((source, bytes))
     }
@@ -169,55 +148,6 @@ impl<'a> Finder<'a> {
         let numbered = (1..).map(|n| PathBuf::from(format!("{n}_{}", name.display())));
         std::iter::once(name.to_path_buf()).chain(numbered).find(|path| !is_taken(path)).unwrap_or_default()
     }
-}
-
-/// Why there is no file beside a mesh.
-#[derive(Debug)]
-pub(super) enum Trouble {
-    /// It lies outside of the folder.
-    Outside,
-    /// It is not there, or its name leads nowhere.
-    Missing,
-    /// It is a folder or a device.
-    NoFile,
-    /// It is there and cannot be read.
-    Unreadable(std::io::Error),
-}
-
-impl std::fmt::Display for Trouble {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Outside => write!(f, "lies outside the folder of the asset and is not read"),
-            Self::Missing => write!(f, "is missing"),
-            Self::NoFile => write!(f, "is no file"),
-            Self::Unreadable(error) => write!(f, "cannot be read ({error})"),
-        }
-    }
-}
-
-/// The bytes of the file at `path` from `folder` on.
-pub(super) fn read_beside(folder: &Path, path: &Path) -> Result<Vec<u8>, Trouble> {
-    let source = source_of(folder, path, false)?;
-    asking(|| std::fs::read(&source)).map_err(Trouble::Unreadable)
-}
-
-/// Where the file at `path` from `folder` on lies: in the folder or below it, links followed, or anywhere where that is allowed.
-fn source_of(folder: &Path, path: &Path, allow_outside: bool) -> Result<PathBuf, Trouble> {
-    let folder = in_folder(folder);
-    let inside = folder.canonicalize().map_err(|_| Trouble::Missing)?;
-    let source = folder.join(path).canonicalize().map_err(|_| Trouble::Missing)?;
-    if !source.starts_with(inside) && !allow_outside {
-        return Err(Trouble::Outside);
-    }
-    if !source.is_file() {
-        return Err(Trouble::NoFile);
-    }
-    Ok(source)
-}
-
-/// A folder as it can be joined and asked for.
-fn in_folder(folder: &Path) -> &Path {
-    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
 /// A relative path as files name it.
@@ -234,7 +164,7 @@ mod tests {
     fn a_file_of_many_names_is_read_once() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("t.png"), b"png").unwrap();
-        let extra = Extra { folder: Some(folder.path().to_path_buf()), ..Extra::default() };
+        let extra = Extra { folder: Some(Folder::Disk(folder.path().to_path_buf())), ..Extra::default() };
         let mut finder = Finder::new(&extra, false);
         let first = finder.find(Path::new(""), "t.png").unwrap();
         let other = finder.find(Path::new("maps"), "../t.png").unwrap();
@@ -245,24 +175,5 @@ mod tests {
             assert_eq!(finder.find(Path::new(""), "gone.png"), None);
         }
         assert_eq!(finder.notes.len(), 1);
-    }
-
-    #[test]
-    fn names_lead_down_or_nowhere() {
-        let base = Path::new("materials");
-        for (name, expected) in [
-            ("a.png", Some("materials/a.png")),
-            ("./x/a b.png", Some("materials/x/a b.png")),
-            ("..\\textures\\a.png", Some("textures/a.png")),
-            ("../a.png", Some("a.png")),
-            ("../../a.png", None),
-            ("x/../../../a.png", None),
-            ("/etc/passwd", None),
-            ("C:\\a.png", None),
-            ("\\\\host\\a.png", None),
-            ("..", None),
-        ] {
-            assert_eq!(inner_path(base, name), expected.map(PathBuf::from), "{name}");
-        }
     }
 }

@@ -1,11 +1,9 @@
 //! What a file says beside positions, faces and attributes: names, libraries, comments, kinds of numbers. Kept so that a
 //! writer can say it again.
 
-use std::path::PathBuf;
-
 use rustc_hash::FxHashSet;
 
-use super::{Format, Scalar};
+use super::{Folder, Format, Scalar};
 use crate::mesh::{Look, RawMesh};
 
 /// A mesh as read, with all that its file holds.
@@ -39,7 +37,7 @@ pub struct Extra {
     /// Comments of a PLY header, with the word that opens them.
     pub comments: Vec<String>,
     /// The folder of the file, in which lies what it names.
-    pub folder: Option<PathBuf>,
+    pub folder: Option<Folder>,
     /// Whether the file's names are in Latin-1 instead of UTF-8.
     pub latin1: bool,
     /// What a length of 1 means, as 3MF calls it, where the file says so: `millimeter`, `inch`.

@@ -143,6 +143,7 @@ fn wrap(options: &[u8]) -> [Wrap; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::Folder;
     use crate::io::{Column, Scalar};
     use crate::mesh::Finish;
 
@@ -156,7 +157,7 @@ mod tests {
         let extra = Extra {
             groups: vec![group(Some("skin")), group(None), group(Some("horn"))],
             material_libraries: vec!["m.mtl".into()],
-            folder: Some(folder.path().to_path_buf()),
+            folder: Some(Folder::Disk(folder.path().to_path_buf())),
             ..Extra::default()
         };
         let (looks, notes) = looks(&extra, false);
@@ -197,7 +198,7 @@ mod tests {
         let extra = Extra {
             groups: vec![Group { material: Some("skin".into()), ..Group::default() }],
             material_libraries: vec!["a.mtl b.mtl".into()],
-            folder: Some(folder.path().to_path_buf()),
+            folder: Some(Folder::Disk(folder.path().to_path_buf())),
             ..Extra::default()
         };
         assert_eq!(looks(&extra, false).0.of_groups[0].colour, [0.0, 1.0, 0.0]);
@@ -223,7 +224,7 @@ mod tests {
             groups: [1.0, 0.0, -1.0, 2.0].map(group).to_vec(),
             face_columns: vec![Column { name: "texnumber".into(), scalar: Scalar::I32 }],
             comments: comments.map(String::from).to_vec(),
-            folder: Some(folder.path().to_path_buf()),
+            folder: Some(Folder::Disk(folder.path().to_path_buf())),
             ..Extra::default()
         };
         let image = |look: &Look| look.texture.as_ref().map(|texture| texture.image.to_vec());

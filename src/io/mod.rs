@@ -14,6 +14,7 @@ mod fbx;
 #[cfg(not(feature = "fbx"))]
 #[path = "no_fbx.rs"]
 mod fbx;
+mod folder;
 mod format;
 #[cfg(feature = "gltf")]
 mod gltf;
@@ -65,6 +66,7 @@ mod write_path;
 use error::UNKNOWN;
 pub use error::{Place, ReadError, WriteError};
 pub use extra::{Column, Extra, Group, Layout, ReadMesh};
+pub use folder::Folder;
 pub use format::Format;
 #[cfg(feature = "gltf")]
 pub use gltf::{Asset, AssetContents, LighterPart, Part, SceneOptions, write_gltf};
@@ -77,7 +79,7 @@ pub use output_file::{OutputFile, write_files};
 pub use packing::{PackOptions, Packing};
 pub use pieces::{Pieces, Triangle};
 pub use points::read_points;
-pub use read_path::{is_gltf, is_gltf_path, read_attributed_path, read_path};
+pub use read_path::{is_gltf, is_gltf_path, read_attributed_in, read_attributed_path, read_path};
 pub use room::{read_file, read_stream};
 pub use scalar::Scalar;
 pub(crate) use spool::Spool;

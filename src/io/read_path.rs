@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::room::read_file;
 use super::uri::fetch;
-use super::{Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
+use super::{Folder, Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
 
 /// Bytes of a file by which a glTF is known: a mark of encoding, blanks and a brace, or four letters.
@@ -23,7 +23,8 @@ const FIRST: u64 = 4096;
 /// ```
 pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
     let bytes = bytes_of(path)?;
-    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
+    let folder = Folder::of(path);
+    let fetch = |uri: &str| fetch(&folder, uri);
     let read = |format| read_with(&bytes, format, &fetch);
     as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
 }
@@ -38,14 +39,26 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 /// let path = folder.path().join("mesh.obj");
 /// std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
 /// let read = neural_mesh::io::read_attributed_path(&path, None).unwrap();
-/// assert_eq!((read.extra.folder.as_deref(), read.extra.material_libraries.len()), (path.parent(), 1));
+/// assert_eq!((read.extra.folder, read.extra.material_libraries.len()), (Some(Folder::of(&path)), 1));
 /// ```
 pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
-    let bytes = bytes_of(path)?;
-    let fetch = |uri: &str| fetch(path.parent().unwrap_or(Path::new("")), uri);
-    let read = |format| read_attributed_with(&bytes, format, &fetch);
-    let mut read = as_what_it_is(&bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
-    read.extra.folder = path.parent().map(Path::to_path_buf);
+    attributed(&bytes_of(path)?, path, format, Folder::of(path))
+}
+
+/// [`read_attributed`](super::read_attributed) of the bytes of a file called `name`, in the format that its name or else its content shows; what it
+/// names lies in `folder`.
+///
+/// # Errors
+/// As of [`read_attributed_path`].
+pub fn read_attributed_in(bytes: &[u8], name: &str, folder: &Folder) -> Result<ReadMesh, ReadError> {
+    attributed(&gzip::unpacked(bytes)?, name.as_ref(), None, folder.clone())
+}
+
+fn attributed(bytes: &[u8], path: &Path, format: Option<Format>, folder: Folder) -> Result<ReadMesh, ReadError> {
+    let fetch = |uri: &str| fetch(&folder, uri);
+    let read = |format| read_attributed_with(bytes, format, &fetch);
+    let mut read = as_what_it_is(bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
+    read.extra.folder = Some(folder);
     Ok(read)
 }
 

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use super::ReadError;
-use super::beside::{Trouble, inner_path, read_beside};
+use super::folder::{Folder, Trouble, inner_path};
 
 /// The bytes of the file `uri` in `folder` or below it.
-pub(super) fn fetch(folder: &Path, uri: &str) -> Result<Vec<u8>, ReadError> {
+pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     let found = path_inside(uri).ok_or(Trouble::Outside);
-    let found = found.and_then(|path| read_beside(folder, &path));
+    let found = found.and_then(|path| folder.read(&folder.source(&path, false)?));
     let refusal = |trouble| {
         ReadError::file(format!("the buffer {uri:?} {trouble}"), "put the file beside the asset or export it as GLB")
     };
-    found.map_err(refusal)
+    found.map(|bytes| bytes.to_vec()).map_err(refusal)
 }
 
 /// The path from the folder of the asset that a URI means, if it is one of a file there or below.
@@ -71,7 +71,8 @@ mod tests {
         std::fs::create_dir(&inner).unwrap();
         std::fs::write(folder.path().join("secret"), b"no").unwrap();
         std::fs::write(inner.join("a b.bin"), b"yes").unwrap();
-        assert_eq!(fetch(&inner, "a%20b.bin").unwrap(), b"yes");
+        let within = Folder::Disk(inner.clone());
+        assert_eq!(fetch(&within, "a%20b.bin").unwrap(), b"yes");
         let absolute = folder.path().join("secret");
         for uri in [
             "../secret",
@@ -84,12 +85,12 @@ mod tests {
             "x.bin",
             ".",
         ] {
-            assert!(fetch(&inner, uri).is_err(), "{uri}");
+            assert!(fetch(&within, uri).is_err(), "{uri}");
         }
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(folder.path().join("secret"), inner.join("link")).unwrap();
-            assert!(fetch(&inner, "link").is_err());
+            assert!(fetch(&within, "link").is_err());
         }
     }
 }

@@ -94,6 +94,11 @@ impl Job {
         }
     }
 
+    /// Whether a glTF is taken as the scene that it is.
+    pub(super) fn takes_scenes(&self) -> bool {
+        matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
+    }
+
     /// Whether some vertices of the input are held in their places: those of boundaries or of what is kept.
     pub(super) fn holds_places(&self) -> bool {
         self.options.lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()

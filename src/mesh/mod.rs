@@ -13,6 +13,7 @@ mod irregular_edges;
 mod looks;
 mod manifold;
 mod non_manifold_edges;
+mod one_frame;
 mod one_rings;
 mod patch;
 #[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
@@ -47,6 +48,7 @@ pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
+pub use one_frame::in_one_frame;
 pub use one_rings::{NotManifold, OneRings};
 #[cfg(feature = "io")]
 pub(crate) use patch::Patch;

@@ -18,6 +18,11 @@ mod normalized;
 mod passes;
 mod point_sampler;
 mod shipped;
+#[cfg(feature = "paper")]
+mod shipped_paper;
+#[cfg(not(feature = "paper"))]
+#[path = "no_shipped_paper.rs"]
+mod shipped_paper;
 mod sparse_attention;
 mod tri_conv;
 mod weights;
@@ -44,6 +49,7 @@ pub use passes::{
     point_sampler_backward, point_sampler_forward,
 };
 pub use point_sampler::{PointSampler, Vertices, inclusion_probabilities, point_sampler};
+pub(crate) use shipped_paper::paper_weights;
 pub use sparse_attention::{SparseAttention, sparse_attention};
 pub use tri_conv::{TriConv, tri_conv, triangle_positions};
 pub use weights::Weights;

@@ -11,11 +11,7 @@ use std::sync::{Arc, LazyLock};
 
 const DEFAULT_FILE: &[u8] = include_bytes!("../../weights/default.safetensors");
 
-const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-open.safetensors");
-
 static DEFAULT: LazyLock<Weights> = LazyLock::new(|| shipped(DEFAULT_FILE));
-
-static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| shipped(PAPER_OPEN_FILE));
 
 impl Weights {
     /// The network whose scores steer the closed assembly where the caller gives no weights.
@@ -29,20 +25,9 @@ impl Weights {
     pub fn shipped_default() -> &'static Self {
         &DEFAULT
     }
-
-    /// The network of the paper's sizes, trained on meshes that anyone may use, for the paper's assembly and for clouds of
-    /// points where the caller gives no weights.
-    ///
-    /// ```
-    /// use neural_mesh::model::{Architecture, Weights};
-    /// assert_eq!(Weights::shipped_paper_open().architecture(), &Architecture::default());
-    /// ```
-    pub fn shipped_paper_open() -> &'static Self {
-        &PAPER_OPEN
-    }
 }
 
-fn shipped(file: &[u8]) -> Weights {
+pub(super) fn shipped(file: &[u8]) -> Weights {
     own_file(file).expect("weights that ship are weights")
 }
 
@@ -84,19 +69,13 @@ mod tests {
 
     #[test]
     fn what_ships_is_read_and_small() {
-        for (weights, most_parameters) in
-            [(Weights::shipped_default(), 2_000), (Weights::shipped_paper_open(), 150_000)]
-        {
-            assert!(weights.architecture().n_parameters() < most_parameters);
-        }
+        assert!(Weights::shipped_default().architecture().n_parameters() < 2_000);
     }
 
     #[cfg(feature = "weights")]
     #[test]
-    fn what_ships_is_what_the_files_hold_bit_for_bit() {
-        for file in [DEFAULT_FILE, PAPER_OPEN_FILE] {
-            assert_eq!(shipped(file).to_bytes(), Weights::from_bytes(file).unwrap().to_bytes());
-        }
+    fn what_ships_is_what_the_file_holds_bit_for_bit() {
+        assert_eq!(shipped(DEFAULT_FILE).to_bytes(), Weights::from_bytes(DEFAULT_FILE).unwrap().to_bytes());
     }
 
     #[test]

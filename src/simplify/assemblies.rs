@@ -2,7 +2,7 @@
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, shaded_flat};
-use crate::model::Weights;
+use crate::model::{Weights, paper_weights};
 
 use super::closed::{Aim, Begun, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
 use super::components::{Pruned, pruned, without};
@@ -86,8 +86,9 @@ fn levels_of(
 }
 
 /// Which components may be dropped, once it is settled for so many levels; `None` where what is asked for keeps all.
-fn drop_rules(options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
-    let keeps = !options.prune || options.subset || options.lock_boundaries || half.is_some();
+fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
+    let holds = options.subset || options.lock_boundaries || !input.locked.is_empty();
+    let keeps = !options.prune || holds || half.is_some();
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
@@ -156,7 +157,7 @@ fn levels_as_shaded<'a>(
         locked: &locked_vertices(input, options),
         attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
         scene,
-        drop: drop_rules(options, half, sizes.n_settled),
+        drop: drop_rules(input, options, half, sizes.n_settled),
         half,
         ..Keep::of(options, input.kept)
     };
@@ -184,7 +185,7 @@ pub(super) fn paper_result(
     limit: Limit,
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
-    let weights = weights.unwrap_or_else(|| Weights::shipped_paper_open());
+    let weights = weights.or_else(|| paper_weights()).ok_or(SimplifyError::NoWeights)?;
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let result = paper::simplified(mesh, n_target, weights, options.seed, options.close, progress)?;
     let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;

@@ -75,6 +75,8 @@ pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<P
     let mut hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
     let mut kept = vec![false; n];
     component.iter().zip(input.kept).for_each(|(&c, is_kept)| kept[c as usize] |= is_kept);
+    let is_locked = |face: &[u32; 3]| face.iter().any(|&v| input.locked.get(v as usize) == Some(&true));
+    component.iter().zip(mesh.faces()).for_each(|(&c, face)| kept[c as usize] |= is_locked(face));
     hidden.iter_mut().zip(&kept).for_each(|(hidden, kept)| *hidden &= !kept);
     let areas = areas(&view.mesh, &seen, n);
     let shown = (0..n).filter(|&c| !hidden[c]);

@@ -59,7 +59,8 @@ fn closed(
     progress.enter("surface", input.mesh.faces().len())?;
     let used = Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(used.sources.as_deref());
-    let input = Input { mesh: &used.mesh, importance: &importance, ..*input };
+    let locked = input.locked_of(used.sources.as_deref());
+    let input = Input { mesh: &used.mesh, importance: &importance, locked: &locked, ..*input };
     let mut limits = resolve_levels(&used.mesh, targets, options)?;
     // What is as large as the mesh is the mesh.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();

@@ -46,7 +46,7 @@ impl GroupsSimplified {
     /// Returns it as the input of what simplifies the rest.
     pub fn input<'a>(&'a self, scene: Option<&'a United>) -> Input<'a> {
         let Self { mesh, attributes, importance, kept, .. } = self;
-        Input { mesh, attributes, importance, scene, kept }
+        Input { scene, kept, attributes, importance, ..Input::bare(mesh) }
     }
 }
 

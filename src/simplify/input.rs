@@ -21,12 +21,14 @@ pub struct Input<'a> {
     /// Whether each face comes back as it is, with its vertices and what its corners carry, n_faces; empty where none has to (closed
     /// assembly only, and no mirrored results).
     pub kept: &'a [bool],
+    /// Whether each vertex stays where it is, n_vertices; empty where all may go (closed assembly only, and no mirrored results).
+    pub locked: &'a [bool],
 }
 
 impl<'a> Input<'a> {
     /// A mesh alone.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[] }
+        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[] }
     }
 
     /// Returns the mesh where a viewer sees it; each face of the view shows a face of the mesh.
@@ -41,24 +43,27 @@ impl<'a> Input<'a> {
             || self.importance.len() == self.mesh.positions().len() && self.importance.iter().all(is_factor);
         let n_faces = self.mesh.faces().len();
         let kept_fit = self.kept.is_empty() || self.kept.len() == n_faces;
-        if self.attributes.fit(n_faces) && factors_fit && kept_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
+        let locked_fit = self.locked.is_empty() || self.locked.len() == self.mesh.positions().len();
+        let all_fit = self.attributes.fit(n_faces) && factors_fit && kept_fit && locked_fit;
+        if all_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 
     /// The importance of these vertices, or of all.
     pub(super) fn importance_of(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
-        match sources {
-            Some(sources) if !self.importance.is_empty() => {
-                sources.iter().map(|&v| self.importance[v as usize]).collect()
-            }
-            _ => Cow::Borrowed(self.importance),
-        }
+        of_vertices(self.importance, sources)
+    }
+
+    /// Which of these vertices, or of all, stay where they are.
+    pub(super) fn locked_of(&self, sources: Option<&[u32]>) -> Cow<'a, [bool]> {
+        of_vertices(self.locked, sources)
     }
 
     /// Returns what belongs to these vertices and faces of the mesh.
     pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<InputPart, SimplifyError> {
         let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
         let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
-        Ok(InputPart { attributes, importance: self.importance_of(Some(sources)).into_owned(), kept })
+        let importance = self.importance_of(Some(sources)).into_owned();
+        Ok(InputPart { attributes, importance, kept, locked: self.locked_of(Some(sources)).into_owned() })
     }
 }
 
@@ -70,13 +75,23 @@ pub(super) struct InputPart {
     importance: Vec<f32>,
     /// Whether each face comes back as it is.
     kept: Vec<bool>,
+    /// Whether each vertex stays where it is.
+    locked: Vec<bool>,
 }
 
 impl InputPart {
     /// Returns the part as an input of its own, where `mesh` is made of these vertices and faces.
     pub fn of<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a United>) -> Input<'a> {
-        let Self { attributes, importance, kept } = self;
-        Input { mesh, attributes, importance, scene, kept }
+        let Self { attributes, importance, kept, locked } = self;
+        Input { mesh, attributes, importance, scene, kept, locked }
+    }
+}
+
+/// Returns the rows of these vertices, or all where none are named; nothing where there are no rows.
+fn of_vertices<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, [T]> {
+    match vertices {
+        Some(vertices) if !rows.is_empty() => vertices.iter().map(|&v| rows[v as usize]).collect(),
+        _ => Cow::Borrowed(rows),
     }
 }
 
@@ -153,12 +168,14 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
     kept
 }
 
-/// Whether each vertex has to stay where it is: those of kept faces, and of boundaries that are locked; empty where none has to.
+/// Whether each vertex has to stay where it is: those that are locked, of kept faces, and of boundaries that are locked; empty where none
+/// has to.
 pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
     if !options.lock_boundaries && input.kept.is_empty() {
-        return Vec::new();
+        return input.locked.to_vec();
     }
-    let mut locked = vec![false; input.mesh.positions().len()];
+    let mut locked = input.locked.to_vec();
+    locked.resize(input.mesh.positions().len(), false);
     if options.lock_boundaries {
         let boundary = edges(input.mesh).into_iter().filter(|edge| edge.n_faces() != 2);
         boundary.flat_map(|edge| edge.ends).for_each(|v| locked[v as usize] = true);

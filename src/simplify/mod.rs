@@ -56,7 +56,7 @@ pub use weighed::{Weighed, simplify_weighed};
 /// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
 ///
 /// `weights` are those of the network; without, those that ship where one is asked for: [`Weights::shipped_default`] with
-/// [`ScoreSource::Network`], [`Weights::shipped_paper_open`] for the paper's assembly.
+/// [`ScoreSource::Network`], those of the feature `paper` for the paper's assembly.
 ///
 /// # Errors
 /// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. A target that cannot be

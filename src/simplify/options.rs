@@ -394,6 +394,8 @@ pub enum SimplifyError {
     NotWithSymmetry(&'static str),
     /// Not one positive factor for every vertex, or there are vertices that no face uses.
     BadImportance,
+    /// The paper's assembly needs weights, and neither the caller nor this build has any.
+    NoWeights,
     /// The network's probabilities leave no face.
     NothingKept,
     /// Coordinates of the result are too large for `f32`.
@@ -433,6 +435,10 @@ impl std::fmt::Display for SimplifyError {
                     "invalid importance: must be one positive number per vertex, and every vertex must be on a face"
                 )
             }
+            Self::NoWeights => write!(
+                f,
+                "the paper's assembly needs weights, and this build has none: give weights or use the closed one"
+            ),
             Self::NothingKept => write!(f, "the network kept no faces: these weights do not fit this mesh"),
             Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),
             Self::Interrupted => write!(f, "interrupted"),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{self, ReadMesh};
 use neural_mesh::mesh::cleanup::Cleaned;
-use neural_mesh::mesh::{Frame, Looks, RawMesh, TriMesh};
+use neural_mesh::mesh::{Looks, RawMesh, TriMesh, in_one_frame};
 use neural_mesh::picture::{CornerNormals, ShadedMesh};
 
 use super::worn::{Worn, only_texture, worn};
@@ -61,14 +61,17 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
             Err(failure) => unread.push(failure),
         }
     }
-    let origin = shared_origin(meshes.iter().map(|mesh| mesh.cleaned.frame));
     let texture = meshes.first().and_then(|original| only_texture(&original.looks));
+    let (mut framed, mut carried) = (Vec::new(), Vec::new());
+    for Dressed { cleaned: Cleaned { mesh, frame, attributes, .. }, looks, notes } in meshes {
+        framed.push((mesh, frame));
+        carried.push((attributes, looks, notes));
+    }
+    let framed = in_one_frame(framed).map_err(|error| Failure::Failed(error.to_string()))?;
     let mut named = Vec::new();
-    for ((path, mesh), name) in paths.iter().zip(meshes).zip(short_names(&paths)) {
-        let Dressed { mut cleaned, looks, notes } = mesh;
-        let normals = if args.appearance { CornerNormals::new(&cleaned.attributes) } else { None };
-        let cover = worn(std::mem::take(&mut cleaned.attributes), looks, texture.as_ref());
-        let mesh = around(origin, cleaned).map_err(|error| Failure::of(path, error))?;
+    for ((mesh, (attributes, looks, notes)), name) in framed.into_iter().zip(carried).zip(short_names(&paths)) {
+        let normals = if args.appearance { CornerNormals::new(&attributes) } else { None };
+        let cover = worn(attributes, looks, texture.as_ref());
         named.push(Named { name, mesh, cover, normals, notes });
     }
     let simplified = named.split_off(1);
@@ -110,26 +113,6 @@ fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
     (read.mesh, looks, missing)
 }
 
-/// The first origin that is not zero: meshes far out are then compared with the precision of the one that kept it.
-fn shared_origin(frames: impl IntoIterator<Item = Frame>) -> [f64; 3] {
-    frames.into_iter().map(|frame| frame.origin).find(|origin| *origin != [0.0; 3]).unwrap_or_default()
-}
-
-/// The mesh with its positions held around another origin.
-fn around(origin: [f64; 3], cleaned: Cleaned) -> Result<TriMesh, neural_mesh::mesh::InvalidMesh> {
-    let Cleaned { mesh, frame, .. } = cleaned;
-    if frame.origin == origin {
-        return Ok(mesh);
-    }
-    let (mut positions, faces) = mesh.into_parts();
-    for position in &mut positions {
-        for axis in 0..3 {
-            position[axis] = (frame.origin[axis] - origin[axis] + f64::from(position[axis])) as f32;
-        }
-    }
-    TriMesh::new(positions, faces)
-}
-
 /// The names of the files; where two are the same, the paths as given.
 fn short_names(paths: &[&Path]) -> Vec<String> {
     let last = |path: &Path| path.file_name().map_or_else(|| name(path), |name| name.to_string_lossy().into_owned());
@@ -142,23 +125,6 @@ fn short_names(paths: &[&Path]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-
-    fn far_triangle(x: f64, double: bool) -> Cleaned {
-        let positions = vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
-        let mut raw = RawMesh::new(positions, vec![[0, 1, 2]]);
-        raw.double = double;
-        clean(raw, &CleanOptions::default()).unwrap()
-    }
-
-    #[test]
-    fn meshes_far_out_meet_in_one_frame() {
-        let meshes = [far_triangle(4_194_304.0, false), far_triangle(4_194_304.25, true)];
-        let origin = shared_origin(meshes.iter().map(|mesh| mesh.frame));
-        let [a, b] = meshes.map(|mesh| around(origin, mesh).unwrap());
-        assert_ne!(origin, [0.0; 3]);
-        assert_eq!(b.positions()[0][0] - a.positions()[0][0], 0.25);
-    }
 
     #[test]
     fn files_of_the_same_name_are_told_apart() {

@@ -14,7 +14,7 @@ use super::placements::placements;
 use super::schema::Root;
 use crate::io::room::read_file;
 use crate::io::uri::{fetch, path_inside};
-use crate::io::{Format, OutputFile, ReadError, gzip, of_its_own};
+use crate::io::{Folder, Format, OutputFile, ReadError, gzip, of_its_own};
 
 /// A glTF or GLB file, opened with all that it refers to.
 pub struct Asset {
@@ -47,7 +47,7 @@ impl Asset {
     /// ```
     pub fn read_path(path: &Path) -> Result<Self, ReadError> {
         let bytes = read_file(path)?;
-        Self::from_bytes(&bytes, &|uri| fetch(path.parent().unwrap_or(Path::new("")), uri))
+        Self::from_bytes_in(&bytes, &Folder::of(path))
     }
 
     /// Opens the bytes of a glTF or GLB file, compressed by gzip or not; `fetch` gives those of a file that it names, by a URI that does not lead out
@@ -67,6 +67,14 @@ impl Asset {
         let bytes = &*gzip::unpacked(bytes)?;
         let opened = Container::open(bytes, fetch).and_then(|container| Self::of(bytes, container.into_owned(), fetch));
         opened.map_err(|error| ReadError { format: Some(Format::Gltf), ..error })
+    }
+
+    /// Opens the bytes of a glTF or GLB file, compressed by gzip or not, with the files that it names in `folder`.
+    ///
+    /// # Errors
+    /// As of [`from_bytes`](Self::from_bytes).
+    pub fn from_bytes_in(bytes: &[u8], folder: &Folder) -> Result<Self, ReadError> {
+        Self::from_bytes(bytes, &|uri| fetch(folder, uri))
     }
 
     /// Opens the bytes of a glTF or GLB file whose folder is not known, as [`from_bytes`](Self::from_bytes) does: buffers have to be

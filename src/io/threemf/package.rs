@@ -48,9 +48,8 @@ impl<'a> Package<'a> {
     pub fn model_part(&mut self) -> Result<String, ReadError> {
         let related = self.part("_rels/.rels").ok().and_then(|bytes| related(&String::from_utf8_lossy(&bytes)));
         let named = related.filter(|name| self.index(name).is_some());
-        let is_model = |name: &Cow<str>| name.to_ascii_lowercase().ends_with(".model");
-        let first = || self.archive.file_names().flatten().find(is_model);
-        let found = named.or_else(|| first().map(Cow::into_owned));
+        let is_model = |name: &&str| name.to_ascii_lowercase().ends_with(".model");
+        let found = named.or_else(|| self.archive.file_names().find(is_model).map(String::from));
         found.ok_or_else(|| ReadError::file("the archive holds no 3D model", "give a 3MF file, or unpack the archive"))
     }
 
@@ -80,8 +79,8 @@ impl<'a> Package<'a> {
     /// The place of a part in the archive; names of parts are the same in any case.
     fn index(&self, name: &str) -> Option<usize> {
         let name = name.trim_start_matches('/');
-        let alike = || self.archive.file_names().flatten().find(|other| other.eq_ignore_ascii_case(name));
-        self.archive.index_for_name(name).or_else(|| self.archive.index_for_name(&alike()?))
+        let alike = || self.archive.file_names().find(|other| other.eq_ignore_ascii_case(name));
+        self.archive.index_for_name(name).or_else(|| self.archive.index_for_name(alike()?))
     }
 }
 

@@ -1,6 +1,6 @@
 //! From what a file says to a document: cleaned, repaired, and without what its result does not need.
 
-use crate::io::{self, Asset, Format, ReadError, ReadMesh};
+use crate::io::{self, Asset, Folder, Format, ReadError, ReadMesh};
 use crate::mesh::cleanup::{CleanCounts, CleanOptions, clean};
 use crate::mesh::{Attributes, Frame, Piece, RawMesh, Role, United, snap};
 use crate::repair::{fill_holes, printable};
@@ -46,16 +46,28 @@ impl Document {
     }
 
     /// Reads a mesh from the bytes of a file, of which `format` says the format where these do not; a glTF that is written as glTF is taken
-    /// as the scene that it is. Files beside it are not found.
+    /// as the scene that it is. Files that it names are not found.
     ///
     /// # Errors
     /// As [`from_mesh`](Self::from_mesh), and where the bytes are no mesh.
     pub fn from_bytes(bytes: &[u8], format: Option<Format>, job: &Job) -> Result<Self, JobError> {
         let refused = |error: ReadError| JobError::Document(error.to_string());
-        if matches!(job.format, Format::Gltf | Format::Glb) && job.bake.is_none() && io::is_gltf(bytes) {
+        if job.takes_scenes() && io::is_gltf(bytes) {
             return Self::from_asset(Asset::from_stream(bytes).map_err(refused)?, job);
         }
         Self::from_mesh(io::read_attributed(bytes, format).map_err(refused)?, job)
+    }
+
+    /// The same, of a file called `name` that lies in `folder` with what it names.
+    ///
+    /// # Errors
+    /// As [`from_bytes`](Self::from_bytes).
+    pub fn from_bytes_in(bytes: &[u8], name: &str, folder: &Folder, job: &Job) -> Result<Self, JobError> {
+        let refused = |error: ReadError| JobError::Document(error.to_string());
+        if job.takes_scenes() && io::is_gltf(bytes) {
+            return Self::from_asset(Asset::from_bytes_in(bytes, folder).map_err(refused)?, job);
+        }
+        Self::from_mesh(io::read_attributed_in(bytes, name, folder).map_err(refused)?, job)
     }
 
     fn of_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {

@@ -75,6 +75,7 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
         ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
         ("faces that are kept", !input.kept.is_empty()),
+        ("vertices that are locked", !input.locked.is_empty()),
         ("pruning", options.prune_below > 0.0),
         ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
         ("a map", options.map),

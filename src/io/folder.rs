@@ -1,0 +1,171 @@
+//! The folder of a mesh, in which lies what it names: one of the disk, or files in memory.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use crate::mesh::room::asking;
+
+/// A folder, from which the names in a mesh file count.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Folder {
+    /// A folder of the disk.
+    Disk(PathBuf),
+    /// Files by their paths from the mesh on, slashes between names, no upward steps.
+    Memory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>),
+}
+
+impl Folder {
+    /// Returns the folder of a file of the disk.
+    pub fn of(file: &Path) -> Self {
+        Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf())
+    }
+
+    /// Returns a folder of files in memory. Names may have slashes of both kinds; one that leads out of the folder is never found.
+    ///
+    /// ```
+    /// use neural_mesh::io::{Folder, looks, read_attributed_in};
+    /// let library = b"newmtl red\nKd 1 0 0\n".to_vec();
+    /// let folder = Folder::in_memory([("a.mtl", library)]);
+    /// let obj = b"mtllib a.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    /// let read = read_attributed_in(obj, "a.obj", &folder)?;
+    /// assert_eq!(looks(&read.extra, false).0.of_groups[0].colour, [1.0, 0.0, 0.0]);
+    /// # Ok::<(), neural_mesh::io::ReadError>(())
+    /// ```
+    pub fn in_memory<N: AsRef<str>, B: Into<Arc<[u8]>>>(files: impl IntoIterator<Item = (N, B)>) -> Self {
+        let placed = |(name, bytes): (N, B)| Some((inner_path(Path::new(""), name.as_ref())?, bytes.into()));
+        Self::Memory(Arc::new(files.into_iter().filter_map(placed).collect()))
+    }
+
+    /// Whether there is a file at `path`.
+    pub(super) fn has(&self, path: &Path) -> bool {
+        match self {
+            Self::Disk(folder) => asked(folder).join(path).is_file(),
+            Self::Memory(files) => files.contains_key(path),
+        }
+    }
+
+    /// Returns where the file at `path` lies: in the folder or below it, links followed, or anywhere where that is allowed.
+    pub(super) fn source(&self, path: &Path, allow_outside: bool) -> Result<PathBuf, Trouble> {
+        let folder = match self {
+            Self::Memory(files) => {
+                return if files.contains_key(path) { Ok(path.into()) } else { Err(Trouble::Missing) };
+            }
+            Self::Disk(folder) => asked(folder),
+        };
+        let inside = folder.canonicalize().map_err(|_| Trouble::Missing)?;
+        let source = folder.join(path).canonicalize().map_err(|_| Trouble::Missing)?;
+        if !source.starts_with(inside) && !allow_outside {
+            return Err(Trouble::Outside);
+        }
+        if !source.is_file() {
+            return Err(Trouble::NoFile);
+        }
+        Ok(source)
+    }
+
+    /// Returns the bytes of the file that lies at `source`, as [`source`](Self::source) says.
+    pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, Trouble> {
+        match self {
+            Self::Disk(_) => asking(|| std::fs::read(source)).map(Arc::from).map_err(Trouble::Unreadable),
+            Self::Memory(files) => files.get(source).cloned().ok_or(Trouble::Missing),
+        }
+    }
+
+    /// Returns the path from the folder on of what lies at `source`; none where that is outside.
+    pub(super) fn path_within(&self, source: &Path) -> Option<PathBuf> {
+        match self {
+            Self::Disk(folder) => {
+                let folder = asked(folder).canonicalize().ok()?;
+                source.strip_prefix(folder).ok().map(Path::to_path_buf)
+            }
+            Self::Memory(_) => Some(source.into()),
+        }
+    }
+}
+
+/// Returns the path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
+/// Both kinds of slashes part names.
+pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.replace('\\', "/");
+    if name.contains([':', '\0']) {
+        return None;
+    }
+    let mut path = PathBuf::new();
+    for part in base.components().chain(Path::new(&name).components()) {
+        match part {
+            Component::Normal(name) => path.push(name),
+            Component::CurDir => {}
+            Component::ParentDir if path.pop() => {}
+            _ => return None,
+        }
+    }
+    (!path.as_os_str().is_empty()).then_some(path)
+}
+
+/// Why there is no file beside a mesh.
+#[derive(Debug)]
+pub(super) enum Trouble {
+    /// It lies outside of the folder.
+    Outside,
+    /// It is not there, or its name leads nowhere.
+    Missing,
+    /// It is a folder or a device.
+    NoFile,
+    /// It is there and cannot be read.
+    Unreadable(std::io::Error),
+}
+
+impl std::fmt::Display for Trouble {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Outside => write!(f, "lies outside the folder of the asset and is not read"),
+            Self::Missing => write!(f, "is missing"),
+            Self::NoFile => write!(f, "is no file"),
+            Self::Unreadable(error) => write!(f, "cannot be read ({error})"),
+        }
+    }
+}
+
+/// A folder as it can be joined and asked for.
+fn asked(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_down_or_nowhere() {
+        let base = Path::new("materials");
+        for (name, expected) in [
+            ("a.png", Some("materials/a.png")),
+            ("./x/a b.png", Some("materials/x/a b.png")),
+            ("..\\textures\\a.png", Some("textures/a.png")),
+            ("../a.png", Some("a.png")),
+            ("../../a.png", None),
+            ("x/../../../a.png", None),
+            ("/etc/passwd", None),
+            ("C:\\a.png", None),
+            ("\\\\host\\a.png", None),
+            ("..", None),
+        ] {
+            assert_eq!(inner_path(base, name), expected.map(PathBuf::from), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_in_memory_is_found_by_its_path_alone() {
+        let folder = Folder::in_memory([("maps\\a.png", b"png".to_vec()), ("../b.png", Vec::new())]);
+        let path = Path::new("maps/a.png");
+        assert!(folder.has(path) && !folder.has(Path::new("a.png")) && !folder.has(Path::new("b.png")));
+        let source = folder.source(path, false).unwrap();
+        assert_eq!(
+            (&*folder.read(&source).unwrap(), folder.path_within(&source).as_deref()),
+            (&b"png"[..], Some(path))
+        );
+        assert!(matches!(folder.source(Path::new("/etc/passwd"), true), Err(Trouble::Missing)));
+    }
+}

@@ -1,0 +1,34 @@
+//! Meshes around one origin, so that they can be held against each other.
+
+use super::{Frame, InvalidMesh, TriMesh};
+
+/// Returns meshes around one origin, the first that is not zero: those far out are then held against each other with the precision of the
+/// one that kept it.
+///
+/// # Errors
+/// [`InvalidMesh`] where a mesh is too far out from that origin for single precision.
+///
+/// ```
+/// use neural_mesh::mesh::{Frame, in_one_frame, shapes};
+/// let far = |x: f64| (shapes::tetrahedron(), Frame { origin: [x, 0.0, 0.0], double: true });
+/// let meshes = in_one_frame(vec![far(4_194_304.0), far(4_194_304.25)]).unwrap();
+/// assert_eq!(meshes[1].positions()[0][0] - meshes[0].positions()[0][0], 0.25);
+/// ```
+pub fn in_one_frame(meshes: Vec<(TriMesh, Frame)>) -> Result<Vec<TriMesh>, InvalidMesh> {
+    let origin = meshes.iter().map(|(_, frame)| frame.origin).find(|origin| *origin != [0.0; 3]).unwrap_or_default();
+    meshes.into_iter().map(|(mesh, frame)| around(origin, mesh, frame)).collect()
+}
+
+/// Returns a mesh with its positions held around another origin.
+fn around(origin: [f64; 3], mesh: TriMesh, frame: Frame) -> Result<TriMesh, InvalidMesh> {
+    if frame.origin == origin {
+        return Ok(mesh);
+    }
+    let (mut positions, faces) = mesh.into_parts();
+    for position in &mut positions {
+        for axis in 0..3 {
+            position[axis] = (frame.origin[axis] - origin[axis] + f64::from(position[axis])) as f32;
+        }
+    }
+    TriMesh::new(positions, faces)
+}

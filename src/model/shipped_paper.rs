@@ -1,0 +1,44 @@
+//! The weights of the paper's network that ship: half a megabyte, for builds that have them.
+
+use std::sync::LazyLock;
+
+use super::Weights;
+use super::shipped::shipped;
+
+pub(super) const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-open.safetensors");
+
+static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| shipped(PAPER_OPEN_FILE));
+
+impl Weights {
+    /// The network of the paper's sizes, trained on meshes that anyone may use, for the paper's assembly and for clouds of
+    /// points where the caller gives no weights.
+    ///
+    /// ```
+    /// use neural_mesh::model::{Architecture, Weights};
+    /// assert_eq!(Weights::shipped_paper_open().architecture(), &Architecture::default());
+    /// ```
+    pub fn shipped_paper_open() -> &'static Self {
+        &PAPER_OPEN
+    }
+}
+
+/// Returns the weights for the paper's assembly where the caller gives none; `None` where this build has none.
+pub(crate) fn paper_weights() -> Option<&'static Weights> {
+    Some(Weights::shipped_paper_open())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_ships_is_read_and_small() {
+        assert!(Weights::shipped_paper_open().architecture().n_parameters() < 150_000);
+    }
+
+    #[cfg(feature = "weights")]
+    #[test]
+    fn what_ships_is_what_the_file_holds_bit_for_bit() {
+        assert_eq!(shipped(PAPER_OPEN_FILE).to_bytes(), Weights::from_bytes(PAPER_OPEN_FILE).unwrap().to_bytes());
+    }
+}

@@ -1,0 +1,151 @@
+//! Meshes as arrays of a request or an answer, a row of each for each vertex.
+
+use neural_mesh::io::ReadMesh;
+use neural_mesh::job::Document;
+use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role, TriMesh};
+use neural_mesh::simplify::Simplified;
+use rustc_hash::FxHashMap;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+
+use crate::message::{Answer, Message};
+use crate::refusal::Refusal;
+
+/// What arrays of a vertex are called, what they mean, and how many numbers they have at most.
+const NAMES: [(&str, Role, usize); 3] =
+    [("uv", Role::Uv, 2), ("normals", Role::Normal, 3), ("colors", Role::Colour, 4)];
+
+/// A mesh by the parts of the request.
+#[derive(Deserialize)]
+pub struct Arrays {
+    /// Part of the positions, n_vertices x 3.
+    positions: usize,
+    /// Whether these are in double precision.
+    #[serde(default)]
+    doubles: bool,
+    /// Part of the faces, n_faces x 3.
+    faces: usize,
+    uv: Option<usize>,
+    normals: Option<usize>,
+    colors: Option<usize>,
+    /// Part of the group of each face, n_faces.
+    groups: Option<usize>,
+    /// Part of how much each vertex counts, n_vertices.
+    importance: Option<usize>,
+}
+
+impl Arrays {
+    /// Returns the mesh, and how much its vertices count where that is said.
+    ///
+    /// # Errors
+    /// [`Refusal`] where an array is missing or of another length.
+    pub fn read(&self, message: &Message) -> Result<(ReadMesh, Option<Vec<f32>>), Refusal> {
+        let positions = match self.doubles {
+            true => message.rows(self.positions, f64::from_le_bytes)?,
+            false => {
+                let rows: Vec<[f32; 3]> = message.rows(self.positions, f32::from_le_bytes)?;
+                rows.into_iter().map(|p| p.map(f64::from)).collect()
+            }
+        };
+        let (n_vertices, faces) = (positions.len(), message.rows(self.faces, u32::from_le_bytes)?);
+        let groups: Vec<u32> =
+            optional(self.groups, |part| message.numbers(part, u32::from_le_bytes))?.unwrap_or_default();
+        fits("groups", groups.len(), faces.len())?;
+        let importance = optional(self.importance, |part| message.numbers(part, f32::from_le_bytes))?;
+        fits("importance", importance.as_ref().map_or(0, Vec::len), n_vertices)?;
+        let mut channels = Vec::new();
+        for ((name, role, width), part) in NAMES.into_iter().zip([self.uv, self.normals, self.colors]) {
+            let Some(values) = optional(part, |part| message.numbers(part, f32::from_le_bytes))? else { continue };
+            fits(name, values.len(), width * n_vertices)?;
+            channels.push(Channel { name: name.into(), role, width, values });
+        }
+        let wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
+        let mut read = ReadMesh::default();
+        read.mesh = RawMesh::new(positions, faces);
+        read.mesh.double = self.doubles;
+        read.mesh.attributes = Attributes { wedges, channels, groups };
+        let n = u32::try_from(n_vertices).unwrap_or(u32::MAX);
+        if let Some(bad) = read.mesh.faces.as_flattened().iter().find(|&&v| v >= n) {
+            return Err(Refusal::new(format!("faces name vertex {bad}, and there are {n_vertices}")));
+        }
+        Ok((read, importance))
+    }
+}
+
+fn optional<T>(part: Option<usize>, read: impl Fn(usize) -> Result<T, Refusal>) -> Result<Option<T>, Refusal> {
+    part.map(read).transpose()
+}
+
+/// Refuses an array of another length; one that is empty is none.
+fn fits(name: &str, n: usize, wanted: usize) -> Result<(), Refusal> {
+    if n == 0 || n == wanted { Ok(()) } else { Err(Refusal::new(format!("{name}: {n} numbers: give {wanted}"))) }
+}
+
+/// Vertices told apart by what corners carry.
+pub struct Split {
+    /// The vertex and the wedge of each.
+    vertices: Vec<[u32; 2]>,
+    /// The corners of the faces, n_faces x 3.
+    pub faces: Vec<[u32; 3]>,
+}
+
+impl Split {
+    /// A vertex for each pair of a vertex and a wedge, in the order in which corners first name them; the vertices of a mesh whose corners carry
+    /// nothing, as they are.
+    pub fn new(mesh: &TriMesh, attributes: &Attributes) -> Self {
+        if attributes.wedges.is_empty() {
+            let vertices = (0..mesh.positions().len() as u32).map(|v| [v, v]).collect();
+            return Self { vertices, faces: mesh.faces().to_vec() };
+        }
+        let (mut vertices, mut number) = (Vec::new(), FxHashMap::default());
+        let mut at = |pair: [u32; 2]| {
+            *number.entry(pair).or_insert_with(|| {
+                vertices.push(pair);
+                vertices.len() as u32 - 1
+            })
+        };
+        let pairs = mesh.faces().iter().zip(&attributes.wedges);
+        let faces = pairs.map(|(face, wedges)| [0, 1, 2].map(|k| at([face[k], wedges[k]]))).collect();
+        Self { vertices, faces }
+    }
+
+    /// Returns the row of each vertex.
+    pub fn of_vertices<'a, T>(&'a self, rows: &'a [T]) -> impl Iterator<Item = &'a T> {
+        self.vertices.iter().map(|[v, _]| &rows[*v as usize])
+    }
+
+    /// Returns the values of each vertex, of a channel.
+    pub fn of_wedges<'a>(&'a self, channel: &'a Channel) -> impl Iterator<Item = f32> + 'a {
+        self.vertices.iter().flat_map(|[_, wedge]| channel.of(*wedge).iter().copied())
+    }
+}
+
+/// Adds a result to an answer; returns the numbers of its arrays by their names.
+pub fn added(document: &Document, result: &Simplified, exact: Option<Vec<[f64; 3]>>, answer: &mut Answer) -> Value {
+    let split = Split::new(&result.mesh, &result.attributes);
+    let framed = |p: &[f32; 3]| document.frame.to_file(*p).map(|x| x as f32);
+    let positions = match &exact {
+        Some(exact) => answer.add_numbers(split.of_vertices(exact).copied().flatten(), f64::to_le_bytes),
+        None => answer.add_numbers(split.of_vertices(result.mesh.positions()).flat_map(framed), f32::to_le_bytes),
+    };
+    let faces = answer.add_numbers(split.faces.iter().copied().flatten(), u32::to_le_bytes);
+    let mut arrays = Map::new();
+    arrays.extend([("positions".to_string(), json!(positions)), ("doubles".into(), json!(exact.is_some()))]);
+    arrays.insert("faces".into(), json!(faces));
+    for (name, role, _) in NAMES {
+        let Some(channel) = result.attributes.channels.iter().find(|channel| channel.role == role) else { continue };
+        arrays.insert(name.into(), json!(answer.add_numbers(split.of_wedges(channel), f32::to_le_bytes)));
+        arrays.insert(format!("{name}_width"), json!(channel.width));
+    }
+    if !result.attributes.groups.is_empty() {
+        let groups = answer.add_numbers(result.attributes.groups.iter().copied(), u32::to_le_bytes);
+        arrays.insert("groups".into(), json!(groups));
+    }
+    if let Some(map) = &result.map {
+        let file = document.file_vertices();
+        let source = |&v: &u32| file.and_then(|file| file.get(v as usize)).copied().unwrap_or(v);
+        let sources = answer.add_numbers(split.of_vertices(&map.input_vertices).map(source), u32::to_le_bytes);
+        arrays.insert("map".into(), json!(sources));
+    }
+    arrays.into()
+}

@@ -1,0 +1,122 @@
+//! What a viewer draws of a file: one surface, all meshes of a scene where they are seen, by groups of one colour and texture.
+
+use neural_mesh::io::{self, Asset, Folder};
+use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{Attributes, Channel, Look, Looks, RawMesh, Role, TriMesh, Wrap, linear_light};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+
+use super::arrays::Split;
+use super::file::File;
+use crate::message::{Answer, Message};
+use crate::refusal::Refusal;
+
+/// A request to be shown a file.
+#[derive(Deserialize)]
+struct Asked {
+    file: File,
+}
+
+/// Answers with arrays that can be drawn, and what could not be had of its looks.
+pub fn looked_at(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
+    let Asked { file } = serde_json::from_value(json)?;
+    let (bytes, folder) = file.opened(message)?;
+    let (raw, looks, notes) = seen(bytes, &file.name, &folder).map_err(|error| file.refusal(error))?;
+    let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| file.refusal(error))?;
+    let (mesh, attributes) = in_order_of_groups(cleaned.mesh, cleaned.attributes);
+    let mut arrays = arrays(&mesh, &attributes, &looks, answer);
+    arrays.insert("origin".into(), json!(cleaned.frame.origin));
+    Ok(json!({ "mesh": arrays, "notes": notes }))
+}
+
+/// A mesh and what its groups look like; of a glTF the scene.
+pub fn seen(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh, Looks, Vec<String>), io::ReadError> {
+    if io::is_gltf(bytes) {
+        let asset = Asset::from_bytes_in(bytes, folder)?;
+        let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
+        let scene = asset.placed(&meshes)?;
+        let (looks, missing) = asset.scene_looks();
+        return Ok((scene, looks, missing));
+    }
+    let read = io::read_attributed_in(bytes, name, folder)?;
+    let (looks, missing) = io::looks(&read.extra, false);
+    Ok((read.mesh, looks, missing))
+}
+
+/// The same with the faces of a group behind each other.
+fn in_order_of_groups(mesh: TriMesh, attributes: Attributes) -> (TriMesh, Attributes) {
+    let mut order: Vec<u32> = (0..mesh.faces().len() as u32).collect();
+    order.sort_by_key(|&face| attributes.group(face));
+    let faces = order.iter().map(|&face| mesh.faces()[face as usize]).collect();
+    let ordered = TriMesh::new(mesh.positions().to_vec(), faces).ok().zip(attributes.clone().of_faces(&order));
+    ordered.unwrap_or((mesh, attributes))
+}
+
+fn arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Map<String, Value> {
+    let split = Split::new(mesh, attributes);
+    let mut arrays = Map::new();
+    let positions = split.of_vertices(mesh.positions()).copied().flatten();
+    arrays.insert("positions".into(), json!(answer.add_numbers(positions, f32::to_le_bytes)));
+    let of = |role| attributes.channels.iter().find(|channel| channel.role == role);
+    if let Some(normals) = of(Role::Normal) {
+        arrays.insert("normals".into(), json!(answer.add_numbers(split.of_wedges(normals), f32::to_le_bytes)));
+    }
+    if let Some(uv) = of(Role::Uv).filter(|uv| uv.width == 2) {
+        // As images have it: v runs downwards.
+        let values: Vec<f32> = split.of_wedges(uv).collect();
+        let down = |(at, v): (usize, f32)| if looks.v_is_up && at % 2 == 1 { 1.0 - v } else { v };
+        let values = values.into_iter().enumerate().map(down);
+        arrays.insert("uv".into(), json!(answer.add_numbers(values, f32::to_le_bytes)));
+    }
+    if let Some(colors) = of(Role::Colour) {
+        let linear = |x: f32| if looks.linear_colours { x } else { linear_light(x) };
+        let colors = colors_of(&split, colors).flat_map(|[r, g, b, a]| [linear(r), linear(g), linear(b), a]);
+        arrays.insert("colors".into(), json!(answer.add_numbers(colors, f32::to_le_bytes)));
+    }
+    arrays.insert("faces".into(), json!(answer.add_numbers(split.faces.iter().copied().flatten(), u32::to_le_bytes)));
+    arrays.insert("groups".into(), groups(mesh, attributes, looks, answer));
+    arrays
+}
+
+/// Red, green, blue and alpha of each vertex, 1 where it has no alpha.
+fn colors_of(split: &Split, channel: &Channel) -> impl Iterator<Item = [f32; 4]> {
+    let values: Vec<f32> = split.of_wedges(channel).collect();
+    let at = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(1.0);
+    let colors: Vec<[f32; 4]> = values.chunks(channel.width.max(1)).map(|it| [0, 1, 2, 3].map(|k| at(it, k))).collect();
+    colors.into_iter()
+}
+
+/// What JavaScript calls what a texture does beyond its edges.
+fn wrap_name(wrap: Wrap) -> &'static str {
+    match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Mirror => "mirror",
+        Wrap::Clamp => "clamp",
+    }
+}
+
+/// Where the faces of each group begin, how many they are, and what they look like.
+fn groups(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Value {
+    let mut images: Vec<(*const u8, usize)> = Vec::new();
+    let mut from = 0;
+    let numbers: Vec<u32> = (0..mesh.faces().len() as u32).map(|face| attributes.group(face)).collect();
+    let runs: Vec<(u32, usize)> = numbers.chunk_by(|x, y| x == y).map(|run| (run[0], run.len())).collect();
+    let mut group = |(number, n_faces): (u32, usize)| {
+        let white = Look::default();
+        let look = looks.of_groups.get(number as usize).unwrap_or(&white);
+        let image = look.texture.as_ref().map(|texture| {
+            let known = images.iter().find(|(bytes, _)| *bytes == texture.image.as_ptr()).map(|(_, part)| *part);
+            known.unwrap_or_else(|| {
+                let part = answer.add(texture.image.to_vec());
+                images.push((texture.image.as_ptr(), part));
+                part
+            })
+        });
+        let [r, g, b] = look.colour;
+        let wrap = look.texture.as_ref().map(|texture| texture.wrap.map(wrap_name));
+        let group = json!({ "from": from, "faces": n_faces, "color": [r, g, b, 1.0], "image": image, "wrap": wrap });
+        from += n_faces;
+        group
+    };
+    runs.into_iter().map(&mut group).collect()
+}

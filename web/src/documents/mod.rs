@@ -1,0 +1,44 @@
+//! Calls over files of meshes: whole jobs, comparison, what a viewer draws.
+
+mod arrays;
+mod compare;
+mod file;
+mod look;
+mod simplify;
+
+use neural_mesh::io::{Format, is_read, unwritten};
+use neural_mesh::job::JobError;
+use serde_json::{Value, json};
+
+use crate::answer::Tell;
+use crate::message::{Answer, Message};
+use crate::refusal::Refusal;
+
+/// Answers the calls over files.
+///
+/// # Errors
+/// [`Refusal`] where there is no such call, and whatever the call refuses.
+pub fn answered(call: &str, message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
+    match call {
+        "simplify" => simplify::simplified(message, json, answer, tell),
+        "compare" => compare::compared(message, json, answer, tell),
+        "look" => look::looked_at(message, json, answer),
+        "formats" => Ok(formats()),
+        _ => Err(Refusal::new(format!("{call}: no such call"))),
+    }
+}
+
+/// The formats that are read and written, by name.
+fn formats() -> Value {
+    let of = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
+        Format::NAMES.into_iter().filter(|name| Format::from_name(name).is_some_and(is_known)).collect()
+    };
+    let written = |format| unwritten(format).is_none();
+    json!({ "read": of(&is_read), "write": of(&written), "version": env!("CARGO_PKG_VERSION") })
+}
+
+impl From<JobError> for Refusal {
+    fn from(error: JobError) -> Self {
+        Self { is_interrupted: error == JobError::Interrupted, ..Self::new(error) }
+    }
+}

@@ -1,0 +1,140 @@
+//! A whole job: a file or arrays in, files or arrays and the report out.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use neural_mesh::io::{self, Format};
+use neural_mesh::job::{Arguments, Document, Files, Job, Part, Watch, run};
+use neural_mesh::simplify::Event;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::arrays::{Arrays, added};
+use super::file::File;
+use crate::answer::Tell;
+use crate::message::{Answer, Message};
+use crate::refusal::Refusal;
+
+/// The parts of a job, by their numbers in the calls of `progress`.
+const PARTS: [Part; 6] = [Part::Read, Part::Simplify, Part::Bake, Part::Check, Part::Write, Part::Picture];
+
+/// A request for a job.
+#[derive(Deserialize)]
+struct Asked {
+    #[serde(default)]
+    options: Arguments,
+    /// The mesh as a file.
+    file: Option<File>,
+    /// The mesh as arrays.
+    mesh: Option<Arrays>,
+    /// What the result is to be called; without it nothing is written.
+    out: Option<String>,
+    /// Whether results come back as arrays.
+    #[serde(default)]
+    arrays: bool,
+}
+
+/// Answers with what came of a job.
+pub fn simplified(message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
+    let asked: Asked = serde_json::from_value(json)?;
+    let mut job = asked.job()?;
+    let mut watch = Watcher { tell, part: 0, is_ended: false };
+    watch.begin(Part::Read);
+    let document = asked.document(message, &job)?;
+    asked.name_files(&mut job, &document);
+    let mut outcome = run(&document, &job, None, &mut watch)?;
+    watch.begin(Part::Write);
+    let mut files = Vec::new();
+    if asked.out.is_some() {
+        let written = outcome.write(&document, &job)?;
+        let named = job.names.files.iter().zip(written);
+        files = named.map(|(name, made)| added_file(name, made, answer)).collect::<Result<Vec<Value>, Refusal>>()?;
+    }
+    if watch.is_ended {
+        return Err(Refusal { what: "interrupted".into(), is_interrupted: true });
+    }
+    let mut results = Vec::new();
+    for result in outcome.results.iter().filter(|_| asked.arrays) {
+        results.push(added(&document, result, document.exact_positions(result, &job), answer));
+    }
+    Ok(json!({ "report": outcome.report, "files": files, "results": results, "notes": outcome.report.notes }))
+}
+
+impl Asked {
+    /// What is asked for, in the format that the name of the result shows.
+    fn job(&self) -> Result<Job, Refusal> {
+        let named = self.out.as_deref().map(|name| {
+            let format =
+                Format::from_path(Path::new(name)).or_else(|| Format::from_name(self.options.format.as_deref()?));
+            format
+                .ok_or_else(|| Refusal::new(format!("{name}: unknown format: name it by {}", Format::NAMES.join(", "))))
+        });
+        // What stays in memory is asked for as a format that holds all that a mesh carries.
+        let mut job = self.options.job_as(named.transpose()?.unwrap_or(Format::Ply))?;
+        if self.out.is_some() {
+            job.check_format()?;
+        }
+        job.shapes = true;
+        Ok(job)
+    }
+
+    /// The mesh with all that it carries.
+    fn document(&self, message: &Message, job: &Job) -> Result<Document, Refusal> {
+        match (&self.file, &self.mesh) {
+            (Some(file), None) => {
+                let (bytes, folder) = file.opened(message)?;
+                Document::from_bytes_in(bytes, &file.name, &folder, job).map_err(|error| file.refusal(error))
+            }
+            (None, Some(arrays)) => {
+                let (read, importance) = arrays.read(message)?;
+                Ok(Document::from_mesh(read, job)?.weighed(importance))
+            }
+            _ => Err(Refusal::new("give one mesh, as a file or as arrays")),
+        }
+    }
+
+    /// Names the files of the results: levels of what is no scene have a file each.
+    fn name_files(&self, job: &mut Job, document: &Document) {
+        let Some(name) = &self.out else { return };
+        let n_levels = job.goal.n_levels().filter(|_| !document.is_scene());
+        let path = Format::without_gz(Path::new(name)).into_owned();
+        let [stem, ending] = [path.file_stem(), path.extension()].map(|it| it.unwrap_or_default().to_string_lossy());
+        let rest = &name[path.as_os_str().len().min(name.len())..];
+        let level = |number: usize| format!("{stem}-{number}.{ending}{rest}");
+        job.names.files = n_levels.map_or_else(|| vec![name.clone()], |n| (1..=n).map(level).collect());
+        job.names.shared = job.goal.n_levels().map(|_| stem.clone().into_owned());
+    }
+}
+
+/// Adds the file of a result to the answer, with what belongs beside it.
+fn added_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
+    let bytes =
+        io::packed_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
+    let bytes = answer.add(bytes.into_owned());
+    let beside = made.beside.into_iter().map(|file| {
+        let name = file.path.to_string_lossy().into_owned();
+        json!({ "name": name, "bytes": answer.add(file.bytes) })
+    });
+    let beside: Vec<Value> = beside.collect();
+    Ok(json!({ "name": name, "bytes": bytes, "beside": beside }))
+}
+
+/// Tells how far a job is, by the number of its part.
+struct Watcher {
+    tell: Tell,
+    part: u32,
+    /// Whether whoever is told has ended it.
+    is_ended: bool,
+}
+
+impl Watch for Watcher {
+    fn begin(&mut self, part: Part) {
+        self.part = PARTS.iter().position(|other| *other == part).unwrap_or_default() as u32;
+        self.is_ended |= (self.tell)(0.0, self.part).is_break();
+    }
+
+    fn event(&mut self, event: Event) -> ControlFlow<()> {
+        self.is_ended |= (self.tell)(f64::from(event.total), self.part).is_break();
+        if self.is_ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}

@@ -1,0 +1,236 @@
+//! Buffers as a mesh, and results as corners of the buffers.
+//!
+//! Vertices at one position are one vertex; where several share it, the surface has a seam there, and a label tells its sides apart. Numbers that count
+//! are poses: in each the surface is raised by one of them, times its weight, so that a merge costs what it changes of it.
+
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, compact, vertex_normals};
+use neural_mesh::simplify::{Input, Map, Simplified};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::buffers::Buffers;
+use crate::refusal::Refusal;
+
+/// The channel whose label tells the caller's vertices at a position apart.
+const SIDE: &str = "side";
+/// The channel of the caller's numbers.
+pub const NUMBERS: &str = "attributes";
+
+/// What the simplifier is given.
+pub struct Given {
+    /// The surface.
+    pub mesh: TriMesh,
+    /// What tells its corners apart, and what they carry.
+    pub attributes: Attributes,
+    locked: Vec<bool>,
+    /// The caller's vertices of each face's corners.
+    wedges: Vec<[u32; 3]>,
+    /// The groups and the caller's vertices at each vertex, in their order.
+    at_vertices: Vec<Vec<(u32, u32)>>,
+}
+
+impl Given {
+    /// Joins vertices at one position. Triangles that lose a corner by that are none.
+    ///
+    /// # Errors
+    /// [`Refusal`] where no mesh can be made of them.
+    pub fn new(buffers: &Buffers) -> Result<Self, Refusal> {
+        let first = first_equal(&buffers.positions);
+        let joined = |face: &[u32; 3]| face.map(|v| first[v as usize]);
+        let is_face = |&face: &usize| {
+            let [a, b, c] = joined(&buffers.indices[face]);
+            a != b && b != c && c != a
+        };
+        let faces: Vec<usize> = (0..buffers.indices.len()).filter(is_face).collect();
+        let wedges: Vec<[u32; 3]> = faces.iter().map(|&face| buffers.indices[face]).collect();
+        let (mesh, sources) = compact(&buffers.positions, wedges.iter().map(joined).collect()).map_err(Refusal::new)?;
+        let groups = faces.iter().filter_map(|&face| buffers.groups.get(face).copied()).collect();
+        let mut given = Self {
+            mesh,
+            attributes: Attributes { groups, ..Attributes::default() },
+            locked: Vec::new(),
+            wedges,
+            at_vertices: Vec::new(),
+        };
+        given.at_vertices = given.places_at_vertices();
+        let is_held = |vertex: u32| buffers.locks.get(vertex as usize).is_some_and(|lock| lock & 1 == 1);
+        let mut held = vec![false; buffers.positions.len()];
+        (0..first.len() as u32).filter(|&v| is_held(v)).for_each(|v| held[first[v as usize] as usize] = true);
+        let locked: Vec<bool> = sources.iter().map(|&v| held[v as usize]).collect();
+        given.locked = if locked.contains(&true) { locked } else { Vec::new() };
+        given.attributes.channels = given.channels(buffers);
+        if !given.attributes.channels.is_empty() {
+            given.attributes.wedges.clone_from(&given.wedges);
+        }
+        Ok(given)
+    }
+
+    /// The same as the simplifier takes it.
+    pub fn input(&self) -> Input<'_> {
+        let mut input = Input::bare(&self.mesh);
+        (input.attributes, input.locked) = (&self.attributes, &self.locked);
+        input
+    }
+
+    fn places_at_vertices(&self) -> Vec<Vec<(u32, u32)>> {
+        let mut places = vec![Vec::new(); self.mesh.positions().len()];
+        let corners = self.mesh.faces().as_flattened().iter().zip(self.places_of_groups());
+        corners.for_each(|(&v, place)| places[v as usize].push(place));
+        for places in &mut places {
+            places.sort_unstable();
+            places.dedup();
+        }
+        places
+    }
+
+    /// What the caller's vertices carry: their numbers, the poses that these are, and which of those at a position each is.
+    fn channels(&self, buffers: &Buffers) -> Vec<Channel> {
+        let (n, width) = (buffers.positions.len(), buffers.weights.len());
+        let mut channels = Vec::new();
+        if width > 0 {
+            let values = buffers.attributes.clone();
+            channels.push(Channel { name: NUMBERS.into(), role: Role::Other, width, values });
+        }
+        let mut normals = vec![[0.0; 3]; n];
+        for (places, normal) in self.at_vertices.iter().zip(vertex_normals(&self.mesh)) {
+            places.iter().for_each(|(_, place)| normals[*place as usize] = normal);
+        }
+        let extent = buffers.extent() as f32;
+        for (k, weight) in buffers.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            let raised = |v: usize| normals[v].map(|x| x * weight * extent * buffers.attributes[v * width + k]);
+            let values = (0..n).flat_map(raised).collect();
+            channels.push(Channel { name: format!("raised {k}"), role: Role::MorphPosition, width: 3, values });
+        }
+        let mut sides = vec![0.0; n];
+        for places in self.at_vertices.iter().flat_map(|places| places.chunk_by(|x, y| x.0 == y.0)) {
+            places.iter().enumerate().for_each(|(side, (_, place))| sides[*place as usize] = side as f32);
+        }
+        if sides.iter().any(|side| *side > 0.0) {
+            channels.push(Channel { name: SIDE.into(), role: Role::Label, width: 1, values: sides });
+        }
+        channels
+    }
+
+    /// The caller's vertex at each corner of a result whose vertices have not moved: one of its group, on the corner's side of a seam. Where
+    /// a group has come to a vertex at which it had none, that of another.
+    pub fn own_wedges(&self, made: &Simplified) -> Vec<[u32; 3]> {
+        let sources = made.source_vertices.as_deref().unwrap_or_default();
+        let sides = made.attributes.channels.iter().find(|channel| channel.name == SIDE);
+        let corner = |face: usize, k: usize| {
+            let places = &self.at_vertices[sources[made.mesh.faces()[face][k] as usize] as usize];
+            let group = made.attributes.group(face as u32);
+            let side = sides.map_or(0, |sides| sides.of(made.attributes.wedges[face][k])[0] as usize);
+            let own = places.iter().filter(|place| place.0 == group);
+            own.clone().nth(side).or(own.clone().next()).or(places.first()).map_or(0, |place| place.1)
+        };
+        (0..made.mesh.faces().len()).map(|face| [0, 1, 2].map(|k| corner(face, k))).collect()
+    }
+
+    /// Puts the vertices of a result in places of the buffers. Returns the place of each corner.
+    pub fn moved(&self, made: &Simplified, buffers: &mut Buffers) -> Vec<[u32; 3]> {
+        let wedges = wedges_of_groups(made);
+        let places = self.places(made, &wedges, buffers.positions.len());
+        let (values, width) = (made.attributes.channels.iter().find(|it| it.name == NUMBERS), buffers.weights.len());
+        let at_corners = |wedges: &[u32; 3]| wedges.map(|wedge| places[wedge as usize]);
+        let places: Vec<[u32; 3]> = wedges.iter().map(at_corners).collect();
+        for ((face, of_face), number) in made.mesh.faces().iter().zip(&places).zip(0..) {
+            for (k, &place) in of_face.iter().enumerate() {
+                buffers.positions[place as usize] = made.mesh.positions()[face[k] as usize];
+                if let Some(values) = values {
+                    let wedge = made.attributes.wedges[number][k];
+                    buffers.attributes[place as usize * width..][..width].copy_from_slice(values.of(wedge));
+                }
+            }
+        }
+        places
+    }
+
+    /// A place in the caller's buffers for each wedge of a result: where it comes from, as far as that is free, else where its group has one. Where
+    /// there are more wedges than places, some share that of their vertex.
+    fn places(&self, made: &Simplified, wedges: &[[u32; 3]], n_places: usize) -> Vec<u32> {
+        let n_wedges = wedges.as_flattened().iter().max().map_or(0, |&most| most as usize + 1);
+        let mut places = Places { of_wedges: vec![NONE; n_wedges], is_taken: vec![false; n_places] };
+        let own: FxHashSet<(u32, u32)> = self.places_of_groups().collect();
+        for ((of_face, near), face) in wedges.iter().zip(self.nearest_corners(made.map.as_ref())).zip(0..) {
+            let group = made.attributes.group(face);
+            let of_group = of_face.iter().zip(near).filter(|(_, place)| own.contains(&(group, *place)));
+            of_group.for_each(|(&wedge, place)| places.take(wedge, place));
+        }
+        let mut free: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+        self.places_of_groups().for_each(|(group, place)| free.entry(group).or_default().push(place));
+        let mut of_vertices = vec![NONE; made.mesh.positions().len()];
+        let corners = || made.mesh.faces().as_flattened().iter().zip(wedges.as_flattened()).zip(0u32..);
+        for ((&v, &wedge), corner) in corners() {
+            let of_group = free.entry(made.attributes.group(corner / 3)).or_default();
+            while places.of_wedges[wedge as usize] == NONE
+                && let Some(place) = of_group.pop()
+            {
+                places.take(wedge, place);
+            }
+            of_vertices[v as usize] = of_vertices[v as usize].min(places.of_wedges[wedge as usize]);
+        }
+        for ((&v, &wedge), _) in corners() {
+            let place = &mut places.of_wedges[wedge as usize];
+            *place = if *place == NONE { of_vertices[v as usize] } else { *place };
+        }
+        places.of_wedges
+    }
+
+    /// The group and the caller's vertex of each corner.
+    fn places_of_groups(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0u32..).zip(&self.wedges).flat_map(|(face, wedges)| wedges.map(|place| (self.attributes.group(face), place)))
+    }
+
+    /// The caller's vertices nearest to the corners of a result, on their sides of seams.
+    fn nearest_corners(&self, map: Option<&Map>) -> Vec<[u32; 3]> {
+        let Some(map) = map else { return Vec::new() };
+        let nearest = |(face, weights): (&u32, &[f32; 3])| {
+            let heaviest = (0..3).max_by(|&x, &y| weights[x].total_cmp(&weights[y])).unwrap_or(0);
+            self.wedges[*face as usize][heaviest]
+        };
+        let of_face =
+            |(faces, weights): (&[u32; 3], &[[f32; 3]; 3])| [0, 1, 2].map(|k| nearest((&faces[k], &weights[k])));
+        map.corner_faces.iter().zip(&map.corner_weights).map(of_face).collect()
+    }
+}
+
+/// No place.
+const NONE: u32 = u32::MAX;
+
+/// Places in the caller's buffers, none of them twice.
+struct Places {
+    of_wedges: Vec<u32>,
+    is_taken: Vec<bool>,
+}
+
+impl Places {
+    /// Gives a place to a wedge that has none, where it is free.
+    fn take(&mut self, wedge: u32, place: u32) {
+        let of_wedge = &mut self.of_wedges[wedge as usize];
+        if *of_wedge == NONE && !std::mem::replace(&mut self.is_taken[place as usize], true) {
+            *of_wedge = place;
+        }
+    }
+}
+
+/// Numbers of what corners have in common: a vertex, what they carry there, and the group of their face.
+fn wedges_of_groups(made: &Simplified) -> Vec<[u32; 3]> {
+    let wedges = if made.attributes.wedges.is_empty() { made.mesh.faces() } else { &made.attributes.wedges };
+    let mut numbers: FxHashMap<(u32, u32), u32> = FxHashMap::default();
+    let mut number = |wedge: u32, group: u32| {
+        let next = numbers.len() as u32;
+        *numbers.entry((wedge, group)).or_insert(next)
+    };
+    (0u32..).zip(wedges).map(|(face, wedges)| wedges.map(|wedge| number(wedge, made.attributes.group(face)))).collect()
+}
+
+/// The first vertex at the position of each.
+fn first_equal(positions: &[[f32; 3]]) -> Vec<u32> {
+    let bits = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    order.sort_unstable_by_key(|&v| (bits(v), v));
+    let mut first = vec![0; positions.len()];
+    for run in order.chunk_by(|&x, &y| bits(x) == bits(y)) {
+        run.iter().for_each(|&v| first[v as usize] = run[0]);
+    }
+    first
+}

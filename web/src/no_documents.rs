@@ -1,0 +1,12 @@
+//! In place of documents: a build that knows index buffers alone.
+
+use serde_json::Value;
+
+use crate::answer::Tell;
+use crate::message::{Answer, Message};
+use crate::refusal::Refusal;
+
+/// Refuses all calls.
+pub fn answered(call: &str, _: &Message, _: Value, _: &mut Answer, _: Tell) -> Result<Value, Refusal> {
+    Err(Refusal::new(format!("{call}: no such call in this build: import 'neural-mesh'")))
+}
