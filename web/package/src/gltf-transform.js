@@ -1,0 +1,46 @@
+// A transform for glTF-Transform: makes the meshes of a document lighter in place, with all that their vertices carry.
+
+import { readGoal, simplifyParts } from './parts.js';
+import { readPart, triangleModes, writePart } from './primitive.js';
+
+/** Makes the meshes of a document lighter. `types/gltf-transform.d.ts` documents it. */
+export function neuralSimplify(options = {}) {
+  const goal = readGoal(options);
+  const { progress, signal, worker } = options;
+
+  async function neuralSimplify(document) {
+    const meshes = meshesOf(document);
+    const total = meshes.reduce((sum, { nFaces }) => sum + nFaces, 0);
+    let done = 0;
+    for (const { mesh, parts, nFaces } of meshes) {
+      signal?.throwIfAborted();
+      const listener = progress && ((share) => progress((done + share * nFaces) / total));
+      await simplifyMesh(document, mesh, parts, goal, { progress: listener, signal, worker });
+      done += nFaces;
+    }
+  }
+  return neuralSimplify;
+}
+
+/** Each mesh with its primitives of triangles, each primitive once. */
+function meshesOf(document) {
+  const seen = new Set();
+  const meshes = document.getRoot().listMeshes().map((mesh) => {
+    const primitives = mesh.listPrimitives().filter((primitive) => !seen.has(primitive));
+    primitives.forEach((primitive) => seen.add(primitive));
+    const triangles = primitives.filter(triangleModes);
+    if (triangles.length < primitives.length) {
+      document.getLogger().warn(`neuralSimplify: ${primitives.length - triangles.length} primitives of "${mesh.getName()}" are no triangles and stay`);
+    }
+    const parts = triangles.map(readPart);
+    return { mesh, parts, nFaces: parts.reduce((sum, { indices }) => sum + indices.length / 3, 0) };
+  });
+  return meshes.filter(({ nFaces }) => nFaces > 0);
+}
+
+/** Simplifies the primitives of a mesh together, so that they stay joined. */
+async function simplifyMesh(document, mesh, parts, goal, control) {
+  const chosen = await simplifyParts(parts, goal, control);
+  parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, chosen[i]));
+  if (mesh.listPrimitives().length === 0) mesh.dispose();
+}
