@@ -54,14 +54,8 @@ function areEqual(columns, one, other) {
   });
 }
 
-/** The bits of numbers as words, negative zero as zero, so that equal numbers have equal bits. */
+/** The bits of numbers as words, in single precision where they are no whole ones; zero has one sign, so that equal numbers are equal. */
 export function wordsOf(array) {
-  const words = new Uint32Array(array.length);
-  if (array instanceof Float32Array) {
-    const values = new Float32Array(words.buffer);
-    for (let i = 0; i < array.length; i++) values[i] = array[i] + 0;
-    return words;
-  }
-  for (let i = 0; i < array.length; i++) words[i] = array[i];
-  return words;
+  if (/^(Int|Uint)/.test(array.constructor.name)) return Uint32Array.from(array);
+  return new Uint32Array(Float32Array.from(array, (value) => value + 0).buffer);
 }
