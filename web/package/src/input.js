@@ -21,10 +21,12 @@ export function isArrays(input) {
  * @param {object | Iterable} [beside] files that it names: bytes by their names, or `{name, bytes}` each
  */
 export async function readFile(input, name = input?.name, beside = input?.beside) {
-  const bytes = await readBytes(input?.bytes ?? input);
-  const listed = beside && Symbol.iterator in beside ? [...beside].map((file) => [file.name, file.bytes ?? file]) : Object.entries(beside ?? {});
-  const others = await Promise.all(listed.map(async ([path, content]) => [path, await readBytes(content)]));
-  return { name: name ?? nameByContent(bytes), bytes, beside: Object.fromEntries(others) };
+  // A `Blob` has a method by the name `bytes`.
+  const isNamed = input?.bytes !== undefined && typeof input.bytes !== 'function';
+  const bytes = await readBytes(isNamed ? input.bytes : input);
+  const others = beside && Symbol.iterator in beside ? [...beside].map((file) => [file.name, file.bytes]) : Object.entries(beside ?? {});
+  const read = await Promise.all(others.map(async ([path, content]) => [path, await readBytes(content)]));
+  return { name: name ?? nameByContent(bytes), bytes, beside: Object.fromEntries(read) };
 }
 
 /** Checks arrays of a mesh and makes them those that the program takes. */

@@ -1,0 +1,106 @@
+// The package in a page and in a worker of a page, in Chromium: `CHROMIUM=chromium node --test test/page.test.js`.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { after, before, test } from 'node:test';
+import { chromium } from 'playwright-core';
+
+const skip = process.env.CHROMIUM ? false : 'CHROMIUM does not name a browser';
+const dist = new URL('../dist/', import.meta.url);
+const shapes = readFileSync(new URL('shapes.js', import.meta.url));
+let server = null;
+let browser = null;
+
+/** Serves dist; a path below /strict/ has a policy that allows no workers of Blobs. */
+function serve(request, response) {
+  const path = request.url.replace('/strict/', '/').slice(1);
+  if (request.url.startsWith('/strict/')) {
+    response.setHeader('Content-Security-Policy', "default-src 'self'; script-src 'self' 'wasm-unsafe-eval' 'unsafe-inline'; worker-src 'self'");
+  }
+  if (path === '') return response.setHeader('Content-Type', 'text/html').end('<!doctype html><title>page</title>');
+  response.setHeader('Content-Type', 'text/javascript');
+  if (path === 'shapes.js') return response.end(shapes);
+  if (path === 'nested.js') return response.end("import { simplify } from './index.js'; import { torus } from './shapes.js'; postMessage((await simplify(torus(), { faces: 500 })).results[0].faces.length);");
+  return response.end(readFileSync(new URL(path, dist)));
+}
+
+before(async () => {
+  if (skip) return;
+  server = createServer(serve).listen(0);
+  browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: ['--no-sandbox'] });
+});
+
+after(async () => {
+  await browser?.close();
+  server?.close();
+});
+
+async function open(path) {
+  const page = await browser.newPage();
+  await page.goto(`http://localhost:${server.address().port}${path}`);
+  return page;
+}
+
+test('a page stays alive while a worker runs, and ends it', { skip }, async () => {
+  const page = await open('/');
+  const { nFaces, frames, shares, name, ms } = await page.evaluate(async () => {
+    const { simplify } = await import('/index.js');
+    const { torus } = await import('/shapes.js');
+    let [frames, shares] = [0, 0];
+    const timer = setInterval(() => frames++, 5);
+    const { results } = await simplify(torus(400, 200), { ratio: 0.1 }, { progress: () => shares++ });
+    clearInterval(timer);
+    const abort = new AbortController();
+    const run = simplify(torus(400, 200), { ratio: 0.1 }, { signal: abort.signal }).catch((error) => error.name);
+    await new Promise((resolve) => setTimeout(resolve, 100));
+    const from = performance.now();
+    abort.abort();
+    return { nFaces: results[0].faces.length / 3, frames, shares, name: await run, ms: performance.now() - from };
+  });
+  assert.ok(nFaces > 0 && frames > 10 && shares > 2, `${nFaces} ${frames} ${shares}`);
+  assert.equal(name, 'AbortError');
+  assert.ok(ms < 50, `${ms} ms`);
+});
+
+test('a file of a page keeps its name', { skip }, async () => {
+  const page = await open('/');
+  const name = await page.evaluate(async () => {
+    const { simplify } = await import('/index.js');
+    const { torus, toObj } = await import('/shapes.js');
+    return (await simplify(new File([toObj(torus())], 'torus.obj'), { ratio: 0.1 })).files[0].name;
+  });
+  assert.equal(name, 'torus.obj');
+});
+
+test('the package runs in a worker of a page', { skip }, async () => {
+  const page = await open('/');
+  const length = await page.evaluate(() => new Promise((resolve, reject) => {
+    const worker = new Worker('/nested.js', { type: 'module' });
+    worker.onmessage = ({ data }) => resolve(data);
+    worker.onerror = (event) => reject(new Error(event.message));
+  }));
+  assert.ok(length > 0 && length <= 1500, `${length}`);
+});
+
+test('where the policy allows no workers of Blobs, calls run in the page', { skip }, async () => {
+  const page = await open('/strict/');
+  const length = await page.evaluate(async () => {
+    const { simplify } = await import('/strict/index.js');
+    const { torus } = await import('/strict/shapes.js');
+    return (await simplify(torus(), { faces: 500 })).results[0].faces.length;
+  });
+  assert.ok(length > 0 && length <= 1500, `${length}`);
+});
+
+test('NeuralSimplifier runs in a page', { skip }, async () => {
+  const page = await open('/');
+  const length = await page.evaluate(async () => {
+    const { NeuralSimplifier } = await import('/simplifier.js');
+    const { torus } = await import('/shapes.js');
+    await NeuralSimplifier.ready;
+    const { positions, faces } = torus();
+    return NeuralSimplifier.simplify(faces, positions, 3, 1500, 1)[0].length;
+  });
+  assert.ok(length > 0 && length <= 1500, `${length}`);
+});
