@@ -1,7 +1,7 @@
 // Makes dist: modules of src with the WebAssembly inside, gzipped, in base64. `node build.js [FOLDER]` takes everything.wasm and
 // simplifier.wasm from FOLDER, else from wasm.
 
-import { existsSync, mkdirSync, readFileSync, statSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdirSync, readFileSync, statSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build } from 'esbuild';
@@ -43,3 +43,4 @@ for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']
   });
   console.log(`dist/${name}.js: ${Math.round(statSync(outfile).size / 1024)} KiB`);
 }
+for (const licence of ['LICENSE-APACHE', 'LICENSE-MIT']) copyFileSync(join(here, '../..', licence), join(here, 'dist', licence));

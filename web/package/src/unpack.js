@@ -9,7 +9,9 @@ export async function compilePacked(text) {
 
 function decodeBase64(text) {
   const characters = atob(text);
-  return Uint8Array.from({ length: characters.length }, (_, i) => characters.charCodeAt(i));
+  const bytes = new Uint8Array(characters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = characters.charCodeAt(i);
+  return bytes;
 }
 
 async function unzip(bytes) {

@@ -99,8 +99,8 @@ test('files are read and written gzipped', async () => {
 });
 
 test('levels of detail are files of their own', async () => {
-  const { files, results } = await simplify(spot, { lods: [0.5, 0.1] }, { name: 'spot.ply', out: 'spot-{level}.ply', arrays: true });
-  assert.deepEqual(files.map(({ name }) => name), ['spot-0.ply', 'spot-1.ply']);
+  const { files, results } = await simplify(spot, { lods: [0.5, 0.1] }, { name: 'spot.ply', out: 'spot.ply', arrays: true });
+  assert.deepEqual(files.map(({ name }) => name), ['spot-1.ply', 'spot-2.ply']);
   assert.equal(results.length, 2);
   assert.ok(results[0].faces.length > results[1].faces.length);
 });
@@ -129,10 +129,11 @@ test('look gives a surface to draw', async () => {
 
 test('compare measures distances', async () => {
   const { bytes } = await simplify(spot, { ratio: 0.1 }, { name: 'spot.ply' });
-  const { comparison, distances } = await compare({ name: 'spot.ply', bytes: spot }, { name: 'light.ply', bytes }, { samples: 2000 });
+  const { comparison, surfaces, distances } = await compare({ name: 'spot.ply', bytes: spot }, { name: 'light.ply', bytes }, { samples: 2000 });
   assert.equal(typeof comparison, 'object');
-  assert.equal(distances.length, 1);
-  assert.ok(distances[0].of_result.length < distances[0].of_original.length);
+  assert.equal(comparison.results[0].name, 'light.ply');
+  assert.deepEqual([surfaces.length, distances.length], [2, 1]);
+  assert.ok(surfaces[1].faces.length < surfaces[0].faces.length);
   assert.ok(distances[0].of_original.every((d) => d >= 0 && d < 0.1));
 });
 

@@ -34,7 +34,7 @@ export interface MeshArrays {
   uv?: Numbers<Float32Array>;
   /** Normals of length 1, n x 3. */
   normals?: Numbers<Float32Array>;
-  /** Red, green, blue, alpha from 0 to 1, n x 4. */
+  /** Red, green, blue, alpha, from 0 to 1, n x 4. */
   colors?: Numbers<Float32Array>;
   /** A number for each face, m: its material, or what else it belongs to. */
   groups?: Numbers<Uint32Array>;
@@ -52,7 +52,7 @@ export interface ResultArrays {
   uv?: Float32Array;
   /** n x 3. */
   normals?: Float32Array;
-  /** n x 4. */
+  /** Red, green, blue, alpha, n x 4. */
   colors?: Float32Array;
   /** m. */
   groups?: Uint32Array;
@@ -116,9 +116,12 @@ export interface Control {
   worker?: boolean;
 }
 
-/** How a long call runs. */
+/** How a long call runs, and who hears of it. */
 export interface ProgressControl extends Control {
-  /** Is called with the share of the work that is done, from 0 to 1, and the number of the mesh or level that it is at. */
+  /**
+   * Is called with the share of a part of the work that is done, from 0 to 1, and the number of the part: 0 reads, 1 simplifies, 2 bakes,
+   * 3 measures, 4 writes.
+   */
   progress?: (share: number, part: number) => void;
 }
 
@@ -127,9 +130,12 @@ export interface SimplifyControl extends ProgressControl {
   name?: string;
   /** Files that the input names. */
   beside?: Beside;
-  /** Name of the result, whose extension is its format; `{level}` in it stands for the number of a level. Default: `name`. */
+  /**
+   * Name of the result, whose extension is its format. Default: `name`, with the extension of the option `format`. Levels of detail that
+   * are files of their own are named `NAME-1.ply`, `NAME-2.ply`.
+   */
   out?: string;
-  /** Whether arrays of the results are returned. Default: for an input of arrays without `out`. */
+  /** Whether arrays of the results are returned; then a file is written only with `out`. Default: for an input of arrays without `out`. */
   arrays?: boolean;
 }
 
@@ -145,7 +151,7 @@ export interface SimplifyResult {
   bytes?: Uint8Array<ArrayBuffer>;
   /** What was done, as `neural-mesh simplify --report` writes it: sizes, topology, distance, time. */
   report: Record<string, any>;
-  /** All files: one for each level with `{level}` in `out`. */
+  /** All files: one, or one for each level of detail. */
   files: WrittenFile[];
   /** The results as arrays, one for each level; empty without `arrays`. */
   results: ResultArrays[];
@@ -184,7 +190,9 @@ export function compare(
 ): Promise<{
   /** What `neural-mesh compare --json` writes. */
   comparison: any;
-  /** For each result, the distances of its vertices to the original and of the original's to it, in the mesh's unit. */
+  /** The surfaces that were measured, the original first: n x 3, m x 3, and into how many steps each side of a face is divided. */
+  surfaces: { positions: Float32Array; faces: Uint32Array; steps: number }[];
+  /** For each result, the distances of the points of its surface to the original, and of the original's to it, in the mesh's unit. */
   distances: { of_result: Float32Array; of_original: Float32Array }[];
 }>;
 
@@ -206,8 +214,8 @@ export interface LookMesh {
   groups: LookGroup[];
 }
 
+/** Faces of one colour and one image. */
 export interface LookGroup {
-  name: string;
   /** First face. */
   from: number;
   /** Number of faces. */
