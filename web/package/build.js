@@ -19,8 +19,10 @@ for (const file of ['everything.wasm', 'simplifier.wasm']) {
 /** The text of `packed:NAME`: a WebAssembly module in base64, or the program of the workers. */
 async function packedText(name) {
   if (name !== 'worker') return gzipSync(readFileSync(join(folder, `${name}.wasm`)), { level: 9 }).toString('base64');
-  const settings = { entryPoints: [join(here, 'src/worker.js')], bundle: true, minify: true, write: false, format: 'cjs', platform: 'node', target };
-  return (await build(settings)).outputFiles[0].text.trim();
+  const worker = await build({
+    entryPoints: [join(here, 'src/worker.js')], bundle: true, minify: true, write: false, format: 'cjs', platform: 'node', target,
+  });
+  return worker.outputFiles[0].text.trim();
 }
 
 const packed = {
@@ -37,9 +39,9 @@ const packed = {
 mkdirSync(join(here, 'dist'), { recursive: true });
 for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']) {
   const outfile = join(here, 'dist', `${name}.js`);
+  // Lines stay as they are: Node prints the line of an error, and the one of the WebAssembly is long.
   await build({
-    entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, minifySyntax: true, minifyWhitespace: true,
-    format: 'esm', target, packages: 'external', plugins: [packed], legalComments: 'none', logLevel: 'warning',
+    entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, format: 'esm', target, packages: 'external', plugins: [packed], legalComments: 'none', logLevel: 'warning',
   });
   console.log(`dist/${name}.js: ${Math.round(statSync(outfile).size / 1024)} KiB`);
 }

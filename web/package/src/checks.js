@@ -12,6 +12,14 @@ export function check(holds, name, expected) {
   if (!holds) throw new TypeError(`${name}: ${expected}`);
 }
 
+function checkStride(stride, least, name) {
+  check(Number.isInteger(stride) && stride >= least, name, `${stride} is no whole number of at least ${least}`);
+}
+
+function checkRows(array, stride, nVertices, name) {
+  check(array.length === stride * nVertices, name, `${array.length} numbers are not ${stride} for each of ${nVertices} vertices`);
+}
+
 export function checkIndices(indices) {
   check(INDEX_TYPES.some((type) => indices instanceof type), 'indices', 'give a Uint32Array, Int32Array, Uint16Array or Int16Array');
   check(indices.length % 3 === 0, 'indices', `${indices.length} is no multiple of 3`);
@@ -20,7 +28,7 @@ export function checkIndices(indices) {
 /** Returns the number of vertices. */
 export function checkPositions(positions, stride) {
   check(positions instanceof Float32Array, 'vertex_positions', 'give a Float32Array');
-  check(Number.isInteger(stride) && stride >= 3, 'vertex_positions_stride', `${stride} is no whole number of at least 3`);
+  checkStride(stride, 3, 'vertex_positions_stride');
   check(positions.length % stride === 0, 'vertex_positions', `${positions.length} numbers are no multiple of the stride ${stride}`);
   return positions.length / stride;
 }
@@ -36,11 +44,23 @@ export function checkError(error) {
 
 export function checkAttributes(attributes, stride, weights, nVertices) {
   check(attributes instanceof Float32Array, 'vertex_attributes', 'give a Float32Array');
-  check(Number.isInteger(stride) && stride >= 0, 'vertex_attributes_stride', `${stride} is no whole number of at least 0`);
-  check(attributes.length === stride * nVertices, 'vertex_attributes', `${attributes.length} numbers are not ${stride} for each of ${nVertices} vertices`);
+  checkStride(stride, 0, 'vertex_attributes_stride');
+  checkRows(attributes, stride, nVertices, 'vertex_attributes');
   check(Array.isArray(weights), 'attribute_weights', 'give an array of numbers');
-  check(weights.length <= Math.min(stride, MOST_ATTRIBUTES), 'attribute_weights', `${weights.length} are more than the stride ${stride}, or than ${MOST_ATTRIBUTES}`);
+  const most = Math.min(stride, MOST_ATTRIBUTES);
+  check(weights.length <= most, 'attribute_weights', `${weights.length} are more than ${most}`);
   check(weights.every((weight) => weight >= 0), 'attribute_weights', 'each is at least 0');
+}
+
+export function checkColors(colors, stride, nVertices) {
+  check(colors instanceof Float32Array, 'vertex_colors', 'give a Float32Array');
+  checkStride(stride, 3, 'vertex_colors_stride');
+  checkRows(colors, stride, nVertices, 'vertex_colors');
+}
+
+/** Checks how many vertices are to be chosen. */
+export function checkCount(count, nVertices) {
+  check(count >= 0 && count <= nVertices, 'target_vertex_count', `${count} is not between 0 and ${nVertices}`);
 }
 
 export function checkLocks(locks, nVertices) {

@@ -30,7 +30,8 @@ function meshesOf(document) {
     primitives.forEach((primitive) => seen.add(primitive));
     const triangles = primitives.filter(triangleModes);
     if (triangles.length < primitives.length) {
-      document.getLogger().warn(`neuralSimplify: ${primitives.length - triangles.length} primitives of "${mesh.getName()}" are no triangles and stay`);
+      const others = primitives.length - triangles.length;
+      document.getLogger().warn(`neuralSimplify: ${others} primitives of "${mesh.getName()}" are no triangles and stay`);
     }
     const parts = triangles.map(readPart);
     return { mesh, parts, nFaces: parts.reduce((sum, { indices }) => sum + indices.length / 3, 0) };

@@ -42,7 +42,7 @@ export function readArrays(input) {
     if (input[name] === undefined || input[name] === null) continue;
     mesh[name] = arrayOf(input[name], type, name);
     if (mesh[name].length !== width * counts[per]) {
-      throw new RangeError(`${name}: ${mesh[name].length} numbers for ${counts[per]} ${per === 'face' ? 'faces' : 'vertices'}: give ${width} each`);
+      throw new RangeError(`${name}: ${mesh[name].length} numbers: give ${width} for each ${per}, ${width * counts[per]}`);
     }
   }
   return mesh;

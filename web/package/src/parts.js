@@ -10,7 +10,8 @@ const WEIGHTS = { normal: [3, 0.5], uv: [2, 0.5], color: [3, 0.5] };
 /** Reads how far a surface is to be simplified: options of callers, checked. */
 export function readGoal({ ratio, faces, error = Infinity, lockBorder = false }) {
   if (ratio !== undefined && !(ratio >= 0 && ratio <= 1)) throw new RangeError(`ratio: ${ratio} is not between 0 and 1`);
-  if (faces !== undefined && !(Number.isInteger(faces) && faces >= 0)) throw new RangeError(`faces: ${faces} is no whole number of at least 0`);
+  const isCount = Number.isInteger(faces) && faces >= 0;
+  if (faces !== undefined && !isCount) throw new RangeError(`faces: ${faces} is no whole number of at least 0`);
   if (!(error >= 0)) throw new RangeError(`error: ${error} is not at least 0`);
   if (ratio !== undefined && faces !== undefined) throw new TypeError('ratio and faces: give one of them');
   if (ratio === undefined && faces === undefined && error === Infinity) throw new TypeError('give ratio, faces or error');

@@ -6,7 +6,8 @@ export const UNUSED = 0xffffffff;
 /**
  * Numbers vertices in the order in which `indices` uses them, and writes the new numbers into `indices`.
  *
- * @returns {[Uint32Array, number]} the new number of each vertex up to the largest in use, `UNUSED` for those that are not, and how many are
+ * @returns {[Uint32Array, number]} the new number of each vertex up to the largest in use, `UNUSED` for those that are not, and
+ *   how many are
  */
 export function compactIndices(indices) {
   const remap = new Uint32Array(indices.reduce((most, index) => Math.max(most, index), -1) + 1).fill(UNUSED);

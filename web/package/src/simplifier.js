@@ -1,7 +1,7 @@
 // The members of meshoptimizer's `MeshoptSimplifier` by our program, and the same call in a worker. `types/simplifier.d.ts` documents both.
 
 import {
-  check, checkAttributes, checkError, checkFlags, checkIndices, checkLocks, checkPositions, checkTarget,
+  check, checkAttributes, checkColors, checkCount, checkError, checkFlags, checkIndices, checkLocks, checkPositions, checkTarget,
 } from './checks.js';
 import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { makeProgram } from './runtime.js';
@@ -87,12 +87,10 @@ export const NeuralSimplifier = {
 
   simplifyPoints(vertex_positions, vertex_positions_stride, target_vertex_count, vertex_colors, vertex_colors_stride, color_weight) {
     const nVertices = checkPositions(vertex_positions, vertex_positions_stride);
-    check(target_vertex_count >= 0 && target_vertex_count <= nVertices, 'target_vertex_count', `${target_vertex_count} is not between 0 and ${nVertices}`);
+    checkCount(target_vertex_count, nVertices);
     const request = { call: 'points', positions: packRows(vertex_positions, vertex_positions_stride, 3), target: target_vertex_count };
     if (vertex_colors) {
-      check(vertex_colors instanceof Float32Array, 'vertex_colors', 'give a Float32Array');
-      check(Number.isInteger(vertex_colors_stride) && vertex_colors_stride >= 3, 'vertex_colors_stride', `${vertex_colors_stride} is no whole number of at least 3`);
-      check(vertex_colors.length === nVertices * vertex_colors_stride, 'vertex_colors', `${vertex_colors.length} numbers are not ${vertex_colors_stride} for each of ${nVertices} vertices`);
+      checkColors(vertex_colors, vertex_colors_stride, nVertices);
       request.colors = packRows(vertex_colors, vertex_colors_stride, 3);
       request.color_weight = color_weight ?? 0;
     }

@@ -21,7 +21,7 @@ export async function simplifyModifier(geometry, options = {}) {
 function checkGeometry(geometry) {
   if (!geometry?.isBufferGeometry) throw new TypeError('geometry: give a BufferGeometry');
   if (!geometry.attributes.position) throw new TypeError('geometry: it has no attribute "position"');
-  if (geometry.isInstancedBufferGeometry) throw new TypeError('geometry: give the BufferGeometry that is drawn many times, not an InstancedBufferGeometry');
+  if (geometry.isInstancedBufferGeometry) throw new TypeError('geometry: give a BufferGeometry that is drawn once');
 }
 
 /** Attributes and those of morph targets, which all have a row per vertex. */

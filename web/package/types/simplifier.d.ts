@@ -5,7 +5,8 @@ import type { ProgressControl } from './index.js';
 export { NeuralMeshError } from './index.js';
 
 export type SimplifierFlag =
-  | 'LockBorder' | 'Sparse' | 'ErrorAbsolute' | 'Prune' | 'Regularize' | 'Permissive' | 'RegularizeLight' | 'PreserveFolds' | 'ErrorClamped';
+  | 'LockBorder' | 'Sparse' | 'ErrorAbsolute' | 'Prune'
+  | 'Regularize' | 'Permissive' | 'RegularizeLight' | 'PreserveFolds' | 'ErrorClamped';
 
 /** Three per triangle. What is returned is of the same class. */
 export type Indices = Uint32Array | Int32Array | Uint16Array | Int16Array;
