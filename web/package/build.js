@@ -41,7 +41,8 @@ for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']
   const outfile = join(here, 'dist', `${name}.js`);
   // Lines stay as they are: Node prints the line of an error, and the one of the WebAssembly is long.
   await build({
-    entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, format: 'esm', target, packages: 'external', plugins: [packed], legalComments: 'none', logLevel: 'warning',
+    entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, format: 'esm', target, packages: 'external',
+    plugins: [packed], legalComments: 'none', logLevel: 'warning',
   });
   console.log(`dist/${name}.js: ${Math.round(statSync(outfile).size / 1024)} KiB`);
 }

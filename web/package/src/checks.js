@@ -20,8 +20,13 @@ function checkRows(array, stride, nVertices, name) {
   check(array.length === stride * nVertices, name, `${array.length} numbers are not ${stride} for each of ${nVertices} vertices`);
 }
 
-export function checkIndices(indices) {
+/** Checks indices that need not be triangles. */
+export function checkIndexType(indices) {
   check(INDEX_TYPES.some((type) => indices instanceof type), 'indices', 'give a Uint32Array, Int32Array, Uint16Array or Int16Array');
+}
+
+export function checkIndices(indices) {
+  checkIndexType(indices);
   check(indices.length % 3 === 0, 'indices', `${indices.length} is no multiple of 3`);
 }
 

@@ -1,7 +1,6 @@
 // Simplifies the parts of a surface together: those that different materials cover, which meet at equal positions and stay joined there.
 
-import { NeuralMeshError } from './runtime.js';
-import { compactIndices } from './remap.js';
+import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { simplifyIndices } from './simplifier.js';
 
 /** What the difference of an attribute counts against a distance, where the surface's extent is 1. */
@@ -25,25 +24,49 @@ export function readGoal({ ratio, faces, error = Infinity, lockBorder = false })
  *   vertices; positions n x 3; `layers` has arrays `normal` (n x 3), `uv` (n x 2) and `color` (n x 3) where there are any
  * @param {object} goal see `readGoal`
  * @param {{progress?: Function, signal?: AbortSignal, worker?: boolean}} control
+ * @param {boolean} isShared whether all parts have the same vertices, so that a triangle may take one from another part
  * @returns {Promise<Uint32Array[]>} indices of the triangles that remain of each part
  */
-export async function simplifyParts(parts, goal, control) {
-  const surface = joinParts(parts.map(compactPart));
+export async function simplifyParts(parts, goal, control, isShared = false) {
+  const compact = parts.map(compactPart);
+  const surface = joinParts(compact);
+  const split = splitIndices(await chosenTriangles(surface, goal, control), surface, isShared);
+  if (split) return split;
+  // A triangle lies across two parts. Each goes alone, with its boundary as it is: the parts stay joined and become less light.
+  return Promise.all(compact.map(async (part) => {
+    const alone = await chosenTriangles(joinParts([part]), aloneGoal(goal, part, surface), control);
+    return alone.map((vertex) => part.origins[vertex]);
+  }));
+}
+
+async function chosenTriangles(surface, { ratio, faces, error, lockBorder }, control) {
   const nIndices = surface.indices.length;
-  const target = 3 * Math.min(nIndices / 3, goal.faces ?? Math.floor((goal.ratio * nIndices) / 3));
-  const flags = goal.lockBorder ? ['LockBorder'] : [];
-  const [indices] = await simplifyIndices(surface, { target, error: goal.error, flags, ...control });
-  return splitIndices(indices, surface.starts).map((chosen, i) => chosen.map((vertex) => surface.origins[i][vertex]));
+  if (nIndices === 0) return surface.indices;
+  const target = 3 * Math.min(nIndices / 3, faces ?? Math.floor((ratio * nIndices) / 3));
+  return (await simplifyIndices(surface, { target, error, flags: lockBorder ? ['LockBorder'] : [], ...control }))[0];
+}
+
+/** The goal of one part, with its share of the faces. */
+function aloneGoal({ ratio, faces, error }, part, surface) {
+  const share = part.indices.length / surface.indices.length;
+  return { ratio, faces: faces === undefined ? undefined : Math.floor(faces * share), error, lockBorder: true };
 }
 
 /** A part with the vertices that its triangles use, and no others; `origins` are their numbers in the part. */
 function compactPart({ indices, positions, layers }) {
-  const compact = indices.slice();
+  const compact = withoutDegenerate(indices, positions);
   const [remap, used] = compactIndices(compact);
   const origins = new Uint32Array(used);
   remap.forEach((to, from) => { if (to < used) origins[to] = from; });
   const chosen = Object.entries(layers).map(([name, array]) => [name, gatherRows(array, WEIGHTS[name][0], origins)]);
   return { indices: compact, positions: gatherRows(positions, 3, origins), layers: Object.fromEntries(chosen), origins };
+}
+
+/** The triangles whose corners are at three positions. */
+function withoutDegenerate(indices, positions) {
+  const first = firstEqualRows([{ words: wordsOf(positions), width: 3 }], positions.length / 3);
+  const isFace = (i) => new Set([first[indices[i]], first[indices[i + 1]], first[indices[i + 2]]]).size === 3;
+  return indices.filter((_, i) => isFace(i - (i % 3)));
 }
 
 /** Chosen rows of an array, in the order of `rows`. */
@@ -86,16 +109,36 @@ function writeLayers({ layers, origins }, names, rows, stride) {
   }
 }
 
-/** The triangles of each part by the ranges of its vertices, in the part's numbers. */
-function splitIndices(indices, starts) {
-  const partOf = (vertex) => starts.findLastIndex((start) => start <= vertex);
-  const split = starts.slice(1).map(() => []);
+/** The triangles of each part, in the part's numbers; null where one lies across two parts that have not the same vertices. */
+function splitIndices(indices, { positions, starts, origins }, isShared) {
+  const { partOf, vertexIn, partOfFace } = makeSides(positions, starts);
+  const originOf = (vertex) => origins[partOf(vertex)][vertex - starts[partOf(vertex)]];
+  const split = origins.map(() => []);
   for (let i = 0; i < indices.length; i += 3) {
-    const part = partOf(indices[i]);
-    for (let j = i; j < i + 3; j++) {
-      if (indices[j] < starts[part] || indices[j] >= starts[part + 1]) throw new NeuralMeshError('a face of the result is of two parts');
-      split[part].push(indices[j] - starts[part]);
-    }
+    const face = indices.subarray(i, i + 3);
+    const part = partOfFace(face) ?? (isShared ? partOf(face[0]) : null);
+    if (part === null) return null;
+    split[part].push(...Array.from(face, (vertex) => originOf(vertexIn(part, vertex) ?? vertex)));
   }
   return split.map((list) => Uint32Array.from(list));
+}
+
+/** Finds vertices at equal positions in other parts: a triangle may come back with corners of both sides of a boundary between parts. */
+function makeSides(positions, starts) {
+  let first = null;
+  let places = null;
+  const readPlaces = () => {
+    first = firstEqualRows([{ words: wordsOf(positions), width: 3 }], positions.length / 3);
+    places = new Map();
+    first.forEach((one, place) => (places.has(one) ? places.get(one).push(place) : places.set(one, [place])));
+  };
+  const partOf = (vertex) => starts.findLastIndex((start) => start <= vertex);
+  const vertexIn = (part, vertex) => {
+    if (vertex >= starts[part] && vertex < starts[part + 1]) return vertex;
+    if (!places) readPlaces();
+    return places.get(first[vertex]).find((place) => place >= starts[part] && place < starts[part + 1]);
+  };
+  const partOfFace = (face) => [...new Set(Array.from(face, partOf))]
+    .find((part) => face.every((vertex) => vertexIn(part, vertex) !== undefined));
+  return { partOf, vertexIn, partOfFace };
 }

@@ -1,7 +1,8 @@
 // The members of meshoptimizer's `MeshoptSimplifier` by our program, and the same call in a worker. `types/simplifier.d.ts` documents both.
 
 import {
-  check, checkAttributes, checkColors, checkCount, checkError, checkFlags, checkIndices, checkLocks, checkPositions, checkTarget,
+  check, checkAttributes, checkColors, checkCount, checkError, checkFlags, checkIndexType, checkIndices, checkLocks, checkPositions,
+  checkTarget,
 } from './checks.js';
 import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { makeProgram } from './runtime.js';
@@ -29,7 +30,7 @@ export const NeuralSimplifier = {
   },
 
   compactMesh(indices) {
-    checkIndices(indices);
+    checkIndexType(indices);
     return compactIndices(indices);
   },
 
@@ -123,7 +124,8 @@ function indicesRequest({ indices, positions, stride, attributes, attributesStri
   checkFlags(flags);
   const request = {
     call: 'indices', indices: wideIndices(indices, nVertices), positions: packRows(positions, stride, 3),
-    target, error: Math.min(error, LARGEST_ERROR), move, flags: flags ?? [],
+    // The program wants one face at least.
+    target: Math.max(3, target), error: Math.min(error, LARGEST_ERROR), move, flags: flags ?? [],
   };
   if (attributes !== undefined || weights !== undefined) {
     checkAttributes(attributes, attributesStride, weights, nVertices);

@@ -15,7 +15,7 @@ export async function simplifyModifier(geometry, options = {}) {
   const surface = { positions: readNumbers(geometry.attributes.position, 3), layers: readLayers(geometry) };
   const parts = segments.map(({ indices }) => ({ indices, ...surface }));
   const { progress, signal, worker } = options;
-  return geometryOf(geometry, segments, await simplifyParts(parts, goal, { progress, signal, worker }));
+  return geometryOf(geometry, segments, await simplifyParts(parts, goal, { progress, signal, worker }, true));
 }
 
 function checkGeometry(geometry) {

@@ -10,7 +10,7 @@ import { torus } from './shapes.js';
 
 const { simplify } = await built('index');
 const small = torus();
-const large = torus(800, 400);
+const large = torus(500, 250);
 const aborted = { name: 'AbortError' };
 
 test('a worker and this thread give the same', async () => {
