@@ -11,13 +11,15 @@ export function neuralSimplify(options = {}) {
   async function neuralSimplify(document) {
     const meshes = meshesOf(document);
     const total = meshes.reduce((sum, { nFaces }) => sum + nFaces, 0);
+    const chosen = [];
     let done = 0;
-    for (const { mesh, parts, nFaces } of meshes) {
-      signal?.throwIfAborted();
+    for (const { parts, nFaces } of meshes) {
       const listener = progress && ((share) => progress((done + share * nFaces) / total));
-      await simplifyMesh(document, mesh, parts, goal, { progress: listener, signal, worker });
+      chosen.push(await simplifyParts(parts, goal, { progress: listener, signal, worker }));
       done += nFaces;
     }
+    // Nothing is written before all is there, so that a failure leaves the document as it is.
+    meshes.forEach(({ mesh, parts }, i) => writeMesh(document, mesh, parts, chosen[i]));
   }
   return neuralSimplify;
 }
@@ -39,9 +41,8 @@ function meshesOf(document) {
   return meshes.filter(({ nFaces }) => nFaces > 0);
 }
 
-/** Simplifies the primitives of a mesh together, so that they stay joined. */
-async function simplifyMesh(document, mesh, parts, goal, control) {
-  const chosen = await simplifyParts(parts, goal, control);
+/** Writes what remains of the primitives of a mesh; an empty mesh leaves the document. */
+function writeMesh(document, mesh, parts, chosen) {
   parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, chosen[i]));
   if (mesh.listPrimitives().length === 0) mesh.dispose();
 }

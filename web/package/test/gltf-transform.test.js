@@ -148,6 +148,16 @@ test('progress, signal and options', async () => {
   assert.throws(() => neuralSimplify({ ratio: -1 }), { name: 'RangeError' });
 });
 
+test('a failure leaves the document as it is', async () => {
+  const { document, mesh } = makeDocument();
+  document.createMesh('second').addPrimitive(mesh.listPrimitives()[0].clone());
+  const abort = new AbortController();
+  const before = surfaceOf(mesh).faces;
+  const progress = (share) => { if (share > 0.3) abort.abort(); };
+  await assert.rejects(document.transform(neuralSimplify({ ratio: 0.25, signal: abort.signal, progress })), { name: 'AbortError' });
+  assert.deepEqual(surfaceOf(mesh).faces, before);
+});
+
 test('NeuralSimplifier serves simplify of glTF-Transform', async () => {
   const { document, mesh } = makeDocument();
   const before = surfaceOf(mesh).faces.length;

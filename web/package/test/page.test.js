@@ -4,11 +4,19 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 
 const skip = process.env.CHROMIUM ? false : 'CHROMIUM does not name a browser';
 const dist = new URL('../dist/', import.meta.url);
 const shapes = readFileSync(new URL('shapes.js', import.meta.url));
+/** The page of the guide, which finds the package where this server has it. */
+const guide = readFileSync(new URL('../../../docs/guide/web.md', import.meta.url), 'utf8')
+  .match(/```html\n([^]*?)```/)[1].replace('./node_modules/neural-mesh/dist/', '/');
+/** A worker that uses the package. */
+const NESTED = `import { simplify } from './index.js';
+  import { torus } from './shapes.js';
+  postMessage((await simplify(torus(), { faces: 500 })).results[0].faces.length);`;
 let server = null;
 let browser = null;
 
@@ -18,10 +26,12 @@ function serve(request, response) {
   if (request.url.startsWith('/strict/')) {
     response.setHeader('Content-Security-Policy', "default-src 'self'; script-src 'self' 'wasm-unsafe-eval' 'unsafe-inline'; worker-src 'self'");
   }
+  if (path === 'favicon.ico') return response.writeHead(404).end();
+  if (path === 'guide') return response.setHeader('Content-Type', 'text/html').end(guide);
   if (path === '') return response.setHeader('Content-Type', 'text/html').end('<!doctype html><title>page</title>');
   response.setHeader('Content-Type', 'text/javascript');
   if (path === 'shapes.js') return response.end(shapes);
-  if (path === 'nested.js') return response.end("import { simplify } from './index.js'; import { torus } from './shapes.js'; postMessage((await simplify(torus(), { faces: 500 })).results[0].faces.length);");
+  if (path === 'nested.js') return response.end(NESTED);
   return response.end(readFileSync(new URL(path, dist)));
 }
 
@@ -71,6 +81,14 @@ test('a file of a page keeps its name', { skip }, async () => {
     return (await simplify(new File([toObj(torus())], 'torus.obj'), { ratio: 0.1 })).files[0].name;
   });
   assert.equal(name, 'torus.obj');
+});
+
+test('the page of the guide gives a lighter file', { skip }, async () => {
+  const page = await open('/guide');
+  await page.setInputFiles('#file', fileURLToPath(new URL('../../../tests/meshes/spot.ply', import.meta.url)));
+  const save = page.locator('#save[href]');
+  await save.waitFor();
+  assert.equal(await save.textContent(), 'spot.ply');
 });
 
 test('the package runs in a worker of a page', { skip }, async () => {

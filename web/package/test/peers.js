@@ -39,7 +39,7 @@ const STANDINS = {
     }).sort();
     const assert = (...given) => strict(...given);
     assert.equal = strict.equal;
-    assert.deepEqual = (one, other) => strict.deepEqual(triangles(one), triangles(other));`,
+    assert.deepEqual = (one, other) => (one.length % 3 ? strict.deepEqual(one, other) : strict.deepEqual(triangles(one), triangles(other)));`,
   'as they are': "import assert from 'assert/strict';",
   ava: 'export default (name, run) => { globalThis.peerTests.push([name, run]); };',
   meshoptimizer: `export { NeuralSimplifier as MeshoptSimplifier } from '${ours}';`,

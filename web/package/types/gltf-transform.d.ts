@@ -12,6 +12,8 @@ export type { Goal } from './goal.js';
  * Strips and fans become lists. Points and lines stay. A primitive of which nothing remains leaves its mesh, and an empty mesh the
  * document.
  *
+ * Where it throws, the document is as it was.
+ *
  * ```js
  * await document.transform(neuralSimplify({ ratio: 0.25 }));
  * ```
