@@ -4,9 +4,6 @@ const INDEX_TYPES = [Uint32Array, Int32Array, Uint16Array, Int16Array];
 const FLAGS = [
   'LockBorder', 'Sparse', 'ErrorAbsolute', 'Prune', 'Regularize', 'Permissive', 'RegularizeLight', 'PreserveFolds', 'ErrorClamped',
 ];
-/** As many attributes as `MeshoptSimplifier` takes for each vertex. */
-const MOST_ATTRIBUTES = 32;
-
 /** Throws where a condition does not hold. */
 export function check(holds, name, expected) {
   if (!holds) throw new TypeError(`${name}: ${expected}`);
@@ -52,8 +49,7 @@ export function checkAttributes(attributes, stride, weights, nVertices) {
   checkStride(stride, 0, 'vertex_attributes_stride');
   checkRows(attributes, stride, nVertices, 'vertex_attributes');
   check(Array.isArray(weights), 'attribute_weights', 'give an array of numbers');
-  const most = Math.min(stride, MOST_ATTRIBUTES);
-  check(weights.length <= most, 'attribute_weights', `${weights.length} are more than ${most}`);
+  check(weights.length <= stride, 'attribute_weights', `${weights.length} are more than the stride ${stride}`);
   check(weights.every((weight) => weight >= 0), 'attribute_weights', 'each is at least 0');
 }
 

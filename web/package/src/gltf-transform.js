@@ -1,7 +1,8 @@
 // A transform for glTF-Transform: makes the meshes of a document lighter in place, with all that their vertices carry.
 
-import { readGoal, simplifyParts } from './parts.js';
-import { readPart, triangleModes, writePart } from './primitive.js';
+import { readGoal } from './goal.js';
+import { simplifyParts } from './parts.js';
+import { isOfTriangles, readPart, writePart } from './primitive.js';
 
 /** Makes the meshes of a document lighter. `types/gltf-transform.d.ts` documents it. */
 export function neuralSimplify(options = {}) {
@@ -30,7 +31,7 @@ function meshesOf(document) {
   const meshes = document.getRoot().listMeshes().map((mesh) => {
     const primitives = mesh.listPrimitives().filter((primitive) => !seen.has(primitive));
     primitives.forEach((primitive) => seen.add(primitive));
-    const triangles = primitives.filter(triangleModes);
+    const triangles = primitives.filter(isOfTriangles);
     if (triangles.length < primitives.length) {
       const others = primitives.length - triangles.length;
       document.getLogger().warn(`neuralSimplify: ${others} primitives of "${mesh.getName()}" are no triangles and stay`);
@@ -43,6 +44,6 @@ function meshesOf(document) {
 
 /** Writes what remains of the primitives of a mesh; an empty mesh leaves the document. */
 function writeMesh(document, mesh, parts, chosen) {
-  parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, chosen[i]));
+  parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, chosen.triangles[i], chosen));
   if (mesh.listPrimitives().length === 0) mesh.dispose();
 }

@@ -1,64 +1,54 @@
 // Simplifies the parts of a surface together: those that different materials cover, which meet at equal positions and stay joined there.
 
+import { shareOfGoal } from './goal.js';
 import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { simplifyIndices } from './simplifier.js';
-
-/** What the difference of an attribute counts against a distance, where the surface's extent is 1. */
-const WEIGHTS = { normal: [3, 0.5], uv: [2, 0.5], color: [3, 0.5] };
-
-/** Reads how far a surface is to be simplified: options of callers, checked. */
-export function readGoal({ ratio, faces, error = Infinity, lockBorder = false }) {
-  if (ratio !== undefined && !(ratio >= 0 && ratio <= 1)) throw new RangeError(`ratio: ${ratio} is not between 0 and 1`);
-  const isCount = Number.isInteger(faces) && faces >= 0;
-  if (faces !== undefined && !isCount) throw new RangeError(`faces: ${faces} is no whole number of at least 0`);
-  if (!(error >= 0)) throw new RangeError(`error: ${error} is not at least 0`);
-  if (ratio !== undefined && faces !== undefined) throw new TypeError('ratio and faces: give one of them');
-  if (ratio === undefined && faces === undefined && error === Infinity) throw new TypeError('give ratio, faces or error');
-  return { ratio: ratio ?? 0, faces, error, lockBorder };
-}
 
 /**
  * Simplifies parts of one surface with one target.
  *
+ * The vertices of the surface are those of its parts, one part behind the other, without those that no triangle uses.
+ *
  * @param {Array<{indices: Uint32Array, positions: Float32Array, layers: object}>} parts three indices per triangle into the part's own
- *   vertices; positions n x 3; `layers` has arrays `normal` (n x 3), `uv` (n x 2) and `color` (n x 3) where there are any
+ *   vertices; positions n x 3; `layers` has numbers that belong to the vertices by name: `{ array, width }`, n x width
  * @param {object} goal see `readGoal`
  * @param {{progress?: Function, signal?: AbortSignal, worker?: boolean}} control
  * @param {boolean} isShared whether all parts have the same vertices, so that a triangle may take one from another part
- * @returns {Promise<Uint32Array[]>} indices of the triangles that remain of each part
+ * @returns {Promise<{triangles: Uint32Array[], origins: Uint32Array, moved: object | null}>} the triangles that remain of each part, in
+ *   vertices of the surface; the part's own number of each of these; `positions` and `layers` of all of them where they moved
  */
 export async function simplifyParts(parts, goal, control, isShared = false) {
   const compact = parts.map(compactPart);
   const surface = joinParts(compact);
-  const split = splitIndices(await chosenTriangles(surface, goal, control), surface, isShared);
-  if (split) return split;
-  // A triangle lies across two parts. Each goes alone, with its boundary as it is: the parts stay joined and become less light.
-  return Promise.all(compact.map(async (part) => {
-    const alone = await chosenTriangles(joinParts([part]), aloneGoal(goal, part, surface), control);
-    return alone.map((vertex) => part.origins[vertex]);
+  const chosen = await simplifySurface(surface, goal, control);
+  const split = splitTriangles(chosen, surface, isShared);
+  if (split) return { triangles: split, origins: surface.origins, moved: chosen.moved };
+  // A triangle lies across two parts. Vertices that stay can be found on both sides of a boundary.
+  if (goal.move) return simplifyParts(parts, { ...goal, move: false }, control);
+  // Else each part goes alone, with its boundary as it is: the parts stay joined and become less light.
+  const triangles = await Promise.all(compact.map(async (part, i) => {
+    const alone = joinParts([part]);
+    const { indices } = await simplifySurface(alone, shareOfGoal(goal, alone.indices.length / surface.indices.length), control);
+    return indices.map((vertex) => surface.starts[i] + vertex);
   }));
+  return { triangles, origins: surface.origins, moved: null };
 }
 
-async function chosenTriangles(surface, { ratio, faces, error, lockBorder }, control) {
+async function simplifySurface({ layers, ...surface }, { ratio, faces, error, lockBorder, move }, control) {
   const nIndices = surface.indices.length;
-  if (nIndices === 0) return surface.indices;
+  if (nIndices === 0) return { indices: surface.indices, moved: null };
   const target = 3 * Math.min(nIndices / 3, faces ?? Math.floor((ratio * nIndices) / 3));
-  return (await simplifyIndices(surface, { target, error, flags: lockBorder ? ['LockBorder'] : [], ...control }))[0];
-}
-
-/** The goal of one part, with its share of the faces. */
-function aloneGoal({ ratio, faces, error }, part, surface) {
-  const share = part.indices.length / surface.indices.length;
-  return { ratio, faces: faces === undefined ? undefined : Math.floor(faces * share), error, lockBorder: true };
+  const rows = move ? rowsOfLayers(layers, surface.positions.length / 3) : {};
+  const flags = lockBorder ? ['LockBorder'] : [];
+  const { indices, positions, attributes } = await simplifyIndices({ ...surface, ...rows }, { target, error, flags, move, ...control });
+  return { indices, moved: move ? { positions, layers: layersOfRows(layers, attributes) } : null };
 }
 
 /** A part with the vertices that its triangles use, and no others; `origins` are their numbers in the part. */
 function compactPart({ indices, positions, layers }) {
   const compact = withoutDegenerate(indices, positions);
-  const [remap, used] = compactIndices(compact);
-  const origins = new Uint32Array(used);
-  remap.forEach((to, from) => { if (to < used) origins[to] = from; });
-  const chosen = Object.entries(layers).map(([name, array]) => [name, gatherRows(array, WEIGHTS[name][0], origins)]);
+  const origins = usedVertices(compact);
+  const chosen = Object.entries(layers).map(([name, { array, width }]) => [name, { array: gatherRows(array, width, origins), width }]);
   return { indices: compact, positions: gatherRows(positions, 3, origins), layers: Object.fromEntries(chosen), origins };
 }
 
@@ -67,6 +57,14 @@ function withoutDegenerate(indices, positions) {
   const first = firstEqualRows([{ words: wordsOf(positions), width: 3 }], positions.length / 3);
   const isFace = (i) => new Set([first[indices[i]], first[indices[i + 1]], first[indices[i + 2]]]).size === 3;
   return indices.filter((_, i) => isFace(i - (i % 3)));
+}
+
+/** Numbers vertices in the order of their use, writes these numbers into `indices`, and returns the old number of each. */
+export function usedVertices(indices) {
+  const [remap, used] = compactIndices(indices);
+  const origins = new Uint32Array(used);
+  remap.forEach((to, from) => { if (to < used) origins[to] = from; });
+  return origins;
 }
 
 /** Chosen rows of an array, in the order of `rows`. */
@@ -78,53 +76,65 @@ export function gatherRows(array, width, rows) {
   return gathered;
 }
 
-/** One surface of all parts, whose vertices are those of one part behind the other. */
+/** One surface of all parts. A layer that a part does not have is 0 there. */
 function joinParts(parts) {
-  const names = Object.keys(WEIGHTS).filter((name) => parts.some(({ layers }) => layers[name]));
-  const weights = names.flatMap((name) => new Array(WEIGHTS[name][0]).fill(WEIGHTS[name][1]));
   const starts = [0];
   for (const { origins } of parts) starts.push(starts.at(-1) + origins.length);
-  const indices = new Uint32Array(parts.reduce((sum, part) => sum + part.indices.length, 0));
-  const positions = new Float32Array(3 * starts.at(-1));
-  const attributes = new Float32Array(weights.length * starts.at(-1));
-  let at = 0;
-  parts.forEach((part, i) => {
-    for (const index of part.indices) indices[at++] = starts[i] + index;
-    positions.set(part.positions, 3 * starts[i]);
-    writeLayers(part, names, attributes.subarray(weights.length * starts[i]), weights.length);
-  });
-  const origins = parts.map((part) => part.origins);
-  return { indices, positions, attributes, attributesStride: weights.length, weights, starts, origins };
+  const n = starts.at(-1);
+  const joined = (width, arrayOf) => {
+    const array = new Float32Array(width * n);
+    parts.forEach((part, i) => array.set(arrayOf(part) ?? [], width * starts[i]));
+    return array;
+  };
+  const widths = Object.assign({}, ...parts.map(({ layers }) => layers));
+  const layers = Object.entries(widths).map(([name, { width }]) => [name, { array: joined(width, (part) => part.layers[name]?.array), width }]);
+  const indices = Uint32Array.from(parts.flatMap((part, i) => Array.from(part.indices, (index) => starts[i] + index)));
+  const origins = Uint32Array.from(parts.flatMap((part) => Array.from(part.origins)));
+  return { indices, positions: joined(3, (part) => part.positions), layers: Object.fromEntries(layers), starts, origins };
 }
 
-/** Writes the layers of a part beside each other into rows; those that it does not have stay 0. */
-function writeLayers({ layers, origins }, names, rows, stride) {
+/** Layers beside each other in rows, one for each vertex. They do not count: seams between them stay anyway. */
+function rowsOfLayers(layers, nVertices) {
+  const stride = Object.values(layers).reduce((sum, { width }) => sum + width, 0);
+  const attributes = new Float32Array(stride * nVertices);
   let column = 0;
-  for (const name of names) {
-    const width = WEIGHTS[name][0];
-    for (let i = 0; layers[name] && i < origins.length; i++) {
-      for (let j = 0; j < width; j++) rows[stride * i + column + j] = layers[name][width * i + j];
+  for (const { array, width } of Object.values(layers)) {
+    for (let i = 0; i < nVertices; i++) {
+      for (let j = 0; j < width; j++) attributes[stride * i + column + j] = array[width * i + j];
     }
     column += width;
   }
+  return { attributes, attributesStride: stride, weights: new Array(stride).fill(0) };
 }
 
-/** The triangles of each part, in the part's numbers; null where one lies across two parts that have not the same vertices. */
-function splitIndices(indices, { positions, starts, origins }, isShared) {
-  const { partOf, vertexIn, partOfFace } = makeSides(positions, starts);
-  const originOf = (vertex) => origins[partOf(vertex)][vertex - starts[partOf(vertex)]];
-  const split = origins.map(() => []);
+/** The arrays of layers out of rows. */
+function layersOfRows(layers, attributes = new Float32Array(0)) {
+  const stride = Object.values(layers).reduce((sum, { width }) => sum + width, 0);
+  let column = 0;
+  return Object.fromEntries(Object.entries(layers).map(([name, { width }]) => {
+    const from = column;
+    column += width;
+    const array = Float32Array.from({ length: (attributes.length / stride) * width || 0 }, (_, i) =>
+      attributes[stride * Math.floor(i / width) + from + (i % width)]);
+    return [name, array];
+  }));
+}
+
+/** The triangles of each part; null where one lies across two parts that have not the same vertices. */
+function splitTriangles({ indices, moved }, { positions, starts }, isShared) {
+  const { partOf, vertexIn, partOfFace } = makeSides(positions, starts, moved !== null);
+  const split = starts.slice(1).map(() => []);
   for (let i = 0; i < indices.length; i += 3) {
     const face = indices.subarray(i, i + 3);
     const part = partOfFace(face) ?? (isShared ? partOf(face[0]) : null);
     if (part === null) return null;
-    split[part].push(...Array.from(face, (vertex) => originOf(vertexIn(part, vertex) ?? vertex)));
+    split[part].push(...Array.from(face, (vertex) => vertexIn(part, vertex) ?? vertex));
   }
   return split.map((list) => Uint32Array.from(list));
 }
 
 /** Finds vertices at equal positions in other parts: a triangle may come back with corners of both sides of a boundary between parts. */
-function makeSides(positions, starts) {
+function makeSides(positions, starts, hasMoved) {
   let first = null;
   let places = null;
   const readPlaces = () => {
@@ -134,9 +144,11 @@ function makeSides(positions, starts) {
   };
   const partOf = (vertex) => starts.findLastIndex((start) => start <= vertex);
   const vertexIn = (part, vertex) => {
-    if (vertex >= starts[part] && vertex < starts[part + 1]) return vertex;
+    const isIn = (place) => place >= starts[part] && place < starts[part + 1];
+    if (isIn(vertex)) return vertex;
+    if (hasMoved) return undefined;
     if (!places) readPlaces();
-    return places.get(first[vertex]).find((place) => place >= starts[part] && place < starts[part + 1]);
+    return places.get(first[vertex]).find(isIn);
   };
   const partOfFace = (face) => [...new Set(Array.from(face, partOf))]
     .find((part) => face.every((vertex) => vertexIn(part, vertex) !== undefined));

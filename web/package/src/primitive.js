@@ -1,50 +1,59 @@
 // Primitives of glTF-Transform: their triangles and what these carry, read, and cut down to what remains.
 
-import { gatherRows } from './parts.js';
-import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
+import { gatherRows, usedVertices } from './parts.js';
+import { firstEqualRows, wordsOf } from './remap.js';
+import { normalizeRows, storeNumbers } from './store.js';
 
 const [TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN] = [4, 5, 6];
+/** Attributes that run on evenly over the surface; others are those of the nearest vertex. */
+const SMOOTH = /^(NORMAL|TANGENT|TEXCOORD_\d+|COLOR_\d+)$/;
 
 /** Whether a primitive is of triangles. */
-export function triangleModes(primitive) {
+export function isOfTriangles(primitive) {
   return [TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN].includes(primitive.getMode()) && primitive.getAttribute('POSITION') !== null;
 }
 
 /** A primitive as a part of a surface, vertices that are equal in all attributes and morph targets as one. */
 export function readPart(primitive) {
   const position = primitive.getAttribute('POSITION');
-  const columns = allAccessors(primitive).map((accessor) => ({ words: wordsOf(accessor.getArray()), width: accessor.getElementSize() }));
+  const accessors = [...namedAccessors(primitive)];
+  const columns = accessors.map(([, accessor]) => ({ words: wordsOf(accessor.getArray()), width: accessor.getElementSize() }));
   const first = firstEqualRows(columns, position.getCount());
-  const layers = {};
-  for (const [layer, semantic, width] of [['normal', 'NORMAL', 3], ['uv', 'TEXCOORD_0', 2], ['color', 'COLOR_0', 3]]) {
-    const accessor = primitive.getAttribute(semantic);
-    if (accessor) layers[layer] = readNumbers(accessor, width);
-  }
+  const smooth = accessors.filter(([name]) => name.includes(' ') || SMOOTH.test(name));
+  const layers = smooth.map(([name, accessor]) => [name, { array: readNumbers(accessor), width: accessor.getElementSize() }]);
   const indices = trianglesOf(primitive, position.getCount()).map((vertex) => first[vertex]);
-  return { primitive, indices, positions: readNumbers(position, 3), layers };
+  return { primitive, indices, positions: readNumbers(position), layers: Object.fromEntries(layers) };
 }
 
-/** Sets the triangles of a primitive and drops the vertices that none uses; without triangles it leaves its mesh. */
-export function writePart(document, mesh, primitive, indices) {
-  if (indices.length === 0) return dropPrimitive(mesh, primitive);
-  const [remap, used] = compactIndices(indices);
-  const rows = new Uint32Array(used);
-  remap.forEach((to, from) => { if (to < used) rows[to] = from; });
-  writeIndices(document, primitive, used > 0xffff ? indices : Uint16Array.from(indices));
+/**
+ * Sets the triangles of a primitive and drops the vertices that none uses; without triangles it leaves its mesh.
+ *
+ * @param {Uint32Array} triangles in vertices of the surface
+ * @param {{origins: Uint32Array, moved: object | null}} surface as `simplifyParts` returns it
+ */
+export function writePart(document, mesh, primitive, triangles, { origins, moved }) {
+  if (triangles.length === 0) return dropPrimitive(mesh, primitive);
+  const used = usedVertices(triangles);
+  const rows = gatherRows(origins, 1, used);
+  const named = { ...moved?.layers, ...(moved && { POSITION: moved.positions }) };
   // Accessors that others use as well stay as they are; those that attributes of this primitive share stay shared.
   const lighter = new Map();
-  const lighterOf = (accessor) => {
-    if (!lighter.has(accessor)) lighter.set(accessor, chosenRows(document, accessor, rows));
-    return lighter.get(accessor);
-  };
+  for (const [name, accessor] of namedAccessors(primitive)) {
+    if (!lighter.has(accessor)) lighter.set(accessor, lighterAccessor(document, accessor, name, { named, used, rows }));
+  }
+  writeIndices(document, primitive, used.length > 0xffff ? triangles : Uint16Array.from(triangles));
   for (const owner of [primitive, ...primitive.listTargets()]) {
-    for (const semantic of owner.listSemantics()) owner.setAttribute(semantic, lighterOf(owner.getAttribute(semantic)));
+    for (const semantic of owner.listSemantics()) owner.setAttribute(semantic, lighter.get(owner.getAttribute(semantic)));
   }
   [...lighter.keys()].forEach(disposeUnused);
 }
 
-function allAccessors(primitive) {
-  return [primitive, ...primitive.listTargets()].flatMap((owner) => owner.listAttributes());
+/** Attributes by name, and those of morph targets by name and number. */
+function* namedAccessors(primitive) {
+  for (const semantic of primitive.listSemantics()) yield [semantic, primitive.getAttribute(semantic)];
+  for (const [i, target] of primitive.listTargets().entries()) {
+    for (const semantic of target.listSemantics()) yield [`${semantic} ${i}`, target.getAttribute(semantic)];
+  }
 }
 
 /** Three indices per triangle, in a list whatever the mode is. */
@@ -62,8 +71,9 @@ function trianglesOf(primitive, nVertices) {
   return triangles;
 }
 
-/** The first `width` numbers of each element as they mean. */
-function readNumbers(accessor, width) {
+/** The numbers of each element as they mean. */
+function readNumbers(accessor) {
+  const width = accessor.getElementSize();
   const numbers = new Float32Array(width * accessor.getCount());
   const element = [];
   for (let i = 0; i < accessor.getCount(); i++) {
@@ -71,6 +81,17 @@ function readNumbers(accessor, width) {
     for (let j = 0; j < width; j++) numbers[width * i + j] = element[j];
   }
   return numbers;
+}
+
+/** An accessor of the vertices in use, else as the old one. */
+function lighterAccessor(document, accessor, name, { named, used, rows }) {
+  const [width, type] = [accessor.getElementSize(), accessor.getArray().constructor];
+  let array = named[name] ? gatherRows(named[name], width, used) : gatherRows(accessor.getArray(), width, rows);
+  if (named[name] && /^(NORMAL|TANGENT)$/.test(name)) normalizeRows(array, width);
+  if (named[name]) array = storeNumbers(array, type, accessor.getNormalized());
+  return document.createAccessor(accessor.getName(), accessor.getBuffer())
+    .setType(accessor.getType()).setArray(array).setNormalized(accessor.getNormalized()).setSparse(accessor.getSparse())
+    .setExtras(accessor.getExtras());
 }
 
 function writeIndices(document, primitive, indices) {
@@ -81,17 +102,10 @@ function writeIndices(document, primitive, indices) {
   if (old) disposeUnused(old);
 }
 
-/** An accessor of chosen elements, else as the old one. */
-function chosenRows(document, accessor, rows) {
-  const array = gatherRows(accessor.getArray(), accessor.getElementSize(), rows);
-  return document.createAccessor(accessor.getName(), accessor.getBuffer())
-    .setType(accessor.getType()).setArray(array).setNormalized(accessor.getNormalized()).setSparse(accessor.getSparse())
-    .setExtras(accessor.getExtras());
-}
-
 function dropPrimitive(mesh, primitive) {
   const owners = [primitive, ...primitive.listTargets()];
-  const accessors = [primitive.getIndices(), ...allAccessors(primitive)].filter(Boolean);
+  const accessors = [...namedAccessors(primitive)].map(([, accessor]) => accessor);
+  if (primitive.getIndices()) accessors.push(primitive.getIndices());
   mesh.removePrimitive(primitive);
   owners.forEach((owner) => owner.dispose());
   new Set(accessors).forEach(disposeUnused);

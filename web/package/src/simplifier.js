@@ -109,10 +109,16 @@ export const NeuralSimplifier = {
   },
 };
 
-/** Chooses among the triangles of a surface, in a worker. */
-export async function simplifyIndices(surface, { target, error = 1, flags, progress, signal, worker } = {}) {
-  const request = indicesRequest({ stride: 3, ...surface }, { target, error, flags });
-  return chosenIndices(surface.indices, await program.call(request, { progress, signal, worker }));
+/** Does in a worker what `simplifyWithAttributes` does at once, and `simplifyWithUpdate` with `move`. */
+export async function simplifyIndices(surface, { target, error = Infinity, flags, move, progress, signal, worker } = {}) {
+  const request = indicesRequest({ stride: 3, ...surface }, { target, error, flags, move });
+  const answer = await program.call(request, { progress, signal, worker });
+  const [indices, reached] = chosenIndices(surface.indices, answer);
+  if (!move) return { indices, error: reached };
+  const { positions, attributes } = answer.json;
+  const moved = { positions: answer.array(positions, Float32Array) };
+  if (surface.weights?.length > 0) moved.attributes = answer.array(attributes, Float32Array);
+  return { indices, error: reached, ...moved };
 }
 
 /** Checks a surface and what is wanted of it, and makes the request of them. */

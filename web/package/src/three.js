@@ -2,15 +2,20 @@
 
 import { BufferAttribute, BufferGeometry } from 'three';
 
-import { firstEqualRows, compactIndices, wordsOf } from './remap.js';
-import { gatherRows, readGoal, simplifyParts } from './parts.js';
+import { readGoal } from './goal.js';
+import { gatherRows, simplifyParts, usedVertices } from './parts.js';
+import { firstEqualRows, wordsOf } from './remap.js';
+import { normalizeRows, storeNumbers } from './store.js';
+
+/** Attributes that run on evenly over the surface; others are those of the nearest vertex. */
+const SMOOTH = /^(normal|tangent|uv\d?|color)$/;
+const GETTERS = ['getX', 'getY', 'getZ', 'getW'];
 
 /** Makes a lighter geometry. `types/three.d.ts` documents it. */
 export async function simplifyModifier(geometry, options = {}) {
   checkGeometry(geometry);
   const goal = readGoal(options);
-  const columns = allAttributes(geometry).map((attribute) => ({ words: wordsOf(rawRows(attribute)), width: attribute.itemSize }));
-  const first = firstEqualRows(columns, geometry.attributes.position.count);
+  const first = firstEqual(geometry);
   const segments = segmentsOf(geometry, readIndices(geometry).map((vertex) => first[vertex]));
   const surface = { positions: readNumbers(geometry.attributes.position, 3), layers: readLayers(geometry) };
   const parts = segments.map(({ indices }) => ({ indices, ...surface }));
@@ -24,9 +29,18 @@ function checkGeometry(geometry) {
   if (geometry.isInstancedBufferGeometry) throw new TypeError('geometry: give a BufferGeometry that is drawn once');
 }
 
-/** Attributes and those of morph targets, which all have a row per vertex. */
-function allAttributes({ attributes, morphAttributes }) {
-  return [...Object.values(attributes), ...Object.values(morphAttributes).flat()];
+/** For each vertex the first one that is equal in all attributes and morph targets. */
+function firstEqual(geometry) {
+  const columns = [...namedAttributes(geometry)].map(([, attribute]) => ({ words: wordsOf(rawRows(attribute)), width: attribute.itemSize }));
+  return firstEqualRows(columns, geometry.attributes.position.count);
+}
+
+/** Attributes by name, and those of morph targets by name and number. */
+function* namedAttributes({ attributes, morphAttributes }) {
+  yield* Object.entries(attributes);
+  for (const [name, list] of Object.entries(morphAttributes)) {
+    for (const [i, attribute] of list.entries()) yield [`${name} ${i}`, attribute];
+  }
 }
 
 function readIndices({ index, attributes }) {
@@ -45,28 +59,37 @@ function rawRows(attribute) {
   return rows;
 }
 
-/** The first `width` numbers of each row as they mean, zero where there are fewer. */
-function readNumbers(attribute, width) {
+/** The first `width` numbers of each row as they mean. */
+function readNumbers(attribute, width = attribute.itemSize) {
   const numbers = new Float32Array(width * attribute.count);
-  for (let i = 0; i < attribute.count; i++) {
-    for (let j = 0; j < Math.min(width, attribute.itemSize); j++) numbers[width * i + j] = attribute.getComponent(i, j);
+  for (let j = 0; j < width; j++) {
+    for (let i = 0; i < attribute.count; i++) numbers[width * i + j] = attribute[GETTERS[j]](i);
   }
   return numbers;
 }
 
-function readLayers({ attributes: { normal, uv, color } }) {
-  return {
-    ...(normal && { normal: readNumbers(normal, 3) }),
-    ...(uv && { uv: readNumbers(uv, 2) }),
-    ...(color && { color: readNumbers(color, 3) }),
-  };
+/** What moves along with vertices: smooth attributes, and morph targets as differences from the attribute itself. */
+function readLayers(geometry) {
+  const layers = {};
+  for (const [name, attribute] of namedAttributes(geometry)) {
+    const [base, isTarget] = [name.split(' ')[0], name.includes(' ')];
+    if (base !== name ? attribute.itemSize > 4 : !SMOOTH.test(name)) continue;
+    const array = readNumbers(attribute);
+    if (isTarget && !geometry.morphTargetsRelative) addRows(array, readNumbers(geometry.attributes[base], attribute.itemSize), -1);
+    layers[name] = { array, width: attribute.itemSize };
+  }
+  return layers;
+}
+
+function addRows(array, other, factor) {
+  for (let i = 0; i < array.length; i++) array[i] += factor * other[i];
 }
 
 /** Runs of triangles that lie in one set of groups; groups may leave triangles out, and lie over each other. */
 function segmentsOf({ groups }, indices) {
   const end = indices.length - (indices.length % 3);
   const clip = (at) => Math.min(at, end);
-  const ranges = groups.map(({ start, count, materialIndex }) => ({ from: clip(start), to: clip(start + count), materialIndex }));
+  const ranges = groups.map(({ start, count }) => ({ from: clip(start), to: clip(start + count) }));
   const cuts = [...new Set([0, end, ...ranges.flatMap(({ from, to }) => [from, to])])].sort((a, b) => a - b);
   return cuts.slice(1).map((to, i) => {
     const from = cuts[i];
@@ -76,38 +99,63 @@ function segmentsOf({ groups }, indices) {
 }
 
 /** A geometry of the vertices in use, its triangles in the order of segments. */
-function geometryOf(source, segments, chosen) {
-  const indices = new Uint32Array(chosen.reduce((sum, part) => sum + part.length, 0));
-  const starts = chosen.map((part, i) => chosen.slice(0, i).reduce((sum, { length }) => sum + length, 0));
-  chosen.forEach((part, i) => indices.set(part, starts[i]));
-  const [remap, used] = compactIndices(indices);
-  const rows = new Uint32Array(used);
-  remap.forEach((to, from) => { if (to < used) rows[to] = from; });
+function geometryOf(source, segments, { triangles, origins, moved }) {
+  const indices = Uint32Array.from(triangles.flatMap((part) => Array.from(part)));
+  const used = usedVertices(indices);
+  const rowsOf = makeRows(source, used, gatherRows(origins, 1, used), moved);
   const geometry = new BufferGeometry();
   geometry.name = source.name;
   geometry.userData = structuredClone(source.userData);
   geometry.morphTargetsRelative = source.morphTargetsRelative;
-  geometry.setIndex(new BufferAttribute(used > 0xffff ? indices : Uint16Array.from(indices), 1));
-  for (const [name, attribute] of Object.entries(source.attributes)) geometry.setAttribute(name, chosenRows(attribute, rows));
+  for (const [name, attribute] of Object.entries(source.attributes)) geometry.setAttribute(name, rowsOf(name, attribute));
   for (const [name, list] of Object.entries(source.morphAttributes)) {
-    geometry.morphAttributes[name] = list.map((attribute) => chosenRows(attribute, rows));
+    geometry.morphAttributes[name] = list.map((attribute, i) => rowsOf(`${name} ${i}`, attribute));
   }
-  source.groups.forEach(({ materialIndex }, group) => {
-    for (const [start, count] of rangesOf(group, segments, chosen, starts)) geometry.addGroup(start, count, materialIndex);
-  });
+  joinEqual(geometry, indices);
+  addGroups(geometry, source, segments, triangles);
   return geometry;
 }
 
-function chosenRows(attribute, rows) {
-  const chosen = new BufferAttribute(gatherRows(rawRows(attribute), attribute.itemSize, rows), attribute.itemSize, attribute.normalized);
-  chosen.name = attribute.name;
-  if (attribute.gpuType !== undefined) chosen.gpuType = attribute.gpuType;
-  return chosen;
+/** A function that makes the attribute of the result of one of the source. */
+function makeRows(source, used, origins, moved) {
+  const named = { ...moved?.layers, ...(moved && { position: moved.positions }) };
+  return (name, attribute) => {
+    const { itemSize, normalized } = attribute;
+    if (!named[name]) return attributeOf(gatherRows(rawRows(attribute), itemSize, origins), attribute);
+    const [base, target] = name.split(' ');
+    const values = gatherRows(named[name], itemSize, used);
+    if (target && !source.morphTargetsRelative) addRows(values, gatherRows(named[base], itemSize, used), 1);
+    if (!target && /^(normal|tangent)$/.test(name)) normalizeRows(values, itemSize);
+    // Half precision is stored as integers that have no meaning as such.
+    const type = attribute.isFloat16BufferAttribute ? Float32Array : rawRows(attribute).constructor;
+    return attributeOf(storeNumbers(values, type, normalized), attribute);
+  };
 }
 
-/** Start and count of a group in the result: its segments follow each other. */
-function rangesOf(group, segments, chosen, starts) {
-  const inside = segments.flatMap((segment, i) => (segment.groups.includes(group) ? [i] : []));
-  if (inside.length === 0) return [];
-  return [[starts[inside[0]], inside.reduce((sum, i) => sum + chosen[i].length, 0)]];
+function attributeOf(array, { itemSize, normalized, name, gpuType }) {
+  const attribute = new BufferAttribute(array, itemSize, normalized);
+  attribute.name = name;
+  if (gpuType !== undefined) attribute.gpuType = gpuType;
+  return attribute;
+}
+
+/** Joins vertices that are equal in everything: those of two groups at the boundary between them. Sets the index. */
+function joinEqual(geometry, indices) {
+  const first = firstEqual(geometry);
+  const joined = indices.map((vertex) => first[vertex]);
+  const rows = usedVertices(joined);
+  const chosen = (attribute) => attributeOf(gatherRows(attribute.array, attribute.itemSize, rows), attribute);
+  for (const [name, attribute] of Object.entries(geometry.attributes)) geometry.setAttribute(name, chosen(attribute));
+  for (const [name, list] of Object.entries(geometry.morphAttributes)) geometry.morphAttributes[name] = list.map(chosen);
+  geometry.setIndex(new BufferAttribute(rows.length > 0xffff ? joined : Uint16Array.from(joined), 1));
+}
+
+/** Adds each group of the source: its segments follow each other. */
+function addGroups(geometry, source, segments, triangles) {
+  const starts = triangles.map((_, i) => triangles.slice(0, i).reduce((sum, { length }) => sum + length, 0));
+  source.groups.forEach(({ materialIndex }, group) => {
+    const inside = segments.flatMap((segment, i) => (segment.groups.includes(group) ? [i] : []));
+    const count = inside.reduce((sum, i) => sum + triangles[i].length, 0);
+    if (count > 0) geometry.addGroup(starts[inside[0]], count, materialIndex);
+  });
 }

@@ -58,7 +58,7 @@ function surfaceOf(mesh) {
 test('a document becomes lighter in place and stays joined', async () => {
   const { document, mesh, node, skin, positions, uv } = makeDocument();
   const before = surfaceOf(mesh).faces.length;
-  await document.transform(neuralSimplify({ ratio: 0.25 }));
+  await document.transform(neuralSimplify({ ratio: 0.25, move: false }));
   const after = surfaceOf(mesh);
   assert.ok(after.faces.length <= 0.25 * before && after.faces.length > 0.2 * before, `${after.faces.length} of ${before}`);
   assert.equal(openEdges(after.positions, after.faces), 0);
@@ -76,6 +76,26 @@ test('a document becomes lighter in place and stays joined', async () => {
       assert.equal(primitive.listTargets()[0].getAttribute('POSITION').getElement(i, [])[0], Math.fround(positions[3 * origin] * 0.1));
     }
     assert.ok(primitive.getAttribute('COLOR_0').getArray() instanceof Uint8Array && primitive.getAttribute('COLOR_0').getNormalized());
+  }
+});
+
+test('what moves takes its attributes along', async () => {
+  const { document, mesh } = makeDocument();
+  const before = surfaceOf(mesh).faces.length;
+  await document.transform(neuralSimplify({ ratio: 0.1 }));
+  const after = surfaceOf(mesh);
+  assert.ok(after.faces.length <= 0.1 * before && after.faces.length > 0.08 * before, `${after.faces.length} of ${before}`);
+  assert.equal(openEdges(after.positions, after.faces), 0);
+  for (const primitive of mesh.listPrimitives()) {
+    const get = (name, i) => primitive.getAttribute(name).getElement(i, []);
+    for (let i = 0; i < primitive.getAttribute('POSITION').getCount(); i++) {
+      const [x, y, z] = get('POSITION', i);
+      assert.ok(Math.abs(Math.hypot(...get('NORMAL', i)) - 1) < 1e-5);
+      assert.ok(Math.abs((Math.hypot(x, y) - 2) ** 2 + z ** 2 - 1) < 0.3, 'near the torus');
+      assert.ok(Math.abs(primitive.listTargets()[0].getAttribute('POSITION').getElement(i, [])[0] - 0.1 * x) < 0.03);
+      assert.ok(Math.abs(get('TEXCOORD_0', i)[0] - get('TEXCOORD_1', i)[0]) < 1e-6);
+      assert.ok(Number.isInteger(get('_NUMBER', i)[0]) && get('JOINTS_0', i)[0] === get('_NUMBER', i)[0] % 2);
+    }
   }
 });
 

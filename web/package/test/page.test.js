@@ -20,12 +20,11 @@ const NESTED = `import { simplify } from './index.js';
 let server = null;
 let browser = null;
 
-/** Serves dist; a path below /strict/ has a policy that allows no workers of Blobs. */
+/** Serves dist; below /strict/ by a policy that allows no workers of Blobs, below /allowed/ by one that allows them. */
 function serve(request, response) {
-  const path = request.url.replace('/strict/', '/').slice(1);
-  if (request.url.startsWith('/strict/')) {
-    response.setHeader('Content-Security-Policy', "default-src 'self'; script-src 'self' 'wasm-unsafe-eval' 'unsafe-inline'; worker-src 'self'");
-  }
+  const [, policy, path] = request.url.match(/^\/(?:(strict|allowed)\/)?(.*)$/);
+  const workers = policy === 'allowed' ? 'blob:' : "'self'";
+  if (policy) response.setHeader('Content-Security-Policy', `default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src ${workers}`);
   if (path === 'favicon.ico') return response.writeHead(404).end();
   if (path === 'guide') return response.setHeader('Content-Type', 'text/html').end(guide);
   if (path === '') return response.setHeader('Content-Type', 'text/html').end('<!doctype html><title>page</title>');
@@ -102,13 +101,21 @@ test('the package runs in a worker of a page', { skip }, async () => {
 });
 
 test('where the policy allows no workers of Blobs, calls run in the page', { skip }, async () => {
-  const page = await open('/strict/');
-  const length = await page.evaluate(async () => {
-    const { simplify } = await import('/strict/index.js');
-    const { torus } = await import('/strict/shapes.js');
-    return (await simplify(torus(), { faces: 500 })).results[0].faces.length;
-  });
-  assert.ok(length > 0 && length <= 1500, `${length}`);
+  for (const [policy, isAlive] of [['strict', false], ['allowed', true]]) {
+    const page = await open(`/${policy}/`);
+    const { length, frames } = await page.evaluate(async (from) => {
+      const { simplify } = await import(`/${from}/index.js`);
+      const { torus } = await import(`/${from}/shapes.js`);
+      await simplify(torus(), { faces: 500 });
+      let frames = 0;
+      const timer = setInterval(() => frames++, 5);
+      const { results } = await simplify(torus(300, 150), { faces: 500 });
+      clearInterval(timer);
+      return { length: results[0].faces.length, frames };
+    }, policy);
+    assert.ok(length > 0 && length <= 1500, `${length}`);
+    assert.equal(frames > 20, isAlive, `${policy}: ${frames}`);
+  }
 });
 
 test('NeuralSimplifier runs in a page', { skip }, async () => {

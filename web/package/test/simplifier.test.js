@@ -207,8 +207,14 @@ test('simplifyIndices does the same in a worker and here', async () => {
   for (const worker of [true, false]) {
     const shares = [];
     const result = await simplifyIndices({ indices: faces, positions }, { target: 600, worker, progress: (share) => shares.push(share) });
-    assert.deepEqual(result, [indices, error]);
+    assert.deepEqual(result, { indices, error });
     assert.ok(shares.every((share) => share >= 0 && share <= 1));
   }
+  const [points, attributes] = [positions.slice(), Float32Array.from({ length: positions.length / 3 }, (_, i) => i % 7)];
+  const inPlace = faces.slice();
+  const moved = await simplifyIndices({ indices: faces, positions, attributes, attributesStride: 1, weights: [1] }, { target: 600, move: true });
+  const [n] = NeuralSimplifier.simplifyWithUpdate(inPlace, points, 3, attributes, 1, [1], null, 600, 1);
+  assert.deepEqual(moved.indices, inPlace.slice(0, n));
+  assert.deepEqual([moved.positions, moved.attributes], [points, attributes]);
   await assert.rejects(simplifyIndices({ indices: faces, positions }, { target: 601 }), { name: 'TypeError' });
 });

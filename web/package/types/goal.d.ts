@@ -12,6 +12,12 @@ export interface Goal extends Control {
   error?: number;
   /** Whether the boundary stays as it is. Default: false. */
   lockBorder?: boolean;
+  /**
+   * Whether vertices move, and normals, tangents, texture coordinates, colours and morph targets with them; joints, weights and other
+   * attributes are those of the nearest vertex. Without it, vertices of the result are some of the given ones, with the same numbers, and
+   * the result lies farther from the original. Default: true.
+   */
+  move?: boolean;
   /** Is called with the share of the work that is done, from 0 to 1. */
   progress?: (share: number) => void;
 }

@@ -58,7 +58,7 @@ export const NeuralSimplifier: {
    *
    * @param vertex_attributes rows of numbers that begin with those that count
    * @param vertex_attributes_stride length of a row
-   * @param attribute_weights what each counts, at least 0; at most 32, and no more than the stride
+   * @param attribute_weights what each counts, at least 0; no more than the stride
    * @param vertex_lock for each vertex whether it stays (1) or may go (0), or null
    * @returns the indices and the error of the result
    */
@@ -138,14 +138,25 @@ export interface IndexedSurface<T extends Indices> {
   locks?: Uint8Array | null;
 }
 
+/** A surface whose triangles were chosen. */
+export interface ChosenTriangles<T extends Indices> {
+  /** Three per triangle. */
+  indices: T;
+  /** The error of the result. */
+  error: number;
+  /** With `move`: x, y, z of each vertex, n x 3. */
+  positions?: Float32Array;
+  /** With `move`: the attributes that have weights, n x the number of weights. */
+  attributes?: Float32Array;
+}
+
 /**
- * Does in a worker what `simplifyWithAttributes` does at once.
+ * Does in a worker what `simplifyWithAttributes` does at once, and with `move` what `simplifyWithUpdate` does. The arrays given stay.
  *
  * @param surface triangles and vertices
- * @param goal `target` is a number of indices, `error` a share of the extent; default: any
- * @returns the indices and the error of the result
+ * @param goal `target` is a number of indices; `error` a share of the extent, any by default; `move` lets vertices move
  */
 export function simplifyIndices<T extends Indices>(
   surface: IndexedSurface<T>,
-  goal: { target: number; error?: number; flags?: SimplifierFlag[] } & ProgressControl,
-): Promise<[T, number]>;
+  goal: { target: number; error?: number; flags?: SimplifierFlag[]; move?: boolean } & ProgressControl,
+): Promise<ChosenTriangles<T>>;

@@ -8,8 +8,7 @@ export type { Goal } from './goal.js';
 /**
  * Makes a lighter geometry, in a worker. The one given stays as it is.
  *
- * All attributes, morph attributes and groups are kept: vertices of the result are some of the given ones, with the same numbers. It has
- * an index. Vertices that are equal in everything become one.
+ * The result has all attributes, morph attributes and groups, and an index. Vertices that are equal in everything become one.
  *
  * ```js
  * mesh.geometry = await simplifyModifier(mesh.geometry, { ratio: 0.25 });

@@ -37,12 +37,12 @@ export async function useSimplifier(): Promise<void> {
   const same: Uint32Array = simplifier.generatePositionRemap(positions, 3);
   const points: Uint32Array = simplifier.simplifyPoints(positions, 3, 1, positions, 3, 0.5);
   const pruned: Uint32Array = simplifier.simplifyPrune(wide, positions, 3, 0.1);
-  const [chosen] = await simplifyIndices({ indices: wide, positions }, { target: 3, error: 0.1, flags: ['Prune'], signal, progress });
-  console.log(supported, narrow, error, count, remap, used, same, points, pruned, chosen, simplifier.getScale(positions, 3));
+  const { indices: chosen, positions: moved } = await simplifyIndices({ indices: wide, positions }, { target: 3, error: 0.1, flags: ['Prune'], move: true, signal, progress });
+  console.log(supported, narrow, error, count, remap, used, same, points, pruned, chosen, moved, simplifier.getScale(positions, 3));
 }
 
 export async function useOthers(): Promise<void> {
-  const geometry: BufferGeometry = await simplifyModifier(new BoxGeometry(), { ratio: 0.5, lockBorder: true, worker: false, signal });
+  const geometry: BufferGeometry = await simplifyModifier(new BoxGeometry(), { ratio: 0.5, lockBorder: true, move: false, worker: false, signal });
   const transform: Transform = neuralSimplify({ faces: 100, error: 0.01, progress: (share) => console.log(share, geometry) });
   await new Document().transform(transform, transformSimplify({ simplifier: NeuralSimplifier, ratio: 0.5, error: 0.01 }));
   try {
