@@ -87,7 +87,8 @@ function joinParts(parts) {
     return array;
   };
   const widths = Object.assign({}, ...parts.map(({ layers }) => layers));
-  const layers = Object.entries(widths).map(([name, { width }]) => [name, { array: joined(width, (part) => part.layers[name]?.array), width }]);
+  const layers = Object.entries(widths).map(([name, { width }]) =>
+    [name, { array: joined(width, (part) => part.layers[name]?.array), width }]);
   const indices = Uint32Array.from(parts.flatMap((part, i) => Array.from(part.indices, (index) => starts[i] + index)));
   const origins = Uint32Array.from(parts.flatMap((part) => Array.from(part.origins)));
   return { indices, positions: joined(3, (part) => part.positions), layers: Object.fromEntries(layers), starts, origins };

@@ -31,7 +31,8 @@ function checkGeometry(geometry) {
 
 /** For each vertex the first one that is equal in all attributes and morph targets. */
 function firstEqual(geometry) {
-  const columns = [...namedAttributes(geometry)].map(([, attribute]) => ({ words: wordsOf(rawRows(attribute)), width: attribute.itemSize }));
+  const column = ([, attribute]) => ({ words: wordsOf(rawRows(attribute)), width: attribute.itemSize });
+  const columns = [...namedAttributes(geometry)].map(column);
   return firstEqualRows(columns, geometry.attributes.position.count);
 }
 

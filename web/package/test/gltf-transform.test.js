@@ -22,7 +22,10 @@ function makeDocument() {
   const n = positions.length / 3;
   const accessor = (type, array, normalized = false) => document.createAccessor('', buffer).setType(type).setArray(array).setNormalized(normalized);
   const attributes = {
-    POSITION: accessor('VEC3', positions), NORMAL: accessor('VEC3', normals), TEXCOORD_0: accessor('VEC2', uv), TEXCOORD_1: accessor('VEC2', uv.slice()),
+    POSITION: accessor('VEC3', positions),
+    NORMAL: accessor('VEC3', normals),
+    TEXCOORD_0: accessor('VEC2', uv),
+    TEXCOORD_1: accessor('VEC2', uv.slice()),
     COLOR_0: accessor('VEC4', new Uint8Array(4 * n).fill(128), true),
     JOINTS_0: accessor('VEC4', Uint8Array.from({ length: 4 * n }, (_, i) => (i % 4 ? 0 : Math.floor(i / 4) % 2))),
     WEIGHTS_0: accessor('VEC4', Float32Array.from({ length: 4 * n }, (_, i) => (i % 4 ? 0 : 1))),

@@ -8,7 +8,8 @@ import { packMessage, unpackMessage } from '../src/message.js';
 const broken = { name: 'NeuralMeshError', message: /^a message of the program is broken: [^\n]+$/ };
 
 test('a message holds its JSON and its arrays', () => {
-  const value = { call: 'x', a: { faces: Uint32Array.of(1, 2, 3) }, text: 'ä', list: [Float64Array.of(0.5), Uint8Array.of(7)], none: new Uint8Array(0) };
+  const list = [Float64Array.of(0.5), Uint8Array.of(7)];
+  const value = { call: 'x', a: { faces: Uint32Array.of(1, 2, 3) }, text: 'ä', list, none: new Uint8Array(0) };
   const { json, array } = unpackMessage(packMessage(value));
   assert.deepEqual(json, { call: 'x', a: { faces: 1 }, text: 'ä', list: [2, 3], none: 4 });
   assert.deepEqual(array(1, Uint32Array), Uint32Array.of(1, 2, 3));

@@ -56,7 +56,8 @@ async function gltfTransformTests() {
       bundler.onLoad({ filter: /./, namespace: 'peers' }, ({ path }) => ({ contents: STANDINS[path] }));
       bundler.onResolve({ filter: /^@gltf-transform\/test-utils$/ }, () => ({ path: join(folder, 'gltf/packages/test-utils/src/index.ts') }));
       bundler.onResolve({ filter: /^file:/ }, ({ path }) => ({ path, external: true }));
-      bundler.onResolve({ filter: /^(draco3dgltf|three|@gltf-transform\/(core|functions|extensions))$/ }, ({ path }) => ({ path: import.meta.resolve(path), external: true }));
+      bundler.onResolve({ filter: /^(draco3dgltf|three|@gltf-transform\/(core|functions|extensions))$/ }, ({ path }) =>
+        ({ path: import.meta.resolve(path), external: true }));
     },
   };
   await build({

@@ -64,9 +64,10 @@ export function openEdges(positions, faces) {
 
 /** The text of an OBJ. */
 export function toObj({ positions, uv, faces }, { head = '', material = '' } = {}) {
-  const rows = (array, width, word) => Array.from({ length: array.length / width }, (_, i) => `${word} ${[...array.subarray(width * i, width * i + width)].join(' ')}`);
+  const row = (array, width, i) => [...array.subarray(width * i, width * i + width)];
+  const rows = (array, width, word) => Array.from({ length: array.length / width }, (_, i) => `${word} ${row(array, width, i).join(' ')}`);
   const corner = uv ? (i) => `${i + 1}/${i + 1}` : (i) => `${i + 1}`;
-  const triangles = Array.from({ length: faces.length / 3 }, (_, i) => `f ${[...faces.subarray(3 * i, 3 * i + 3)].map(corner).join(' ')}`);
+  const triangles = Array.from({ length: faces.length / 3 }, (_, i) => `f ${row(faces, 3, i).map(corner).join(' ')}`);
   return [head, ...rows(positions, 3, 'v'), ...(uv ? rows(uv, 2, 'vt') : []), material, ...triangles, ''].join('\n');
 }
 

@@ -14,7 +14,9 @@ const oneLine = { name: 'NeuralMeshError', message: /^[^\n]+$/ };
 const { positions, faces } = torus();
 
 /** A PNG of one red pixel. */
-const PIXEL = Uint8Array.from(atob('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC'), (c) => c.charCodeAt(0));
+const PIXEL = Uint8Array.from(Buffer.from(
+  'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC', 'base64',
+));
 
 test('arrays come back lighter and closed', async () => {
   const { results, files, bytes, report } = await simplify({ positions, faces }, { faces: 500 });
@@ -72,7 +74,8 @@ test('a file keeps its format, and is read from bytes, buffers, blobs and files'
   assert.equal(new TextDecoder().decode(first.bytes.subarray(0, 3)), 'ply');
   assert.equal(first.files[0].name, 'spot.ply');
   const inputs = [
-    spot.slice().buffer, new Blob([spot]), new File([spot], 'spot.ply'), { name: 'spot.ply', bytes: spot }, { name: 'spot.ply', bytes: new Blob([spot]) },
+    spot.slice().buffer, new Blob([spot]), new File([spot], 'spot.ply'),
+    { name: 'spot.ply', bytes: spot }, { name: 'spot.ply', bytes: new Blob([spot]) },
   ];
   for (const input of inputs) {
     const { bytes } = await simplify(input, { ratio: 0.1 }, { out: 'x.ply' });
@@ -112,7 +115,8 @@ test('an OBJ comes with its materials and images', async () => {
   const { files: [written], bytes } = await simplify(obj, { ratio: 0.2 }, { name: 'torus.obj', beside });
   assert.match(new TextDecoder().decode(bytes), /^mtllib /m);
   assert.ok(written.beside.some(({ name }) => name.endsWith('.mtl')), `${written.beside.map(({ name }) => name)}`);
-  const { bytes: glb } = await simplify({ name: 'torus.obj', bytes: obj, beside: Object.entries(beside).map(([name, file]) => ({ name, bytes: file })) }, { ratio: 0.2 }, { out: 'torus.glb' });
+  const list = Object.entries(beside).map(([name, file]) => ({ name, bytes: file }));
+  const { bytes: glb } = await simplify({ name: 'torus.obj', bytes: obj, beside: list }, { ratio: 0.2 }, { out: 'torus.glb' });
   const { mesh: drawn } = await look(glb, { name: 'torus.glb' });
   assert.equal(drawn.groups.length, 1);
   assert.deepEqual(drawn.groups[0].image, PIXEL);
@@ -140,8 +144,12 @@ test('compare measures distances', async () => {
 test('broken files are one line, and the next call works', async () => {
   const { bytes: glb } = await simplify({ positions, faces }, { ratio: 0.5 }, { out: 'a.glb' });
   const { bytes: stl } = await simplify({ positions, faces }, { ratio: 0.5 }, { out: 'a.stl' });
+  const broken = [
+    ['a.glb', glb.slice(0, 100)], ['a.glb', glb.slice(0, 20)], ['a.stl', stl.slice(0, 50)],
+    ['a.ply', utf8('ply\n')], ['a.obj', new Uint8Array(0)], ['a.xyz', utf8('?')],
+  ];
   for (const worker of [true, false]) {
-    for (const [name, bytes] of [['a.glb', glb.slice(0, 100)], ['a.glb', glb.slice(0, 20)], ['a.stl', stl.slice(0, 50)], ['a.ply', utf8('ply\n')], ['a.obj', new Uint8Array(0)], ['a.xyz', utf8('?')]]) {
+    for (const [name, bytes] of broken) {
       await assert.rejects(simplify(bytes, { ratio: 0.5 }, { name, worker }), oneLine, name);
     }
     assert.ok((await simplify({ positions, faces }, { ratio: 0.5 }, { worker })).results.length === 1);

@@ -16,7 +16,8 @@ const counts = (geometry) => (geometry.index?.count ?? geometry.attributes.posit
 /** The vertex of `source` whose attributes a vertex of `light` has all of. */
 function originOf(light, source, vertex) {
   const names = Object.keys(source.attributes);
-  const row = ({ attributes }, i) => names.map((name) => Array.from({ length: attributes[name].itemSize }, (_, j) => attributes[name].getComponent(i, j))).flat().join();
+  const numbers = (attribute, i) => Array.from({ length: attribute.itemSize }, (_, j) => attribute.getComponent(i, j));
+  const row = ({ attributes }, i) => names.map((name) => numbers(attributes[name], i)).flat().join();
   const wanted = row(light, vertex);
   for (let i = 0; i < source.attributes.position.count; i++) if (row(source, i) === wanted) return i;
   return -1;
@@ -26,7 +27,8 @@ test('geometries of three.js become lighter', async () => {
   for (const geometry of [new TorusKnotGeometry(1, 0.3, 128, 24), new SphereGeometry(1, 48, 32), new TorusGeometry(2, 1, 24, 48)]) {
     const light = await simplifyModifier(geometry, { ratio: 0.25, move: false });
     assert.ok(light.isBufferGeometry && light.index);
-    assert.ok(counts(light) <= 0.25 * counts(geometry) && counts(light) > 0.2 * counts(geometry), `${geometry.type}: ${counts(light)} of ${counts(geometry)}`);
+    const share = counts(light) / counts(geometry);
+    assert.ok(share <= 0.25 && share > 0.2, `${geometry.type}: ${share}`);
     assert.deepEqual(Object.keys(light.attributes), Object.keys(geometry.attributes));
     for (let i = 0; i < light.attributes.position.count; i += 7) assert.notEqual(originOf(light, geometry, i), -1);
   }
@@ -60,7 +62,8 @@ test('what moves takes its attributes along', async () => {
   const geometry = new SphereGeometry(1, 48, 32);
   const n = geometry.attributes.position.count;
   const wide = (factor) => new Float32BufferAttribute(geometry.attributes.position.array.map((x) => factor * x), 3);
-  geometry.setAttribute('color', new BufferAttribute(Uint8Array.from({ length: 3 * n }, (_, i) => Math.round(127 * (geometry.attributes.position.array[i] + 1))), 3, true));
+  const colors = Uint8Array.from(geometry.attributes.position.array, (x) => Math.round(127 * (x + 1)));
+  geometry.setAttribute('color', new BufferAttribute(colors, 3, true));
   geometry.setAttribute('skinIndex', new BufferAttribute(Uint16Array.from({ length: 4 * n }, (_, i) => i % 5), 4));
   for (const [isRelative, factor] of [[true, 0.5], [false, 1.5]]) {
     geometry.morphTargetsRelative = isRelative;
@@ -114,12 +117,13 @@ test('triangles that share no vertices are joined first', async () => {
 test('interleaved attributes are read', async () => {
   const torus = new TorusGeometry(2, 1, 24, 48);
   const rows = new Float32Array(4 * torus.attributes.position.count);
-  for (let i = 0; i < torus.attributes.position.count; i++) for (let j = 0; j < 3; j++) rows[4 * i + j + 1] = torus.attributes.position.getComponent(i, j);
+  torus.attributes.position.array.forEach((x, i) => { rows[4 * Math.floor(i / 3) + (i % 3) + 1] = x; });
   const geometry = new BufferGeometry();
   geometry.setIndex(torus.index);
   geometry.setAttribute('position', new InterleavedBufferAttribute(new InterleavedBuffer(rows, 4), 3, 1));
   const light = await simplifyModifier(geometry, { ratio: 0.25 });
-  const plain = await simplifyModifier(new BufferGeometry().setIndex(torus.index).setAttribute('position', torus.attributes.position), { ratio: 0.25 });
+  const bare = new BufferGeometry().setIndex(torus.index).setAttribute('position', torus.attributes.position);
+  const plain = await simplifyModifier(bare, { ratio: 0.25 });
   assert.deepEqual(light.index.array, plain.index.array);
   assert.deepEqual(light.attributes.position.array, plain.attributes.position.array);
 });

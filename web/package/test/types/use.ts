@@ -13,10 +13,12 @@ const progress = (share: number, part: number): void => console.log(share, part)
 
 export async function useAll(file: File, bytes: Uint8Array): Promise<void> {
   const result: SimplifyResult = await simplify(file, { ratio: 0.1, effort: 'fast', error: '1%' }, { signal, progress });
-  await simplify(bytes, { lods: [0.5, '10%'] }, { name: 'a.obj', beside: { 'a.mtl': bytes, 'a.png': new Blob([]) }, out: 'a-{level}.glb', arrays: true, worker: false });
+  const beside = { 'a.mtl': bytes, 'a.png': new Blob([]) };
+  await simplify(bytes, { lods: [0.5, '10%'] }, { name: 'a.obj', beside, out: 'a.glb', arrays: true, worker: false });
   await simplify({ name: 'a.obj', bytes: bytes.buffer as ArrayBuffer, beside: [{ name: 'a.mtl', bytes }] }, { faces: '10k' });
   const written: Uint8Array | undefined = result.bytes ?? result.files[0]?.beside[0]?.bytes;
-  const { results: [light] } = await simplify({ positions: new Float64Array(9), faces: [0, 1, 2], uv: new Float32Array(6) }, { vertices: 3, map: true });
+  const arrays = { positions: new Float64Array(9), faces: [0, 1, 2], uv: new Float32Array(6) };
+  const { results: [light] } = await simplify(arrays, { vertices: 3, map: true });
   const map: Uint32Array | undefined = light?.map;
   const { comparison, distances } = await compare(file, [{ name: 'b.glb', bytes }], { samples: 1000, signal });
   const { mesh, notes } = await look(bytes, { name: 'a.obj', beside: {} });
@@ -37,7 +39,8 @@ export async function useSimplifier(): Promise<void> {
   const same: Uint32Array = simplifier.generatePositionRemap(positions, 3);
   const points: Uint32Array = simplifier.simplifyPoints(positions, 3, 1, positions, 3, 0.5);
   const pruned: Uint32Array = simplifier.simplifyPrune(wide, positions, 3, 0.1);
-  const { indices: chosen, positions: moved } = await simplifyIndices({ indices: wide, positions }, { target: 3, error: 0.1, flags: ['Prune'], move: true, signal, progress });
+  const goal = { target: 3, error: 0.1, flags: ['Prune' as const], move: true, signal, progress };
+  const { indices: chosen, positions: moved } = await simplifyIndices({ indices: wide, positions }, goal);
   console.log(supported, narrow, error, count, remap, used, same, points, pruned, chosen, moved, simplifier.getScale(positions, 3));
 }
 
