@@ -54,7 +54,9 @@ export const NeuralSimplifier: {
   ) => [T, number];
 
   /**
-   * Chooses triangles with regard to attributes.
+   * Chooses triangles over vertices with attributes.
+   *
+   * Seams between different attributes at one position stay seams. Weights are checked and do not count: the error is that of positions.
    *
    * @param vertex_attributes rows of numbers that begin with those that count
    * @param vertex_attributes_stride length of a row
