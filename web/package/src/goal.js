@@ -1,0 +1,22 @@
+// How far a mesh is to be simplified: what the modifiers for glTF-Transform and three.js take alike.
+
+/**
+ * Checks the options of a caller.
+ *
+ * @returns {{ratio: number, faces?: number, error: number, lockBorder: boolean, move: boolean}}
+ */
+export function readGoal({ ratio, faces, error = Infinity, lockBorder = false, move = true }) {
+  const isCount = Number.isInteger(faces) && faces >= 0;
+  if (ratio !== undefined && !(ratio >= 0 && ratio <= 1)) throw new RangeError(`ratio: ${ratio} is not between 0 and 1`);
+  if (faces !== undefined && !isCount) throw new RangeError(`faces: ${faces} is no whole number of at least 0`);
+  if (!(error >= 0)) throw new RangeError(`error: ${error} is not at least 0`);
+  if (ratio !== undefined && faces !== undefined) throw new TypeError('ratio and faces: give one of them');
+  if (ratio === undefined && faces === undefined && error === Infinity) throw new TypeError('give ratio, faces or error');
+  return { ratio: ratio ?? 0, faces, error, lockBorder, move };
+}
+
+/** The goal of a part with a share of the faces, whose boundary and vertices stay as they are. */
+export function shareOfGoal(goal, share) {
+  const faces = goal.faces === undefined ? undefined : Math.floor(goal.faces * share);
+  return { ...goal, faces, lockBorder: true, move: false };
+}

@@ -1,0 +1,89 @@
+// The whole program: files and arrays in, lighter files and arrays out; comparison; surfaces to draw. `types/index.d.ts` documents it.
+
+import { isArrays, readArrays, readFile } from './input.js';
+import { makeProgram } from './runtime.js';
+import { packRows, unpackRows } from './strided.js';
+import packed from 'packed:everything';
+import workerText from 'packed:worker';
+
+export { NeuralMeshError } from './runtime.js';
+
+const program = makeProgram(packed, workerText);
+
+/** Makes a mesh lighter. */
+export async function simplify(input, options = {}, { name, beside, out, arrays, progress, signal, worker } = {}) {
+  const fromArrays = isArrays(input);
+  const source = fromArrays ? { mesh: readArrays(input) } : { file: await readFile(input, name, beside) };
+  const wantsArrays = arrays ?? (fromArrays && out === undefined);
+  const written = out ?? (wantsArrays ? undefined : defaultName(source.file?.name ?? 'mesh', options.format));
+  const request = { call: 'simplify', options, ...source, out: written, arrays: wantsArrays };
+  const answer = await program.call(request, { progress, signal, worker });
+  const files = answer.json.files.map((file) => writtenFile(file, answer));
+  const results = answer.json.results.map((result) => meshArrays(result, answer));
+  return { bytes: files[0]?.bytes, report: answer.json.report, files, results, notes: answer.json.notes };
+}
+
+/** The name of a result: that of the input, with the extension of a format where one is chosen. */
+function defaultName(name, format) {
+  return format ? `${name.replace(/(\.[^./]*)?(\.gz)?$/, '')}.${format}` : name;
+}
+
+/** Measures how meshes differ from their original. */
+export async function compare(original, results, { samples, progress, signal, worker } = {}) {
+  const request = {
+    call: 'compare',
+    original: await readFile(original),
+    results: await Promise.all([results].flat().map((result) => readFile(result))),
+    samples,
+  };
+  const { json, array } = await program.call(request, { progress, signal, worker });
+  const surfaces = json.surfaces.map(({ positions, faces, steps }) => (
+    { positions: array(positions, Float32Array), faces: array(faces, Uint32Array), steps }));
+  const distances = json.distances.map(({ of_result, of_original }) => (
+    { of_result: array(of_result, Float32Array), of_original: array(of_original, Float32Array) }));
+  return { comparison: json.comparison, surfaces, distances };
+}
+
+/** Reads a mesh file as one surface to draw. */
+export async function look(input, { name, beside, signal, worker } = {}) {
+  const answer = await program.call({ call: 'look', file: await readFile(input, name, beside) }, { signal, worker });
+  const { mesh, notes } = answer.json;
+  const arrays = meshArrays({ ...mesh, colors_width: 4, groups: undefined }, answer);
+  const images = new Map();
+  const imageOf = (number) => {
+    if (!images.has(number)) images.set(number, answer.array(number));
+    return images.get(number);
+  };
+  const groups = mesh.groups.map(({ image, ...group }) => (Number.isInteger(image) ? { ...group, image: imageOf(image) } : group));
+  return { mesh: { ...arrays, origin: mesh.origin, groups }, notes };
+}
+
+/** Lists the formats that are read and written. */
+export async function formats({ signal, worker } = {}) {
+  return (await program.call({ call: 'formats' }, { signal, worker })).json;
+}
+
+/** A file with its bytes. Formats that are text and not binary have the names of those that are. */
+function writtenFile({ name, bytes, beside }, { array }) {
+  const others = beside.map((file) => ({ name: file.name, bytes: array(file.bytes) }));
+  return { name: name.replace(/-ascii$/, ''), bytes: array(bytes), beside: others };
+}
+
+/** The arrays of a mesh that an answer names; those that the mesh does not have are absent. */
+function meshArrays({ positions, doubles, faces, uv, uv_width = 2, normals, colors, colors_width, groups, map }, { array }) {
+  const mesh = { positions: array(positions, doubles ? Float64Array : Float32Array), faces: array(faces, Uint32Array) };
+  if (uv) mesh.uv = packRows(array(uv, Float32Array), uv_width, 2);
+  if (normals) mesh.normals = array(normals, Float32Array);
+  if (colors) mesh.colors = withAlpha(array(colors, Float32Array), colors_width);
+  if (groups) mesh.groups = array(groups, Uint32Array);
+  if (map) mesh.map = array(map, Uint32Array);
+  return mesh;
+}
+
+/** Colours of four numbers each, opaque where they have no alpha. */
+function withAlpha(colors, width) {
+  if (width === 4) return colors;
+  const wide = new Float32Array((4 * colors.length) / width).fill(1);
+  unpackRows(colors, wide, 4, width);
+  return wide;
+}
