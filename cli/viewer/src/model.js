@@ -7,7 +7,6 @@ import {
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
-import { allEdges } from './surface.js';
 
 /** Open, non-manifold and turned edges; the legend of the page has the same colours. */
 const MARKS = ['#0a84ff', '#00a88f', '#6cae00'];
@@ -43,21 +42,35 @@ function tintInside(shader) {
   shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }
 
-/** Makes the objects of a surface, drawn as `fine`; its edges only when they are asked for. */
-export function makeModel(surface, fine, radius, materials) {
+/** Makes the objects of a surface, drawn as its `fine`; its edges and marks only when they are shown. */
+export function makeModel(surface, radius, materials) {
+  const { fine } = surface;
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(fine.positions, 3));
   geometry.setAttribute('normal', new BufferAttribute(fine.normals, 3));
   geometry.setIndex(new BufferAttribute(fine.faces, 1));
   geometry.boundingSphere = new Sphere(undefined, radius);
   const group = new Group();
-  const marks = new Group();
-  surface.marked.forEach((edges, kind) => {
-    if (edges.length > 0) marks.add(segments(surface.positions, edges, materials.marks[kind]));
-  });
   const plain = new Mesh(geometry, materials.solid);
-  group.add(plain, marks);
-  return { group, geometry, plain, marks, surface, wire: null, wiring: null, covered: null, covering: null };
+  group.add(plain);
+  return { group, geometry, plain, surface, marks: null, marking: null, wire: null, wiring: null, covered: null, covering: null };
+}
+
+/** Adds the marked edges of a model, the first time that they are shown; everyone who asks waits until they are there. */
+export function addMarks(model, materials) {
+  model.marking ??= makeMarks(model, materials);
+  return model.marking;
+}
+
+async function makeMarks(model, materials) {
+  const { surface } = model;
+  const marked = await surface.findMarked();
+  model.marks = new Group();
+  model.marks.visible = false;
+  marked.forEach((edges, kind) => {
+    if (edges.length > 0) model.marks.add(segments(surface.positions, edges, materials.marks[kind]));
+  });
+  model.group.add(model.marks);
 }
 
 function segments(positions, edges, material) {
@@ -78,7 +91,7 @@ async function makeWire(model, materials) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(model.surface.positions, 3));
   geometry.boundingSphere = model.geometry.boundingSphere;
-  geometry.setIndex(new BufferAttribute(await allEdges(model.surface), 1));
+  geometry.setIndex(new BufferAttribute(await model.surface.findEdges(), 1));
   model.wire = new LineSegments(geometry, wireOf(model, materials));
   model.wire.visible = false;
   model.group.add(model.wire);
@@ -118,4 +131,10 @@ export function paint(materials, texture) {
   materials.solid.map = texture;
   materials.solid.color.copy(texture ? new Color(0xffffff) : materials.plain);
   materials.solid.needsUpdate = true;
+}
+
+/** Frees the graphics card of a model. */
+export function disposeModel({ group, wire }) {
+  group.traverse(({ geometry }) => geometry?.dispose());
+  wire?.material.dispose();
 }
