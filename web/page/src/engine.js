@@ -1,0 +1,29 @@
+// The simplifier as the page uses it: files in, files and numbers out, each call in a worker of the package.
+//
+// A file is {name, bytes, beside}, `beside` the bytes of files that belong to it by their paths.
+
+import { compare, formats, look, simplify } from 'neural-mesh';
+
+/** The formats that are read and written, by their endings. */
+export function listFormats() {
+  return formats();
+}
+
+/** The mesh of a file as it is drawn, and what is to be said about it. */
+export function lookAtFile({ name, bytes, beside }, { signal }) {
+  return look(bytes, { name, beside, signal });
+}
+
+/** Makes a file lighter: the file of the result, the program's report, and what is to be said about it. */
+export async function simplifyFile({ name, bytes, beside }, options, out, { signal, progress }) {
+  const { files, report, notes } = await simplify(bytes, options, { name, beside, out, signal, progress });
+  const others = files.flatMap((file, i) => (i === 0 ? file.beside : [file, ...file.beside]));
+  const besides = Object.fromEntries(others.map((file) => [file.name, file.bytes]));
+  return { file: { name: files[0].name, bytes: files[0].bytes, beside: besides }, report, notes };
+}
+
+/** Measures a result against its original: the figures, and distances at the vertices of both. */
+export async function compareFiles(original, result, { signal, progress }) {
+  const { comparison, distances: [{ of_result: ofResult, of_original: ofOriginal }] } = await compare(original, result, { signal, progress });
+  return { comparison, distances: { ofResult, ofOriginal } };
+}

@@ -1,0 +1,80 @@
+// The mesh that is open: its original, the results made of it so far, and which job comes next.
+//
+// Urgency of jobs: what the reader waits for, then distances that are to be seen as colours, then levels, then figures.
+
+import { compareFiles, lookAtFile, simplifyFile } from './engine.js';
+import { ask, drop } from './jobs.js';
+import { scaleOf } from './scale.js';
+import { LEVELS, nameOfResult, wishOfShare } from './sizes.js';
+
+export const NOW = 0;
+export const COLOURS = 1;
+const LEVEL = 2;
+const FIGURES = 3;
+
+/** Reads a file and makes the session of its mesh; `ending` is that of its results. */
+export async function openSession(jobs, file, ending) {
+  const run = (control) => lookAtFile(file, control);
+  const { mesh, notes } = await ask(jobs, { key: 'look', title: `Reading ${file.name}`, urgency: NOW, run });
+  if (mesh.faces.length === 0) throw new Error(`${file.name} has no faces: there is nothing to simplify`);
+  return { file, ending, mesh, notes, results: new Map(), failed: new Map(), conversions: new Map() };
+}
+
+/** The result of a wish, made where it is not there yet. */
+export function resultOf(jobs, session, wish, urgency) {
+  const known = session.results.get(wish.key);
+  if (known) return Promise.resolve(known);
+  const run = (control) => makeResult(session, wish, control);
+  return ask(jobs, { key: wish.key, title: `Making ${wish.title}`, urgency, run });
+}
+
+async function makeResult(session, wish, control) {
+  const { file, ending } = session;
+  const options = { ...wish.size, ...wish.options, no_check: true };
+  const made = await simplifyFile(file, options, nameOfResult(file.name, wish, ending), control);
+  const { mesh } = await lookAtFile(made.file, control);
+  const result = { ...made, wish, mesh, comparison: null, distances: null };
+  session.results.set(wish.key, result);
+  session.failed.delete(wish.key);
+  return result;
+}
+
+/** Makes the levels that are missing under the present options, in the background; `made` hears of each. */
+export function prepareLevels(jobs, session, options, made) {
+  for (const wish of LEVELS.map((share) => wishOfShare(share, options))) {
+    if (session.results.has(wish.key)) continue;
+    resultOf(jobs, session, wish, LEVEL).then(made, (error) => {
+      // What was given up can be made later; what failed shows at its button.
+      if (error.name !== 'AbortError') session.failed.set(wish.key, error.message);
+      made();
+    });
+  }
+}
+
+/** Measures a result, once. Other results that wait for that are shown no more. */
+export async function measure(jobs, session, result, urgency = FIGURES) {
+  if (result.comparison) return;
+  const key = `compare ${result.wish.key}`;
+  drop(jobs, (job) => job.key.startsWith('compare ') && job.key !== key);
+  const run = (control) => compareFiles(session.file, result.file, control);
+  const { comparison, distances } = await ask(jobs, { key, title: `Measuring ${result.wish.title}`, urgency, run });
+  const pairs = [{ values: distances.ofResult, mesh: result.mesh }, { values: distances.ofOriginal, mesh: session.mesh }];
+  result.scale = scaleOf(pairs);
+  result.distances = { ...distances, max: result.scale.max };
+  result.comparison = comparison;
+}
+
+/** A result in another format: simplified once more, the same way. */
+export function convert(jobs, session, { wish, file }, ending) {
+  if (ending === session.ending) return Promise.resolve(file);
+  const name = nameOfResult(session.file.name, wish, ending);
+  const key = `convert ${ending} ${wish.key}`;
+  const known = session.conversions.get(key);
+  if (known) return Promise.resolve(known);
+  const run = async (control) => {
+    const made = await simplifyFile(session.file, { ...wish.size, ...wish.options, no_check: true }, name, control);
+    session.conversions.set(key, made.file);
+    return made.file;
+  };
+  return ask(jobs, { key, title: `Writing ${name}`, urgency: NOW, run });
+}
