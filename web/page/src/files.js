@@ -1,10 +1,9 @@
-// What was dropped or chosen: which file is the mesh, and which belong to it by their paths.
+// What was dropped or chosen: its files, and which of them are meshes.
+
+import { isCompanion, readBelongings } from './belongings.js';
 
 /** Endings of meshes, those first whose files name others. */
 const ENDINGS = ['gltf', 'glb', 'obj', '3mf', 'ply', 'stl', 'off'];
-
-/** What belongs to meshes and is none. */
-const COMPANIONS = /\.(mtl|bin|png|jpe?g|webp|ktx2)$/i;
 
 /** The ending of a mesh's name without `.gz`, in small letters; empty where it has none. */
 export function endingOf(name) {
@@ -50,25 +49,13 @@ export function meshesAmong(files) {
   const rank = ({ path }) => ENDINGS.indexOf(endingOf(path));
   const meshes = files.filter((one) => rank(one) >= 0);
   // A file of an unknown ending may still be a mesh; the simplifier says what is wrong with it.
-  const unknown = files.filter(({ path }) => !COMPANIONS.test(path));
+  const unknown = files.filter(({ path }) => !isCompanion(path));
   if (meshes.length === 0) return unknown.length === 1 ? unknown : [];
   return meshes.sort((a, b) => rank(a) - rank(b) || a.path.localeCompare(b.path, 'en', { numeric: true }));
 }
 
-/** Reads a mesh with all files that may belong to it. */
+/** Reads a mesh with what belongs to it. */
 export async function readMesh(mesh, files) {
-  const bytesOf = async ({ file }) => new Uint8Array(await file.arrayBuffer());
-  const folder = mesh.path.split('/').slice(0, -1);
-  const isAlone = ['ply', 'stl', 'off', '3mf', 'glb'].includes(endingOf(mesh.path));
-  const others = isAlone ? [] : files.filter((one) => one !== mesh && COMPANIONS.test(one.path));
-  const beside = await Promise.all(others.map(async (one) => [relative(folder, one.path), await bytesOf(one)]));
-  return { name: mesh.path.split('/').pop(), bytes: await bytesOf(mesh), beside: Object.fromEntries(beside) };
-}
-
-/** A path as it is seen from a folder. */
-function relative(folder, path) {
-  const parts = path.split('/');
-  let same = 0;
-  while (same < folder.length && same < parts.length - 1 && folder[same] === parts[same]) same++;
-  return [...folder.slice(same).map(() => '..'), ...parts.slice(same)].join('/');
+  const beside = await readBelongings(mesh, endingOf(mesh.path), files);
+  return { name: mesh.path.split('/').pop(), bytes: new Uint8Array(await mesh.file.arrayBuffer()), beside };
 }

@@ -1,6 +1,6 @@
 // Jobs one at a time, the most urgent first: a more urgent one puts the one that runs back into the queue.
 
-/** Makes a queue; `changed(job)` hears which job runs, null where none does, and what is done of it as `job.share`. */
+/** Makes a queue; `changed(job)` hears which job runs, null where none does, and how much of it is done as `job.share`. */
 export function makeJobs(changed) {
   return { waiting: [], running: null, changed };
 }
@@ -31,10 +31,13 @@ export function drop(jobs, isUnwanted) {
   for (const job of dropped) job.reject(new DOMException('not wanted any more', 'AbortError'));
 }
 
-/** Ends what runs and gives up what waits. */
-export function cancel(jobs) {
-  drop(jobs, () => true);
-  jobs.running?.controller.abort();
+/** Ends what runs and gives up what waits, of the jobs that are meant. */
+export function cancel(jobs, isMeant = () => true) {
+  drop(jobs, isMeant);
+  const { running } = jobs;
+  if (!running || !isMeant(running)) return;
+  running.isPutBack = false;
+  running.controller.abort();
 }
 
 function putBack(job) {

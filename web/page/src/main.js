@@ -12,7 +12,7 @@ import { endingOf, meshesAmong, readMesh } from './files.js';
 import { cancel, makeJobs } from './jobs.js';
 import { makeDownloads, makeLevels, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
 import { attempt, oneLine, showWork, warn } from './say.js';
-import { COLOURS, convert, measure, NOW, openSession, prepareLevels, resultOf } from './session.js';
+import { COLOURS, convert, forget, measure, NOW, openSession, prepareLevels, resultOf } from './session.js';
 import { percent, placeOfShare, readOptions, readWish, shareAt } from './sizes.js';
 import { makeSource } from './surfaces.js';
 import { save, spokenSize } from './take.js';
@@ -28,14 +28,18 @@ const at = (id) => document.getElementById(id);
 const panes = [at('pane-0'), at('pane-1')];
 
 function start() {
-  const app = { jobs: makeJobs(showWork), session: null, formats: { read: [], write: [] } };
+  const app = { session: null, formats: { read: [], write: [] }, idle: '' };
+  app.jobs = makeJobs((job) => {
+    if (job) app.idle = '';
+    showWork(job, app.idle);
+  });
   makeStage(app);
   makeLevels((share) => { wireShare(share); attempt(fulfil(app)); });
   wireDoors((files) => attempt(open(app, files)), () => attempt(openFile(app, makeExample())));
   wireSizes({ drag: () => showNearest(app), settle: () => attempt(fulfil(app)) });
   at('cancel').addEventListener('click', () => stop(app));
   wireShare(0.1);
-  showWork(null);
+  showWork(null, '');
   setOpen(false);
   attempt(listFormats().then((formats) => {
     app.formats = formats;
@@ -134,6 +138,7 @@ async function fulfil(app) {
   const { wish, why } = readWish();
   if (!wish) return warn(why);
   warn('');
+  if (session.wanted !== wish.key) forget(app.jobs, session.wanted);
   session.wanted = wish.key;
   const result = await resultOf(app.jobs, session, wish, NOW);
   if (app.session !== session || session.wanted !== wish.key) return;
@@ -210,13 +215,12 @@ function showScaleOf({ session, showScale }, { scale }) {
 async function download(app, ending) {
   const { session } = app;
   save(await convert(app.jobs, session, session.shown, ending));
-  // Levels that the download interrupted go on by themselves.
 }
 
 /** Ends all work at once; what is there stays. */
 function stop(app) {
+  app.idle = 'Stopped. What is ready stays; choose a size to go on.';
   cancel(app.jobs);
-  at('doing').textContent = 'Stopped. What is ready stays; choose a size to go on.';
 }
 
 /** Whether there is a mesh to work with. */

@@ -23,11 +23,13 @@ export function oneLine(error) {
   return String(error?.message || error).split('\n')[0];
 }
 
-/** Shows the job that runs and how much of it is done; without one, that nothing is going on. */
-export function showWork(job) {
+/** Shows the job that runs and how much of it is done; without one, what is to be said then. */
+export function showWork(job, idle) {
+  const words = job?.title ?? idle;
   at('work').classList.toggle('idle', !job);
   at('cancel').disabled = !job;
-  at('doing').textContent !== (job?.title ?? '') && (at('doing').textContent = job?.title ?? '');
+  // The same words again would be read aloud again.
+  if (at('doing').textContent !== words) at('doing').textContent = words;
   const done = Math.round(100 * Math.min(job?.share ?? 0, 1));
   at('done').style.width = `${done}%`;
   if (job) at('progress').ariaValueNow = String(done);

@@ -3,7 +3,7 @@
 // Urgency of jobs: what the reader waits for, then distances that are to be seen as colours, then levels, then figures.
 
 import { compareFiles, lookAtFile, simplifyFile } from './engine.js';
-import { ask, drop } from './jobs.js';
+import { ask, cancel, drop } from './jobs.js';
 import { scaleOf } from './scale.js';
 import { LEVELS, nameOfResult, wishOfShare } from './sizes.js';
 
@@ -18,6 +18,11 @@ export async function openSession(jobs, file, ending) {
   const { mesh, notes } = await ask(jobs, { key: 'look', title: `Reading ${file.name}`, urgency: NOW, run });
   if (mesh.faces.length === 0) throw new Error(`${file.name} has no faces: there is nothing to simplify`);
   return { file, ending, mesh, notes, results: new Map(), failed: new Map(), conversions: new Map() };
+}
+
+/** Gives up a wish that the reader does not wait for any more. */
+export function forget(jobs, key) {
+  cancel(jobs, (job) => job.key === key && job.urgency === NOW);
 }
 
 /** The result of a wish, made where it is not there yet. */
@@ -39,9 +44,11 @@ async function makeResult(session, wish, control) {
   return result;
 }
 
-/** Makes the levels that are missing under the present options, in the background; `made` hears of each. */
+/** Makes the levels that are missing under these options, in the background; `made` hears of each. Others are not wanted any more. */
 export function prepareLevels(jobs, session, options, made) {
-  for (const wish of LEVELS.map((share) => wishOfShare(share, options))) {
+  const wishes = LEVELS.map((share) => wishOfShare(share, options));
+  drop(jobs, ({ key, urgency }) => urgency === LEVEL && wishes.every((wish) => wish.key !== key));
+  for (const wish of wishes) {
     if (session.results.has(wish.key)) continue;
     resultOf(jobs, session, wish, LEVEL).then(made, (error) => {
       // What was given up can be made later; what failed shows at its button.
