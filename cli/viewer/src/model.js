@@ -44,16 +44,30 @@ function tintInside(shader) {
 
 /** Makes the objects of a surface, drawn as its `fine`; its edges and marks only when they are shown. */
 export function makeModel(surface, radius, materials) {
-  const { fine } = surface;
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(fine.positions, 3));
-  geometry.setAttribute('normal', new BufferAttribute(fine.normals, 3));
-  geometry.setIndex(new BufferAttribute(fine.faces, 1));
-  geometry.boundingSphere = new Sphere(undefined, radius);
+  const geometry = geometryOf(surface.fine, radius);
   const group = new Group();
   const plain = new Mesh(geometry, materials.solid);
   group.add(plain);
-  return { group, geometry, plain, surface, marks: null, marking: null, wire: null, wiring: null, covered: null, covering: null };
+  return {
+    group, geometry, plain, surface, painted: null, marks: null, marking: null, wire: null, wiring: null, covered: null, covering: null,
+  };
+}
+
+function geometryOf({ positions, normals, faces }, radius) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+  geometry.setIndex(new BufferAttribute(faces, 1));
+  geometry.boundingSphere = new Sphere(undefined, radius);
+  return geometry;
+}
+
+/** Adds the surface of a model that distances are known on, where that is not the one that is drawn without them. */
+export function addPainted(model, fine, materials) {
+  if (model.painted) return;
+  model.painted = new Mesh(geometryOf(fine, model.geometry.boundingSphere.radius), materials.solid);
+  model.painted.visible = false;
+  model.group.add(model.painted);
 }
 
 /** Adds the marked edges of a model, the first time that they are shown; everyone who asks waits until they are there. */
@@ -105,14 +119,14 @@ function wireOf({ surface }, { wire }) {
   return material;
 }
 
-/** Number of the points that have a distance. */
+/** Number of the points that are drawn. */
 export function nPoints(model) {
   return model.geometry.getAttribute('position').count;
 }
 
-/** Paints a model by the shares of its points, n_points x 2. */
-export function setShares(model, shares) {
-  model.geometry.setAttribute('uv', new BufferAttribute(shares, 2));
+/** Paints a model by the shares of the points that have distances, n_points x 2. */
+export function setShares({ painted, plain }, shares) {
+  (painted ?? plain).geometry.setAttribute('uv', new BufferAttribute(shares, 2));
 }
 
 /** Colours of surface and edges for a theme. */

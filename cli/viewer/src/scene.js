@@ -2,7 +2,8 @@
 //
 // What is drawn comes from a source, an object of functions that may take their time:
 //   surface(index, place)   a mesh: positions, faces, normals; `fine`, the same as it is drawn; findEdges(), findMarked()
-//   shares(pair, counts)    {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null where they are not known
+//   shares(pair, counts)    {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null where they are not known.
+//                           `surfaces`, of original and result, where these points are not those of `fine`
 //   hasCover(index)         whether a mesh has textures or colours, said at once
 //   cover(index, surface)   positions, normals, uvs, colours, faces by paint, runs, and the paints {image, wrap, color, coloured}
 //   image(index)            the file of an image as a blob
@@ -12,7 +13,7 @@ import { colourTexture } from './colours.js';
 import { addCover, disposeWardrobe, makeWardrobe, setCovers } from './cover.js';
 import { farthestOf, makeRing } from './farthest.js';
 import {
-  addMarks, addWire, disposeModel, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme,
+  addMarks, addPainted, addWire, disposeModel, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme,
 } from './model.js';
 import { askToDraw, lookAt, lookFromStart, setLight, setPlace } from './view.js';
 
@@ -106,8 +107,10 @@ export async function showPair(scene, at) {
 function wearShares(scene, shares) {
   scene.shares = shares;
   if (!shares) return;
-  setShares(scene.models[0], shares.ofOriginal);
-  setShares(scene.models[1], shares.ofResult);
+  const { models, materials } = scene;
+  shares.surfaces?.forEach((fine, i) => addPainted(models[i], fine, materials));
+  setShares(models[0], shares.ofOriginal);
+  setShares(models[1], shares.ofResult);
 }
 
 /** Loads the distances of a pair again, where its source knows them by now. */
@@ -178,7 +181,9 @@ async function applySwitches(scene) {
   for (const model of models) {
     if (model.wire) model.wire.visible = switches.wire;
     if (model.marks) model.marks.visible = switches.marks;
-    model.plain.visible = !(switches.texture && model.covered);
+    const isPainted = Boolean(model.painted) && hasColours(scene);
+    model.plain.visible = !(switches.texture && model.covered) && !isPainted;
+    if (model.painted) model.painted.visible = isPainted;
     if (model.covered) model.covered.visible = switches.texture;
   }
   askToDraw(view);

@@ -16,14 +16,21 @@ export function lookAtFile({ name, bytes, beside }, { signal }) {
 
 /** Makes a file lighter: the file of the result, the program's report, and what is to be said about it. */
 export async function simplifyFile({ name, bytes, beside }, options, out, { signal, progress }) {
-  const { files, report, notes } = await simplify(bytes, options, { name, beside, out, signal, progress });
+  const overall = (share, part) => progress(shareOfWork(share, part));
+  const { files, report, notes } = await simplify(bytes, options, { name, beside, out, signal, progress: overall });
   const others = files.flatMap((file, i) => (i === 0 ? file.beside : [file, ...file.beside]));
   const besides = Object.fromEntries(others.map((file) => [file.name, file.bytes]));
   return { file: { name: files[0].name, bytes: files[0].bytes, beside: besides }, report, notes };
 }
 
-/** Measures a result against its original: the figures, and distances at the vertices of both. */
+/** Measures a result against its original: the figures, the surfaces of both, and distances at points of these. */
 export async function compareFiles(original, result, { signal, progress }) {
-  const { comparison, distances: [{ of_result: ofResult, of_original: ofOriginal }] } = await compare(original, result, { signal, progress });
-  return { comparison, distances: { ofResult, ofOriginal } };
+  const { comparison, surfaces, distances: [both] } = await compare(original, result, { signal, progress });
+  return { comparison, surfaces, distances: { ofOriginal: both.of_original, ofResult: both.of_result } };
+}
+
+/** How much of a run is done, by the share of one of its parts: reading, simplifying, and what follows these. */
+function shareOfWork(share, part) {
+  if (part === 0) return 0.1 * share;
+  return part === 1 ? 0.1 + 0.85 * share : 0.95;
 }

@@ -103,9 +103,9 @@ async function openFile(app, file) {
 
 async function showOriginal(app) {
   const { session } = app;
-  const source = makeSource(({ key }) => session.results.get(key)?.distances ?? null);
+  const source = makeSource(({ key }) => session.results.get(key)?.shares ?? null);
   const place = placeOf([source.boxOf(source.add(session.mesh))], EYE);
-  session.source = source;
+  Object.assign(session, { source, place });
   setContent(app.scene, { source, pairs: [{ original: 0 }], places: [place] });
   setOpen(true);
   at('name').textContent = session.file.name;

@@ -4,7 +4,7 @@
 
 import { compareFiles, lookAtFile, simplifyFile } from './engine.js';
 import { ask, cancel, drop } from './jobs.js';
-import { scaleOf } from './scale.js';
+import { paintPair } from './measured.js';
 import { LEVELS, nameOfResult, wishOfShare } from './sizes.js';
 
 export const NOW = 0;
@@ -38,7 +38,7 @@ async function makeResult(session, wish, control) {
   const options = { ...wish.size, ...wish.options, no_check: true };
   const made = await simplifyFile(file, options, nameOfResult(file.name, wish, ending), control);
   const { mesh } = await lookAtFile(made.file, control);
-  const result = { ...made, wish, mesh, comparison: null, distances: null };
+  const result = { ...made, wish, mesh, comparison: null, scale: null, shares: null };
   session.results.set(wish.key, result);
   session.failed.delete(wish.key);
   return result;
@@ -64,11 +64,9 @@ export async function measure(jobs, session, result, urgency = FIGURES) {
   const key = `compare ${result.wish.key}`;
   drop(jobs, (job) => job.key.startsWith('compare ') && job.key !== key);
   const run = (control) => compareFiles(session.file, result.file, control);
-  const { comparison, distances } = await ask(jobs, { key, title: `Measuring ${result.wish.title}`, urgency, run });
-  const pairs = [{ values: distances.ofResult, mesh: result.mesh }, { values: distances.ofOriginal, mesh: session.mesh }];
-  result.scale = scaleOf(pairs);
-  result.distances = { ...distances, max: result.scale.max };
-  result.comparison = comparison;
+  const measured = await ask(jobs, { key, title: `Measuring ${result.wish.title}`, urgency, run });
+  const origins = [session.mesh, result.mesh].map(({ origin }) => origin);
+  Object.assign(result, await paintPair(measured, origins, session.place), { comparison: measured.comparison });
 }
 
 /** A result in another format: simplified once more, the same way. */

@@ -8,8 +8,8 @@ import { findEdges } from './edges.js';
 import { makeImages, numberOfImage } from './images.js';
 import { weldVertices } from './weld.js';
 
-/** Makes a source of meshes that are added as they come; `distancesOf(pair)` gives those of a pair, null where they are not known. */
-export function makeSource(distancesOf) {
+/** Makes a source of meshes that are added as they come; `sharesOf(pair)` gives the distances of a pair, null where they are not known. */
+export function makeSource(sharesOf) {
   const images = makeImages();
   const meshes = [];
   const covers = [];
@@ -23,7 +23,7 @@ export function makeSource(distancesOf) {
     hasCover: (index) => Boolean(covers[index]),
     cover: async (index, surface) => coverOf(meshes[index], surface, covers[index]),
     image: async (index) => images.blobs[index],
-    shares: async (pair) => sharesOf(distancesOf(pair), meshes[pair.original], meshes[pair.result]),
+    shares: async (pair) => sharesOf(pair),
   };
 }
 
@@ -88,18 +88,4 @@ function coverOf({ positions, faces, uv, colors }, { placed, normals }, { paints
     uvs: uv ?? new Float32Array(2 * n),
     colours: colors ? Float32Array.from({ length: 3 * n }, (_, i) => colors[4 * Math.floor(i / 3) + (i % 3)]) : null,
   };
-}
-
-/** Distances as shares of the largest, as texture coordinates. */
-function sharesOf(distances, original, result) {
-  if (!distances) return null;
-  const { ofResult, ofOriginal, max } = distances;
-  // Distances of other vertices than those that are drawn would paint the wrong places.
-  if (3 * ofResult.length !== result.positions.length || 3 * ofOriginal.length !== original.positions.length) return null;
-  const shares = (values) => {
-    const pairs = new Float32Array(2 * values.length).fill(0.5);
-    values.forEach((value, i) => { pairs[2 * i] = max > 0 ? value / max : 0; });
-    return pairs;
-  };
-  return { ofResult: shares(ofResult), ofOriginal: shares(ofOriginal) };
 }

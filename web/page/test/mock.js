@@ -36,9 +36,11 @@ export async function compare(original, result, { signal } = {}) {
   signal?.throwIfAborted();
   const [{ mesh: before }, { mesh: after }] = await Promise.all([original, result].map((file) => look(file.bytes, file)));
   const distances = ({ positions }) => Float32Array.from({ length: positions.length / 3 }, (_, i) => i / positions.length);
+  const surfaces = [before, after].map((mesh) => ({ ...mesh, steps: 1 }));
   const figures = ['vertices', 'faces', 'distance_mean'].map((name) => ({ name, unit: '', about: `the ${name}` }));
   const values = { vertices: after.positions.length / 3, faces: after.faces.length / 3, distance_mean: 0.25 };
-  return { comparison: { figures, results: [{ name: result.name, values }] }, distances: [{ of_result: distances(after), of_original: distances(before) }] };
+  const both = { of_result: distances(after), of_original: distances(before) };
+  return { comparison: { figures, results: [{ name: result.name, values }] }, surfaces, distances: [both] };
 }
 
 function ring(n) {
