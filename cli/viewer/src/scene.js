@@ -104,6 +104,12 @@ export async function showPair(scene, at) {
   return scene.wanted === at && scene.loaded === loaded;
 }
 
+/** Forgets a pair that will not be shown again. */
+export function dropPair({ loaded }, at) {
+  loaded.results.get(at)?.then(({ model }) => { if (model) disposeModel(model); }, () => {});
+  loaded.results.delete(at);
+}
+
 function wearShares(scene, shares) {
   scene.shares = shares;
   if (!shares) return;

@@ -2,7 +2,9 @@
 
 import { makeBar } from '../../../cli/viewer/src/bar.js';
 import { fillCaption } from '../../../cli/viewer/src/caption.js';
-import { makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair } from '../../../cli/viewer/src/scene.js';
+import {
+  dropPair, makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair,
+} from '../../../cli/viewer/src/scene.js';
 import { markFirstDraw, offerTexture, wait, wireStage } from '../../../cli/viewer/src/stage.js';
 import { makeTheme } from '../../../cli/viewer/src/theme.js';
 import { makeView } from '../../../cli/viewer/src/view.js';
@@ -10,9 +12,9 @@ import { listFormats } from './engine.js';
 import { makeExample } from './example.js';
 import { endingOf, meshesAmong, readMesh } from './files.js';
 import { cancel, makeJobs } from './jobs.js';
-import { makeDownloads, makeLevels, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
+import { makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
 import { attempt, oneLine, showWork, warn } from './say.js';
-import { COLOURS, convert, forget, measure, NOW, openSession, prepareLevels, resultOf } from './session.js';
+import { COLOURS, convert, forget, measure, NOW, openSession, outdatedResults, prepareLevels, resultOf } from './session.js';
 import { percent, placeOfShare, readOptions, readWish, shareAt } from './sizes.js';
 import { makeSource } from './surfaces.js';
 import { save, spokenSize } from './take.js';
@@ -152,10 +154,7 @@ async function show(app, result) {
   const { session, scene } = app;
   if (session.shown === result) return;
   session.shown = result;
-  if (result.pair === undefined) {
-    scene.pairs.push({ original: 0, result: session.source.add(result.mesh), key: result.wish.key });
-    result.pair = scene.pairs.length - 1;
-  }
+  if (result.pair === undefined) addPair(app, result);
   fillCaption(panes[1], 'Lighter', captionOf(result.file, result.mesh));
   showBeside(app);
   if (result.scale) showScaleOf(app, result);
@@ -165,10 +164,22 @@ async function show(app, result) {
   }
 }
 
+/** Gives a result its place in the scene; the oldest lose theirs where there are too many. */
+function addPair({ session, scene }, result) {
+  scene.pairs.push({ original: 0, result: session.source.add(result.mesh), key: result.wish.key });
+  result.pair = scene.pairs.length - 1;
+  for (const { pair } of outdatedResults(session)) {
+    if (pair === undefined) continue;
+    dropPair(scene, pair);
+    session.source.remove(scene.pairs[pair].result);
+  }
+}
+
 /** Brings what stands beside the view in step. */
 function showBeside({ session }) {
   const options = readOptions();
   showLevels(session, options);
+  showChosen(options);
   showDownloads(session);
   showFigures(session, options);
   showRecipes(session);
@@ -219,7 +230,7 @@ async function download(app, ending) {
 
 /** Ends all work at once; what is there stays. */
 function stop(app) {
-  app.idle = 'Stopped. What is ready stays; choose a size to go on.';
+  app.idle = app.session ? 'Stopped. What is ready stays; choose a size to go on.' : 'Stopped.';
   cancel(app.jobs);
 }
 

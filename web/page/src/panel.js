@@ -2,6 +2,7 @@
 
 import { element } from '../../../cli/viewer/src/element.js';
 import { fillMeanings, fillTable, showColumn } from '../../../cli/viewer/src/table.js';
+import { spoken } from '../../../cli/viewer/src/words.js';
 import { recipesOf } from './recipes.js';
 import { attempt, oneLine } from './say.js';
 import { LEVELS, percent, wishOfShare } from './sizes.js';
@@ -74,6 +75,11 @@ export function showFigures({ results, shown }, options) {
   if (at('meanings').children.length === 0) fillMeanings(at('meanings'), figures);
 }
 
+/** Says which options differ from what is usual. */
+export function showChosen(options) {
+  at('chosen').textContent = Object.entries(options).map(([name, value]) => spoken(value === true ? name : value)).join(', ');
+}
+
 /** Shows how to do in a program what the page did. */
 export function showRecipes({ file, shown }) {
   at('languages').replaceChildren(...recipesOf(file, shown.wish, shown.file.name).map(recipe));
@@ -92,6 +98,8 @@ function recipe({ title, text }) {
 
 /** Lists what the program says about the mesh and the result that is shown. */
 export function showNotes({ notes, shown }) {
-  const lines = [...new Set([...notes, ...(shown?.notes ?? [])].map((note) => oneLine(note)))];
+  const { outcome = '', free = [] } = shown?.report ?? {};
+  const stopped = outcome.startsWith('stopped') ? [outcome, ...free] : [];
+  const lines = [...new Set([...stopped, ...notes, ...(shown?.notes ?? [])].map((note) => oneLine(note)))];
   at('notes').replaceChildren(...lines.map((line) => element('span', line)));
 }

@@ -32,7 +32,9 @@ export function showWork(job, idle) {
   if (at('doing').textContent !== words) at('doing').textContent = words;
   const done = Math.round(100 * Math.min(job?.share ?? 0, 1));
   at('done').style.width = `${done}%`;
-  if (job) at('progress').ariaValueNow = String(done);
+  // Nobody knows how far a job is that has said nothing yet.
+  at('progress').classList.toggle('unknown', Boolean(job) && done === 0);
+  if (done > 0) at('progress').ariaValueNow = String(done);
   else at('progress').removeAttribute('aria-valuenow');
-  at('progress').ariaValueText = job ? `${job.title}: ${done} %` : 'nothing to do';
+  at('progress').ariaValueText = job ? `${job.title}: ${done > 0 ? `${done} %` : 'begun'}` : 'nothing to do';
 }

@@ -12,6 +12,9 @@ export const COLOURS = 1;
 const LEVEL = 2;
 const FIGURES = 3;
 
+/** Results that are kept: the levels under a few options, and some sizes that were looked at. */
+const MOST_RESULTS = 24;
+
 /** Reads a file and makes the session of its mesh; `ending` is that of its results. */
 export async function openSession(jobs, file, ending) {
   const run = (control) => lookAtFile(file, control);
@@ -67,6 +70,13 @@ export async function measure(jobs, session, result, urgency = FIGURES) {
   const measured = await ask(jobs, { key, title: `Measuring ${result.wish.title}`, urgency, run });
   const origins = [session.mesh, result.mesh].map(({ origin }) => origin);
   Object.assign(result, await paintPair(measured, origins, session.place), { comparison: measured.comparison });
+}
+
+/** Takes the oldest results out where there are too many, and gives them back. */
+export function outdatedResults({ results, shown }) {
+  const outdated = [...results.values()].filter((result) => result !== shown).slice(0, Math.max(results.size - MOST_RESULTS, 0));
+  for (const { wish } of outdated) results.delete(wish.key);
+  return outdated;
 }
 
 /** A result in another format: simplified once more, the same way. */

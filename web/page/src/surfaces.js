@@ -18,6 +18,7 @@ export function makeSource(sharesOf) {
       covers.push(paintsOf(mesh, images));
       return meshes.push(mesh) - 1;
     },
+    remove: (index) => { meshes[index] = covers[index] = null; },
     boxOf: (index) => boxOf(meshes[index]),
     surface: (index, place) => makeSurface(meshes[index], place),
     hasCover: (index) => Boolean(covers[index]),

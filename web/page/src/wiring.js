@@ -13,6 +13,8 @@ export function wireDoors(open, openExample) {
   for (const [button, input] of [['choose', 'files'], ['choose-here', 'files'], ['choose-folder', 'folder']]) {
     at(button).addEventListener('click', () => at(input).click());
   }
+  // Some telephones have no folders to choose.
+  at('choose-folder').hidden = !('webkitdirectory' in at('folder'));
   for (const input of [at('files'), at('folder')]) {
     input.addEventListener('change', () => {
       open(filesOfInput(input));
