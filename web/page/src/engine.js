@@ -4,9 +4,11 @@
 
 import { compare, formats, look, simplify } from 'neural-mesh';
 
-/** The formats that are read and written, by their endings. */
-export function listFormats() {
-  return formats();
+/** The formats that are written, by the endings of their names. */
+export async function listFormats() {
+  const { write } = await formats();
+  // A format in words, as `ply-ascii`, has the ending of the other.
+  return write.filter((name) => !name.includes('-'));
 }
 
 /** The mesh of a file as it is drawn, and what is to be said about it. */

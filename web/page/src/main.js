@@ -30,7 +30,7 @@ const at = (id) => document.getElementById(id);
 const panes = [at('pane-0'), at('pane-1')];
 
 function start() {
-  const app = { session: null, formats: { read: [], write: [] }, idle: '' };
+  const app = { session: null, idle: '' };
   app.jobs = makeJobs((job) => {
     if (job) app.idle = '';
     showWork(job, app.idle);
@@ -43,10 +43,8 @@ function start() {
   wireShare(0.1);
   showWork(null, '');
   setOpen(false);
-  attempt(listFormats().then((formats) => {
-    app.formats = formats;
-    makeDownloads(formats.write, (ending) => attempt(download(app, ending)));
-  }));
+  app.endings = listFormats();
+  attempt(app.endings.then((endings) => makeDownloads(endings, (ending) => attempt(download(app, ending)))));
 }
 
 /** The view with nothing in it, and its switches: no colours and marks before there is a mesh. */
@@ -88,11 +86,10 @@ async function openFile(app, file) {
   warn('');
   performance.mark('opened');
   cancel(app.jobs);
-  const own = endingOf(file.name);
-  const ending = app.formats.write.includes(own) ? own : 'glb';
   const token = (app.opening = {});
   try {
-    const session = await openSession(app.jobs, file, ending);
+    const own = endingOf(file.name);
+    const session = await openSession(app.jobs, file, (await app.endings).includes(own) ? own : 'glb');
     if (app.opening !== token) return;
     app.session = session;
   } catch (error) {
