@@ -47,7 +47,7 @@ function writeFaces(view, at) {
   for (let i = 0; i < N_ALONG; i++) {
     for (let j = 0; j < N_AROUND; j++) {
       const [a, b, c, d] = [vertex(i, j), vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)];
-      for (const corners of [[a, b, c], [a, c, d]]) {
+      for (const corners of [[a, c, b], [a, d, c]]) {
         view.setUint8(at++, 3);
         for (const corner of corners) { view.setInt32(at, corner, true); at += 4; }
       }

@@ -79,7 +79,7 @@ test('split vertices are welded, and edges are found with their kinds', async ()
   assert.deepEqual(marked.map((edges) => edges.length / 2), [4, 0, 1]);
 });
 
-test('the example is closed', () => {
+test('the example is closed, and its faces look outwards', () => {
   const { bytes } = makeExample();
   const text = new TextDecoder('latin1').decode(bytes);
   const [nVertices, nFaces] = ['vertex', 'face'].map((name) => Number(text.match(new RegExp(`element ${name} (\\d+)`))[1]));
@@ -88,6 +88,14 @@ test('the example is closed', () => {
   const { all, marked } = findEdges(faces, nVertices);
   assert.deepEqual(marked.map((edges) => edges.length), [0, 0, 0]);
   assert.equal(nVertices - all.length / 2 + nFaces, 0);
+  const vertices = new DataView(bytes.buffer, text.indexOf('end_header\n') + 11);
+  const point = (vertex) => [0, 1, 2].map((axis) => vertices.getFloat32(15 * vertex + 4 * axis, true));
+  let volume = 0;
+  for (let i = 0; i < faces.length; i += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => point(faces[i + k]));
+    volume += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+  }
+  assert.ok(volume > 0);
 });
 
 test('the colours end where so much of the area lies below', () => {
