@@ -218,7 +218,11 @@ test('every format is written, and begins as it should', () => withExample({}, a
   }
 }));
 
-test('cancelling ends the work at once, and new work can begin', () => withPage({}, async (page) => {
+test('cancelling ends the work at once, and new work can begin, also from the disk', async () => {
+  for (const url of [server.url, onDisk]) await visit(browser, url, {}, cancelAndGoOn);
+});
+
+async function cancelAndGoOn(page) {
   await drop(page, [waveGlb(REAL ? 400_000 : 2000)]);
   await page.waitForSelector('#work:not(.idle)');
   assert.equal(await page.getAttribute('#progress', 'role'), 'progressbar');
@@ -228,7 +232,7 @@ test('cancelling ends the work at once, and new work can begin', () => withPage(
   assert.ok(Date.now() - began < 3000);
   await page.click(await page.isVisible('#example') ? '#example' : '#levels [data-share="0.1"]');
   await isShown(page, '10 %');
-}));
+}
 
 test('what cannot be read is said in one line, and the page stays alive', () => withExample({}, async (page) => {
   // The stand-in knows empty files and garbage.
