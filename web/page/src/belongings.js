@@ -1,6 +1,6 @@
 // Which files belong to a mesh: those that it names, and under the path by which it names them.
 
-/** Bytes at the front of an OBJ in which its material files are named. */
+/** Bytes at the front of a file in which others are named. */
 const FRONT = 1 << 20;
 
 const TEXTURE = /\.(bin|png|jpe?g|webp|ktx2)$/i;
@@ -10,14 +10,19 @@ export function isCompanion(path) {
   return TEXTURE.test(path) || /\.mtl$/i.test(path);
 }
 
-/** Reads what belongs to a mesh {path, file} among files: bytes by path. A glTF names buffers and images, an OBJ materials and these images. */
+/**
+ * Reads what belongs to a mesh {path, file} among files: bytes by path. A glTF names buffers and images, a PLY images in its header, an
+ * OBJ materials, and these images.
+ */
 export async function readBelongings(mesh, ending, files) {
   const others = files.filter((one) => one !== mesh);
   const textures = others.filter(({ path }) => TEXTURE.test(path));
   const folder = folderOf(mesh.path);
   if (ending === 'gltf') return bytesOf(named(await mesh.file.text(), textures, folder));
+  const front = await mesh.file.slice(0, FRONT).text();
+  if (ending === 'ply') return bytesOf(named(front.slice(0, front.indexOf('end_header')), textures, folder));
   if (ending !== 'obj') return {};
-  const materials = named(await mesh.file.slice(0, FRONT).text(), others.filter(({ path }) => /\.mtl$/i.test(path)), folder);
+  const materials = named(front, others.filter(({ path }) => /\.mtl$/i.test(path)), folder);
   const texts = await Promise.all(materials.map(({ file }) => file.text()));
   return bytesOf([...materials, ...named(texts.join('\n'), textures, folder)]);
 }

@@ -6,12 +6,12 @@ export function makeJobs(changed) {
 }
 
 /**
- * Asks for a job {key, title, urgency, run}; 0 is the most urgent. `run({signal, progress})` does it, from the start where it was put
- * back. A job whose key is waiting already is that one, as urgent as the more urgent of the two.
+ * Asks for a job {owner, key, title, urgency, run}; 0 is the most urgent. `run({signal, progress})` does it, from the start where it was
+ * put back. A job that waits already under the key of the same owner is that one, as urgent as the more urgent of the two.
  */
-export function ask(jobs, { key, title, urgency, run }) {
-  const known = [jobs.running, ...jobs.waiting].find((job) => job?.key === key);
-  const job = known ?? makeJob({ key, title, urgency, run });
+export function ask(jobs, { owner, key, title, urgency, run }) {
+  const known = [jobs.running, ...jobs.waiting].find((job) => job?.owner === owner && job?.key === key && !isGivenUp(job));
+  const job = known ?? makeJob({ owner, key, title, urgency, run });
   job.urgency = Math.min(job.urgency, urgency);
   if (!known) jobs.waiting.push(job);
   if (jobs.running && jobs.running.urgency > urgency) putBack(jobs.running);
@@ -38,6 +38,11 @@ export function cancel(jobs, isMeant = () => true) {
   if (!running || !isMeant(running)) return;
   running.isPutBack = false;
   running.controller.abort();
+}
+
+/** Whether a job still runs that nobody waits for. */
+function isGivenUp({ controller, isPutBack }) {
+  return Boolean(controller?.signal.aborted) && !isPutBack;
 }
 
 function putBack(job) {
@@ -68,8 +73,12 @@ async function start(jobs) {
 }
 
 async function settle(job, progress) {
+  const { signal } = job.controller;
   try {
-    return { value: await job.run({ signal: job.controller.signal, progress }) };
+    const value = await job.run({ signal, progress });
+    // What came too late is not wanted any more.
+    signal.throwIfAborted();
+    return { value };
   } catch (error) {
     return { error, isPutBack: job.isPutBack };
   }

@@ -14,7 +14,7 @@ import { endingOf, meshesAmong, readMesh } from './files.js';
 import { cancel, makeJobs } from './jobs.js';
 import { makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
 import { attempt, oneLine, showWork, warn } from './say.js';
-import { COLOURS, convert, forget, measure, NOW, openSession, outdatedResults, prepareLevels, resultOf } from './session.js';
+import { COLOURS, convert, forget, makeSession, measure, NOW, outdatedResults, prepareLevels, readSession, resultOf } from './session.js';
 import { percent, placeOfShare, readOptions, readWish, shareAt } from './sizes.js';
 import { makeSource } from './surfaces.js';
 import { save, spokenSize } from './take.js';
@@ -86,16 +86,19 @@ async function openFile(app, file) {
   warn('');
   performance.mark('opened');
   cancel(app.jobs);
-  const token = (app.opening = {});
+  const own = endingOf(file.name);
+  const session = makeSession(file, (await app.endings).includes(own) ? own : 'glb');
+  app.opening = session;
   try {
-    const own = endingOf(file.name);
-    const session = await openSession(app.jobs, file, (await app.endings).includes(own) ? own : 'glb');
-    if (app.opening !== token) return;
-    app.session = session;
+    await readSession(app.jobs, session);
   } catch (error) {
-    if (app.opening === token && app.session) attempt(fulfil(app));
+    if (app.opening === session && app.session) attempt(fulfil(app));
     throw error;
   }
+  if (app.opening !== session) return;
+  app.session = session;
+  // What went on with the mesh before may have asked for more meanwhile.
+  cancel(app.jobs, ({ owner }) => owner !== session);
   await showOriginal(app);
   await fulfil(app);
 }

@@ -15,12 +15,18 @@ const FIGURES = 3;
 /** Results that are kept: the levels under a few options, and some sizes that were looked at. */
 const MOST_RESULTS = 24;
 
-/** Reads a file and makes the session of its mesh; `ending` is that of its results. */
-export async function openSession(jobs, file, ending) {
+/** Makes the session of a file, whose mesh is not read yet; `ending` is that of its results. */
+export function makeSession(file, ending) {
+  return { file, ending, mesh: null, notes: [], results: new Map(), failed: new Map(), conversions: new Map() };
+}
+
+/** Reads the mesh of a session. */
+export async function readSession(jobs, session) {
+  const { file } = session;
   const run = (control) => lookAtFile(file, control);
-  const { mesh, notes } = await ask(jobs, { key: 'look', title: `Reading ${file.name}`, urgency: NOW, run });
+  const { mesh, notes } = await ask(jobs, { owner: session, key: 'look', title: `Reading ${file.name}`, urgency: NOW, run });
   if (mesh.faces.length === 0) throw new Error(`${file.name} has no faces: there is nothing to simplify`);
-  return { file, ending, mesh, notes, results: new Map(), failed: new Map(), conversions: new Map() };
+  Object.assign(session, { mesh, notes });
 }
 
 /** Gives up a wish that the reader does not wait for any more. */
@@ -33,7 +39,7 @@ export function resultOf(jobs, session, wish, urgency) {
   const known = session.results.get(wish.key);
   if (known) return Promise.resolve(known);
   const run = (control) => makeResult(session, wish, control);
-  return ask(jobs, { key: wish.key, title: `Making ${wish.title}`, urgency, run });
+  return ask(jobs, { owner: session, key: wish.key, title: `Making ${wish.title}`, urgency, run });
 }
 
 async function makeResult(session, wish, control) {
@@ -67,7 +73,7 @@ export async function measure(jobs, session, result, urgency = FIGURES) {
   const key = `compare ${result.wish.key}`;
   drop(jobs, (job) => job.key.startsWith('compare ') && job.key !== key);
   const run = (control) => compareFiles(session.file, result.file, control);
-  const measured = await ask(jobs, { key, title: `Measuring ${result.wish.title}`, urgency, run });
+  const measured = await ask(jobs, { owner: session, key, title: `Measuring ${result.wish.title}`, urgency, run });
   const origins = [session.mesh, result.mesh].map(({ origin }) => origin);
   Object.assign(result, await paintPair(measured, origins, session.place), { comparison: measured.comparison });
 }
@@ -91,5 +97,5 @@ export function convert(jobs, session, { wish, file }, ending) {
     session.conversions.set(key, made.file);
     return made.file;
   };
-  return ask(jobs, { key, title: `Writing ${name}`, urgency: NOW, run });
+  return ask(jobs, { owner: session, key, title: `Writing ${name}`, urgency: NOW, run });
 }

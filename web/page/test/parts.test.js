@@ -23,7 +23,7 @@ function pausing(log, key, urgency) {
     signal.addEventListener('abort', () => reject(signal.reason));
     setTimeout(() => resolve(key), 20);
   });
-  return { key, title: key, urgency, run };
+  return { owner: null, key, title: key, urgency, run };
 }
 
 test('the most urgent job comes first, and what it interrupts comes again', async () => {
@@ -41,6 +41,17 @@ test('a job that is asked for twice runs once, as soon as the more urgent wants 
   const others = [ask(jobs, pausing(log, 'b', 2)), ask(jobs, pausing(log, 'c', 2)), ask(jobs, pausing(log, 'c', 1))];
   await Promise.all([first, ...others]);
   assert.deepEqual(log, ['a', 'c', 'b']);
+});
+
+test('jobs of different owners are different, and a job that was given up is no answer', async () => {
+  const [jobs, log] = [makeJobs(() => {}), []];
+  const first = ask(jobs, pausing(log, 'a', 2));
+  const second = ask(jobs, { ...pausing(log, 'a', 2), owner: jobs });
+  cancel(jobs, ({ owner }) => owner === null);
+  const third = ask(jobs, pausing(log, 'a', 2));
+  await assert.rejects(first, { name: 'AbortError' });
+  assert.deepEqual(await Promise.all([second, third]), ['a', 'a']);
+  assert.equal(log.length, 3);
 });
 
 test('cancelled jobs are given up, and others can follow', async () => {
@@ -66,6 +77,8 @@ test('files belong to a mesh by the paths that it names, with folders or without
   const gltf = file('a.gltf', '{"images":[{"uri":"./textures/skin.png"}],"buffers":[{"uri":"a.bin"}]}');
   const loose = [gltf, file('skin.png', 'x'), file('a.bin', 'y'), file('b.bin', 'z')];
   assert.deepEqual(Object.keys(await readBelongings(gltf, 'gltf', loose)), ['textures/skin.png', 'a.bin']);
+  const ply = file('a.ply', 'ply\ncomment TextureFile skin.png\nend_header\nb.png');
+  assert.deepEqual(Object.keys(await readBelongings(ply, 'ply', [ply, file('skin.png', 'x'), file('b.png', 'y')])), ['skin.png']);
 });
 
 test('split vertices are welded, and edges are found with their kinds', async () => {
