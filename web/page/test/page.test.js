@@ -10,7 +10,7 @@ import { after, before, test } from 'node:test';
 import { launch } from '../../../cli/viewer/test/browser.js';
 import { makeEye, shoot } from '../../../cli/viewer/test/pixels.js';
 import { brokenFiles, fileOf, TINY, waveGlb, zipped } from './files.js';
-import { drop, isIdle, isShown, onDisk, open, serve, visit } from './visit.js';
+import { dragFolder, drop, isIdle, isShown, onDisk, serve, swipe, visit } from './visit.js';
 
 const REAL = !process.env.MOCK;
 
@@ -88,9 +88,10 @@ test('a folder brings textures along', { skip: !REAL }, async (t) => {
   t.after(() => rmSync(folder, { recursive: true }));
   execFileSync('node', [`${import.meta.dirname}/../../../cli/viewer/test/textured.js`, folder]);
   await withPage({}, async (page) => {
-    await page.setInputFiles('#folder', folder);
+    await dragFolder(page, folder);
     await isShown(page, '10 %');
     assert.equal(await page.isChecked('#texture'), true);
+    assert.equal(await page.getAttribute('html', 'data-over'), null);
     for (const pane of ['#pane-0', '#pane-1']) {
       const shot = await shoot(page, pane);
       const [red, green, blue] = await Promise.all([0, 1, 2].map((channel) => eye.mostly(shot, channel)));
@@ -103,6 +104,11 @@ test('a folder brings textures along', { skip: !REAL }, async (t) => {
     assert.equal(download.suggestedFilename(), 'plate-10.zip');
     const names = execFileSync('python3', ['-m', 'zipfile', '-l', await download.path()], { encoding: 'utf8' });
     for (const name of ['plate-10.obj', 'plate.mtl', 'maps/skin.png']) assert.ok(names.includes(name), names);
+  });
+  await withPage({}, async (page) => {
+    await page.setInputFiles('#folder', folder);
+    await isShown(page, '10 %');
+    assert.equal(await page.isChecked('#texture'), true);
   });
 });
 
@@ -197,6 +203,9 @@ test('the divider of the wipe follows pointer, touch and keys', () => withExampl
   assert.equal(await value(), 100);
   await page.keyboard.press('Home');
   assert.equal(await value(), 0);
+  const y = box.y + box.height / 2;
+  await swipe(page, { x: box.x + 5, y }, { x: box.x + box.width * 0.7, y });
+  assert.ok(Math.abs(await value() - 70) <= 2);
 }));
 
 test('every format is written, and begins as it should', () => withExample({}, async (page) => {
@@ -297,6 +306,9 @@ test('a phone has room for all of it, and fingers do what mice do', () => withPa
   await page.waitForSelector('html[data-measured="10 %"]');
   assert.ok(await width() <= 390, `the page is ${await width()} wide`);
   assert.ok(await eye.covered(await shoot(page, '.stage')) > 0.05);
+  const box = await page.locator('#canvas').boundingBox();
+  const low = box.y + 0.8 * box.height;
+  await changes(page, '.stage', () => swipe(page, { x: 60, y: low }, { x: 200, y: low - 40 }), 0.02);
   const small = await page.evaluate(() => [...document.querySelectorAll('button, select, .chip, input[type="range"], input[type="number"]')]
     .filter((one) => one.checkVisibility() && one.getBoundingClientRect().height < 30).map((one) => one.outerHTML));
   assert.deepEqual(small, []);

@@ -71,6 +71,24 @@ export async function drop(page, files) {
   }, packed);
 }
 
+/** Drags a folder of the disk onto the page, as a person does. */
+export async function dragFolder(page, path) {
+  const session = await page.context().newCDPSession(page);
+  const data = { items: [], files: [path], dragOperationsMask: 1 };
+  for (const type of ['dragEnter', 'dragOver', 'drop']) await session.send('Input.dispatchDragEvent', { type, x: 300, y: 300, data });
+}
+
+/** Moves a finger from one place to another. */
+export async function swipe(page, from, to) {
+  const session = await page.context().newCDPSession(page);
+  const touch = (type, points) => session.send('Input.dispatchTouchEvent', { type, touchPoints: points });
+  await touch('touchStart', [from]);
+  for (const share of [0.3, 0.6, 1]) {
+    await touch('touchMove', [{ x: from.x + share * (to.x - from.x), y: from.y + share * (to.y - from.y) }]);
+  }
+  await touch('touchEnd', []);
+}
+
 /** Waits until the result of this title is shown. */
 export async function isShown(page, title) {
   await page.waitForSelector(`html[data-shown="${title}"]`);
