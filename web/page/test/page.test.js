@@ -35,6 +35,12 @@ const withExample = (options, use) => withPage(options, async (page) => {
   await use(page);
 });
 
+const withMesh = (options, use) => withPage(options, async (page) => {
+  await drop(page, [fileOf('spot.ply')]);
+  await isShown(page, '10 %');
+  await use(page);
+});
+
 /** Holds how much of a view an action changes. */
 async function changes(page, selector, act, least, most = 1) {
   const shot = await shoot(page, selector);
@@ -64,7 +70,7 @@ test('an example can be tried at once, also from the disk', async () => {
 
 test('without a network everything works', () => withPage({}, async (page) => {
   await page.context().setOffline(true);
-  await page.click('#example');
+  await drop(page, [fileOf('spot.ply')]);
   await isShown(page, '10 %');
   await page.waitForSelector('html[data-measured="10 %"]');
 }));
@@ -112,7 +118,7 @@ test('a folder brings textures along', { skip: !REAL }, async (t) => {
   });
 });
 
-test('levels become ready in the background, the slider shows them, and makes others', () => withExample({}, async (page) => {
+test('levels become ready in the background, the slider shows them, and makes others', () => withMesh({}, async (page) => {
   await page.waitForSelector('#levels:not(:has([data-state="missing"]))');
   await changes(page, '#pane-1', async () => {
     await page.click('#levels [data-share="0.02"]');
@@ -133,7 +139,7 @@ test('levels become ready in the background, the slider shows them, and makes ot
   await isShown(page, '50 %');
 }));
 
-test('a number of faces and a distance are sizes, too', { skip: !REAL }, () => withExample({}, async (page) => {
+test('a number of faces and a distance are sizes, too', { skip: !REAL }, () => withMesh({}, async (page) => {
   await page.selectOption('#by', 'faces');
   await page.fill('#faces', '1000');
   await page.keyboard.press('Enter');
@@ -145,7 +151,7 @@ test('a number of faces and a distance are sizes, too', { skip: !REAL }, () => w
   await isShown(page, 'within 1 %');
 }));
 
-test('options make other results, and recipes say how', () => withExample({}, async (page) => {
+test('options make other results, and recipes say how', () => withMesh({}, async (page) => {
   await page.click('#options summary');
   await page.selectOption('#effort', 'fast');
   await page.check('#subset');
@@ -175,7 +181,7 @@ test('figures and colours come when the result is measured', () => withExample({
   assert.equal(await page.isChecked('#colours'), !REAL);
 }));
 
-test('every switch changes the picture, and back', () => withExample({}, async (page) => {
+test('every switch changes the picture, and back', () => withMesh({}, async (page) => {
   await isIdle(page);
   const first = await shoot(page, '.stage');
   for (const key of ['w', 'f', 'z', 'v']) {
@@ -187,7 +193,7 @@ test('every switch changes the picture, and back', () => withExample({}, async (
   }
 }));
 
-test('the divider of the wipe follows pointer, touch and keys', () => withExample({ hasTouch: true }, async (page) => {
+test('the divider of the wipe follows pointer, touch and keys', () => withMesh({ hasTouch: true }, async (page) => {
   await isIdle(page);
   await page.keyboard.press('v');
   const value = async () => Number(await page.getAttribute('#divider', 'aria-valuenow'));
@@ -208,7 +214,7 @@ test('the divider of the wipe follows pointer, touch and keys', () => withExampl
   assert.ok(Math.abs(await value() - 70) <= 2);
 }));
 
-test('every format is written, and begins as it should', () => withExample({}, async (page) => {
+test('every format is written, and begins as it should', () => withMesh({}, async (page) => {
   const begins = { glb: 'glTF', ply: 'ply', off: 'OFF', '3mf': 'PK', gltf: /^PK|^\s*\{/, obj: /^PK|^(#|v|o|mtllib)/, stl: /^[\s\S]{80}/ };
   const endings = await page.locator('#downloads button').evaluateAll((buttons) => buttons.map(({ dataset }) => dataset.ending));
   assert.ok(endings.length >= 5, endings.join());
@@ -216,7 +222,7 @@ test('every format is written, and begins as it should', () => withExample({}, a
     const saved = page.waitForEvent('download');
     await page.click(`[data-ending="${ending}"]`);
     const download = await saved;
-    assert.match(download.suggestedFilename(), new RegExp(`^knot-10\\.(${ending}|zip)$`));
+    assert.match(download.suggestedFilename(), new RegExp(`^spot-10\\.(${ending}|zip)$`));
     const bytes = readFileSync(await download.path());
     assert.ok(bytes.length > 0);
     if (!REAL) continue;
@@ -243,7 +249,7 @@ async function cancelAndGoOn(page) {
   await isShown(page, '10 %');
 }
 
-test('what cannot be read is said in one line, and the page stays alive', () => withExample({}, async (page) => {
+test('what cannot be read is said in one line, and the page stays alive', () => withMesh({}, async (page) => {
   // The stand-in knows empty files and garbage.
   const broken = brokenFiles().filter(({ name }) => REAL || /^(empty|garbage)/.test(name));
   assert.ok(broken.length >= (REAL ? 20 : 14));
@@ -256,26 +262,26 @@ test('what cannot be read is said in one line, and the page stays alive', () => 
     assert.ok(words.trim().length > 5 && !words.includes('\n'), words);
     if (process.env.SHOW) console.log(`${file.name}: ${words}`);
   }
-  await drop(page, [fileOf('spot.ply')]);
-  await page.waitForFunction(() => document.querySelector('#pane-1 .caption').textContent.includes('spot-10.ply'));
+  await drop(page, [fileOf('suzanne.ply')]);
+  await page.waitForFunction(() => document.querySelector('#pane-1 .caption').textContent.includes('suzanne-10.ply'));
   assert.equal(await page.isVisible('#alert'), false);
 }));
 
-test('what a mesh cannot become is said, too', { skip: !REAL }, () => withExample({}, async (page) => {
+test('what a mesh cannot become is said, too', { skip: !REAL }, () => withMesh({}, async (page) => {
   await page.selectOption('#by', 'error');
   await page.fill('#error', '-1');
   await page.keyboard.press('Enter');
   await page.waitForSelector('#alert:not([hidden])');
 }));
 
-test('after a reload the page begins again', () => withExample({}, async (page) => {
+test('after a reload the page begins again', () => withMesh({}, async (page) => {
   await page.reload();
   await page.waitForSelector('#welcome:not([hidden])');
   await page.click('#example');
   await isShown(page, '10 %');
 }));
 
-test('a second mesh takes the place of the first, whatever is going on', () => withExample({}, async (page) => {
+test('a second mesh takes the place of the first, whatever is going on', () => withMesh({}, async (page) => {
   await drop(page, [fileOf('suzanne.ply')]);
   await page.waitForFunction(() => document.querySelector('#pane-1 .caption').textContent.includes('suzanne-10.ply'));
   await page.waitForSelector('#no-figures[hidden]', { state: 'attached' });
@@ -314,7 +320,7 @@ test('a phone has room for all of it, and fingers do what mice do', () => withPa
   assert.deepEqual(small, []);
 }));
 
-test('the keyboard reaches every control, and the focus is seen', () => withExample({}, async (page) => {
+test('the keyboard reaches every control, and the focus is seen', () => withMesh({}, async (page) => {
   await isIdle(page);
   await page.keyboard.press('v');
   await page.click('#recipes summary');
@@ -342,7 +348,7 @@ test('the keyboard reaches every control, and the focus is seen', () => withExam
   assert.deepEqual(wanted.filter((_, i) => !reached.has(i)), []);
 }));
 
-test('every control has a name', () => withExample({}, async (page) => {
+test('every control has a name', () => withMesh({}, async (page) => {
   const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input:not([hidden]), select, canvas, [role]')]
     .filter((one) => !(one.ariaLabel || one.labels?.length || one.textContent.trim() || one.getAttribute('aria-labelledby') || ['alert', 'status'].includes(one.role)))
     .map((one) => one.outerHTML));
@@ -350,7 +356,7 @@ test('every control has a name', () => withExample({}, async (page) => {
 }));
 
 for (const colorScheme of ['light', 'dark']) {
-  test(`words stand out from what is behind them: ${colorScheme}`, () => withExample({ colorScheme }, async (page) => {
+  test(`words stand out from what is behind them: ${colorScheme}`, () => withMesh({ colorScheme }, async (page) => {
     await page.keyboard.press('c');
     await page.waitForSelector('html[data-measured="10 %"]');
     for (const summary of await page.locator('summary').all()) await summary.click();
