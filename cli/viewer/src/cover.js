@@ -42,9 +42,12 @@ function materialOf(paint, wardrobe) {
 }
 
 async function makeMaterial({ image, wrap, color, coloured }, wardrobe) {
-  const map = image === null ? null : textureOf(await bitmapOf(image, wardrobe), wrap);
+  // An image that the browser cannot read leaves the plain colour.
+  const bitmap = image === null ? null : await bitmapOf(image, wardrobe).catch(() => null);
+  const map = bitmap && textureOf(bitmap, wrap);
   return new MeshPhongMaterial({
-    map, color: new Color(...(color ?? [1, 1, 1])), vertexColors: coloured, side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+    map, color: new Color(...(color ?? [1, 1, 1])), vertexColors: coloured,
+    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
   });
 }
 

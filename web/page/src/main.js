@@ -62,16 +62,17 @@ function makeStage(app) {
   app.applySwitches = wireStage(app.scene);
   wireWipe(view);
   wait('');
-  for (const name of ['colours', 'farthest']) {
-    document.querySelector(`[data-switch="${name}"]`).addEventListener('change', ({ target }) => { if (target.checked) attempt(measureShown(app, COLOURS)); });
-  }
+  // Both need distances, which come last otherwise.
+  const hurry = ({ target }) => { if (target.checked) attempt(measureShown(app, COLOURS)); };
+  for (const name of ['colours', 'farthest']) document.querySelector(`[data-switch="${name}"]`).addEventListener('change', hurry);
 }
 
 /** Opens the first mesh among files; the others can be chosen. */
 async function open(app, files) {
   const meshes = meshesAmong(files);
   if (meshes.length === 0) {
-    warn(files.length === 0 ? 'There is no file in what was dropped.' : 'None of these files is a mesh: OBJ, PLY, STL, OFF, glTF, GLB and 3MF are read.');
+    const none = 'None of these files is a mesh: OBJ, PLY, STL, OFF, glTF, GLB and 3MF are read.';
+    warn(files.length === 0 ? 'There is no file in what was dropped.' : none);
     return;
   }
   at('others').hidden = meshes.length === 1;

@@ -34,9 +34,13 @@ export async function open(browser, url, options = {}) {
   context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   const complaints = [];
-  page.on('console', (message) => { if (['error', 'warning'].includes(message.type()) && !isOfDriver(message)) complaints.push(message.text()); });
+  page.on('console', (message) => {
+    if (['error', 'warning'].includes(message.type()) && !isOfDriver(message)) complaints.push(message.text());
+  });
   page.on('pageerror', (error) => complaints.push(String(error)));
-  context.on('request', (request) => { if (request.url() !== url && !request.url().startsWith('blob:')) complaints.push(`request for ${request.url()}`); });
+  context.on('request', (request) => {
+    if (request.url() !== url && !request.url().startsWith('blob:')) complaints.push(`request for ${request.url()}`);
+  });
   await page.goto(url);
   await page.waitForSelector('html[data-state="ready"]');
   await page.waitForSelector('#downloads button', { state: 'attached' });
