@@ -5,9 +5,10 @@
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, compact, vertex_normals};
 use neural_mesh::simplify::{Input, Map, Simplified};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use super::buffers::Buffers;
+use super::places::{Corner, places};
 use crate::refusal::Refusal;
 
 /// The channel whose label tells the caller's vertices at a position apart.
@@ -127,52 +128,35 @@ impl Given {
 
     /// Puts the vertices of a result in places of the buffers. Returns the place of each corner.
     pub fn moved(&self, made: &Simplified, buffers: &mut Buffers) -> Vec<[u32; 3]> {
-        let wedges = wedges_of_groups(made);
-        let places = self.places(made, &wedges, buffers.positions.len());
+        let places = places(&self.corners(made), self.places_of_groups(), buffers.positions.len());
         let (values, width) = (made.attributes.channels.iter().find(|it| it.name == NUMBERS), buffers.weights.len());
-        let at_corners = |wedges: &[u32; 3]| wedges.map(|wedge| places[wedge as usize]);
-        let places: Vec<[u32; 3]> = wedges.iter().map(at_corners).collect();
-        for ((face, of_face), number) in made.mesh.faces().iter().zip(&places).zip(0..) {
-            for (k, &place) in of_face.iter().enumerate() {
-                buffers.positions[place as usize] = made.mesh.positions()[face[k] as usize];
-                if let Some(values) = values {
-                    let wedge = made.attributes.wedges[number][k];
-                    buffers.attributes[place as usize * width..][..width].copy_from_slice(values.of(wedge));
-                }
+        let mut is_written = vec![false; buffers.positions.len()];
+        let corners = made.mesh.faces().as_flattened().iter().zip(&places);
+        for ((&v, &place), number) in corners.zip(0..) {
+            if std::mem::replace(&mut is_written[place as usize], true) {
+                continue;
+            }
+            buffers.positions[place as usize] = made.mesh.positions()[v as usize];
+            if let Some(values) = values {
+                let wedge = made.attributes.wedges.as_flattened()[number];
+                buffers.attributes[place as usize * width..][..width].copy_from_slice(values.of(wedge));
             }
         }
-        places
+        places.as_chunks().0.to_vec()
     }
 
-    /// A place in the caller's buffers for each wedge of a result: where it comes from, as far as that is free, else where its group has one. Where
-    /// there are more wedges than places, some share that of their vertex.
-    fn places(&self, made: &Simplified, wedges: &[[u32; 3]], n_places: usize) -> Vec<u32> {
-        let n_wedges = wedges.as_flattened().iter().max().map_or(0, |&most| most as usize + 1);
-        let mut places = Places { of_wedges: vec![NONE; n_wedges], is_taken: vec![false; n_places] };
+    /// The corners of a result, with the caller's vertices nearest to them on their sides of seams.
+    fn corners(&self, made: &Simplified) -> Vec<Corner> {
         let own: FxHashSet<(u32, u32)> = self.places_of_groups().collect();
-        for ((of_face, near), face) in wedges.iter().zip(self.nearest_corners(made.map.as_ref())).zip(0..) {
-            let group = made.attributes.group(face);
-            let of_group = of_face.iter().zip(near).filter(|(_, place)| own.contains(&(group, *place)));
-            of_group.for_each(|(&wedge, place)| places.take(wedge, place));
-        }
-        let mut free: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
-        self.places_of_groups().for_each(|(group, place)| free.entry(group).or_default().push(place));
-        let mut of_vertices = vec![NONE; made.mesh.positions().len()];
-        let corners = || made.mesh.faces().as_flattened().iter().zip(wedges.as_flattened()).zip(0u32..);
-        for ((&v, &wedge), corner) in corners() {
-            let of_group = free.entry(made.attributes.group(corner / 3)).or_default();
-            while places.of_wedges[wedge as usize] == NONE
-                && let Some(place) = of_group.pop()
-            {
-                places.take(wedge, place);
-            }
-            of_vertices[v as usize] = of_vertices[v as usize].min(places.of_wedges[wedge as usize]);
-        }
-        for ((&v, &wedge), _) in corners() {
-            let place = &mut places.of_wedges[wedge as usize];
-            *place = if *place == NONE { of_vertices[v as usize] } else { *place };
-        }
-        places.of_wedges
+        let wedges = if made.attributes.wedges.is_empty() { made.mesh.faces() } else { &made.attributes.wedges };
+        let near = self.nearest_corners(made.map.as_ref());
+        let corner = |at: usize| {
+            let (face, k) = (at / 3, at % 3);
+            let group = made.attributes.group(face as u32);
+            let near = near.get(face).map(|near| near[k]).filter(|&near| own.contains(&(group, near)));
+            Corner { vertex: made.mesh.faces()[face][k], wedge: wedges[face][k], group, near }
+        };
+        (0..3 * made.mesh.faces().len()).map(corner).collect()
     }
 
     /// The group and the caller's vertex of each corner.
@@ -191,36 +175,6 @@ impl Given {
             |(faces, weights): (&[u32; 3], &[[f32; 3]; 3])| [0, 1, 2].map(|k| nearest((&faces[k], &weights[k])));
         map.corner_faces.iter().zip(&map.corner_weights).map(of_face).collect()
     }
-}
-
-/// No place.
-const NONE: u32 = u32::MAX;
-
-/// Places in the caller's buffers, none of them twice.
-struct Places {
-    of_wedges: Vec<u32>,
-    is_taken: Vec<bool>,
-}
-
-impl Places {
-    /// Gives a place to a wedge that has none, where it is free.
-    fn take(&mut self, wedge: u32, place: u32) {
-        let of_wedge = &mut self.of_wedges[wedge as usize];
-        if *of_wedge == NONE && !std::mem::replace(&mut self.is_taken[place as usize], true) {
-            *of_wedge = place;
-        }
-    }
-}
-
-/// Numbers of what corners have in common: a vertex, what they carry there, and the group of their face.
-fn wedges_of_groups(made: &Simplified) -> Vec<[u32; 3]> {
-    let wedges = if made.attributes.wedges.is_empty() { made.mesh.faces() } else { &made.attributes.wedges };
-    let mut numbers: FxHashMap<(u32, u32), u32> = FxHashMap::default();
-    let mut number = |wedge: u32, group: u32| {
-        let next = numbers.len() as u32;
-        *numbers.entry((wedge, group)).or_insert(next)
-    };
-    (0u32..).zip(wedges).map(|(face, wedges)| wedges.map(|wedge| number(wedge, made.attributes.group(face)))).collect()
 }
 
 /// The first vertex at the position of each.

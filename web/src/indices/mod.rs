@@ -3,6 +3,7 @@
 mod buffers;
 mod distance;
 mod given;
+mod places;
 mod points;
 
 use std::ops::ControlFlow;
@@ -55,9 +56,8 @@ pub fn simplified(message: &Message, json: Value, answer: &mut Answer, mut tell:
     let mut buffers = Buffers::read(message, asked.parts)?;
     let given = Given::new(&buffers)?;
     if given.mesh.faces().is_empty() {
-        return Ok(
-            json!({ "indices": answer.add(Vec::new()), "error": 0.0, "positions": answer.add(Vec::new()), "attributes": answer.add(Vec::new()) }),
-        );
+        let none = answer.add(Vec::new());
+        return Ok(json!({ "indices": none, "groups": none, "error": 0.0, "positions": none, "attributes": none }));
     }
     if buffers.weights.iter().any(|weight| *weight > 0.0) {
         options.purpose = Purpose::Poses;
@@ -95,7 +95,7 @@ fn lighter(given: &Given, options: Options, most: f64, listener: &mut Listener) 
     if options.purpose != Purpose::Poses {
         let near = simplify_to_error(&input, None, &options, most, listener)?.simplified;
         let distance = distance(given, &near);
-        return Ok(if near.mesh.faces().len() > n_small { (near, distance) } else { small });
+        return Ok((near, distance));
     }
     let (mut low, mut best) = (n_small, at(Target::Ratio(1.0), listener)?);
     for _ in 0..TRIES {
