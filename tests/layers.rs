@@ -166,20 +166,29 @@ fn the_library_touches_nothing_outside_itself() {
 
 #[test]
 fn nothing_gives_up() {
-    let all: Vec<Source> = ["src", "cli/src", "bench/src", "python/src"].into_iter().flat_map(sources).collect();
+    let all: Vec<Source> =
+        ["src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
     assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
     // What comes from outside may be anything; further inside, an `expect` may state what holds.
-    let boundary = |source: &Source| ["cli/", "python/", "src/io/"].iter().any(|place| source.path.starts_with(place));
+    let boundary =
+        |source: &Source| ["cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place));
     let boundary: Vec<Source> = all.into_iter().filter(boundary).collect();
     assert_eq!(found(&boundary, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
 }
 
 #[test]
-fn unsafe_code_stands_in_kernels_and_the_allocator_alone() {
-    let (allocator, others): (Vec<Source>, Vec<Source>) = ["src", "cli/src", "bench/src", "python/src"]
+fn unsafe_code_stands_in_kernels_the_allocator_and_names_for_javascript_alone() {
+    let (door, all): (Vec<Source>, Vec<Source>) = ["src", "cli/src", "bench/src", "python/src", "web/src"]
         .into_iter()
         .flat_map(sources)
-        .partition(|source| source.path == "cli/src/allocator.rs");
+        .partition(|source| source.path == "web/src/door.rs");
+    let (allocator, others): (Vec<Source>, Vec<Source>) =
+        all.into_iter().partition(|source| source.path == "cli/src/allocator.rs");
+    // Names are declared there, and nothing else is.
+    let [Source { code, .. }] = &door[..] else { panic!("web/src/door.rs is missing") };
+    let declared =
+        ["#[unsafe(no_mangle)]", "unsafe extern \"C\" {", "allow(unsafe_code"].map(|it| code.matches(it).count());
+    assert_eq!((declared, code.matches("unsafe").count()), ([4, 1, 1], 7));
     let elsewhere: Vec<Source> = others.into_iter().filter(|source| module(source) != Some("linalg")).collect();
     assert_eq!(found(&elsewhere, &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
     // That file is an allocator, says why it is sound, and stays small.
@@ -191,7 +200,9 @@ fn unsafe_code_stands_in_kernels_and_the_allocator_alone() {
 #[test]
 fn files_say_what_they_are() {
     for source in
-        ["src", "cli/src", "cli/tests", "bench/src", "bench/tests", "python/src", "tests"].into_iter().flat_map(sources)
+        ["src", "cli/src", "cli/tests", "bench/src", "bench/tests", "python/src", "tests", "web/src", "web/tests"]
+            .into_iter()
+            .flat_map(sources)
     {
         assert!(source.text.starts_with("//! "), "{} does not open with //!", source.path);
         for word in [concat!("TO", "DO"), concat!("FIX", "ME")] {

@@ -185,7 +185,7 @@ pub(super) fn paper_result(
     limit: Limit,
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
-    let weights = weights.or_else(|| paper_weights()).ok_or(SimplifyError::NoWeights)?;
+    let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let result = paper::simplified(mesh, n_target, weights, options.seed, options.close, progress)?;
     let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;

@@ -95,7 +95,7 @@ fn what_an_obj_names_comes_with_it() {
 fn arrays_come_back_as_arrays() {
     let mesh = shapes::wavy_sphere(4, 5.0);
     let mut request = buffers(&mesh);
-    request.add_numbers(mesh.positions().iter().map(|p| [p[0], p[1]]).flatten(), f32::to_le_bytes);
+    request.add_numbers(mesh.positions().iter().flat_map(|p| [p[0], p[1]]), f32::to_le_bytes);
     let arrays = json!({ "positions": 2, "faces": 1, "uv": 3 });
     let options = json!({ "vertices": 200, "no_check": true, "map": true });
     let answered = called(request, &json!({ "call": "simplify", "options": options, "mesh": arrays, "arrays": true }));

@@ -4,10 +4,11 @@ import { count } from './words.js';
 
 const KINDS = ['open', 'non-manifold', 'turned'];
 
-/** Fills the caption of a pane. */
+/** Fills the caption of a pane; `marked` is left out where the marked edges are not known. */
 export function fillCaption(pane, role, { name, faces }, marked, ofCover) {
   const title = make('strong', role);
-  const lines = [make('div', name, 'name'), make('div', `${count(faces)} faces`), marks(marked), make('div', ofCover, 'of-cover')];
+  const size = [make('div', name, 'name'), make('div', `${count(faces)} faces`)];
+  const lines = [...size, ...(marked ? [marks(marked)] : []), make('div', ofCover, 'of-cover')];
   pane.querySelector('.caption').replaceChildren(title, ...lines);
 }
 

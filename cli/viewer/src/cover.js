@@ -1,27 +1,25 @@
-// What covers a surface: its corners with texture coordinates and colours, and the images. The way into the page is cover_data.rs.
+// What covers a surface, as three.js draws it: its corners with texture coordinates and colours, and the images.
 
 import {
-  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, DoubleSide, Mesh, MeshPhongMaterial, MirroredRepeatWrapping,
+  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, Color, DoubleSide, Mesh, MeshPhongMaterial, MirroredRepeatWrapping,
   RepeatWrapping, SRGBColorSpace, Texture,
 } from 'three';
-import { bytesOf, numbersOf } from './numbers.js';
-import { unpackCover } from './surface.js';
 
 const WRAPS = { repeat: RepeatWrapping, clamp: ClampToEdgeWrapping, mirror: MirroredRepeatWrapping };
 
-/** The images and materials that covers of a page share; `images` says what each image is. */
-export function makeWardrobe(images) {
-  return { images, bitmaps: new Map(), materials: new Map() };
+/** The images and materials that covers of a scene share; `imageOf(index)` gives the file of an image as a blob. */
+export function makeWardrobe(imageOf) {
+  return { imageOf, bitmaps: new Map(), materials: new Map() };
 }
 
-/** Adds the covered surface of a model, the first time that it is shown; everyone who asks waits until it is there. */
-export function addCover(model, layout, index, wardrobe) {
-  model.covering ??= makeCover(model, layout, index, wardrobe);
+/** Adds the covered surface that `load` gives to a model, the first time that it is shown; everyone who asks waits until it is there. */
+export function addCover(model, load, wardrobe) {
+  model.covering ??= makeCover(model, load, wardrobe);
   return model.covering;
 }
 
-async function makeCover(model, layout, index, wardrobe) {
-  const cover = await unpackCover(layout, await numbersOf(`cover-${index}`), model.surface);
+async function makeCover(model, load, wardrobe) {
+  const cover = await load();
   const geometry = new BufferGeometry();
   for (const [name, values, width] of [['position', cover.positions, 3], ['normal', cover.normals, 3], ['uv', cover.uvs, 2]]) {
     geometry.setAttribute(name, new BufferAttribute(values, width));
@@ -30,23 +28,26 @@ async function makeCover(model, layout, index, wardrobe) {
   geometry.setIndex(new BufferAttribute(cover.faces, 1));
   cover.runs.forEach(([from, n], paint) => geometry.addGroup(from, n, paint));
   geometry.boundingSphere = model.geometry.boundingSphere;
-  const materials = layout.paints.map((paint) => materialOf(paint, layout.coloured, wardrobe));
+  const materials = cover.paints.map((paint) => materialOf(paint, wardrobe));
   model.covered = new Mesh(geometry, await Promise.all(materials));
   model.covered.visible = false;
   model.group.add(model.covered);
 }
 
 /** The material of a paint, one for all surfaces that are painted alike. */
-function materialOf(paint, coloured, { images, bitmaps, materials }) {
-  const key = JSON.stringify([paint, coloured]);
-  if (!materials.has(key)) materials.set(key, makeMaterial(paint, coloured, images, bitmaps));
-  return materials.get(key);
+function materialOf(paint, wardrobe) {
+  const key = JSON.stringify(paint);
+  if (!wardrobe.materials.has(key)) wardrobe.materials.set(key, makeMaterial(paint, wardrobe));
+  return wardrobe.materials.get(key);
 }
 
-async function makeMaterial({ image, wrap }, vertexColors, images, bitmaps) {
-  const map = images[image] ? await textureOf(await bitmapOf(image, images, bitmaps), wrap) : null;
+async function makeMaterial({ image, wrap, color, coloured }, wardrobe) {
+  // An image that the browser cannot read leaves the plain colour.
+  const bitmap = image === null ? null : await bitmapOf(image, wardrobe).catch(() => null);
+  const map = bitmap && textureOf(bitmap, wrap);
   return new MeshPhongMaterial({
-    map, vertexColors, side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+    map, color: new Color(...(color ?? [1, 1, 1])), vertexColors: coloured,
+    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
   });
 }
 
@@ -60,13 +61,12 @@ function textureOf(bitmap, [u, v]) {
 }
 
 /** The pixels of an image, as the file has them. */
-function bitmapOf(index, images, bitmaps) {
-  if (!bitmaps.has(index)) bitmaps.set(index, decode(index, images[index].type));
+function bitmapOf(index, { imageOf, bitmaps }) {
+  if (!bitmaps.has(index)) bitmaps.set(index, imageOf(index).then(decode));
   return bitmaps.get(index);
 }
 
-async function decode(index, type) {
-  const file = new Blob(await bytesOf(`image-${index}`), { type });
+function decode(file) {
   return createImageBitmap(file, { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
@@ -75,4 +75,13 @@ export async function setCovers({ materials }, flatShading, polygonOffset) {
   for (const material of await Promise.all(materials.values())) {
     Object.assign(material, { flatShading, polygonOffset, needsUpdate: true });
   }
+}
+
+/** Frees the graphics card of what covers of a scene share. */
+export async function disposeWardrobe({ bitmaps, materials }) {
+  for (const material of await Promise.allSettled(materials.values())) {
+    material.value?.map?.dispose();
+    material.value?.dispose();
+  }
+  for (const bitmap of await Promise.allSettled(bitmaps.values())) bitmap.value?.close();
 }

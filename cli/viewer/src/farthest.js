@@ -33,7 +33,8 @@ function drawnRing() {
 /** The point of the models that has the largest share, and the normal there. */
 export function farthestOf(models) {
   let found = { share: -1, point: new Vector3(), normal: new Vector3() };
-  for (const { geometry } of models) {
+  for (const { painted, plain } of models) {
+    const { geometry } = painted ?? plain;
     const shares = geometry.getAttribute('uv').array;
     let at = 0;
     for (let i = 0; i < shares.length; i += 2) if (shares[i] > shares[at]) at = i;

@@ -44,5 +44,5 @@ function isThirdLevel(event) {
 }
 
 function isTyping(element) {
-  return element.matches?.('input[type="number"], select, textarea');
+  return element.matches?.('input[type="number"], input[type="text"], select, textarea');
 }

@@ -2,8 +2,9 @@
 
 import { makeBar } from './bar.js';
 import { fillCaption } from './caption.js';
+import { packedSource } from './packed.js';
 import { makeScene, placeOf, setColourEnd, setSceneTheme, showPair } from './scene.js';
-import { attempt, fail, markFirstDraw, wait, wireStage } from './stage.js';
+import { attempt, fail, markFirstDraw, offerTexture, wait, wireStage } from './stage.js';
 import { fillMeanings, fillTable, showColumn } from './table.js';
 import { makeTheme } from './theme.js';
 import { makeView } from './view.js';
@@ -19,10 +20,11 @@ function start() {
   const place = placeOf(surfaces, eye);
   const view = makeView(at('canvas'), panes, place);
   const pairs = comparison.results.map((_, i) => ({ original: 0, result: i + 1, distances: `distances-${i + 1}` }));
-  const scene = makeScene(view, { ...data, pairs }, [place]);
+  const scene = makeScene(view, { source: packedSource(data), pairs, places: [place] });
   view.drawn = () => { if (scene.models.length > 0) markFirstDraw(); };
   makeTheme((colours) => setSceneTheme(scene, colours));
   makeBar((share) => setColourEnd(scene, share))(scale, Math.hypot(...surfaces[0].sides));
+  offerTexture(covers.some(Boolean));
   wireStage(scene);
   wireSlider(scene, comparison, data, panes);
 }

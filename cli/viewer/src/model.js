@@ -7,7 +7,6 @@ import {
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
-import { allEdges } from './surface.js';
 
 /** Open, non-manifold and turned edges; the legend of the page has the same colours. */
 const MARKS = ['#0a84ff', '#00a88f', '#6cae00'];
@@ -43,21 +42,49 @@ function tintInside(shader) {
   shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }
 
-/** Makes the objects of a surface, drawn as `fine`; its edges only when they are asked for. */
-export function makeModel(surface, fine, radius, materials) {
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(fine.positions, 3));
-  geometry.setAttribute('normal', new BufferAttribute(fine.normals, 3));
-  geometry.setIndex(new BufferAttribute(fine.faces, 1));
-  geometry.boundingSphere = new Sphere(undefined, radius);
+/** Makes the objects of a surface, drawn as its `fine`; its edges and marks only when they are shown. */
+export function makeModel(surface, radius, materials) {
+  const geometry = geometryOf(surface.fine, radius);
   const group = new Group();
-  const marks = new Group();
-  surface.marked.forEach((edges, kind) => {
-    if (edges.length > 0) marks.add(segments(surface.positions, edges, materials.marks[kind]));
-  });
   const plain = new Mesh(geometry, materials.solid);
-  group.add(plain, marks);
-  return { group, geometry, plain, marks, surface, wire: null, wiring: null, covered: null, covering: null };
+  group.add(plain);
+  return {
+    group, geometry, plain, surface, painted: null, marks: null, marking: null, wire: null, wiring: null, covered: null, covering: null,
+  };
+}
+
+function geometryOf({ positions, normals, faces }, radius) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+  geometry.setIndex(new BufferAttribute(faces, 1));
+  geometry.boundingSphere = new Sphere(undefined, radius);
+  return geometry;
+}
+
+/** Adds the surface of a model that distances are known on, where that is not the one that is drawn without them. */
+export function addPainted(model, fine, materials) {
+  if (model.painted) return;
+  model.painted = new Mesh(geometryOf(fine, model.geometry.boundingSphere.radius), materials.solid);
+  model.painted.visible = false;
+  model.group.add(model.painted);
+}
+
+/** Adds the marked edges of a model, the first time that they are shown; everyone who asks waits until they are there. */
+export function addMarks(model, materials) {
+  model.marking ??= makeMarks(model, materials);
+  return model.marking;
+}
+
+async function makeMarks(model, materials) {
+  const { surface } = model;
+  const marked = await surface.findMarked();
+  model.marks = new Group();
+  model.marks.visible = false;
+  marked.forEach((edges, kind) => {
+    if (edges.length > 0) model.marks.add(segments(surface.positions, edges, materials.marks[kind]));
+  });
+  model.group.add(model.marks);
 }
 
 function segments(positions, edges, material) {
@@ -78,7 +105,7 @@ async function makeWire(model, materials) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(model.surface.positions, 3));
   geometry.boundingSphere = model.geometry.boundingSphere;
-  geometry.setIndex(new BufferAttribute(await allEdges(model.surface), 1));
+  geometry.setIndex(new BufferAttribute(await model.surface.findEdges(), 1));
   model.wire = new LineSegments(geometry, wireOf(model, materials));
   model.wire.visible = false;
   model.group.add(model.wire);
@@ -92,14 +119,14 @@ function wireOf({ surface }, { wire }) {
   return material;
 }
 
-/** Number of the points that have a distance. */
+/** Number of the points that are drawn. */
 export function nPoints(model) {
   return model.geometry.getAttribute('position').count;
 }
 
-/** Paints a model by the shares of its points, n_points x 2. */
-export function setShares(model, shares) {
-  model.geometry.setAttribute('uv', new BufferAttribute(shares, 2));
+/** Paints a model by the shares of the points that have distances, n_points x 2. */
+export function setShares({ painted, plain }, shares) {
+  (painted ?? plain).geometry.setAttribute('uv', new BufferAttribute(shares, 2));
 }
 
 /** Colours of surface and edges for a theme. */
@@ -118,4 +145,10 @@ export function paint(materials, texture) {
   materials.solid.map = texture;
   materials.solid.color.copy(texture ? new Color(0xffffff) : materials.plain);
   materials.solid.needsUpdate = true;
+}
+
+/** Frees the graphics card of a model. */
+export function disposeModel({ group, wire }) {
+  group.traverse(({ geometry }) => geometry?.dispose());
+  wire?.material.dispose();
 }

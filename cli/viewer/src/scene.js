@@ -1,13 +1,20 @@
-// What is in the panes: the original and the result that is chosen, unpacked when first shown, and how they are drawn.
+// What is in the panes: the original and the result that is chosen, loaded when first shown, and how they are drawn.
+//
+// What is drawn comes from a source, an object of functions that may take their time:
+//   surface(index, place)   a mesh: positions, faces, normals; `fine`, the same as it is drawn; findEdges(), findMarked()
+//   shares(pair, counts)    {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null where they are not known.
+//                           `surfaces`, of original and result, where these points are not those of `fine`
+//   hasCover(index)         whether a mesh has textures or colours, said at once
+//   cover(index, surface)   positions, normals, uvs, colours, faces by paint, runs, and the paints {image, wrap, color, coloured}
+//   image(index)            the file of an image as a blob
 
 import { Group } from 'three';
 import { colourTexture } from './colours.js';
-import { addCover, makeWardrobe, setCovers } from './cover.js';
+import { addCover, disposeWardrobe, makeWardrobe, setCovers } from './cover.js';
 import { farthestOf, makeRing } from './farthest.js';
-import { addWire, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme } from './model.js';
-import { numbersOf } from './numbers.js';
-import { refined } from './refine.js';
-import { unpackShares, unpackSurface } from './surface.js';
+import {
+  addMarks, addPainted, addWire, disposeModel, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme,
+} from './model.js';
 import { askToDraw, lookAt, lookFromStart, setLight, setPlace } from './view.js';
 
 /** Where the meshes of a comparison lie in the scene: the original's box around the origin, its diagonal 2 long. */
@@ -21,24 +28,38 @@ export function placeOf(surfaces, eye) {
   return { centre, scale, half, eye, radius: Math.max(...surfaces.map(reach)) * scale || 1 };
 }
 
-/**
- * Makes an empty scene in a view. Each of `pairs` names an original and a result, by their numbers among `surfaces`, and their
- * `distances`; `places` says of each original where it and its results lie.
- */
-export function makeScene(view, { surfaces, covers, images, pairs }, places) {
+/** Makes an empty scene in a view, of a content as `setContent` takes it. */
+export function makeScene(view, content) {
   const roots = view.scenes.map(({ scene }) => {
     const root = new Group();
     scene.add(root);
     return root;
   });
-  const materials = makeMaterials();
-  const [models, results] = [new Map(), new Map()];
-  const [texture, wardrobe] = [colourTexture(), makeWardrobe(images)];
-  const place = places[pairs[0].original];
-  return {
-    view, surfaces, covers, pairs, places, place, roots, materials, wardrobe, loaded: { models, results }, texture, switches: {},
-    models: [], shown: [], rings: roots.map(makeRing),
-  };
+  const scene = { view, roots, materials: makeMaterials(), texture: colourTexture(), switches: {}, rings: roots.map(makeRing) };
+  return fill(scene, content);
+}
+
+/**
+ * Empties a scene for other meshes. Each of `pairs` names an original and a result, by their numbers in the source; without a result
+ * the original is shown alone. `places` says of each original where it and its results lie.
+ */
+export function setContent(scene, content) {
+  const { loaded, wardrobe, roots, view } = scene;
+  roots.forEach((root) => root.clear());
+  for (const loading of [...loaded.models.values(), ...loaded.results.values()]) {
+    loading.then(({ model }) => { if (model) disposeModel(model); }, () => {});
+  }
+  disposeWardrobe(wardrobe);
+  fill(scene, content);
+  setPlace(view, scene.place);
+  turn(scene);
+}
+
+function fill(scene, { source, pairs, places }) {
+  return Object.assign(scene, {
+    source, pairs, places, place: places[pairs[0].original], wardrobe: makeWardrobe(source.image),
+    loaded: { models: new Map(), results: new Map() }, models: [], shown: [], shares: null, wanted: null,
+  });
 }
 
 /** What `make` gives for a key; the second time from memory, where the first one did not fail. */
@@ -51,35 +72,62 @@ function remembered(known, key, make) {
   return known.get(key);
 }
 
-async function loadModel({ surfaces, materials }, index, place) {
-  const surface = await unpackSurface(surfaces[index], await numbersOf(`surface-${index}`), place);
-  const { steps } = surfaces[index];
-  return makeModel(surface, steps > 1 ? await refined(surface, steps) : surface, place.radius, materials);
+async function loadModel({ source, materials }, index, place) {
+  return { model: makeModel(await source.surface(index, place), place.radius, materials) };
 }
 
-/** Unpacks a result, and its original with the first one. */
-async function loadPair(scene, { original: index, result, distances }) {
-  const place = scene.places[index];
-  const original = await remembered(scene.loaded.models, index, () => loadModel(scene, index, place));
-  const model = await loadModel(scene, result, place);
-  const numbers = await numbersOf(distances);
-  setShares(model, await unpackShares(nPoints(model), numbers));
-  return { original, model, sharesOfOriginal: await unpackShares(nPoints(original), numbers) };
+/** Loads a result, and its original with the first one. */
+async function loadPair(scene, pair) {
+  const { source, loaded, places } = scene;
+  const place = places[pair.original];
+  const { model: original } = await remembered(loaded.models, pair.original, () => loadModel(scene, pair.original, place));
+  if (pair.result === undefined) return { original, model: null, shares: null };
+  const { model } = await loadModel(scene, pair.result, place);
+  const shares = await source.shares(pair, { nOfOriginal: nPoints(original), nOfResult: nPoints(model) });
+  return { original, model, shares };
 }
 
 /** Shows a pair, the result beside its original; of several calls the last one wins. Says whether this one did. */
 export async function showPair(scene, at) {
   scene.wanted = at;
+  const { loaded } = scene;
   const pair = scene.pairs[at];
-  const { original, model, sharesOfOriginal } = await remembered(scene.loaded.results, at, () => loadPair(scene, pair));
-  if (scene.wanted !== at) return false;
-  setShares(original, sharesOfOriginal);
-  scene.models = [original, model];
+  const { original, model, shares } = await remembered(loaded.results, at, () => loadPair(scene, pair));
+  if (scene.wanted !== at || scene.loaded !== loaded) return false;
+  scene.models = model ? [original, model] : [original];
   scene.shown = [pair.original, pair.result];
-  scene.roots.forEach((root, i) => root.clear().add(scene.models[i].group, scene.rings[i]));
+  wearShares(scene, shares);
+  scene.roots.forEach((root) => root.clear());
+  scene.models.forEach(({ group }, i) => scene.roots[i].add(group, scene.rings[i]));
   goTo(scene, scene.places[pair.original]);
   await applySwitches(scene);
-  return scene.wanted === at;
+  return scene.wanted === at && scene.loaded === loaded;
+}
+
+/** Forgets a pair that will not be shown again. */
+export function dropPair({ loaded }, at) {
+  loaded.results.get(at)?.then(({ model }) => { if (model) disposeModel(model); }, () => {});
+  loaded.results.delete(at);
+}
+
+function wearShares(scene, shares) {
+  scene.shares = shares;
+  if (!shares) return;
+  const { models, materials } = scene;
+  shares.surfaces?.forEach((fine, i) => addPainted(models[i], fine, materials));
+  setShares(models[0], shares.ofOriginal);
+  setShares(models[1], shares.ofResult);
+}
+
+/** Loads the distances of a pair again, where its source knows them by now. */
+export async function refreshShares(scene, at) {
+  const { loaded } = scene;
+  const pair = await loaded.results.get(at);
+  if (!pair) return;
+  pair.shares = await scene.source.shares(scene.pairs[at], { nOfOriginal: nPoints(pair.original), nOfResult: nPoints(pair.model) });
+  if (scene.wanted !== at || scene.loaded !== loaded || scene.models[1] !== pair.model) return;
+  wearShares(scene, pair.shares);
+  await applySwitches(scene);
 }
 
 /** Looks at another place, where the meshes are of another original. */
@@ -101,16 +149,16 @@ export async function setSwitches(scene, switches) {
 }
 
 /** Rings around the place where the meshes that are shown are farthest apart. */
-function placeRings({ models, rings, switches }) {
-  for (const ring of rings) ring.visible = Boolean(switches.farthest) && models.length > 0;
+function placeRings({ models, rings, shares, switches }) {
+  for (const ring of rings) ring.visible = Boolean(switches.farthest && shares);
   if (!rings[0].visible) return;
   const { point } = farthestOf(models);
   for (const ring of rings) ring.position.copy(point);
 }
 
 /** Looks at that place from where its surface looks to. */
-function goToFarthest({ view, models, roots }) {
-  if (models.length === 0) return;
+function goToFarthest({ view, models, roots, shares }) {
+  if (!shares) return;
   const { point, normal } = farthestOf(models);
   roots[0].updateMatrixWorld();
   lookAt(view, roots[0].localToWorld(point), normal.transformDirection(roots[0].matrixWorld));
@@ -127,28 +175,40 @@ function turn({ view, roots, place, switches }) {
 async function applySwitches(scene) {
   const { view, materials, switches, models, shown } = scene;
   materials.solid.flatShading = switches.flat;
-  paint(materials, switches.colours ? scene.texture : null);
-  setLight(view, switches.colours || switches.texture);
+  paintSolid(scene);
+  setLight(view, hasColours(scene) || switches.texture);
   makeRoomForWire(materials, switches.wire);
   if (switches.wire) for (const model of models) await addWire(model, materials);
+  if (switches.marks) for (const model of models) await addMarks(model, materials);
   if (switches.texture) await showCovers(scene, models, shown);
   // Where something else has been asked for meanwhile, that is what will be shown.
   if (scene.switches !== switches || scene.models !== models) return;
   placeRings(scene);
   for (const model of models) {
     if (model.wire) model.wire.visible = switches.wire;
-    model.marks.visible = switches.marks;
-    model.plain.visible = !(switches.texture && model.covered);
+    if (model.marks) model.marks.visible = switches.marks;
+    const isPainted = Boolean(model.painted) && hasColours(scene);
+    model.plain.visible = !(switches.texture && model.covered) && !isPainted;
+    if (model.painted) model.painted.visible = isPainted;
     if (model.covered) model.covered.visible = switches.texture;
   }
   askToDraw(view);
 }
 
+/** Whether distances are shown as colours: they are asked for and known. */
+function hasColours({ switches, shares }) {
+  return Boolean(switches.colours && shares);
+}
+
+function paintSolid(scene) {
+  paint(scene.materials, hasColours(scene) ? scene.texture : null);
+}
+
 /** Makes the covers that models have, and draws them as the switches say. */
-async function showCovers({ covers, wardrobe, switches }, models, shown) {
+async function showCovers({ source, wardrobe, switches }, models, shown) {
   for (const [pane, model] of models.entries()) {
-    const cover = covers[shown[pane]];
-    if (cover) await addCover(model, cover, shown[pane], wardrobe);
+    const index = shown[pane];
+    if (source.hasCover(index)) await addCover(model, () => source.cover(index, model.surface), wardrobe);
   }
   await setCovers(wardrobe, switches.flat, switches.wire);
 }
@@ -163,6 +223,6 @@ export function setColourEnd(scene, share) {
 export function setSceneTheme(scene, colours) {
   setTheme(scene.materials, colours);
   scene.view.renderer.setClearColor(colours.stage);
-  paint(scene.materials, scene.switches.colours ? scene.texture : null);
+  paintSolid(scene);
   askToDraw(scene.view);
 }

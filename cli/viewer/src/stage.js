@@ -6,19 +6,23 @@ import { lookFromStart } from './view.js';
 
 const at = (id) => document.getElementById(id);
 
-/** Wires up the controls of a scene. */
+/** Wires up the controls of a scene; what it gives back applies switches that a script has set. */
 export function wireStage(scene) {
   listen(scene.view, at('canvas'));
   at('reset').addEventListener('click', () => lookFromStart(scene.view));
-  wireTexture(scene.covers);
-  wireSwitches(scene);
+  wireTexture();
+  return wireSwitches(scene);
 }
 
-/** Shows the switch of textures where a mesh has one; a surface has one kind of colours at a time. */
-function wireTexture(covers) {
+/** Shows the switch of textures where a mesh has one. */
+export function offerTexture(isThere) {
+  at('texture').disabled = !isThere;
+  at('texture').parentElement.hidden = !isThere;
+}
+
+/** A surface has one kind of colours at a time. */
+function wireTexture() {
   const [texture, colours] = [at('texture'), at('colours')];
-  texture.disabled = covers.every((cover) => !cover);
-  texture.parentElement.hidden = texture.disabled;
   texture.addEventListener('change', () => { if (texture.checked) colours.checked = false; });
   colours.addEventListener('change', () => { if (colours.checked) texture.checked = false; });
 }
@@ -32,6 +36,7 @@ function wireSwitches(scene) {
   };
   boxes.forEach((box) => box.addEventListener('change', update));
   update();
+  return update;
 }
 
 /** Says what is going on, over the meshes; nothing where there are no words. */

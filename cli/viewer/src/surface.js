@@ -89,7 +89,7 @@ function byPaint(corners, paintOf, nPaints) {
 }
 
 /** Normals of the vertices, each the mean of its faces' by area. */
-async function vertexNormals(positions, faces) {
+export async function vertexNormals(positions, faces) {
   const normals = new Float32Array(positions.length);
   await inSlices(faces.length / 3, (from, to) => addNormals(positions, faces, normals, from, to));
   await inSlices(normals.length / 3, (from, to) => normalise(normals, from, to));

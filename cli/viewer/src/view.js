@@ -11,7 +11,7 @@ export function makeView(canvas, panes, { half, radius, eye }) {
   renderer.setScissorTest(true);
   renderer.info.autoReset = false;
   const camera = new PerspectiveCamera(30, 1, 0.01, 100);
-  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), asked: false, isMoved: false };
+  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), wipe: null, asked: false, isMoved: false };
   view.scenes = panes.map(makeScene);
   view.controls = new OrbitControls(camera, canvas);
   view.controls.addEventListener('change', () => askToDraw(view));
@@ -64,7 +64,7 @@ function draw(view) {
     const box = pane.getBoundingClientRect();
     const frame = [box.left - stage.left, stage.bottom - box.bottom, box.width, box.height];
     view.renderer.setViewport(...frame);
-    view.renderer.setScissor(...frame);
+    view.renderer.setScissor(...shownPart(frame, i, view.wipe));
     view.camera.aspect = box.width / Math.max(box.height, 1);
     view.camera.updateProjectionMatrix();
     view.scenes[i].lamp.position.copy(lampPosition(view));
@@ -72,6 +72,21 @@ function draw(view) {
     view.renderer.render(view.scenes[i].scene, view.camera);
   });
   view.drawn?.();
+}
+
+/** The part of a pane's frame that is drawn: all of it, or under a wipe what is on its side of the divider. */
+function shownPart([left, bottom, width, height], pane, wipe) {
+  if (wipe === null) return [left, bottom, width, height];
+  return pane === 0 ? [left, bottom, wipe * width, height] : [left + wipe * width, bottom, (1 - wipe) * width, height];
+}
+
+/** Draws the panes over each other, each on its side of a divider at a share of the width; null: side by side. */
+export function setWipe(view, wipe) {
+  const isOther = (view.wipe === null) !== (wipe === null);
+  view.wipe = wipe;
+  // The panes have another shape now.
+  if (isOther && !view.isMoved) lookFromStart(view);
+  askToDraw(view);
 }
 
 /** A little above and to the left of the eye. */

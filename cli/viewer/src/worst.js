@@ -2,9 +2,10 @@
 
 import { makeBar } from './bar.js';
 import { fillCaption } from './caption.js';
+import { packedSource } from './packed.js';
 import { makeScene, placeOf, setColourEnd, setSceneTheme, showPair } from './scene.js';
 import { fillSorted } from './sorted.js';
-import { attempt, markFirstDraw, wait, wireStage } from './stage.js';
+import { attempt, markFirstDraw, offerTexture, wait, wireStage } from './stage.js';
 import { makeView } from './view.js';
 import { precise } from './words.js';
 
@@ -58,9 +59,11 @@ function makeMeshes(cases, surfaces, eyes) {
   const places = placesOf(pairs, surfaces, eyes);
   const panes = [at('pane-0'), at('pane-1')];
   const view = makeView(at('canvas'), panes, places[pairs[0].original]);
-  const scene = makeScene(view, { surfaces, covers: surfaces.map(() => null), images: [], pairs }, places);
+  const source = packedSource({ surfaces, covers: surfaces.map(() => null), images: [] });
+  const scene = makeScene(view, { source, pairs, places });
   view.drawn = () => { if (scene.models.length > 0) markFirstDraw(); };
   const showScale = makeBar((share) => setColourEnd(scene, share));
+  offerTexture(false);
   wireStage(scene);
   const show = async (index) => {
     const { method, mesh, ratio, shown: { original, result, scale } } = cases[index];

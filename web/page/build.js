@@ -1,0 +1,30 @@
+// Makes dist/index.html of src: one page with style, scripts and the wasm inside, which works from any file server and from a disk.
+//
+//   node build.js [PACKAGE] [FOLDER]
+//
+// PACKAGE is the file that stands for `neural-mesh`, ../package/dist/index.js where none is given. esbuild and three.js are those
+// that scripts/viewer installs.
+
+import { createHash } from 'node:crypto';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { resolve } from 'node:path';
+import { bundle, filled, inScript, withParts } from '../../cli/viewer/pages.js';
+
+const here = import.meta.dirname;
+const [engine = `${here}/../package/dist/index.js`, folder = `${here}/dist`] = process.argv.slice(2);
+
+const js = await bundle(`${here}/src/main.js`, { alias: { 'neural-mesh': resolve(engine) }, format: 'esm' });
+const sheets = await Promise.all([`${here}/../../cli/viewer/src/style.css`, `${here}/src/style.css`].map((file) => bundle(file)));
+const css = sheets.join('');
+
+// Only what stands in the page may run, and nothing may be asked for: the page can be used where nobody is to know of a mesh.
+const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
+const rules = [
+  "default-src 'none'", `script-src ${hash(inScript(js))} 'wasm-unsafe-eval' blob:`, `style-src ${hash(css)}`, 'worker-src blob:',
+  'img-src data: blob:', "base-uri 'none'", "form-action 'none'",
+];
+const page = withParts(readFileSync(`${here}/src/index.html`, 'utf8')).replace('rules of content', rules.join('; '));
+
+mkdirSync(folder, { recursive: true });
+writeFileSync(`${folder}/index.html`, filled(page, { css, js }));
+console.log(`${folder}/index.html: ${Math.round(filled(page, { css, js }).length / 1024)} KiB`);

@@ -1,0 +1,250 @@
+// The page: takes a mesh, shows lighter ones beside it, gives them away. Everything happens in this browser.
+
+import { makeBar } from '../../../cli/viewer/src/bar.js';
+import { fillCaption } from '../../../cli/viewer/src/caption.js';
+import {
+  dropPair, makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair,
+} from '../../../cli/viewer/src/scene.js';
+import { markFirstDraw, offerTexture, wait, wireStage } from '../../../cli/viewer/src/stage.js';
+import { makeTheme } from '../../../cli/viewer/src/theme.js';
+import { makeView } from '../../../cli/viewer/src/view.js';
+import { listFormats } from './engine.js';
+import { makeExample } from './example.js';
+import { endingOf, meshesAmong, readMesh } from './files.js';
+import { cancel, makeJobs } from './jobs.js';
+import { makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
+import { attempt, oneLine, showWork, warn } from './say.js';
+import { COLOURS, convert, forget, makeSession, measure, NOW, outdatedResults, prepareLevels, readSession, resultOf } from './session.js';
+import { percent, placeOfShare, readOptions, readWish, shareAt } from './sizes.js';
+import { makeSource } from './surfaces.js';
+import { save, spokenSize } from './take.js';
+import { wireDoors, wireSizes } from './wiring.js';
+import { wireWipe } from './wipe.js';
+
+/** Where a mesh is first seen from. */
+const EYE = [0.5, 0.3, 0.82];
+/** Formats whose up is z. */
+const Z_UP = ['stl', '3mf'];
+
+const at = (id) => document.getElementById(id);
+const panes = [at('pane-0'), at('pane-1')];
+
+function start() {
+  const app = { session: null, idle: '' };
+  app.jobs = makeJobs((job) => {
+    if (job) app.idle = '';
+    showWork(job, app.idle);
+  });
+  makeStage(app);
+  makeLevels((share) => { wireShare(share); attempt(fulfil(app)); });
+  wireDoors((files) => attempt(open(app, files)), () => attempt(openFile(app, makeExample())));
+  wireSizes({ drag: () => showNearest(app), settle: () => attempt(fulfil(app)) });
+  at('cancel').addEventListener('click', () => stop(app));
+  wireShare(0.1);
+  showWork(null, '');
+  setOpen(false);
+  app.endings = listFormats();
+  attempt(app.endings.then((endings) => makeDownloads(endings, (ending) => attempt(download(app, ending)))));
+}
+
+/** The view with nothing in it, and its switches: no colours and marks before there is a mesh. */
+function makeStage(app) {
+  const place = placeOf([{ low: [-1, -1, -1], sides: [2, 2, 2] }], EYE);
+  const view = makeView(at('canvas'), panes, place);
+  const source = makeSource(() => null);
+  app.scene = makeScene(view, { source, pairs: [{ original: 0 }], places: [place] });
+  view.drawn = markFirstDraw;
+  makeTheme((colours) => setSceneTheme(app.scene, colours));
+  app.showScale = makeBar((share) => setColourEnd(app.scene, share));
+  for (const id of ['colours', 'texture']) at(id).checked = false;
+  document.querySelector('[data-switch="marks"]').checked = false;
+  offerTexture(false);
+  app.applySwitches = wireStage(app.scene);
+  wireWipe(view);
+  wait('');
+  // Both need distances, which come last otherwise.
+  const hurry = ({ target }) => { if (target.checked) attempt(measureShown(app, COLOURS)); };
+  for (const name of ['colours', 'farthest']) document.querySelector(`[data-switch="${name}"]`).addEventListener('change', hurry);
+}
+
+/** Opens the first mesh among files; the others can be chosen. */
+async function open(app, files) {
+  const meshes = meshesAmong(files);
+  if (meshes.length === 0) {
+    const none = 'None of these files is a mesh: OBJ, PLY, STL, OFF, glTF, GLB and 3MF are read.';
+    warn(files.length === 0 ? 'There is no file in what was dropped.' : none);
+    return;
+  }
+  at('others').hidden = meshes.length === 1;
+  at('meshes').replaceChildren(...meshes.map(({ path }, i) => new Option(path, i)));
+  const openAt = async (i) => openFile(app, await readMesh(meshes[i], files));
+  at('meshes').onchange = () => attempt(openAt(at('meshes').value));
+  await openAt(0);
+}
+
+/** Opens a file; where it cannot be read, what was open stays. */
+async function openFile(app, file) {
+  warn('');
+  performance.mark('opened');
+  cancel(app.jobs);
+  const own = endingOf(file.name);
+  const session = makeSession(file, (await app.endings).includes(own) ? own : 'glb');
+  app.opening = session;
+  try {
+    await readSession(app.jobs, session);
+  } catch (error) {
+    if (app.opening === session && app.session) attempt(fulfil(app));
+    throw error;
+  }
+  if (app.opening !== session) return;
+  app.session = session;
+  // What went on with the mesh before may have asked for more meanwhile.
+  cancel(app.jobs, ({ owner }) => owner !== session);
+  await showOriginal(app);
+  await fulfil(app);
+}
+
+async function showOriginal(app) {
+  const { session } = app;
+  const source = makeSource(({ key }) => session.results.get(key)?.shares ?? null);
+  const place = placeOf([source.boxOf(source.add(session.mesh))], EYE);
+  Object.assign(session, { source, place });
+  setContent(app.scene, { source, pairs: [{ original: 0 }], places: [place] });
+  setOpen(true);
+  at('name').textContent = session.file.name;
+  document.title = `${session.file.name} - neural-mesh`;
+  at('faces').value = Math.max(Math.round(session.mesh.faces.length / 30), 1);
+  fillCaption(panes[0], 'Original', captionOf(session.file, session.mesh));
+  panes[1].querySelector('.caption').replaceChildren();
+  showLevels(session, readOptions());
+  showDownloads(session);
+  showNotes(session);
+  for (const name of ['texture', 'zUp']) {
+    const box = document.querySelector(`[data-switch="${name}"]`);
+    box.checked = name === 'zUp' ? Z_UP.includes(endingOf(session.file.name)) : source.hasCover(0);
+    if (name === 'texture' && box.checked) at('colours').checked = false;
+  }
+  offerTexture(source.hasCover(0));
+  app.applySwitches();
+  await showPair(app.scene, 0);
+  performance.mark('original-shown');
+}
+
+function captionOf(file, mesh) {
+  return { name: `${file.name}, ${spokenSize(file)}`, faces: mesh.faces.length / 3 };
+}
+
+/** Makes and shows what is wanted now, then the levels, then the figures. */
+async function fulfil(app) {
+  const { session } = app;
+  if (!session) return;
+  const { wish, why } = readWish();
+  if (!wish) return warn(why);
+  warn('');
+  if (session.wanted !== wish.key) forget(app.jobs, session.wanted);
+  session.wanted = wish.key;
+  const result = await resultOf(app.jobs, session, wish, NOW);
+  if (app.session !== session || session.wanted !== wish.key) return;
+  await show(app, result);
+  prepareLevels(app.jobs, session, wish.options, () => { if (app.session === session) showLevels(session, readOptions()); });
+  await measureShown(app);
+}
+
+/** Shows a result beside the original. */
+async function show(app, result) {
+  const { session, scene } = app;
+  if (session.shown === result) return;
+  session.shown = result;
+  if (result.pair === undefined) addPair(app, result);
+  fillCaption(panes[1], 'Lighter', captionOf(result.file, result.mesh));
+  showBeside(app);
+  if (result.scale) showScaleOf(app, result);
+  if (await showPair(scene, result.pair)) {
+    document.documentElement.dataset.shown = result.wish.title;
+    performance.mark('result-shown');
+  }
+}
+
+/** Gives a result its place in the scene; the oldest lose theirs where there are too many. */
+function addPair({ session, scene }, result) {
+  scene.pairs.push({ original: 0, result: session.source.add(result.mesh), key: result.wish.key });
+  result.pair = scene.pairs.length - 1;
+  for (const { pair } of outdatedResults(session)) {
+    if (pair === undefined) continue;
+    dropPair(scene, pair);
+    session.source.remove(scene.pairs[pair].result);
+  }
+}
+
+/** Brings what stands beside the view in step. */
+function showBeside({ session }) {
+  const options = readOptions();
+  showLevels(session, options);
+  showChosen(options);
+  showDownloads(session);
+  showFigures(session, options);
+  showRecipes(session);
+  showNotes(session);
+}
+
+/** While the slider moves, shows what is there and nearest. */
+function showNearest(app) {
+  const share = shareAt(at('share').valueAsNumber);
+  wireShare(share, false);
+  const { session } = app;
+  if (!session) return;
+  const options = JSON.stringify(readOptions());
+  const ready = [...session.results.values()].filter(({ wish }) => wish.size.ratio && JSON.stringify(wish.options) === options);
+  const far = ({ wish }) => Math.abs(Math.log(wish.size.ratio / share));
+  const nearest = ready.reduce((best, other) => (best && far(best) <= far(other) ? best : other), null);
+  if (nearest) attempt(show(app, nearest));
+}
+
+/** Says which share is chosen. */
+function wireShare(share, moves = true) {
+  if (moves) at('share').value = placeOfShare(share);
+  at('share').setAttribute('aria-valuetext', percent(share));
+  at('share-is').textContent = percent(share);
+}
+
+/** Measures what is shown, and shows figures and colours of it. */
+async function measureShown(app, urgency) {
+  const { session } = app;
+  const result = session?.shown;
+  if (!result) return;
+  await measure(app.jobs, session, result, urgency);
+  if (app.session !== session) return;
+  showFigures(session, readOptions());
+  await refreshShares(app.scene, result.pair);
+  if (session.shown === result) showScaleOf(app, result);
+  document.documentElement.dataset.measured = result.wish.title;
+}
+
+function showScaleOf({ session, showScale }, { scale }) {
+  showScale(scale, Math.hypot(...session.source.boxOf(0).sides));
+}
+
+async function download(app, ending) {
+  const { session } = app;
+  save(await convert(app.jobs, session, session.shown, ending));
+}
+
+/** Ends all work at once; what is there stays. */
+function stop(app) {
+  app.idle = app.session ? 'Stopped. What is ready stays; choose a size to go on.' : 'Stopped.';
+  cancel(app.jobs);
+}
+
+/** Whether there is a mesh to work with. */
+function setOpen(isOpen) {
+  at('welcome').hidden = isOpen;
+  for (const part of document.querySelectorAll('[data-needs-mesh]')) part.inert = !isOpen;
+  document.documentElement.toggleAttribute('data-open', isOpen);
+}
+
+try {
+  start();
+} catch (error) {
+  console.error(error);
+  warn(`This page cannot start: ${oneLine(error)}. A browser of 2023 or newer with WebGL is needed.`);
+}

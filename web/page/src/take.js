@@ -1,0 +1,41 @@
+// What leaves the page: files to the reader's disk, text to the clipboard.
+
+import { zip } from './zip.js';
+
+/** Saves a file with what belongs to it: alone as it is, otherwise in a ZIP archive. */
+export function save({ name, bytes, beside }) {
+  const others = Object.entries(beside).map(([path, of]) => ({ name: path, bytes: of }));
+  const isAlone = others.length === 0;
+  const blob = isAlone ? new Blob([bytes], { type: 'application/octet-stream' }) : zip([{ name, bytes }, ...others]);
+  const link = Object.assign(document.createElement('a'), {
+    href: URL.createObjectURL(blob), download: isAlone ? name : `${name.replace(/\.[^.]+$/, '')}.zip`,
+  });
+  link.click();
+  // The browser has taken hold of the file long before.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  return link.download;
+}
+
+/** Puts text on the clipboard, also where a page from a disk or without encryption may not use it the new way. */
+export async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    const area = Object.assign(document.createElement('textarea'), { value: text, className: 'aside' });
+    const focused = document.activeElement;
+    document.body.append(area);
+    area.select();
+    const isDone = document.execCommand('copy');
+    area.remove();
+    focused?.focus();
+    if (!isDone) throw new Error('The browser does not let this page copy: select the text and copy it by hand.');
+  }
+}
+
+/** The size of files as people say it. */
+export function spokenSize({ bytes, beside }) {
+  const n = Object.values(beside).reduce((sum, other) => sum + other.length, bytes.length);
+  if (n < 1000) return `${n} bytes`;
+  const [unit, name] = n < 1e6 ? [1e3, 'kB'] : [1e6, 'MB'];
+  return `${Number((n / unit).toPrecision(3))} ${name}`;
+}

@@ -1,0 +1,55 @@
+// The doors of the page, through which meshes come in, and the controls of size and options.
+
+import { filesOfDrop, filesOfInput } from './files.js';
+
+/** Milliseconds without a change after which a value counts as chosen: arrow keys change a slider step by step. */
+const SETTLED = 350;
+
+const at = (id) => document.getElementById(id);
+
+/** Wires up buttons, inputs and dropping; `open(files)` hears what was chosen. */
+export function wireDoors(open, openExample) {
+  at('example').addEventListener('click', openExample);
+  for (const [button, input] of [['choose', 'files'], ['choose-here', 'files'], ['choose-folder', 'folder']]) {
+    at(button).addEventListener('click', () => at(input).click());
+  }
+  // Some telephones have no folders to choose.
+  at('choose-folder').hidden = !('webkitdirectory' in at('folder'));
+  for (const input of [at('files'), at('folder')]) {
+    input.addEventListener('change', () => {
+      open(filesOfInput(input));
+      // The same file can be chosen again.
+      input.value = '';
+    });
+  }
+  let depth = 0;
+  const hint = (by) => {
+    depth = Math.max(depth + by, 0);
+    document.documentElement.toggleAttribute('data-over', depth > 0);
+  };
+  addEventListener('dragenter', (event) => { event.preventDefault(); hint(1); });
+  addEventListener('dragleave', () => hint(-1));
+  addEventListener('dragover', (event) => event.preventDefault());
+  addEventListener('drop', async (event) => {
+    event.preventDefault();
+    hint(-Infinity);
+    open(await filesOfDrop(event.dataTransfer).catch(() => []));
+  });
+}
+
+/** Wires up the size and the options: `drag()` hears of each step of the slider, `settle()` of what is wanted now. */
+export function wireSizes({ drag, settle }) {
+  let timer = 0;
+  const soon = () => {
+    clearTimeout(timer);
+    timer = setTimeout(settle, SETTLED);
+  };
+  at('share').addEventListener('input', drag);
+  for (const id of ['share', 'faces', 'error', 'optimize', 'effort', 'keep_features', 'lock_boundaries', 'subset']) {
+    at(id).addEventListener('change', soon);
+  }
+  at('by').addEventListener('change', () => {
+    for (const way of ['ratio', 'faces', 'error']) at(`by-${way}`).hidden = at('by').value !== way;
+    soon();
+  });
+}
