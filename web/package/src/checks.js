@@ -69,6 +69,11 @@ export function checkLocks(locks, nVertices) {
   check(locks instanceof Uint8Array && locks.length === nVertices, 'vertex_lock', `give a Uint8Array of ${nVertices}, or null`);
 }
 
+export function checkGroups(groups, nFaces) {
+  if (groups === null || groups === undefined) return;
+  check(groups instanceof Uint32Array && groups.length === nFaces, 'groups', `give a Uint32Array of ${nFaces}`);
+}
+
 export function checkFlags(flags = []) {
   for (const flag of flags) check(FLAGS.includes(flag), 'flags', `${flag} is none of ${FLAGS.join(', ')}`);
 }

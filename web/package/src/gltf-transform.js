@@ -2,7 +2,7 @@
 
 import { readGoal } from './goal.js';
 import { simplifyParts } from './parts.js';
-import { isOfTriangles, readPart, writePart } from './primitive.js';
+import { isOfTriangles, lightenPart, readPart, writePart } from './primitive.js';
 
 /** Makes the meshes of a document lighter. `types/gltf-transform.d.ts` documents it. */
 export function neuralSimplify(options = {}) {
@@ -44,6 +44,8 @@ function meshesOf(document) {
 
 /** Writes what remains of the primitives of a mesh; an empty mesh leaves the document. */
 function writeMesh(document, mesh, parts, chosen) {
-  parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, chosen.triangles[i], chosen));
+  // All is read before the first is written, as a part may take vertices from another.
+  const light = parts.map((_, i) => lightenPart(document, parts, i, chosen));
+  parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, light[i]));
   if (mesh.listPrimitives().length === 0) mesh.dispose();
 }

@@ -14,9 +14,3 @@ export function readGoal({ ratio, faces, error = Infinity, lockBorder = false, m
   if (ratio === undefined && faces === undefined && error === Infinity) throw new TypeError('give ratio, faces or error');
   return { ratio: ratio ?? 0, faces, error, lockBorder, move };
 }
-
-/** The goal of a part with a share of the faces, whose boundary and vertices stay as they are. */
-export function shareOfGoal(goal, share) {
-  const faces = goal.faces === undefined ? undefined : Math.floor(goal.faces * share);
-  return { ...goal, faces, lockBorder: true, move: false };
-}

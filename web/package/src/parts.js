@@ -1,6 +1,6 @@
 // Simplifies the parts of a surface together: those that different materials cover, which meet at equal positions and stay joined there.
 
-import { shareOfGoal } from './goal.js';
+import { separateParts } from './corners.js';
 import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { simplifyIndices } from './simplifier.js';
 
@@ -10,38 +10,42 @@ import { simplifyIndices } from './simplifier.js';
  * The vertices of the surface are those of its parts, one part behind the other, without those that no triangle uses.
  *
  * @param {Array<{indices: Uint32Array, positions: Float32Array, layers: object}>} parts three indices per triangle into the part's own
- *   vertices; positions n x 3; `layers` has numbers that belong to the vertices by name: `{ array, width }`, n x width
+ *   vertices; positions n x 3; `layers` has numbers that belong to the vertices by name: `{ array, width }`, n x width; those of morph
+ *   targets have a blank in their names
  * @param {object} goal see `readGoal`
  * @param {{progress?: Function, signal?: AbortSignal, worker?: boolean}} control
- * @param {boolean} isShared whether all parts have the same vertices, so that a triangle may take one from another part
- * @returns {Promise<{triangles: Uint32Array[], origins: Uint32Array, moved: object | null}>} the triangles that remain of each part, in
- *   vertices of the surface; the part's own number of each of these; `positions` and `layers` of all of them where they moved
+ * @returns {Promise<{triangles: Uint32Array[], origins: Uint32Array, owners: Uint32Array, looks: Uint32Array, moved: object | null}>} the
+ *   triangles that remain of each part, in vertices of the surface; for each vertex the part that has its place, its number there, and the
+ *   number that has its look in the part of its triangles; `positions` and `layers` of all of them where they moved
  */
-export async function simplifyParts(parts, goal, control, isShared = false) {
-  const compact = parts.map(compactPart);
-  const surface = joinParts(compact);
+export async function simplifyParts(parts, goal, control) {
+  const surface = joinParts(parts.map(compactPart));
+  const { origins, owners, starts } = surface;
   const chosen = await simplifySurface(surface, goal, control);
-  const split = splitTriangles(chosen, surface, isShared);
-  if (split) return { triangles: split, origins: surface.origins, moved: chosen.moved };
-  // A triangle lies across two parts. Vertices that stay can be found on both sides of a boundary.
-  if (goal.move) return simplifyParts(parts, { ...goal, move: false }, control);
-  // Else each part goes alone, with its boundary as it is: the parts stay joined and become less light.
-  const triangles = await Promise.all(compact.map(async (part, i) => {
-    const alone = joinParts([part]);
-    const { indices } = await simplifySurface(alone, shareOfGoal(goal, alone.indices.length / surface.indices.length), control);
-    return indices.map((vertex) => surface.starts[i] + vertex);
-  }));
-  return { triangles, origins: surface.origins, moved: null };
+  const { indices, sources, looks } = separateParts(chosen, chosen.moved?.positions ?? surface.positions, starts);
+  return {
+    triangles: splitTriangles(indices, chosen.groups, parts.length),
+    origins: gatherRows(origins, 1, sources), owners: gatherRows(owners, 1, sources), looks: gatherRows(origins, 1, looks),
+    moved: chosen.moved && gatherMoved(chosen.moved, surface.layers, sources, looks),
+  };
 }
 
-async function simplifySurface({ layers, ...surface }, { ratio, faces, error, lockBorder, move }, control) {
-  const nIndices = surface.indices.length;
-  if (nIndices === 0) return { indices: surface.indices, moved: null };
+/** What moved, for vertices and copies: morph targets belong to the place, other layers to the look. */
+function gatherMoved({ positions, layers }, given, sources, looks) {
+  const gathered = Object.entries(layers).map(([name, array]) =>
+    [name, gatherRows(array, given[name].width, name.includes(' ') ? sources : looks)]);
+  return { positions: gatherRows(positions, 3, sources), layers: Object.fromEntries(gathered) };
+}
+
+async function simplifySurface({ indices, positions, groups, layers }, { ratio, faces, error, lockBorder, move }, control) {
+  const nIndices = indices.length;
+  if (nIndices === 0) return { indices, groups, moved: null };
   const target = 3 * Math.min(nIndices / 3, faces ?? Math.floor((ratio * nIndices) / 3));
-  const rows = move ? rowsOfLayers(layers, surface.positions.length / 3) : {};
+  const surface = { indices, positions, groups, ...(move && rowsOfLayers(layers, positions.length / 3)) };
   const flags = lockBorder ? ['LockBorder'] : [];
-  const { indices, positions, attributes } = await simplifyIndices({ ...surface, ...rows }, { target, error, flags, move, ...control });
-  return { indices, moved: move ? { positions, layers: layersOfRows(layers, attributes) } : null };
+  const chosen = await simplifyIndices(surface, { target, error, flags, move, ...control });
+  const moved = move ? { positions: chosen.positions, layers: layersOfRows(layers, chosen.attributes) } : null;
+  return { indices: chosen.indices, groups: chosen.groups, moved };
 }
 
 /** A part with the vertices that its triangles use, and no others; `origins` are their numbers in the part. */
@@ -76,7 +80,7 @@ export function gatherRows(array, width, rows) {
   return gathered;
 }
 
-/** One surface of all parts. A layer that a part does not have is 0 there. */
+/** One surface of all parts, each a group of triangles with vertices of its own. A layer that a part does not have is 0 there. */
 function joinParts(parts) {
   const starts = [0];
   for (const { origins } of parts) starts.push(starts.at(-1) + origins.length);
@@ -90,8 +94,11 @@ function joinParts(parts) {
   const layers = Object.entries(widths).map(([name, { width }]) =>
     [name, { array: joined(width, (part) => part.layers[name]?.array), width }]);
   const indices = Uint32Array.from(parts.flatMap((part, i) => Array.from(part.indices, (index) => starts[i] + index)));
+  const groups = Uint32Array.from(parts.flatMap((part, i) => new Array(part.indices.length / 3).fill(i)));
   const origins = Uint32Array.from(parts.flatMap((part) => Array.from(part.origins)));
-  return { indices, positions: joined(3, (part) => part.positions), layers: Object.fromEntries(layers), starts, origins };
+  const owners = Uint32Array.from(parts.flatMap((part, i) => new Array(part.origins.length).fill(i)));
+  const positions = joined(3, (part) => part.positions);
+  return { indices, groups, positions, layers: Object.fromEntries(layers), origins, owners, starts };
 }
 
 /** Layers beside each other in rows, one for each vertex. They do not count: seams between them stay anyway. */
@@ -121,37 +128,9 @@ function layersOfRows(layers, attributes = new Float32Array(0)) {
   }));
 }
 
-/** The triangles of each part; null where one lies across two parts that have not the same vertices. */
-function splitTriangles({ indices, moved }, { positions, starts }, isShared) {
-  const { partOf, vertexIn, partOfFace } = makeSides(positions, starts, moved !== null);
-  const split = starts.slice(1).map(() => []);
-  for (let i = 0; i < indices.length; i += 3) {
-    const face = indices.subarray(i, i + 3);
-    const part = partOfFace(face) ?? (isShared ? partOf(face[0]) : null);
-    if (part === null) return null;
-    split[part].push(...Array.from(face, (vertex) => vertexIn(part, vertex) ?? vertex));
-  }
+/** The triangles of each part. */
+function splitTriangles(indices, groups, nParts) {
+  const split = Array.from({ length: nParts }, () => []);
+  groups.forEach((part, face) => split[part].push(...indices.subarray(3 * face, 3 * face + 3)));
   return split.map((list) => Uint32Array.from(list));
-}
-
-/** Finds vertices at equal positions in other parts: a triangle may come back with corners of both sides of a boundary between parts. */
-function makeSides(positions, starts, hasMoved) {
-  let first = null;
-  let places = null;
-  const readPlaces = () => {
-    first = firstEqualRows([{ words: wordsOf(positions), width: 3 }], positions.length / 3);
-    places = new Map();
-    first.forEach((one, place) => (places.has(one) ? places.get(one).push(place) : places.set(one, [place])));
-  };
-  const partOf = (vertex) => starts.findLastIndex((start) => start <= vertex);
-  const vertexIn = (part, vertex) => {
-    const isIn = (place) => place >= starts[part] && place < starts[part + 1];
-    if (isIn(vertex)) return vertex;
-    if (hasMoved) return undefined;
-    if (!places) readPlaces();
-    return places.get(first[vertex]).find(isIn);
-  };
-  const partOfFace = (face) => [...new Set(Array.from(face, partOf))]
-    .find((part) => face.every((vertex) => vertexIn(part, vertex) !== undefined));
-  return { partOf, vertexIn, partOfFace };
 }

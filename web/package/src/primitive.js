@@ -26,22 +26,39 @@ export function readPart(primitive) {
 }
 
 /**
- * Sets the triangles of a primitive and drops the vertices that none uses; without triangles it leaves its mesh.
+ * Makes the accessors of what remains of a part; changes nothing that is there.
  *
- * @param {Uint32Array} triangles in vertices of the surface
- * @param {{origins: Uint32Array, moved: object | null}} surface as `simplifyParts` returns it
+ * @param {object[]} parts of a surface
+ * @param {number} number that of the part
+ * @param {object} chosen as `simplifyParts` returns it
+ * @returns {{indices: TypedArray, lighter: Map}} `lighter` has the new accessor of each old one
  */
-export function writePart(document, mesh, primitive, triangles, { origins, moved }) {
-  if (triangles.length === 0) return dropPrimitive(mesh, primitive);
-  const used = usedVertices(triangles);
-  const rows = gatherRows(origins, 1, used);
-  const named = { ...moved?.layers, ...(moved && { POSITION: moved.positions }) };
-  // Accessors that others use as well stay as they are; those that attributes of this primitive share stay shared.
+export function lightenPart(document, parts, number, { triangles, origins, owners, looks, moved }) {
+  const indices = triangles[number];
+  if (indices.length === 0) return { indices, lighter: new Map() };
+  const used = usedVertices(indices);
+  const rows = { used, looks: gatherRows(looks, 1, used), named: { ...moved?.layers, ...(moved && { POSITION: moved.positions }) } };
+  const copies = Array.from(used.keys()).filter((i) => owners[used[i]] !== number);
+  // Accessors that attributes of this primitive share stay shared.
   const lighter = new Map();
-  for (const [name, accessor] of namedAccessors(primitive)) {
-    if (!lighter.has(accessor)) lighter.set(accessor, lighterAccessor(document, accessor, name, { named, used, rows }));
+  for (const [name, accessor] of namedAccessors(parts[number].primitive)) {
+    if (lighter.has(accessor)) continue;
+    const light = lighterAccessor(document, accessor, name, rows);
+    lighter.set(accessor, light);
+    if (rows.named[name] || SMOOTH.test(name)) continue;
+    // What is no look comes with a copy from where it is, as far as it is there.
+    for (const i of copies) {
+      const there = new Map(namedAccessors(parts[owners[used[i]]].primitive)).get(name);
+      if (there?.getElementSize() === light.getElementSize()) light.setElement(i, there.getElement(origins[used[i]], []));
+    }
   }
-  writeIndices(document, primitive, used.length > 0xffff ? triangles : Uint16Array.from(triangles));
+  return { indices: used.length > 0xffff ? indices : Uint16Array.from(indices), lighter };
+}
+
+/** Sets what `lightenPart` made; without triangles a primitive leaves its mesh. Accessors that others use as well stay as they are. */
+export function writePart(document, mesh, primitive, { indices, lighter }) {
+  if (indices.length === 0) return dropPrimitive(mesh, primitive);
+  writeIndices(document, primitive, indices);
   for (const owner of [primitive, ...primitive.listTargets()]) {
     for (const semantic of owner.listSemantics()) owner.setAttribute(semantic, lighter.get(owner.getAttribute(semantic)));
   }
@@ -84,9 +101,9 @@ function readNumbers(accessor) {
 }
 
 /** An accessor of the vertices in use, else as the old one. */
-function lighterAccessor(document, accessor, name, { named, used, rows }) {
+function lighterAccessor(document, accessor, name, { named, used, looks }) {
   const [width, type] = [accessor.getElementSize(), accessor.getArray().constructor];
-  let array = named[name] ? gatherRows(named[name], width, used) : gatherRows(accessor.getArray(), width, rows);
+  let array = named[name] ? gatherRows(named[name], width, used) : gatherRows(accessor.getArray(), width, looks);
   if (named[name] && /^(NORMAL|TANGENT)$/.test(name)) normalizeRows(array, width);
   if (named[name]) array = storeNumbers(array, type, accessor.getNormalized());
   return document.createAccessor(accessor.getName(), accessor.getBuffer())

@@ -1,8 +1,8 @@
 // The members of meshoptimizer's `MeshoptSimplifier` by our program, and the same call in a worker. `types/simplifier.d.ts` documents both.
 
 import {
-  check, checkAttributes, checkColors, checkCount, checkError, checkFlags, checkIndexType, checkIndices, checkLocks, checkPositions,
-  checkTarget,
+  check, checkAttributes, checkColors, checkCount, checkError, checkFlags, checkGroups, checkIndexType, checkIndices, checkLocks,
+  checkPositions, checkTarget,
 } from './checks.js';
 import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { makeProgram } from './runtime.js';
@@ -113,16 +113,19 @@ export const NeuralSimplifier = {
 export async function simplifyIndices(surface, { target, error = Infinity, flags, move, progress, signal, worker } = {}) {
   const request = indicesRequest({ stride: 3, ...surface }, { target, error, flags, move });
   const answer = await program.call(request, { progress, signal, worker });
+  const { positions, attributes, groups } = answer.json;
   const [indices, reached] = chosenIndices(surface.indices, answer);
-  if (!move) return { indices, error: reached };
-  const { positions, attributes } = answer.json;
-  const moved = { positions: answer.array(positions, Float32Array) };
-  if (surface.weights?.length > 0) moved.attributes = answer.array(attributes, Float32Array);
-  return { indices, error: reached, ...moved };
+  const result = { indices, error: reached };
+  if (surface.groups) result.groups = indices.length > 0 ? answer.array(groups, Uint32Array) : new Uint32Array(0);
+  if (move) result.positions = answer.array(positions, Float32Array);
+  if (move && surface.weights?.length > 0) result.attributes = answer.array(attributes, Float32Array);
+  return result;
 }
 
 /** Checks a surface and what is wanted of it, and makes the request of them. */
-function indicesRequest({ indices, positions, stride, attributes, attributesStride, weights, locks }, { target, error, flags, move }) {
+function indicesRequest(
+  { indices, positions, stride, attributes, attributesStride, weights, locks, groups }, { target, error, flags, move },
+) {
   checkIndices(indices);
   const nVertices = checkPositions(positions, stride);
   checkTarget(target, indices.length);
@@ -130,8 +133,7 @@ function indicesRequest({ indices, positions, stride, attributes, attributesStri
   checkFlags(flags);
   const request = {
     call: 'indices', indices: wideIndices(indices, nVertices), positions: packRows(positions, stride, 3),
-    // The program wants one face at least.
-    target: Math.max(3, target), error: Math.min(error, LARGEST_ERROR), move, flags: flags ?? [],
+    target, error: Math.min(error, LARGEST_ERROR), move, flags: flags ?? [],
   };
   if (attributes !== undefined || weights !== undefined) {
     checkAttributes(attributes, attributesStride, weights, nVertices);
@@ -139,6 +141,8 @@ function indicesRequest({ indices, positions, stride, attributes, attributesStri
   }
   checkLocks(locks, nVertices);
   if (locks) request.locks = locks;
+  checkGroups(groups, indices.length / 3);
+  if (groups) request.groups = groups;
   return request;
 }
 

@@ -36,7 +36,8 @@ async function startNodeThread(text) {
 function startPageThread(text) {
   const url = URL.createObjectURL(new Blob([text], { type: 'text/javascript' }));
   try {
-    const worker = new Worker(url, { type: 'module' });
+    // Not a module: a page from the disk may start none.
+    const worker = new Worker(url);
     const thread = threadOf(worker);
     worker.onmessage = ({ data }) => thread.onMessage(data);
     worker.onerror = (event) => thread.onError(new Error(event.message || 'the worker did not start'));

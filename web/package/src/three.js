@@ -20,7 +20,7 @@ export async function simplifyModifier(geometry, options = {}) {
   const surface = { positions: readNumbers(geometry.attributes.position, 3), layers: readLayers(geometry) };
   const parts = segments.map(({ indices }) => ({ indices, ...surface }));
   const { progress, signal, worker } = options;
-  return geometryOf(geometry, segments, await simplifyParts(parts, goal, { progress, signal, worker }, true));
+  return geometryOf(geometry, segments, await simplifyParts(parts, goal, { progress, signal, worker }));
 }
 
 function checkGeometry(geometry) {
@@ -100,10 +100,10 @@ function segmentsOf({ groups }, indices) {
 }
 
 /** A geometry of the vertices in use, its triangles in the order of segments. */
-function geometryOf(source, segments, { triangles, origins, moved }) {
+function geometryOf(source, segments, { triangles, origins, looks, moved }) {
   const indices = Uint32Array.from(triangles.flatMap((part) => Array.from(part)));
   const used = usedVertices(indices);
-  const rowsOf = makeRows(source, used, gatherRows(origins, 1, used), moved);
+  const rowsOf = makeRows(source, used, { origins: gatherRows(origins, 1, used), looks: gatherRows(looks, 1, used) }, moved);
   const geometry = new BufferGeometry();
   geometry.name = source.name;
   geometry.userData = structuredClone(source.userData);
@@ -118,11 +118,11 @@ function geometryOf(source, segments, { triangles, origins, moved }) {
 }
 
 /** A function that makes the attribute of the result of one of the source. */
-function makeRows(source, used, origins, moved) {
+function makeRows(source, used, { origins, looks }, moved) {
   const named = { ...moved?.layers, ...(moved && { position: moved.positions }) };
   return (name, attribute) => {
     const { itemSize, normalized } = attribute;
-    if (!named[name]) return attributeOf(gatherRows(rawRows(attribute), itemSize, origins), attribute);
+    if (!named[name]) return attributeOf(gatherRows(rawRows(attribute), itemSize, SMOOTH.test(name) ? looks : origins), attribute);
     const [base, target] = name.split(' ');
     const values = gatherRows(named[name], itemSize, used);
     if (target && !source.morphTargetsRelative) addRows(values, gatherRows(named[base], itemSize, used), 1);

@@ -8,7 +8,7 @@ import { KHRMeshQuantization } from '@gltf-transform/extensions';
 import { simplify, weld } from '@gltf-transform/functions';
 
 import { built } from './built.js';
-import { openEdges, unrolledTorus } from './shapes.js';
+import { openEdges, torus, unrolledTorus } from './shapes.js';
 
 const { neuralSimplify } = await built('gltf-transform');
 const { NeuralSimplifier } = await built('simplifier');
@@ -109,6 +109,42 @@ test('what no one uses any more is gone, and the document can be written', async
   const bytes = await new NodeIO().setLogger(silent).writeBinary(document);
   const again = await new NodeIO().setLogger(silent).readBinary(bytes);
   assert.equal(again.getRoot().listMeshes()[0].listPrimitives().length, 2);
+});
+
+test('primitives keep what they look like, and stay joined where they are few', async () => {
+  const { positions, faces } = torus();
+  const nParts = 24;
+  // Where the boundaries are jagged and vertices stay, some corners are at vertices that their part did not have.
+  for (const [move, jag] of [[true, 0], [false, 0.03]]) {
+    const document = new Document().setLogger(silent);
+    const mesh = document.createMesh();
+    const lists = Array.from({ length: nParts }, () => []);
+    for (let i = 0; i < faces.length; i += 3) {
+      const sector = Math.atan2(positions[3 * faces[i] + 1], positions[3 * faces[i]]) / (2 * Math.PI) + 0.5 + jag * (i % 7);
+      lists[Math.max(0, Math.min(nParts - 1, Math.floor(sector * nParts)))].push(...faces.subarray(i, i + 3));
+    }
+    lists.forEach((list, part) => {
+      const vertices = [...new Set(list)];
+      const accessor = (type, array) => document.createAccessor().setType(type).setArray(array);
+      mesh.addPrimitive(document.createPrimitive()
+        .setIndices(accessor('SCALAR', Uint16Array.from(list, (vertex) => vertices.indexOf(vertex))))
+        .setAttribute('POSITION', accessor('VEC3', Float32Array.from(vertices.flatMap((v) => [...positions.subarray(3 * v, 3 * v + 3)]))))
+        .setAttribute('TEXCOORD_0', accessor('VEC2', new Float32Array(2 * vertices.length).fill(part)))
+        .setAttribute('_NUMBER', accessor('SCALAR', Float32Array.from(vertices))));
+    });
+    await document.transform(neuralSimplify({ ratio: 0.05, move }));
+    const after = surfaceOf(mesh);
+    assert.equal(openEdges(after.positions, after.faces), 0);
+    const looks = (primitive) => new Set(primitive.getAttribute('TEXCOORD_0').getArray().map((x) => Math.round(1e3 * x) / 1e3));
+    const parts = mesh.listPrimitives().map((primitive) => [...looks(primitive)]);
+    assert.ok(parts.every(({ length }) => length === 1) && new Set(parts.flat()).size === parts.length, `${parts}`);
+    for (const primitive of move ? [] : mesh.listPrimitives()) {
+      const numbers = primitive.getAttribute('_NUMBER').getArray();
+      const expected = [...numbers].flatMap((vertex) => [...positions.subarray(3 * vertex, 3 * vertex + 3)]);
+      assert.deepEqual([...primitive.getAttribute('POSITION').getArray()], expected);
+    }
+    assert.ok(document.getRoot().listAccessors().every((one) => one.listParents().length > 1));
+  }
 });
 
 test('accessors that other meshes use stay', async () => {

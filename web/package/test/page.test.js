@@ -1,13 +1,20 @@
 // The package in a page and in a worker of a page, in Chromium: `CHROMIUM=chromium node --test test/page.test.js`.
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
+import { tmpdir } from 'node:os';
+import { delimiter, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
+import { fileURLToPath, pathToFileURL } from 'node:url';
+import { build } from 'esbuild';
 import { chromium } from 'playwright-core';
 
-const skip = process.env.CHROMIUM ? false : 'CHROMIUM does not name a browser';
+// An empty name is Playwright's own browser.
+const name = process.env.CHROMIUM ?? 'none';
+const skip = name === 'none' ? 'CHROMIUM names no browser' : false;
+const inPath = () => process.env.PATH.split(delimiter).map((folder) => join(folder, name)).find(existsSync);
+const executablePath = name === '' ? undefined : (!name.includes('/') && inPath()) || name;
 const dist = new URL('../dist/', import.meta.url);
 const shapes = readFileSync(new URL('shapes.js', import.meta.url));
 /** The page of the guide, which finds the package where this server has it. */
@@ -37,7 +44,7 @@ function serve(request, response) {
 before(async () => {
   if (skip) return;
   server = createServer(serve).listen(0);
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: ['--no-sandbox'] });
+  browser = await chromium.launch({ executablePath, args: ['--no-sandbox'] });
 });
 
 after(async () => {
@@ -115,6 +122,30 @@ test('where the policy allows no workers of Blobs, calls run in the page', { ski
     }, policy);
     assert.ok(length > 0 && length <= 1500, `${length}`);
     assert.equal(frames > 20, isAlive, `${policy}: ${frames}`);
+  }
+});
+
+test('a page from the disk stays alive, too', { skip }, async () => {
+  const folder = mkdtempSync(join(tmpdir(), 'page-'));
+  try {
+    const contents = "export { simplify } from './dist/index.js'; export { torus } from './test/shapes.js';";
+    const stdin = { contents, resolveDir: fileURLToPath(new URL('..', import.meta.url)) };
+    await build({ stdin, bundle: true, format: 'iife', globalName: 'bundle', outfile: join(folder, 'bundle.js'), logLevel: 'error' });
+    writeFileSync(join(folder, 'page.html'), '<!doctype html><script src="bundle.js"></script>');
+    const page = await browser.newPage();
+    await page.goto(pathToFileURL(join(folder, 'page.html')).href);
+    const frames = await page.evaluate(async () => {
+      const { simplify, torus } = globalThis.bundle;
+      await simplify(torus(), { faces: 500 });
+      let frames = 0;
+      const timer = setInterval(() => frames++, 5);
+      await simplify(torus(300, 150), { faces: 500 });
+      clearInterval(timer);
+      return frames;
+    });
+    assert.ok(frames > 20, `${frames}`);
+  } finally {
+    rmSync(folder, { recursive: true });
   }
 });
 

@@ -123,7 +123,7 @@ test('simplifyWithAttributes keeps vertices that are locked', () => {
   locks.forEach((lock, vertex) => assert.ok(!lock || used.has(vertex), `${vertex}`));
 });
 
-test('simplifyWithAttributes heeds attributes', { todo: 'the program carries attributes and does not weigh them' }, () => {
+test('simplifyWithAttributes heeds attributes', () => {
   const { positions: points, faces: triangles } = hill();
   for (let i = 2; i < points.length; i += 3) points[i] = 0;
   const edge = Float32Array.from({ length: points.length / 3 }, (_, i) => (points[3 * i] > 0.5 ? 1 : 0));
@@ -213,9 +213,53 @@ test('simplifyIndices does the same in a worker and here', async () => {
   }
   const [points, attributes] = [positions.slice(), Float32Array.from({ length: positions.length / 3 }, (_, i) => i % 7)];
   const inPlace = faces.slice();
-  const moved = await simplifyIndices({ indices: faces, positions, attributes, attributesStride: 1, weights: [1] }, { target: 600, move: true });
-  const [n] = NeuralSimplifier.simplifyWithUpdate(inPlace, points, 3, attributes, 1, [1], null, 600, 1);
+  const moved = await simplifyIndices({ indices: faces, positions, attributes, attributesStride: 1, weights: [0.1] }, { target: 600, move: true });
+  const [n] = NeuralSimplifier.simplifyWithUpdate(inPlace, points, 3, attributes, 1, [0.1], null, 600, Infinity);
   assert.deepEqual(moved.indices, inPlace.slice(0, n));
   assert.deepEqual([moved.positions, moved.attributes], [points, attributes]);
   await assert.rejects(simplifyIndices({ indices: faces, positions }, { target: 601 }), { name: 'TypeError' });
+});
+
+/** A torus of `n` rings of faces, each a group with vertices of its own, and the group of each vertex. */
+function striped(n) {
+  const points = [];
+  const indices = new Uint32Array(faces.length);
+  const groups = Uint32Array.from({ length: faces.length / 3 }, (_, face) => Math.floor((face * n * 3) / faces.length));
+  const [owners, known] = [[], new Map()];
+  faces.forEach((vertex, corner) => {
+    const group = groups[Math.floor(corner / 3)];
+    const key = `${group} ${vertex}`;
+    if (!known.has(key)) {
+      known.set(key, owners.push(group) - 1);
+      points.push(...positions.subarray(3 * vertex, 3 * vertex + 3));
+    }
+    indices[corner] = known.get(key);
+  });
+  return { indices, positions: Float32Array.from(points), groups, owners };
+}
+
+test('simplifyIndices keeps groups, whose triangles use their vertices', async () => {
+  const { owners, ...surface } = striped(6);
+  for (const move of [true, false]) {
+    for (const share of [0.5, 0.1]) {
+      const target = 3 * Math.floor((share * faces.length) / 3);
+      const { indices, groups, positions: points = surface.positions } = await simplifyIndices(surface, { target, move });
+      assert.ok(indices.length <= target && indices.length > 0.8 * target, `${indices.length} of ${target}`);
+      assert.equal(groups.length, indices.length / 3);
+      assert.deepEqual([...new Set(groups)].sort(), [0, 1, 2, 3, 4, 5]);
+      assert.ok(indices.every((vertex, corner) => owners[vertex] === groups[Math.floor(corner / 3)]), `${move} ${share}`);
+      assert.equal(openEdges(points, indices), 0);
+    }
+  }
+  await assert.rejects(simplifyIndices({ ...surface, groups: new Uint32Array(3) }, { target: 300 }), { name: 'TypeError', message: /^groups: / });
+});
+
+test('what has no area has no triangles', async () => {
+  for (const move of [true, false]) {
+    const surface = { indices: Uint32Array.of(0, 0, 1), positions: new Float32Array(6), groups: Uint32Array.of(0) };
+    const { indices, error, groups } = await simplifyIndices(surface, { target: 0, move });
+    assert.deepEqual([indices.length, error, groups.length], [0, 0, 0]);
+  }
+  const indices = Uint32Array.of(0, 0, 1);
+  assert.deepEqual(NeuralSimplifier.simplifyWithUpdate(indices, new Float32Array(6), 3, new Float32Array(2), 1, [1], null, 0, 1), [0, 0]);
 });

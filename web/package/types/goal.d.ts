@@ -15,7 +15,8 @@ export interface Goal extends Control {
   /**
    * Whether vertices move, and normals, tangents, texture coordinates, colours and morph targets with them; joints, weights and other
    * attributes are those of the nearest vertex. Without it, vertices of the result are some of the given ones, with the same numbers, and
-   * the result lies farther from the original. Default: true.
+   * the result lies farther from the original; a material that comes to a vertex of another one has a copy of it, with the normal, texture
+   * coordinates and colour of its own nearest vertex. Default: true.
    */
   move?: boolean;
   /** Is called with the share of the work that is done, from 0 to 1. */

@@ -56,9 +56,10 @@ export const NeuralSimplifier: {
   /**
    * Chooses triangles over vertices with attributes.
    *
-   * Seams between different attributes at one position stay seams. Weights are checked and do not count: the error is that of positions.
+   * Seams between different attributes at one position stay seams. The error is the largest of position and of attributes, each times its
+   * weight and the extent. An attribute of weight 0 does not count.
    *
-   * @param vertex_attributes rows of numbers that begin with those that count
+   * @param vertex_attributes rows of numbers that begin with those that have weights
    * @param vertex_attributes_stride length of a row
    * @param attribute_weights what each counts, at least 0; no more than the stride
    * @param vertex_lock for each vertex whether it stays (1) or may go (0), or null
@@ -130,14 +131,16 @@ export interface IndexedSurface<T extends Indices> {
   positions: Float32Array;
   /** Length of a row of positions. Default: 3. */
   stride?: number;
-  /** Rows of numbers that begin with those that count. */
+  /** Rows of numbers that begin with those that have weights. */
   attributes?: Float32Array;
   /** Length of a row of attributes. */
   attributesStride?: number;
-  /** What each attribute counts, at least 0. */
+  /** What each attribute counts, at least 0. One of weight 0 is carried along. */
   weights?: number[];
   /** For each vertex whether it stays. */
   locks?: Uint8Array | null;
+  /** For each triangle the group whose vertices it uses, as those of a material. Groups stay joined at equal positions. */
+  groups?: Uint32Array | null;
 }
 
 /** A surface whose triangles were chosen. */
@@ -146,6 +149,8 @@ export interface ChosenTriangles<T extends Indices> {
   indices: T;
   /** The error of the result. */
   error: number;
+  /** With groups: that of each triangle. */
+  groups?: Uint32Array;
   /** With `move`: x, y, z of each vertex, n x 3. */
   positions?: Float32Array;
   /** With `move`: the attributes that have weights, n x the number of weights. */

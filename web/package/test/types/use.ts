@@ -40,8 +40,8 @@ export async function useSimplifier(): Promise<void> {
   const points: Uint32Array = simplifier.simplifyPoints(positions, 3, 1, positions, 3, 0.5);
   const pruned: Uint32Array = simplifier.simplifyPrune(wide, positions, 3, 0.1);
   const goal = { target: 3, error: 0.1, flags: ['Prune' as const], move: true, signal, progress };
-  const { indices: chosen, positions: moved } = await simplifyIndices({ indices: wide, positions }, goal);
-  console.log(supported, narrow, error, count, remap, used, same, points, pruned, chosen, moved, simplifier.getScale(positions, 3));
+  const { indices: chosen, positions: moved, groups } = await simplifyIndices({ indices: wide, positions, groups: Uint32Array.of(0) }, goal);
+  console.log(supported, narrow, error, count, remap, used, same, points, pruned, chosen, moved, groups, simplifier.getScale(positions, 3));
 }
 
 export async function useOthers(): Promise<void> {
