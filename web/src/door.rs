@@ -1,13 +1,13 @@
-//! What JavaScript calls, and what it is told meanwhile.
+//! What JavaScript calls.
 //!
 //! JavaScript asks for `room`, writes a request there, calls `answer`, reads the answer at the address that it returns, `answer_length`
 //! bytes, and is `done`. Memory may move in each call.
-#![allow(unsafe_code, reason = "exported names and the imported function are unsafe to declare")]
+#![allow(unsafe_code, reason = "exported names are unsafe to declare")]
 
 use std::cell::RefCell;
-use std::ops::ControlFlow;
 
 use crate::answer::answer_to;
+use crate::caller::tell;
 
 thread_local! {
     static ROOM: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
@@ -50,21 +50,4 @@ pub extern "C" fn answer_length() -> usize {
 pub extern "C" fn done() {
     drop(ROOM.take());
     drop(ANSWER.take());
-}
-
-#[cfg(target_arch = "wasm32")]
-#[link(wasm_import_module = "env")]
-unsafe extern "C" {
-    safe fn progress(share: f64, part: u32) -> u32;
-}
-
-/// Nobody hears it outside of a browser.
-#[cfg(not(target_arch = "wasm32"))]
-fn progress(_: f64, _: u32) -> u32 {
-    0
-}
-
-/// Tells how far a part of a run is; `Break` where JavaScript ends it.
-fn tell(share: f64, part: u32) -> ControlFlow<()> {
-    if progress(share, part) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }

@@ -1,10 +1,11 @@
 //! neural-mesh as WebAssembly: requests and answers are bytes, no algorithm lives here.
 //!
-//! There is no generated binding: [`door`] has the five functions that JavaScript calls and the one that it gives, [`message`] says how
+//! There is no generated binding: [`door`] has the four functions that JavaScript calls, `caller` the two that it gives, [`message`] says how
 //! numbers and JSON lie in bytes, [`answer`] knows the requests by name. A run that JavaScript ends is a `Break`, so nothing unwinds. JavaScript's
 //! side is `web/package`.
 
 pub mod answer;
+mod caller;
 #[cfg(feature = "documents")]
 mod documents;
 #[cfg(not(feature = "documents"))]

@@ -26,7 +26,7 @@ export function makeRunner() {
     if (thrown) throw thrown.error;
     return answer;
   };
-  return { imports: { env: { progress } }, run };
+  return { imports: { env: { progress, now: () => performance.now() } }, run };
 }
 
 /** Copies the request in and the answer out. Addresses arrive as signed numbers; views are made after each call, as memory grows. */

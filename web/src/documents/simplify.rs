@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::{Arguments, Document, Files, Job, Part, Watch, run};
+use neural_mesh::job::{Arguments, Document, Files, Job, Part, Seconds, Watch, run};
 use neural_mesh::simplify::Event;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use super::arrays::{Arrays, added};
 use super::file::File;
 use crate::answer::Tell;
+use crate::caller::seconds;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
@@ -38,7 +39,7 @@ struct Asked {
 pub fn simplified(message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
     let asked: Asked = serde_json::from_value(json)?;
     let mut job = asked.job()?;
-    let mut watch = Watcher { tell, part: 0, is_ended: false };
+    let mut watch = Watcher { tell, part: 0, is_ended: false, since: seconds(), seconds: [0.0; PARTS.len()] };
     watch.begin(Part::Read);
     let document = asked.document(message, &job)?;
     asked.name_files(&mut job, &document);
@@ -57,6 +58,7 @@ pub fn simplified(message: &Message, json: Value, answer: &mut Answer, tell: Tel
     for result in outcome.results.iter().filter(|_| asked.arrays) {
         results.push(added(&document, result, document.exact_positions(result, &job), answer));
     }
+    outcome.report.seconds = watch.seconds();
     Ok(json!({ "report": outcome.report, "files": files, "results": results, "notes": outcome.report.notes }))
 }
 
@@ -126,10 +128,31 @@ struct Watcher {
     part: u32,
     /// Whether whoever is told has ended it.
     is_ended: bool,
+    /// When the part began.
+    since: f64,
+    /// How long each part has taken.
+    seconds: [f64; PARTS.len()],
+}
+
+impl Watcher {
+    /// Ends the part, and begins to count the next.
+    fn count(&mut self) {
+        let now = seconds();
+        self.seconds[self.part as usize] += now - std::mem::replace(&mut self.since, now);
+    }
+
+    /// How long the parts have taken.
+    fn seconds(&mut self) -> Seconds {
+        self.count();
+        let [read, simplify, bake, check, write, _] = self.seconds;
+        let bake = Some(bake).filter(|bake| *bake > 0.0);
+        Seconds { read, simplify, bake, check, write, ..Seconds::default() }
+    }
 }
 
 impl Watch for Watcher {
     fn begin(&mut self, part: Part) {
+        self.count();
         self.part = PARTS.iter().position(|other| *other == part).unwrap_or_default() as u32;
         self.is_ended |= (self.tell)(0.0, self.part).is_break();
     }
