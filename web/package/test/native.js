@@ -3,8 +3,8 @@
 // Prints a row for each mesh and ratio, native / package: faces, what is equal of the files, mean and largest distance to the original in
 // percent of its diagonal, edges without two faces, and the best time of three. The package's first call is timed alone.
 //
-// Equal are all bytes; or the faces, with numbers that differ by a share of the extent; or nothing. Logarithms and exponentials, of which
-// the order of collapses is made, are not the same to the last bit in all libraries.
+// Equal are all bytes; or the faces, with numbers that differ by a share of the extent; or nothing: the last bits of numbers decide which of two
+// edges that cost the same goes, and they may differ between processors.
 
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
