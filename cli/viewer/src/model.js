@@ -21,7 +21,7 @@ export function makeMaterials() {
   const marks = MARKS.map((color) => new LineMaterial({
     color, linewidth: 4, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -100,
   }));
-  return { solid, wire, marks };
+  return { solid, wire, marks, plain: new Color() };
 }
 
 /**
