@@ -1,4 +1,4 @@
-//! What JavaScript gives: an ear for how far a run is, and a clock.
+//! Who hears how far a run is: JavaScript.
 #![allow(unsafe_code, reason = "imported functions are unsafe to declare")]
 
 use std::ops::ControlFlow;
@@ -7,7 +7,6 @@ use std::ops::ControlFlow;
 #[link(wasm_import_module = "env")]
 unsafe extern "C" {
     safe fn progress(share: f64, part: u32) -> u32;
-    safe fn now() -> f64;
 }
 
 /// Nobody hears it outside of a browser.
@@ -16,18 +15,7 @@ fn progress(_: f64, _: u32) -> u32 {
     0
 }
 
-/// There is no clock outside of a browser.
-#[cfg(not(target_arch = "wasm32"))]
-fn now() -> f64 {
-    0.0
-}
-
 /// Tells how far a part of a run is; `Break` where JavaScript ends it.
 pub fn tell(share: f64, part: u32) -> ControlFlow<()> {
     if progress(share, part) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-}
-
-/// Seconds since some moment.
-pub fn seconds() -> f64 {
-    now() / 1e3
 }

@@ -1,6 +1,6 @@
 //! neural-mesh as WebAssembly: requests and answers are bytes, no algorithm lives here.
 //!
-//! There is no generated binding: [`door`] has the four functions that JavaScript calls, `caller` the two that it gives, [`message`] says how
+//! There is no generated binding: [`door`] has the four functions that JavaScript calls, `caller` and `documents::clock` the two that it gives, [`message`] says how
 //! numbers and JSON lie in bytes, [`answer`] knows the requests by name. A run that JavaScript ends is a `Break`, so nothing unwinds. JavaScript's
 //! side is `web/package`.
 

@@ -1,6 +1,7 @@
 //! Calls over files of meshes: whole jobs, comparison, what a viewer draws.
 
 mod arrays;
+mod clock;
 mod compare;
 mod file;
 mod look;

@@ -10,9 +10,9 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::arrays::{Arrays, added};
+use super::clock::seconds;
 use super::file::File;
 use crate::answer::Tell;
-use crate::caller::seconds;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
