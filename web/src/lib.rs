@@ -14,4 +14,4 @@ mod documents;
 pub mod door;
 mod indices;
 pub mod message;
-mod refusal;
+pub mod refusal;
