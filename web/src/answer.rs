@@ -22,7 +22,7 @@ pub type Tell = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 /// ```
 pub fn answer_to(request: &[u8], tell: Tell) -> Vec<u8> {
     let mut answer = Answer::default();
-    match json_for(request, &mut answer, tell) {
+    match answer_request(request, &mut answer, tell) {
         Ok(json) => answer.with(&json),
         Err(Refusal { what, is_interrupted: true }) => {
             Answer::default().with(&json!({ "error": what, "interrupted": true }))
@@ -31,14 +31,14 @@ pub fn answer_to(request: &[u8], tell: Tell) -> Vec<u8> {
     }
 }
 
-fn json_for(request: &[u8], answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
+fn answer_request(request: &[u8], answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
     let request = Message::read(request)?;
     let json: Value = serde_json::from_slice(request.part(0)?)?;
     let call = json.get("call").and_then(Value::as_str).unwrap_or_default().to_string();
     match call.as_str() {
-        "indices" => indices::simplified(&request, json, answer, tell),
-        "prune" => indices::pruned(&request, json, answer),
-        "points" => indices::points(&request, json, answer),
-        _ => documents::answered(&call, &request, json, answer, tell),
+        "indices" => indices::simplify_indices(&request, json, answer, tell),
+        "prune" => indices::prune_components(&request, json, answer),
+        "points" => indices::select_points(&request, json, answer),
+        _ => documents::answer_call(&call, &request, json, answer, tell),
     }
 }

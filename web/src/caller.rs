@@ -1,4 +1,4 @@
-//! Who hears how far a run is: JavaScript.
+//! The listener that JavaScript gives.
 #![allow(unsafe_code, reason = "imported functions are unsafe to declare")]
 
 use std::ops::ControlFlow;
@@ -9,13 +9,13 @@ unsafe extern "C" {
     safe fn progress(share: f64, part: u32) -> u32;
 }
 
-/// Nobody hears it outside of a browser.
+/// Stub for builds outside of a browser: nobody listens.
 #[cfg(not(target_arch = "wasm32"))]
 fn progress(_: f64, _: u32) -> u32 {
     0
 }
 
-/// Tells how far a part of a run is; `Break` where JavaScript ends it.
-pub fn tell(share: f64, part: u32) -> ControlFlow<()> {
+/// Reports the progress of a part; `Break` where JavaScript ends the run.
+pub fn report_progress(share: f64, part: u32) -> ControlFlow<()> {
     if progress(share, part) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }

@@ -1,4 +1,4 @@
-//! What JavaScript calls.
+//! The exported functions.
 //!
 //! JavaScript asks for `room`, writes a request there, calls `answer`, reads the answer at the address that it returns, `answer_length`
 //! bytes, and is `done`. Memory may move in each call.
@@ -7,7 +7,7 @@
 use std::cell::RefCell;
 
 use crate::answer::answer_to;
-use crate::caller::tell;
+use crate::caller::report_progress;
 
 thread_local! {
     static ROOM: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
@@ -32,7 +32,7 @@ pub extern "C" fn room(n_bytes: usize) -> usize {
 pub extern "C" fn answer(n_bytes: usize) -> usize {
     let mut request = ROOM.take();
     request.truncate(n_bytes);
-    let answer = answer_to(&request, Box::new(tell));
+    let answer = answer_to(&request, Box::new(report_progress));
     ANSWER.with_borrow_mut(|place| {
         *place = answer;
         place.as_ptr().addr()

@@ -7,6 +7,6 @@ use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
 /// Refuses all calls.
-pub fn answered(call: &str, _: &Message, _: Value, _: &mut Answer, _: Tell) -> Result<Value, Refusal> {
+pub fn answer_call(call: &str, _: &Message, _: Value, _: &mut Answer, _: Tell) -> Result<Value, Refusal> {
     Err(Refusal::new(format!("{call}: no such call in this build: import 'neural-mesh'")))
 }

@@ -7,9 +7,9 @@ use neural_mesh::simplify::SimplifyError;
 /// One line for whoever asked.
 #[derive(Debug)]
 pub struct Refusal {
-    /// What is wrong, where, and what to do.
+    /// The message: what is wrong, where, and what to do.
     pub what: String,
-    /// Whether whoever asked ended the run.
+    /// Whether the caller ended the run.
     pub is_interrupted: bool,
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// What arrays of a vertex are called, what they mean, and how many numbers they have at most.
+/// Names of vertex arrays, their roles, and their largest widths.
 const NAMES: [(&str, Role, usize); 3] =
     [("uv", Role::Uv, 2), ("normals", Role::Normal, 3), ("colors", Role::Colour, 4)];
 
@@ -20,7 +20,7 @@ const NAMES: [(&str, Role, usize); 3] =
 pub struct Arrays {
     /// Part of the positions, n_vertices x 3.
     positions: usize,
-    /// Whether these are in double precision.
+    /// Whether the positions are in double precision.
     #[serde(default)]
     doubles: bool,
     /// Part of the faces, n_faces x 3.
@@ -49,14 +49,14 @@ impl Arrays {
         };
         let (n_vertices, faces) = (positions.len(), message.rows(self.faces, u32::from_le_bytes)?);
         let groups: Vec<u32> =
-            optional(self.groups, |part| message.numbers(part, u32::from_le_bytes))?.unwrap_or_default();
-        fits("groups", groups.len(), faces.len())?;
-        let importance = optional(self.importance, |part| message.numbers(part, f32::from_le_bytes))?;
-        fits("importance", importance.as_ref().map_or(0, Vec::len), n_vertices)?;
+            read_optional(self.groups, |part| message.numbers(part, u32::from_le_bytes))?.unwrap_or_default();
+        check_length("groups", groups.len(), faces.len())?;
+        let importance = read_optional(self.importance, |part| message.numbers(part, f32::from_le_bytes))?;
+        check_length("importance", importance.as_ref().map_or(0, Vec::len), n_vertices)?;
         let mut channels = Vec::new();
         for ((name, role, width), part) in NAMES.into_iter().zip([self.uv, self.normals, self.colors]) {
-            let Some(values) = optional(part, |part| message.numbers(part, f32::from_le_bytes))? else { continue };
-            fits(name, values.len(), width * n_vertices)?;
+            let Some(values) = read_optional(part, |part| message.numbers(part, f32::from_le_bytes))? else { continue };
+            check_length(name, values.len(), width * n_vertices)?;
             channels.push(Channel { name: name.into(), role, width, values });
         }
         let wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
@@ -72,24 +72,24 @@ impl Arrays {
     }
 }
 
-fn optional<T>(part: Option<usize>, read: impl Fn(usize) -> Result<T, Refusal>) -> Result<Option<T>, Refusal> {
+fn read_optional<T>(part: Option<usize>, read: impl Fn(usize) -> Result<T, Refusal>) -> Result<Option<T>, Refusal> {
     part.map(read).transpose()
 }
 
 /// Refuses an array of another length; one that is empty is none.
-fn fits(name: &str, n: usize, wanted: usize) -> Result<(), Refusal> {
+fn check_length(name: &str, n: usize, wanted: usize) -> Result<(), Refusal> {
     if n == 0 || n == wanted { Ok(()) } else { Err(Refusal::new(format!("{name}: {n} numbers: give {wanted}"))) }
 }
 
 /// Vertices told apart by what corners carry.
-pub struct Split {
+pub struct SplitVertices {
     /// The vertex and the wedge of each.
     vertices: Vec<[u32; 2]>,
     /// The corners of the faces, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
 }
 
-impl Split {
+impl SplitVertices {
     /// A vertex for each pair of a vertex and a wedge, in the order in which corners first name them; the vertices of a mesh whose corners carry
     /// nothing, as they are.
     pub fn new(mesh: &TriMesh, attributes: &Attributes) -> Self {
@@ -121,8 +121,13 @@ impl Split {
 }
 
 /// Adds a result to an answer; returns the numbers of its arrays by their names.
-pub fn added(document: &Document, result: &Simplified, exact: Option<Vec<[f64; 3]>>, answer: &mut Answer) -> Value {
-    let split = Split::new(&result.mesh, &result.attributes);
+pub fn add_result(
+    document: &Document,
+    result: &Simplified,
+    exact: Option<Vec<[f64; 3]>>,
+    answer: &mut Answer,
+) -> Value {
+    let split = SplitVertices::new(&result.mesh, &result.attributes);
     let framed = |p: &[f32; 3]| document.frame.to_file(*p).map(|x| x as f32);
     let positions = match &exact {
         Some(exact) => answer.add_numbers(split.of_vertices(exact).copied().flatten(), f64::to_le_bytes),

@@ -7,13 +7,13 @@ unsafe extern "C" {
     safe fn now() -> f64;
 }
 
-/// There is no clock outside of a browser.
+/// Stub for builds outside of a browser: no clock.
 #[cfg(not(target_arch = "wasm32"))]
 fn now() -> f64 {
     0.0
 }
 
-/// Seconds since some moment.
+/// Returns the seconds since some moment.
 pub fn seconds() -> f64 {
     now() / 1e3
 }

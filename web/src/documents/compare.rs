@@ -10,28 +10,28 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use super::file::File;
-use super::look::seen;
+use super::look::read_scene;
 use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
 /// A request for a comparison.
 #[derive(Deserialize)]
-struct Asked {
+struct CompareRequest {
     original: File,
     results: Vec<File>,
     /// Samples on each surface.
     samples: Option<usize>,
 }
 
-/// Answers with the figures of each result, and how far its points are from the original and those of the original from it.
-pub fn compared(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
-    let asked: Asked = serde_json::from_value(json)?;
+/// Compares each result with the original: all figures, and the distances of their points from each other.
+pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
+    let asked: CompareRequest = serde_json::from_value(json)?;
     let files: Vec<&File> = std::iter::once(&asked.original).chain(&asked.results).collect();
     let mut cleaned = Vec::new();
     for file in &files {
-        let (bytes, folder) = file.opened(message)?;
-        let Cleaned { mesh, frame, .. } = opened(file, bytes, &folder)?;
+        let (bytes, folder) = file.open(message)?;
+        let Cleaned { mesh, frame, .. } = read_mesh(file, bytes, &folder)?;
         cleaned.push((mesh, frame));
     }
     let meshes = in_one_frame(cleaned).map_err(Refusal::new)?;
@@ -51,32 +51,32 @@ pub fn compared(message: &Message, json: Value, answer: &mut Answer, mut tell: T
         distances.push(json!({ "of_result": of_result, "of_original": of_original }));
     }
     let _: ControlFlow<()> = tell(1.0, 3);
-    let surfaces: Vec<Value> = meshes.iter().map(|mesh| surface(mesh, answer)).collect();
+    let surfaces: Vec<Value> = meshes.iter().map(|mesh| add_surface(mesh, answer)).collect();
     let figures = judged.first().map_or(&[][..], |figures| figures);
     let named = asked.results.iter().zip(results).zip(&judged);
     let comparison = json!({
         "program": concat!("neural-mesh ", env!("CARGO_PKG_VERSION")),
         "settings": { "samples": judging.samples, "seed": judging.seed },
-        "original": size(&asked.original.name, original),
+        "original": size_of(&asked.original.name, original),
         "figures": figures.iter().map(|it| json!({ "name": it.name, "unit": it.unit, "about": it.about })).collect::<Vec<_>>(),
-        "results": named.map(|((file, mesh), figures)| with_values(size(&file.name, mesh), figures)).collect::<Vec<_>>(),
+        "results": named.map(|((file, mesh), figures)| with_values(size_of(&file.name, mesh), figures)).collect::<Vec<_>>(),
     });
     Ok(json!({ "comparison": comparison, "surfaces": surfaces, "distances": distances }))
 }
 
-fn opened(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refusal> {
-    let (raw, ..) = seen(bytes, &file.name, folder).map_err(|error| file.refusal(error))?;
+fn read_mesh(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refusal> {
+    let (raw, ..) = read_scene(bytes, &file.name, folder).map_err(|error| file.refusal(error))?;
     clean(raw, &CleanOptions::default()).map_err(|error| file.refusal(error))
 }
 
 /// A surface by its arrays, and in how many steps its sides are painted.
-fn surface(mesh: &TriMesh, answer: &mut Answer) -> Value {
+fn add_surface(mesh: &TriMesh, answer: &mut Answer) -> Value {
     let positions = answer.add_numbers(mesh.positions().iter().copied().flatten(), f32::to_le_bytes);
     let faces = answer.add_numbers(mesh.faces().iter().copied().flatten(), u32::to_le_bytes);
     json!({ "positions": positions, "faces": faces, "steps": Painted::new(mesh).steps })
 }
 
-fn size(name: &str, mesh: &TriMesh) -> Map<String, Value> {
+fn size_of(name: &str, mesh: &TriMesh) -> Map<String, Value> {
     let counts = [("vertices", mesh.positions().len()), ("faces", mesh.faces().len())];
     let named = std::iter::once(("name".to_string(), json!(name)));
     named.chain(counts.map(|(of, n)| (of.to_string(), json!(n)))).collect()

@@ -12,7 +12,7 @@ use crate::refusal::Refusal;
 /// A file by the parts of the request.
 #[derive(Deserialize)]
 pub struct File {
-    /// What it is called.
+    /// File name.
     pub name: String,
     /// Part of its bytes.
     bytes: usize,
@@ -26,7 +26,7 @@ impl File {
     ///
     /// # Errors
     /// [`Refusal`] where the request lacks a part.
-    pub fn opened<'a>(&self, message: &Message<'a>) -> Result<(&'a [u8], Folder), Refusal> {
+    pub fn open<'a>(&self, message: &Message<'a>) -> Result<(&'a [u8], Folder), Refusal> {
         let placed = |(name, &part): (&String, &usize)| Ok((name.clone(), Arc::from(message.part(part)?)));
         let beside: Vec<(String, Arc<[u8]>)> = self.beside.iter().map(placed).collect::<Result<_, Refusal>>()?;
         Ok((message.part(self.bytes)?, Folder::in_memory(beside)))

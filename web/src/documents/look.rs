@@ -1,4 +1,4 @@
-//! What a viewer draws of a file: one surface, all meshes of a scene where they are seen, by groups of one colour and texture.
+//! A file as a viewer draws it: one surface, all meshes of a scene where they are seen, by groups of one colour and texture.
 
 use neural_mesh::io::{self, Asset, Folder};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -6,31 +6,31 @@ use neural_mesh::mesh::{Attributes, Channel, Look, Looks, RawMesh, Role, TriMesh
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
-use super::arrays::Split;
+use super::arrays::SplitVertices;
 use super::file::File;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
 /// A request to be shown a file.
 #[derive(Deserialize)]
-struct Asked {
+struct LookRequest {
     file: File,
 }
 
 /// Answers with arrays that can be drawn, and what could not be had of its looks.
-pub fn looked_at(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
-    let Asked { file } = serde_json::from_value(json)?;
-    let (bytes, folder) = file.opened(message)?;
-    let (raw, looks, notes) = seen(bytes, &file.name, &folder).map_err(|error| file.refusal(error))?;
+pub fn describe_surface(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
+    let LookRequest { file } = serde_json::from_value(json)?;
+    let (bytes, folder) = file.open(message)?;
+    let (raw, looks, notes) = read_scene(bytes, &file.name, &folder).map_err(|error| file.refusal(error))?;
     let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| file.refusal(error))?;
-    let (mesh, attributes) = in_order_of_groups(cleaned.mesh, cleaned.attributes);
-    let mut arrays = arrays(&mesh, &attributes, &looks, answer);
+    let (mesh, attributes) = sort_by_group(cleaned.mesh, cleaned.attributes);
+    let mut arrays = add_arrays(&mesh, &attributes, &looks, answer);
     arrays.insert("origin".into(), json!(cleaned.frame.origin));
     Ok(json!({ "mesh": arrays, "notes": notes }))
 }
 
-/// A mesh and what its groups look like; of a glTF the scene.
-pub fn seen(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh, Looks, Vec<String>), io::ReadError> {
+/// Reads a mesh, of a glTF the scene, and the looks of its groups.
+pub fn read_scene(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh, Looks, Vec<String>), io::ReadError> {
     if io::is_gltf(bytes) {
         let asset = Asset::from_bytes_in(bytes, folder)?;
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
@@ -43,8 +43,8 @@ pub fn seen(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh, Looks
     Ok((read.mesh, looks, missing))
 }
 
-/// The same with the faces of a group behind each other.
-fn in_order_of_groups(mesh: TriMesh, attributes: Attributes) -> (TriMesh, Attributes) {
+/// Sorts the faces by group.
+fn sort_by_group(mesh: TriMesh, attributes: Attributes) -> (TriMesh, Attributes) {
     let mut order: Vec<u32> = (0..mesh.faces().len() as u32).collect();
     order.sort_by_key(|&face| attributes.group(face));
     let faces = order.iter().map(|&face| mesh.faces()[face as usize]).collect();
@@ -52,8 +52,8 @@ fn in_order_of_groups(mesh: TriMesh, attributes: Attributes) -> (TriMesh, Attrib
     ordered.unwrap_or((mesh, attributes))
 }
 
-fn arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Map<String, Value> {
-    let split = Split::new(mesh, attributes);
+fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Map<String, Value> {
+    let split = SplitVertices::new(mesh, attributes);
     let mut arrays = Map::new();
     let positions = split.of_vertices(mesh.positions()).copied().flatten();
     arrays.insert("positions".into(), json!(answer.add_numbers(positions, f32::to_le_bytes)));
@@ -74,19 +74,19 @@ fn arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut A
         arrays.insert("colors".into(), json!(answer.add_numbers(colors, f32::to_le_bytes)));
     }
     arrays.insert("faces".into(), json!(answer.add_numbers(split.faces.iter().copied().flatten(), u32::to_le_bytes)));
-    arrays.insert("groups".into(), groups(mesh, attributes, looks, answer));
+    arrays.insert("groups".into(), add_groups(mesh, attributes, looks, answer));
     arrays
 }
 
 /// Red, green, blue and alpha of each vertex, 1 where it has no alpha.
-fn colors_of(split: &Split, channel: &Channel) -> impl Iterator<Item = [f32; 4]> {
+fn colors_of(split: &SplitVertices, channel: &Channel) -> impl Iterator<Item = [f32; 4]> {
     let values: Vec<f32> = split.of_wedges(channel).collect();
     let at = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(1.0);
     let colors: Vec<[f32; 4]> = values.chunks(channel.width.max(1)).map(|it| [0, 1, 2, 3].map(|k| at(it, k))).collect();
     colors.into_iter()
 }
 
-/// What JavaScript calls what a texture does beyond its edges.
+/// Returns the name of a wrap mode.
 fn wrap_name(wrap: Wrap) -> &'static str {
     match wrap {
         Wrap::Repeat => "repeat",
@@ -95,8 +95,8 @@ fn wrap_name(wrap: Wrap) -> &'static str {
     }
 }
 
-/// Where the faces of each group begin, how many they are, and what they look like.
-fn groups(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Value {
+/// Describes each group: its first face, the number of its faces, colour and texture.
+fn add_groups(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Value {
     let mut images: Vec<(*const u8, usize)> = Vec::new();
     let mut from = 0;
     let numbers: Vec<u32> = (0..mesh.faces().len() as u32).map(|face| attributes.group(face)).collect();

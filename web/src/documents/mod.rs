@@ -19,18 +19,24 @@ use crate::refusal::Refusal;
 ///
 /// # Errors
 /// [`Refusal`] where there is no such call, and whatever the call refuses.
-pub fn answered(call: &str, message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
+pub fn answer_call(
+    call: &str,
+    message: &Message,
+    json: Value,
+    answer: &mut Answer,
+    tell: Tell,
+) -> Result<Value, Refusal> {
     match call {
-        "simplify" => simplify::simplified(message, json, answer, tell),
-        "compare" => compare::compared(message, json, answer, tell),
-        "look" => look::looked_at(message, json, answer),
-        "formats" => Ok(formats()),
+        "simplify" => simplify::simplify_document(message, json, answer, tell),
+        "compare" => compare::compare_files(message, json, answer, tell),
+        "look" => look::describe_surface(message, json, answer),
+        "formats" => Ok(list_formats()),
         _ => Err(Refusal::new(format!("{call}: no such call"))),
     }
 }
 
 /// The formats that are read and written, by name.
-fn formats() -> Value {
+fn list_formats() -> Value {
     let of = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
         Format::NAMES.into_iter().filter(|name| Format::from_name(name).is_some_and(is_known)).collect()
     };

@@ -9,7 +9,7 @@ use neural_mesh::simplify::Event;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::arrays::{Arrays, added};
+use super::arrays::{Arrays, add_result};
 use super::clock::seconds;
 use super::file::File;
 use crate::answer::Tell;
@@ -21,27 +21,27 @@ const PARTS: [Part; 6] = [Part::Read, Part::Simplify, Part::Bake, Part::Check, P
 
 /// A request for a job.
 #[derive(Deserialize)]
-struct Asked {
+struct SimplifyRequest {
     #[serde(default)]
     options: Arguments,
     /// The mesh as a file.
     file: Option<File>,
     /// The mesh as arrays.
     mesh: Option<Arrays>,
-    /// What the result is to be called; without it nothing is written.
+    /// Name of the result; without it nothing is written.
     out: Option<String>,
     /// Whether results come back as arrays.
     #[serde(default)]
     arrays: bool,
 }
 
-/// Answers with what came of a job.
-pub fn simplified(message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
-    let asked: Asked = serde_json::from_value(json)?;
-    let mut job = asked.job()?;
+/// Runs a job on a file or on arrays.
+pub fn simplify_document(message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
+    let asked: SimplifyRequest = serde_json::from_value(json)?;
+    let mut job = asked.to_job()?;
     let mut watch = Watcher { tell, part: 0, is_ended: false, since: seconds(), seconds: [0.0; PARTS.len()] };
     watch.begin(Part::Read);
-    let document = asked.document(message, &job)?;
+    let document = asked.read_document(message, &job)?;
     asked.name_files(&mut job, &document);
     let mut outcome = run(&document, &job, None, &mut watch)?;
     watch.begin(Part::Write);
@@ -49,22 +49,22 @@ pub fn simplified(message: &Message, json: Value, answer: &mut Answer, tell: Tel
     if asked.out.is_some() {
         let written = outcome.write(&document, &job)?;
         let named = job.names.files.iter().zip(written);
-        files = named.map(|(name, made)| added_file(name, made, answer)).collect::<Result<Vec<Value>, Refusal>>()?;
+        files = named.map(|(name, made)| add_file(name, made, answer)).collect::<Result<Vec<Value>, Refusal>>()?;
     }
     if watch.is_ended {
         return Err(Refusal { what: "interrupted".into(), is_interrupted: true });
     }
     let mut results = Vec::new();
     for result in outcome.results.iter().filter(|_| asked.arrays) {
-        results.push(added(&document, result, document.exact_positions(result, &job), answer));
+        results.push(add_result(&document, result, document.exact_positions(result, &job), answer));
     }
     outcome.report.seconds = watch.seconds();
     Ok(json!({ "report": outcome.report, "files": files, "results": results, "notes": outcome.report.notes }))
 }
 
-impl Asked {
-    /// What is asked for, in the format that the name of the result shows.
-    fn job(&self) -> Result<Job, Refusal> {
+impl SimplifyRequest {
+    /// Returns the job, in the format that the name of the result shows.
+    fn to_job(&self) -> Result<Job, Refusal> {
         let named = self.out.as_deref().map(|name| {
             let format =
                 Format::from_path(Path::new(name)).or_else(|| Format::from_name(self.options.format.as_deref()?));
@@ -81,11 +81,11 @@ impl Asked {
         Ok(job)
     }
 
-    /// The mesh with all that it carries.
-    fn document(&self, message: &Message, job: &Job) -> Result<Document, Refusal> {
+    /// Reads the mesh with all that it carries.
+    fn read_document(&self, message: &Message, job: &Job) -> Result<Document, Refusal> {
         match (&self.file, &self.mesh) {
             (Some(file), None) => {
-                let (bytes, folder) = file.opened(message)?;
+                let (bytes, folder) = file.open(message)?;
                 Document::from_bytes_in(bytes, &file.name, &folder, job).map_err(|error| file.refusal(error))
             }
             (None, Some(arrays)) => {
@@ -110,7 +110,7 @@ impl Asked {
 }
 
 /// Adds the file of a result to the answer, with what belongs beside it.
-fn added_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
+fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
     let bytes =
         io::packed_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
     let bytes = answer.add(bytes.into_owned());
@@ -126,24 +126,24 @@ fn added_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Ref
 struct Watcher {
     tell: Tell,
     part: u32,
-    /// Whether whoever is told has ended it.
+    /// Whether the listener has ended the run.
     is_ended: bool,
     /// When the part began.
     since: f64,
-    /// How long each part has taken.
+    /// Seconds that each part has taken.
     seconds: [f64; PARTS.len()],
 }
 
 impl Watcher {
     /// Ends the part, and begins to count the next.
-    fn count(&mut self) {
+    fn end_part(&mut self) {
         let now = seconds();
         self.seconds[self.part as usize] += now - std::mem::replace(&mut self.since, now);
     }
 
-    /// How long the parts have taken.
+    /// Returns the seconds of the parts for the report.
     fn seconds(&mut self) -> Seconds {
-        self.count();
+        self.end_part();
         let [read, simplify, bake, check, write, _] = self.seconds;
         let bake = Some(bake).filter(|bake| *bake > 0.0);
         Seconds { read, simplify, bake, check, write, ..Seconds::default() }
@@ -152,7 +152,7 @@ impl Watcher {
 
 impl Watch for Watcher {
     fn begin(&mut self, part: Part) {
-        self.count();
+        self.end_part();
         self.part = PARTS.iter().position(|other| *other == part).unwrap_or_default() as u32;
         self.is_ended |= (self.tell)(0.0, self.part).is_break();
     }

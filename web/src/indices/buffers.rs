@@ -14,7 +14,7 @@ pub struct Parts {
     positions: usize,
     /// Numbers that belong to the vertices, n_vertices x n_weights.
     attributes: Option<usize>,
-    /// How much each of these numbers counts, against a position in shares of the extent.
+    /// Weight of each of these numbers, relative to positions in shares of the extent.
     #[serde(default)]
     weights: Vec<f32>,
     /// A byte for each vertex, whose lowest bit holds it.
@@ -27,13 +27,13 @@ pub struct Parts {
 pub struct Buffers {
     /// The vertices of the triangles, n_faces x 3.
     pub indices: Vec<[u32; 3]>,
-    /// Where the vertices are, n_vertices x 3.
+    /// Positions, n_vertices x 3.
     pub positions: Vec<[f32; 3]>,
-    /// What belongs to them beside, n_vertices x n_weights.
+    /// Attributes, n_vertices x n_weights.
     pub attributes: Vec<f32>,
-    /// How much each number of a vertex counts.
+    /// Weights of the attributes, n_weights.
     pub weights: Vec<f32>,
-    /// What is locked by the lowest bit, n_vertices or nothing.
+    /// Locks by the lowest bit, n_vertices or nothing.
     pub locks: Vec<u8>,
     /// The group of each triangle, n_faces or nothing.
     pub groups: Vec<u32>,

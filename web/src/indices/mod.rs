@@ -2,9 +2,9 @@
 
 mod buffers;
 mod distance;
-mod given;
 mod places;
 mod points;
+mod welded;
 
 use std::ops::ControlFlow;
 
@@ -17,17 +17,17 @@ use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 use buffers::{Buffers, Parts};
-use distance::distance;
-use given::Given;
+use distance::measure_distance;
+use welded::WeldedMesh;
 
-pub use points::points;
+pub use points::select_points;
 
 /// Sizes that are tried to find the smallest within a distance in numbers of vertices.
 const TRIES: usize = 8;
 
 /// A request for lighter indices.
 #[derive(Deserialize)]
-struct Asked {
+struct IndexRequest {
     #[serde(flatten)]
     parts: Parts,
     /// Indices that may be left, three for each face.
@@ -46,15 +46,15 @@ struct Asked {
 ///
 /// # Errors
 /// [`Refusal`] where buffers are wrong or whoever is told ends the run.
-pub fn simplified(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
-    let asked: Asked = serde_json::from_value(json)?;
+pub fn simplify_indices(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
+    let asked: IndexRequest = serde_json::from_value(json)?;
     let has = |flag: &str| asked.flags.iter().any(|name| name == flag);
     let mut options = Options::new(Target::Faces((asked.target / 3).max(1)));
     (options.subset, options.map) = (!asked.moves, asked.moves);
     (options.lock_boundaries, options.prune) = (has("LockBorder"), has("Prune"));
     let unit = |buffers: &Buffers| if has("ErrorAbsolute") { 1.0 } else { buffers.extent().max(f64::MIN_POSITIVE) };
     let mut buffers = Buffers::read(message, asked.parts)?;
-    let given = Given::new(&buffers)?;
+    let given = WeldedMesh::new(&buffers)?;
     if given.mesh.faces().is_empty() {
         let none = answer.add(Vec::new());
         return Ok(json!({ "indices": none, "groups": none, "error": 0.0, "positions": none, "attributes": none }));
@@ -63,8 +63,8 @@ pub fn simplified(message: &Message, json: Value, answer: &mut Answer, mut tell:
         options.purpose = Purpose::Poses;
     }
     let most = asked.error * unit(&buffers);
-    let (made, error) = lighter(&given, options, most, &mut |event| tell(f64::from(event.total), 0))?;
-    let wedges = if asked.moves { given.moved(&made, &mut buffers) } else { given.own_wedges(&made) };
+    let (made, error) = simplify_within(&given, options, most, &mut |event| tell(f64::from(event.total), 0))?;
+    let wedges = if asked.moves { given.place_vertices(&made, &mut buffers) } else { given.corner_vertices(&made) };
     let mut json = json!({
         "indices": answer.add_numbers(wedges.into_iter().flatten(), u32::to_le_bytes),
         "groups": answer.add_numbers(made.attributes.groups, u32::to_le_bytes),
@@ -77,14 +77,19 @@ pub fn simplified(message: &Message, json: Value, answer: &mut Answer, mut tell:
     Ok(json)
 }
 
-/// The result and its distance: of the size, or larger where that would be farther than may be.
-fn lighter(given: &Given, options: Options, most: f64, listener: &mut Listener) -> Result<(Simplified, f64), Refusal> {
-    let input = given.input();
+/// Simplifies to the size, or to a larger one that holds the distance; returns the distance, too.
+fn simplify_within(
+    given: &WeldedMesh,
+    options: Options,
+    most: f64,
+    listener: &mut Listener,
+) -> Result<(Simplified, f64), Refusal> {
+    let input = given.to_input();
     let at = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), Refusal> {
         let mut options = options.clone();
         options.target = target;
         let made = simplify_input(&input, None, &options, listener)?;
-        let distance = distance(given, &made);
+        let distance = measure_distance(given, &made);
         Ok((made, distance))
     };
     let small = at(options.target, listener)?;
@@ -94,7 +99,7 @@ fn lighter(given: &Given, options: Options, most: f64, listener: &mut Listener) 
     let n_small = small.0.mesh.faces().len();
     if options.purpose != Purpose::Poses {
         let near = simplify_to_error(&input, None, &options, most, listener)?.simplified;
-        let distance = distance(given, &near);
+        let distance = measure_distance(given, &near);
         return Ok((near, distance));
     }
     let (mut low, mut best) = (n_small, at(Target::Ratio(1.0), listener)?);
@@ -112,7 +117,7 @@ fn lighter(given: &Given, options: Options, most: f64, listener: &mut Listener) 
 
 /// A request to drop small components.
 #[derive(Deserialize)]
-struct Pruning {
+struct PruneRequest {
     #[serde(flatten)]
     parts: Parts,
     /// Largest radius of what is dropped, as a share of the extent.
@@ -123,15 +128,15 @@ struct Pruning {
 ///
 /// # Errors
 /// [`Refusal`] where buffers are wrong.
-pub fn pruned(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
-    let Pruning { parts, error } = serde_json::from_value(json)?;
+pub fn prune_components(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
+    let PruneRequest { parts, error } = serde_json::from_value(json)?;
     let buffers = Buffers::read(message, parts)?;
-    let given = Given::new(&buffers)?;
+    let given = WeldedMesh::new(&buffers)?;
     let mut options = Options::new(Target::Ratio(1.0));
     (options.prune_below, options.prune, options.subset) = (2.0 * error * buffers.extent(), false, true);
-    let wedges = match simplify_input(&given.input(), None, &options, &mut |_| ControlFlow::Continue(())) {
+    let wedges = match simplify_input(&given.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
         Err(SimplifyError::Empty) => Vec::new(),
-        made => given.own_wedges(&made?),
+        made => given.corner_vertices(&made?),
     };
     let indices = answer.add_numbers(wedges.into_flattened(), u32::to_le_bytes);
     Ok(json!({ "indices": indices }))

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 pub struct Corner {
     /// Its vertex.
     pub vertex: u32,
-    /// What it carries, by number.
+    /// Its wedge.
     pub wedge: u32,
     /// The group of its face.
     pub group: u32,
@@ -23,7 +23,7 @@ pub struct Corner {
 /// # Shapes
 /// - `of_groups`: the group and the number of each of the caller's vertices, at least once
 /// - returns a place below `n_places` for each of `corners`
-pub fn places(corners: &[Corner], of_groups: impl Iterator<Item = (u32, u32)>, n_places: usize) -> Vec<u32> {
+pub fn assign_places(corners: &[Corner], of_groups: impl Iterator<Item = (u32, u32)>, n_places: usize) -> Vec<u32> {
     let mut free = Free { of_groups: FxHashMap::default(), is_taken: vec![false; n_places] };
     of_groups.for_each(|(group, place)| free.of_groups.entry(group).or_default().push(place));
     let mut heads: FxHashMap<[u32; 2], u32> = FxHashMap::default();
@@ -93,8 +93,8 @@ mod tests {
             [corner(0, 0, 7, 5), corner(0, 1, 7, 6), corner(1, 2, 7, 6), corner(0, 3, 8, 9), corner(1, 2, 7, 5)];
         let of_groups = || [(7, 5), (7, 6), (8, 9), (8, 2)].into_iter();
         // Group 7 has two places for two vertices; the second wedge shares.
-        assert_eq!(places(&corners, of_groups(), 10), [5, 5, 6, 9, 6]);
+        assert_eq!(assign_places(&corners, of_groups(), 10), [5, 5, 6, 9, 6]);
         let of_more = || of_groups().chain([(7, 4)]);
-        assert_eq!(places(&corners, of_more(), 10), [5, 4, 6, 9, 6]);
+        assert_eq!(assign_places(&corners, of_more(), 10), [5, 4, 6, 9, 6]);
     }
 }

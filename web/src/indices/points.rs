@@ -14,14 +14,14 @@ struct Cloud {
     positions: usize,
     /// Part of numbers beside each position that tell points apart.
     colors: Option<usize>,
-    /// What these are multiplied by, in shares of the extent.
+    /// Factor of the colours, as a share of the extent.
     #[serde(default)]
     color_weight: f64,
     target: usize,
 }
 
 /// Answers with the points that are farthest from each other.
-pub fn points(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
+pub fn select_points(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
     let cloud: Cloud = serde_json::from_value(json)?;
     let positions: Vec<[f32; 3]> = message.rows(cloud.positions, f32::from_le_bytes)?;
     let colors = cloud.colors.map(|part| message.numbers(part, f32::from_le_bytes)).transpose()?.unwrap_or_default();

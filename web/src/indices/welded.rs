@@ -8,7 +8,7 @@ use neural_mesh::simplify::{Input, Map, Simplified};
 use rustc_hash::FxHashSet;
 
 use super::buffers::Buffers;
-use super::places::{Corner, places};
+use super::places::{Corner, assign_places};
 use crate::refusal::Refusal;
 
 /// The channel whose label tells the caller's vertices at a position apart.
@@ -16,11 +16,11 @@ const SIDE: &str = "side";
 /// The channel of the caller's numbers.
 pub const NUMBERS: &str = "attributes";
 
-/// What the simplifier is given.
-pub struct Given {
+/// A mesh whose vertices at one position are joined.
+pub struct WeldedMesh {
     /// The surface.
     pub mesh: TriMesh,
-    /// What tells its corners apart, and what they carry.
+    /// Attributes of the corners, and the labels of seams.
     pub attributes: Attributes,
     locked: Vec<bool>,
     /// The caller's vertices of each face's corners.
@@ -29,7 +29,7 @@ pub struct Given {
     at_vertices: Vec<Vec<(u32, u32)>>,
 }
 
-impl Given {
+impl WeldedMesh {
     /// Joins vertices at one position. Triangles that lose a corner by that are none.
     ///
     /// # Errors
@@ -52,27 +52,27 @@ impl Given {
             wedges,
             at_vertices: Vec::new(),
         };
-        given.at_vertices = given.places_at_vertices();
+        given.at_vertices = given.find_places();
         let is_held = |vertex: u32| buffers.locks.get(vertex as usize).is_some_and(|lock| lock & 1 == 1);
         let mut held = vec![false; buffers.positions.len()];
         (0..first.len() as u32).filter(|&v| is_held(v)).for_each(|v| held[first[v as usize] as usize] = true);
         let locked: Vec<bool> = sources.iter().map(|&v| held[v as usize]).collect();
         given.locked = if locked.contains(&true) { locked } else { Vec::new() };
-        given.attributes.channels = given.channels(buffers);
+        given.attributes.channels = given.make_channels(buffers);
         if !given.attributes.channels.is_empty() {
             given.attributes.wedges.clone_from(&given.wedges);
         }
         Ok(given)
     }
 
-    /// The same as the simplifier takes it.
-    pub fn input(&self) -> Input<'_> {
+    /// Returns the input of the simplifier.
+    pub fn to_input(&self) -> Input<'_> {
         let mut input = Input::bare(&self.mesh);
         (input.attributes, input.locked) = (&self.attributes, &self.locked);
         input
     }
 
-    fn places_at_vertices(&self) -> Vec<Vec<(u32, u32)>> {
+    fn find_places(&self) -> Vec<Vec<(u32, u32)>> {
         let mut places = vec![Vec::new(); self.mesh.positions().len()];
         let corners = self.mesh.faces().as_flattened().iter().zip(self.places_of_groups());
         corners.for_each(|(&v, place)| places[v as usize].push(place));
@@ -83,8 +83,8 @@ impl Given {
         places
     }
 
-    /// What the caller's vertices carry: their numbers, the poses that these are, and which of those at a position each is.
-    fn channels(&self, buffers: &Buffers) -> Vec<Channel> {
+    /// Makes the channels: the numbers of the vertices, the poses that these are, and which of those at a position each is.
+    fn make_channels(&self, buffers: &Buffers) -> Vec<Channel> {
         let (n, width) = (buffers.positions.len(), buffers.weights.len());
         let mut channels = Vec::new();
         if width > 0 {
@@ -113,7 +113,7 @@ impl Given {
 
     /// The caller's vertex at each corner of a result whose vertices have not moved: one of its group, on the corner's side of a seam. Where
     /// a group has come to a vertex at which it had none, that of another.
-    pub fn own_wedges(&self, made: &Simplified) -> Vec<[u32; 3]> {
+    pub fn corner_vertices(&self, made: &Simplified) -> Vec<[u32; 3]> {
         let sources = made.source_vertices.as_deref().unwrap_or_default();
         let sides = made.attributes.channels.iter().find(|channel| channel.name == SIDE);
         let corner = |face: usize, k: usize| {
@@ -127,8 +127,8 @@ impl Given {
     }
 
     /// Puts the vertices of a result in places of the buffers. Returns the place of each corner.
-    pub fn moved(&self, made: &Simplified, buffers: &mut Buffers) -> Vec<[u32; 3]> {
-        let places = places(&self.corners(made), self.places_of_groups(), buffers.positions.len());
+    pub fn place_vertices(&self, made: &Simplified, buffers: &mut Buffers) -> Vec<[u32; 3]> {
+        let places = assign_places(&self.corners(made), self.places_of_groups(), buffers.positions.len());
         let (values, width) = (made.attributes.channels.iter().find(|it| it.name == NUMBERS), buffers.weights.len());
         let mut is_written = vec![false; buffers.positions.len()];
         let corners = made.mesh.faces().as_flattened().iter().zip(&places);
