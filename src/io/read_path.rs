@@ -39,7 +39,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 /// let path = folder.path().join("mesh.obj");
 /// std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
 /// let read = neural_mesh::io::read_attributed_path(&path, None).unwrap();
-/// assert_eq!((read.extra.folder, read.extra.material_libraries.len()), (Some(Folder::of(&path)), 1));
+/// assert_eq!((read.extra.folder, read.extra.material_libraries.len()), (Some(neural_mesh::io::Folder::of(&path)), 1));
 /// ```
 pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
     attributed(&bytes_of(path)?, path, format, Folder::of(path))
