@@ -6,7 +6,7 @@ const BATCH: usize = 32;
 /// For each item its first equal one (itself where it is the first), n_items; and whether any two are equal.
 ///
 /// `key` gives the three words that decide equality.
-pub(crate) fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>, bool) {
+pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>, bool) {
     const FREE: u32 = u32::MAX;
     let n_slots = (n_items + n_items / 2).next_power_of_two().max(BATCH);
     let shift = 64 - n_slots.trailing_zeros();

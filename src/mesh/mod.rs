@@ -43,6 +43,7 @@ pub use attributes::{Attributes, Channel, Role};
 pub use compact::compact;
 pub use edges::{Edge, edges};
 pub use facets::{is_shaded_flat, shaded_flat};
+pub use first_equal::first_equal;
 pub use grid::{Grid, longest_side};
 pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};

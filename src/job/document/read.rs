@@ -58,7 +58,7 @@ impl Document {
         Self::from_mesh(io::read_attributed(bytes, format).map_err(refused)?, job)
     }
 
-    /// The same, of a file called `name` that lies in `folder` with what it names.
+    /// Reads a mesh from the bytes of a file called `name`; what it names lies in `folder`.
     ///
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes).

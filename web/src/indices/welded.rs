@@ -3,7 +3,7 @@
 //! Vertices at one position are one vertex; where several share it, the surface has a seam there, and a label tells its sides apart. Numbers that count
 //! are poses: in each the surface is raised by one of them, times its weight, so that a merge costs what it changes of it.
 
-use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, compact, vertex_normals};
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
 use neural_mesh::simplify::{Input, Map, Simplified};
 use rustc_hash::FxHashSet;
 
@@ -35,7 +35,8 @@ impl WeldedMesh {
     /// # Errors
     /// [`Refusal`] where no mesh can be made of them.
     pub fn new(buffers: &Buffers) -> Result<Self, Refusal> {
-        let first = first_equal(&buffers.positions);
+        let bits = |v: usize| buffers.positions[v].map(|x| (x + 0.0).to_bits());
+        let (first, _) = first_equal(buffers.positions.len(), bits);
         let joined = |face: &[u32; 3]| face.map(|v| first[v as usize]);
         let is_face = |&face: &usize| {
             let [a, b, c] = joined(&buffers.indices[face]);
@@ -175,16 +176,4 @@ impl WeldedMesh {
             |(faces, weights): (&[u32; 3], &[[f32; 3]; 3])| [0, 1, 2].map(|k| nearest((&faces[k], &weights[k])));
         map.corner_faces.iter().zip(&map.corner_weights).map(of_face).collect()
     }
-}
-
-/// The first vertex at the position of each.
-fn first_equal(positions: &[[f32; 3]]) -> Vec<u32> {
-    let bits = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-    order.sort_unstable_by_key(|&v| (bits(v), v));
-    let mut first = vec![0; positions.len()];
-    for run in order.chunk_by(|&x, &y| bits(x) == bits(y)) {
-        run.iter().for_each(|&v| first[v as usize] = run[0]);
-    }
-    first
 }
