@@ -63,6 +63,8 @@ pub struct FaceTree<'a> {
     order: Vec<u32>,
     /// The triangle of each piece along the curve, n_pieces, where these are cut.
     pieces: Option<Vec<u32>>,
+    /// Where each triangle, or one of its pieces, stands along the curve, n_faces.
+    places: Vec<u32>,
     /// The boxes along needles, where nearly all triangles are; then there are no nodes.
     needles: Option<NeedleTree>,
     /// Nodes from those over the triangles to the root, which is alone.
@@ -93,7 +95,14 @@ struct Waiting {
     node: u32,
 }
 
+/// Nodes that wait to be visited, the next one last.
+struct Queue {
+    waiting: [Waiting; WAITING],
+    n_waiting: usize,
+}
+
 /// The best so far, and the squared distance beyond which boxes need no visit.
+#[derive(Clone, Copy)]
 struct Best {
     face: u32,
     distance2: f64,
@@ -113,6 +122,7 @@ impl<'a> FaceTree<'a> {
             return tree;
         }
         let mut made = tree.over_triangles(cuts);
+        tree.places = tree.places();
         loop {
             tree.levels.push(made.iter().map(|made| made.0).collect());
             if made.len() <= 1 {
@@ -131,7 +141,8 @@ impl<'a> FaceTree<'a> {
         let factors = [power(exponent / 2) as f32, power(exponent - exponent / 2) as f32];
         let order = curve_order_of_faces(positions, faces, (low, high));
         let (levels, scale) = (Vec::new(), power(exponent));
-        Self { positions, faces, order, pieces: None, needles: None, levels, whole: EMPTY, scale, factors }
+        let (pieces, places, needles) = (None, Vec::new(), None);
+        Self { positions, faces, order, pieces, places, needles, levels, whole: EMPTY, scale, factors }
     }
 
     /// The nearest triangle and the squared distance to it; `None` where there are none.
@@ -139,7 +150,8 @@ impl<'a> FaceTree<'a> {
         self.nearest_from(p, None)
     }
 
-    /// The same, found sooner where the nearest one lies near the triangle `guess`, as it does for the next of points in a row.
+    /// The same, found sooner where the nearest one lies near the triangle `guess`, as it does for the next of points in a row: the search
+    /// begins around it.
     #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
         self.near_from(p, guess, f64::NEG_INFINITY)
@@ -185,15 +197,33 @@ impl<'a> FaceTree<'a> {
     fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
         let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY, looks: Looks::default() };
         let (p, mut best) = (p * self.scale, none);
-        if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
-            self.test_face(face, p, &mut best);
+        let guess = guess.filter(|&face| (face as usize) < self.faces.len());
+        if enough >= 0.0 && self.needles.is_none() {
+            // First with no look at what is farther than that.
+            best.limit = limit(enough, p);
+            self.search(p, guess, enough, &mut best);
+            if best.distance2 > enough {
+                best = Best { looks: best.looks, ..none };
+            }
         }
-        match &self.needles {
-            Some(needles) => self.visit_needles(needles, p, enough, &mut best),
-            None if self.faces.is_empty() => {}
-            None => self.descend(p, enough, &mut best),
+        if best.distance2 > enough {
+            self.search(p, guess, enough, &mut best);
         }
         (best.face != u32::MAX).then_some(best)
+    }
+
+    /// Finds a nearer triangle than the best one, if there is one, the nearest of all but where one is near enough.
+    #[inline(always)]
+    fn search(&self, p: DVec3, guess: Option<u32>, enough: f64, best: &mut Best) {
+        match (&self.needles, guess) {
+            (Some(needles), guess) => {
+                guess.into_iter().for_each(|face| self.test_face(face, p, best));
+                self.visit_needles(needles, p, enough, best);
+            }
+            (None, Some(face)) => self.climb(self.places[face as usize], p, enough, best),
+            (None, None) if self.faces.is_empty() => {}
+            (None, None) => self.descend(p, enough, best),
+        }
     }
 
     /// The lowest nodes, each with the box around all its children: over the triangles, or over their pieces, of which so many are
@@ -245,37 +275,88 @@ impl<'a> FaceTree<'a> {
         best.looks.boxes += n_boxes;
     }
 
-    /// Visits the nodes that may hold a nearer triangle, the nearest child of each first.
+    /// Where each triangle, or its last piece, stands along the curve.
+    fn places(&self) -> Vec<u32> {
+        let mut places = vec![0; self.faces.len()];
+        let faces = self.pieces.as_ref().unwrap_or(&self.order);
+        (0..).zip(faces).for_each(|(place, &face)| places[face as usize] = place);
+        places
+    }
+
+    /// Visits the nodes that may hold a nearer triangle, from the root.
     #[inline(always)]
     fn descend(&self, p: DVec3, enough: f64, best: &mut Best) {
+        let root = Waiting { distance: 0.0, above: self.levels.len() as u32, node: 0 };
+        let mut queue = Queue { waiting: [root; WAITING], n_waiting: 1 };
+        self.visit(&mut queue, p, enough, best);
+    }
+
+    /// Visits the same nodes from the one over this place up to the root: what is near is found without a look at what is above.
+    #[inline(always)]
+    fn climb(&self, place: u32, p: DVec3, enough: f64, best: &mut Best) {
         let point = p.as_vec3().to_array();
-        let mut waiting = [Waiting { distance: 0.0, above: 0, node: 0 }; WAITING];
-        waiting[0].above = self.levels.len() as u32;
-        let mut n_waiting = 1;
-        while n_waiting > 0 && best.distance2 > enough {
-            n_waiting -= 1;
-            let Waiting { distance, above, node } = waiting[n_waiting];
+        let mut visited = place as usize / WIDTH;
+        best.looks.boxes += 1;
+        self.test_faces(visited * WIDTH, &self.levels[0][visited].distances(point), p, best);
+        if best.distance2 <= enough {
+            return;
+        }
+        let none = Waiting { distance: 0.0, above: 0, node: 0 };
+        let mut queue = Queue { waiting: [none; WAITING], n_waiting: 0 };
+        for level in 1..self.levels.len() {
+            best.looks.boxes += 1;
+            self.put_children(&mut queue, level, visited / WIDTH, Some(visited), (point, best.limit));
+            self.visit(&mut queue, p, enough, best);
+            if best.distance2 <= enough {
+                return;
+            }
+            visited /= WIDTH;
+        }
+    }
+
+    /// Visits the nodes that wait and may hold a nearer triangle, the nearest child of each first.
+    #[inline(always)]
+    fn visit(&self, queue: &mut Queue, p: DVec3, enough: f64, best: &mut Best) {
+        let point = p.as_vec3().to_array();
+        while queue.n_waiting > 0 && best.distance2 > enough {
+            queue.n_waiting -= 1;
+            let Waiting { distance, above, node } = queue.waiting[queue.n_waiting];
             best.looks.boxes += 1;
             if distance > best.limit {
                 continue;
             }
-            let below = above as usize - 1;
-            let first = node as usize * WIDTH;
-            let distances = self.levels[below][node as usize].distances(point);
-            if below == 0 {
-                self.test_faces(first, &distances, p, best);
-                continue;
+            let (level, node) = (above as usize - 1, node as usize);
+            if level == 0 {
+                self.test_faces(node * WIDTH, &self.levels[0][node].distances(point), p, best);
+            } else {
+                self.put_children(queue, level, node, None, (point, best.limit));
             }
-            let n_children = WIDTH.min(self.levels[below - 1].len() - first);
-            let start = n_waiting;
-            for (child, &distance) in distances[..n_children].iter().enumerate() {
-                waiting[n_waiting] = Waiting { distance, above: below as u32, node: (first + child) as u32 };
-                n_waiting += usize::from(distance <= best.limit);
-            }
-            let nearer = |i: usize, j: usize| if waiting[j].distance < waiting[i].distance { j } else { i };
-            if let Some(nearest) = (start..n_waiting).reduce(nearer) {
-                waiting.swap(nearest, n_waiting - 1);
-            }
+        }
+    }
+
+    /// Lets those children of a node wait that are no farther from a point than a limit and were not visited, the nearest one last.
+    #[inline(always)]
+    fn put_children(
+        &self,
+        queue: &mut Queue,
+        level: usize,
+        node: usize,
+        visited: Option<usize>,
+        (point, limit): ([f32; 3], f32),
+    ) {
+        let first = node * WIDTH;
+        let n_children = WIDTH.min(self.levels[level - 1].len() - first);
+        let mut distances = self.levels[level][node].distances(point);
+        visited.into_iter().for_each(|child| distances[child - first] = f32::INFINITY);
+        let Queue { waiting, n_waiting } = queue;
+        let start = *n_waiting;
+        for (child, &distance) in distances[..n_children].iter().enumerate() {
+            waiting[*n_waiting] = Waiting { distance, above: level as u32, node: (first + child) as u32 };
+            *n_waiting += usize::from(distance <= limit && distance < f32::INFINITY);
+        }
+        let nearer = |i: usize, j: usize| if waiting[j].distance < waiting[i].distance { j } else { i };
+        if let Some(nearest) = (start..*n_waiting).reduce(nearer) {
+            waiting.swap(nearest, *n_waiting - 1);
         }
     }
 
@@ -305,7 +386,8 @@ impl<'a> FaceTree<'a> {
         let distance2 = p.distance_squared(point);
         best.looks.triangles += 1;
         if (distance2, face) < (best.distance2, best.face) {
-            *best = Best { face, distance2, limit: limit(distance2, p), ..*best };
+            let limit = limit(distance2, p);
+            *best = Best { face, distance2, limit: if limit < best.limit { limit } else { best.limit }, ..*best };
         }
     }
 }
