@@ -29,7 +29,7 @@ pub fn open(request: &mut Request) -> Result<Document, Failure> {
 }
 
 /// The result has the format of the input.
-fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
+pub fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
     (request.job.format, request.follows_input) = (alone(format), false);
     request.name_files();
     request.job.check_format().map_err(|error| request.failure(error))

@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::ReadMesh;
+use neural_mesh::io::{Folder, Format, ReadMesh};
 use neural_mesh::job::{Arguments, Document, Goal, Part, Watch};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
@@ -47,10 +47,17 @@ pub struct Files {
     pub strict: bool,
     /// Whether existing files are replaced.
     pub force: bool,
+    /// Whether the file of the result comes back as bytes, in `format`; nothing is written then.
+    pub bytes: bool,
 }
 
-/// A mesh to simplify that is in memory, and how much its vertices count: a number of at least 0 for each, or nothing.
-pub type Given = (ReadMesh, Option<Vec<f32>>);
+/// A mesh to simplify that is in memory.
+pub enum Given {
+    /// A mesh, and how much its vertices count: a number of at least 0 for each, or nothing.
+    Mesh(Box<ReadMesh>, Option<Vec<f32>>),
+    /// The bytes of a file, and its name, whose ending says the format where the bytes do not.
+    File(Vec<u8>, String),
+}
 
 /// What came of a request.
 pub struct Outcome {
@@ -66,6 +73,8 @@ pub struct Outcome {
     pub group_names: Vec<(String, u32)>,
     /// Files that were written.
     pub paths: Vec<PathBuf>,
+    /// The file of the result, where its bytes were asked for.
+    pub bytes: Option<Vec<u8>>,
     /// Why the result is not as asked, where that matters.
     pub unmet: Option<String>,
 }
@@ -91,12 +100,22 @@ pub fn simplify(
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
     let mut request = request(arguments, files, given.is_some())?;
+    // A mesh in memory has no file that could be a scene.
+    request.source.as_one |= matches!(given, Some(Given::Mesh(..)));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::heard_by(listener);
     progress.begin(Part::Read);
     let document = match given {
-        Some((mesh, factors)) => {
-            Document::from_mesh(mesh, &request.job).map_err(|error| request.failure(error))?.weighed(factors)
+        Some(Given::Mesh(mesh, factors)) => {
+            Document::from_mesh(*mesh, &request.job).map_err(|error| request.failure(error))?.weighed(factors)
+        }
+        Some(Given::File(bytes, name)) => {
+            if request.follows_input {
+                document::follow(&mut request, Format::from_content(&bytes).or_else(|| Format::from_name(&name)))?;
+            }
+            let folder = Folder::in_memory(std::iter::empty::<(String, Vec<u8>)>());
+            let document = Document::from_bytes_in(&bytes, &name, &folder, &request.job);
+            document.map_err(|error| request.failure(error))?
         }
         None => document::open(&mut request)?,
     };
@@ -104,6 +123,8 @@ pub fn simplify(
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
+    let mut done = done;
+    let bytes = done.bytes.take();
     let (report, cleaned) = done.put()?;
     let kept = |simplified: Simplified| {
         let exact = document.exact_positions(&simplified, &request.job);
@@ -116,6 +137,7 @@ pub fn simplify(
         file_vertices: document.file_vertices().map(<[u32]>::to_vec),
         group_names: document.group_names(),
         paths: request.outputs(),
+        bytes,
         unmet: met(&request, &report).err().map(|failure| failure.to_string()),
     })
 }
@@ -174,12 +196,10 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
         return Err(Failure::Usage(format!("{}: {what}", output.display())));
     }
     arguments.has_weights = files.weights.is_some();
-    let format = files.format.as_deref().or(files.out.is_none().then_some("ply"));
+    let format = files.format.as_deref().or((files.out.is_none() && !files.bytes).then_some("ply"));
     let mut request = Request::new(&Place { input, output, format }, &arguments)?;
     request.strict |= files.strict;
-    request.stays_in_memory = files.out.is_none();
-    // A mesh in memory has no file that could be a scene.
-    request.source.as_one |= is_given;
+    request.stays_in_memory = files.out.is_none() && !files.bytes;
     (request.weights, request.force) = (files.weights.clone(), files.force);
     (request.picture, request.report) = (files.picture.clone(), files.report.clone());
     request.job.shapes = request.report.is_some();
@@ -257,7 +277,12 @@ mod tests {
         let mut read = ReadMesh::default();
         read.mesh = RawMesh::new(positions, faces);
         read.mesh.double = double;
-        Some((read, None))
+        Some(Given::Mesh(Box::new(read), None))
+    }
+
+    fn mesh(double: bool) -> ReadMesh {
+        let Some(Given::Mesh(mesh, _)) = given(double) else { unreachable!("it is a mesh") };
+        *mesh
     }
 
     fn run(json: &str, given: Option<Given>) -> Result<Outcome, Failure> {
@@ -274,7 +299,7 @@ mod tests {
 
     #[test]
     fn vertices_that_stay_keep_their_doubles() {
-        let before = given(true).unwrap().0.mesh.positions;
+        let before = mesh(true).mesh.positions;
         let outcome = run(r#"{"ratio": 0.2, "subset": true}"#, given(true)).unwrap();
         let after = outcome.results[0].exact.as_ref().unwrap();
         assert!(after.iter().all(|position| before.contains(position)));
@@ -282,19 +307,19 @@ mod tests {
 
     #[test]
     fn what_counts_more_gets_more_vertices() {
-        let (mesh, _) = given(false).unwrap();
+        let mesh = mesh(false);
         let factors = mesh.mesh.positions.iter().map(|p| if p[0] > 0.0 { 50.0 } else { 0.0 }).collect();
-        let outcome = run(r#"{"ratio": 0.1}"#, Some((mesh.clone(), Some(factors)))).unwrap();
+        let outcome = run(r#"{"ratio": 0.1}"#, Some(Given::Mesh(Box::new(mesh.clone()), Some(factors)))).unwrap();
         let positions = outcome.results[0].simplified.mesh.positions();
         assert!(positions.iter().filter(|p| p[0] > 0.0).count() > positions.len() * 3 / 4);
         let none = vec![0.0; mesh.mesh.positions.len()];
-        let failure = run(r#"{"ratio": 0.1}"#, Some((mesh, Some(none)))).err().unwrap();
+        let failure = run(r#"{"ratio": 0.1}"#, Some(Given::Mesh(Box::new(mesh), Some(none)))).err().unwrap();
         assert_eq!(failure.to_string(), "importance: needs numbers of at least 0, not all of them 0");
     }
 
     #[test]
     fn a_record_gives_its_result_again() {
-        let raw = given(true).unwrap().0.mesh;
+        let raw = mesh(true).mesh;
         let positions = raw.positions.clone();
         let recorded =
             record(asked(r#"{"faces": 400}"#), &within(), raw.clone(), Box::new(|_| ControlFlow::Continue(())))
@@ -310,6 +335,19 @@ mod tests {
         assert!(again.iter().zip(result).map(moved).fold(0.0, f64::max) < 1e-6);
         let refused = record(asked(r#"{"error": "1%"}"#), &within(), raw, Box::new(|_| ControlFlow::Continue(())));
         assert!(refused.is_err());
+    }
+
+    #[test]
+    fn a_file_in_memory_comes_back_as_one() {
+        let silent = || Box::new(|_| ControlFlow::Continue(()));
+        let go_on = || ControlFlow::Continue(());
+        let run = |json: &str, files: Files, given| simplify(asked(json), &files, given, silent(), &go_on).unwrap();
+        let as_bytes = |format: &str| Files { bytes: true, format: Some(format.into()), ..Files::default() };
+        let scene = run(r#"{"ratio": 1}"#, as_bytes("glb"), given(false)).bytes.unwrap();
+        let light = run(r#"{"faces": 500}"#, as_bytes("glb"), Some(Given::File(scene.clone(), String::new())));
+        assert!(light.bytes.unwrap().starts_with(b"glTF") && light.paths.is_empty());
+        let arrays = run(r#"{"faces": 500}"#, Files::default(), Some(Given::File(scene, String::new())));
+        assert_eq!((arrays.results[0].simplified.mesh.faces().len(), arrays.bytes), (500, None));
     }
 
     #[test]

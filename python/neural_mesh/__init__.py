@@ -12,24 +12,29 @@ from ._learn import Sample, train
 from ._native import NeuralMeshError, OptionError, __version__
 from ._points import mesh_points
 from ._record import Record, record
-from ._result import Light, Map, NotReachedError
-from ._simplify import lods, simplify
+from ._report import Report, report_schema
+from ._result import Light, Map, NeuralMeshWarning, NotReachedError
+from ._simplify import lods, simplify, simplify_many
 
 __all__ = [
     "Comparison",
     "Light",
     "Map",
     "NeuralMeshError",
+    "NeuralMeshWarning",
     "NotReachedError",
     "OptionError",
     "Record",
+    "Report",
     "Sample",
     "__version__",
     "compare",
     "lods",
     "mesh_points",
     "record",
+    "report_schema",
     "show",
     "simplify",
+    "simplify_many",
     "train",
 ]

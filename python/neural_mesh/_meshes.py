@@ -1,16 +1,17 @@
-"""Meshes as people have them, to arrays and back: pairs of arrays, trimesh, Open3D, pyvista, results of ours."""
+"""Meshes as people have them, to arrays and back: pairs of arrays, files, trimesh, Open3D, pyvista, results of ours."""
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._native import NeuralMeshError
+from ._native import NeuralMeshError, OptionError
 from ._result import Light, split
 
 # What names of attributes mean, and what the compiled module calls them, so that files get the columns that others read.
@@ -20,6 +21,10 @@ _ROLES = {
     **dict.fromkeys(("tangent", "tangents"), ("tangent", "tangent")),
     **dict.fromkeys(("color", "colors", "colour", "colours"), ("colour", "colour")),
 }
+# What attributes of a file are called, by their roles.
+_CALLED = {"uv": "uv", "normal": "normals", "tangent": "tangents", "colour": "colors"}
+# Numbers of cells that pyvista's readers give to materials and groups.
+_PARTS = ("materialids", "material_ids", "materialid", "material", "groupids", "group_ids", "groupid", "groups", "group")
 
 
 @dataclass(frozen=True)
@@ -37,26 +42,53 @@ class Given:
     """A mesh as the compiled module takes it, and the way back."""
 
     path: str | None = None
+    file: tuple[bytes, str] | None = None
+    """The bytes of a file, and its name."""
     arrays: Any = None
     """Vertices, faces, wedges, channels, groups; `None` for a file."""
     names: dict[str, Name] = field(default_factory=dict)
+    of_faces: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Values of faces that hold nothing, by name."""
+    ignores_groups: bool = False
+    """Whether materials and groups of a file need not stay."""
     group_values: NDArray[Any] | None = None
     """What the groups were called, by their numbers."""
     like: Any = None
     """An array of the kind that results are to be."""
-    back: Callable[[Light], Any] = lambda light: (light.vertices, light.faces)
+    back: Callable[[Light[Any]], Any] = lambda light: (light.vertices, light.faces)
+    scene: Callable[[bytes | None, Light[Any]], Any] | None = None
+    """The way back from the file of a scene, where one was given."""
+
+    @property
+    def is_scene(self) -> bool:
+        return self.scene is not None
+
+    def dirt_of(self, cleaned: Mapping[str, int]) -> list[str]:
+        """What was wrong with the input, in words."""
+        words = {"non_finite_faces": "with coordinates that are no numbers", "out_of_range_faces": "with indices of no vertex"}
+        dirt = [f"{cleaned[what]} faces {word} were left out" for what, word in words.items() if cleaned.get(what)]
+        if self.arrays is not None and cleaned.get("out_of_range_faces"):
+            vertices, faces = self.arrays[:2]
+            if faces.min() == 1 and faces.max() == len(vertices):
+                dirt[-1] += ": indices begin at 1: subtract 1"
+        return dirt
 
     def alike(self, array: NDArray[Any]) -> Any:
         return alike(self.like, array)
 
     def named(self, channels: Sequence[tuple[str, str, NDArray[np.float32]]]) -> dict[str, NDArray[Any]]:
         """Channels by the names, and of the types, that were given."""
-        return dict(self._named(name, values) for name, _, values in channels)
+        named: dict[str, NDArray[Any]] = {}
+        for name, role, values in channels:
+            called, array = self._named(name, role, values)
+            # Of several of a role the first one is called by it.
+            named[name if called in named else called] = array
+        return named
 
-    def _named(self, name: str, values: NDArray[np.float32]) -> tuple[str, NDArray[Any]]:
+    def _named(self, name: str, role: str, values: NDArray[np.float32]) -> tuple[str, NDArray[Any]]:
         known = self.names.get(name)
         if known is None:
-            return name, values
+            return _CALLED.get(role, name), values
         result: NDArray[Any] = values
         if known.dtype == np.uint8 and _role(known.name, known.dtype)[1] == "colour":
             result = np.clip(np.rint(values * 255), 0, 255)
@@ -81,18 +113,72 @@ class Given:
         return most[same.reshape(-1)]
 
 
-def given(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: ArrayLike | None) -> Given:
+def given(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: Any, on_dirty: str = "ignore") -> Given:
     """A mesh of any kind that is known."""
-    if isinstance(mesh, (str, os.PathLike)):
-        if attributes is not None or groups is not None:
-            raise NeuralMeshError("attributes and groups: a file has its own: leave them out")
-        return Given(path=_file(mesh))
+    file = _file_of(mesh)
+    if file is not None:
+        if attributes is not None or not (groups is None or isinstance(groups, str) and groups == "auto"):
+            raise OptionError("attributes and groups: a file has its own: leave them out; groups=None lets go of its groups")
+        file.ignores_groups = groups is None
+        return file
     taken = _taken(mesh)
     if attributes is not None:
         taken["attributes"] = {**taken.get("attributes", {}), **attributes}
-    if groups is not None:
-        taken["groups"] = groups
-    return _packed(**taken)
+    _choose_groups(taken, groups)
+    packed = _packed(**taken)
+    if on_dirty == "raise":
+        _check(packed)
+    return packed
+
+
+def _file_of(mesh: Any) -> Given | None:
+    """A file by its name, as its bytes, or open; or a scene as one."""
+    if isinstance(mesh, (str, os.PathLike)):
+        return Given(path=_file(mesh))
+    if isinstance(mesh, (bytes, bytearray, memoryview)):
+        return Given(file=(bytes(mesh), ""))
+    if callable(getattr(mesh, "read", None)):
+        said, name = mesh.read(), getattr(mesh, "name", "")
+        return Given(file=(said.encode() if isinstance(said, str) else bytes(said), name if isinstance(name, str) else ""))
+    if type(mesh).__module__.partition(".")[0] == "trimesh" and hasattr(mesh, "geometry") and not hasattr(mesh, "faces"):
+        return Given(file=(bytes(mesh.export(file_type="glb")), "scene.glb"), scene=_trimesh_scene)
+    return None
+
+
+def _trimesh_scene(said: bytes | None, light: Light[Any]) -> Any:
+    """The scene of a file in memory, or of the one that was written."""
+    import trimesh
+
+    if said is None:
+        return trimesh.load_scene(light.paths[0])
+    return trimesh.load_scene(io.BytesIO(said), file_type="glb")
+
+
+def _choose_groups(taken: dict[str, Any], groups: Any) -> None:
+    """Keeps the groups that are asked for; all other values of faces hold nothing."""
+    of_faces = dict(taken.get("of_faces") or {})
+    auto, name = taken.get("groups"), taken.pop("groups_name", None)
+    chosen: Any = groups
+    if isinstance(groups, str) and groups == "auto":
+        chosen = auto
+        of_faces.pop(name, None)
+    elif isinstance(groups, str):
+        if groups not in of_faces:
+            known = ", ".join(of_faces) or "none"
+            raise OptionError(f"groups={groups!r}: no such values of faces: choose from {known}")
+        chosen = of_faces.pop(groups)
+    taken["groups"], taken["of_faces"] = chosen, of_faces
+
+
+def _check(packed: Given) -> None:
+    """Refuses a mesh of which faces would be left out."""
+    vertices, faces = packed.arrays[:2]
+    out_of_range = (faces >= len(vertices)).any(1)
+    non_finite = ~np.isfinite(vertices).all(1)
+    broken = non_finite[faces[~out_of_range]].any(1)
+    counts = {"non_finite_faces": int(broken.sum()), "out_of_range_faces": int(out_of_range.sum())}
+    if any(counts.values()):
+        raise NeuralMeshError("; ".join(packed.dirt_of(counts)).replace("were left out", "are there"))
 
 
 def _file(path: str | os.PathLike[str]) -> str:
@@ -130,8 +216,7 @@ def _taken(mesh: Any) -> dict[str, Any]:
     """Arrays of a mesh, and the way back to its type."""
     kind = type(mesh).__module__.partition(".")[0]
     if isinstance(mesh, Light):
-        attributes = {name: mesh.corners(name) for name in mesh.attributes}
-        return {"vertices": mesh.vertices, "faces": mesh.faces, "attributes": attributes, "groups": mesh.groups}
+        return _of_light(mesh)
     if kind == "trimesh":
         return _of_trimesh(mesh)
     if kind == "open3d":
@@ -147,17 +232,28 @@ def _taken(mesh: Any) -> dict[str, Any]:
     )
 
 
+def _of_light(light: Light[Any]) -> dict[str, Any]:
+    attributes = {name: light.corners(name) for name in light.attributes}
+    flat = {name for name, values in light.attributes.items() if values.ndim == 1}
+    attributes.update({name: attributes[name][..., None] for name in flat})
+    taken = {"vertices": light.vertices, "faces": light.faces, "attributes": attributes, "groups": light.groups}
+    return {**taken, "of_faces": light.face_attributes, "flat": flat}
+
+
 def _packed(
     vertices: Any,
     faces: Any,
     attributes: Mapping[str, ArrayLike] | None = None,
     groups: ArrayLike | None = None,
-    back: Callable[[Light], Any] | None = None,
+    of_faces: Mapping[str, Any] | None = None,
+    flat: Collection[str] = (),
+    back: Callable[[Light[Any]], Any] | None = None,
 ) -> Given:
     positions, corners = _positions(vertices), _faces(faces)
-    wedges, channels, names = _channels(len(positions), corners, attributes or {})
+    wedges, channels, names = _channels(len(positions), corners, attributes or {}, flat)
     numbers, group_values = _groups(groups, len(corners))
     packed = Given(arrays=(positions, corners, wedges, channels, numbers), names=names, group_values=group_values, like=vertices)
+    packed.of_faces = {name: array_of(values) for name, values in (of_faces or {}).items()}
     if back is not None:
         packed.back = back
     return packed
@@ -198,8 +294,11 @@ def _faces(values: Any) -> NDArray[np.uint32]:
     return np.ascontiguousarray(faces, dtype=np.uint32)
 
 
-def _channels(n_vertices: int, faces: NDArray[np.uint32], attributes: Mapping[str, ArrayLike]) -> tuple[Any, Any, dict[str, Name]]:
-    """Wedges, channels and their names: a wedge for each vertex, or for each corner where some values are those of corners."""
+def _channels(
+    n_vertices: int, faces: NDArray[np.uint32], attributes: Mapping[str, ArrayLike], flat: Collection[str]
+) -> tuple[Any, Any, dict[str, Name]]:
+    """Wedges, channels and their names: a wedge for each vertex, or for each corner where some values are those of corners; those that are
+    `flat` are one number each."""
     arrays = {name: array_of(values) for name, values in attributes.items()}
     if not arrays:
         return None, [], {}
@@ -218,7 +317,7 @@ def _channels(n_vertices: int, faces: NDArray[np.uint32], attributes: Mapping[st
         if called in names:
             raise NeuralMeshError(f"{name}: there is another attribute of that kind: give it another name")
         channels.append((called, role, np.ascontiguousarray(rows, dtype=np.float32)))
-        names[called] = Name(name, values.dtype, values.ndim == 1)
+        names[called] = Name(name, values.dtype, values.ndim == 1 or name in flat)
     wedges = np.arange(3 * n_faces, dtype=np.uint32).reshape(-1, 3) if at_corners else faces
     return wedges, channels, names
 
@@ -241,41 +340,42 @@ def _groups(groups: ArrayLike | None, n_faces: int) -> tuple[NDArray[np.uint32] 
 
 def _of_trimesh(mesh: Any) -> dict[str, Any]:
     if not hasattr(mesh, "faces"):
-        raise NeuralMeshError(f"trimesh.{type(mesh).__name__}: no single mesh: give one, such as scene.to_mesh()")
+        raise NeuralMeshError(f"trimesh.{type(mesh).__name__}: no mesh: give a Trimesh or a Scene")
     attributes = {name: values for name, values in mesh.vertex_attributes.items() if np.asarray(values).ndim in (1, 2)}
-    groups = face_colours = None
+    of_faces = {name: np.asarray(values) for name, values in mesh.face_attributes.items()}
     visual = mesh.visual
     if getattr(visual, "uv", None) is not None:
         attributes["uv"] = visual.uv
     elif visual.kind == "vertex":
         attributes["colors"] = np.asarray(visual.vertex_colors)
     elif visual.kind == "face":
-        face_colours, groups = np.unique(np.asarray(visual.face_colors), axis=0, return_inverse=True)
+        of_faces["face_colors"] = np.asarray(visual.face_colors)
 
-    def back(light: Light) -> Any:
+    def back(light: Light[Any]) -> Any:
         import trimesh
 
         vertices, faces, values = light.split()
         lighter = trimesh.Trimesh(vertices, faces, process=False, metadata=dict(mesh.metadata))
+        values_of_faces = dict(light.face_attributes)
+        colours = values_of_faces.pop("face_colors", None)
         if "uv" in values:
             lighter.visual = trimesh.visual.TextureVisuals(uv=values.pop("uv"), material=getattr(visual, "material", None))
         elif "colors" in values:
             lighter.visual.vertex_colors = values.pop("colors")
-        elif face_colours is not None and light.groups is not None:
-            lighter.visual.face_colors = face_colours[light.groups]
+        elif colours is not None:
+            lighter.visual.face_colors = colours
         lighter.vertex_attributes.update(values)
+        lighter.face_attributes.update(values_of_faces)
         return lighter
 
-    groups = None if groups is None else groups.reshape(-1)
-    return {"vertices": np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces), "attributes": attributes, "groups": groups, "back": back}
+    return {"vertices": np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces), "attributes": attributes, "of_faces": of_faces, "back": back}
 
 
 def _of_open3d(mesh: Any) -> dict[str, Any]:
     import open3d as o3d
 
     if isinstance(mesh, o3d.t.geometry.TriangleMesh):
-        taken = _of_open3d(mesh.to_legacy())
-        return {**taken, "back": lambda light: o3d.t.geometry.TriangleMesh.from_legacy(taken["back"](light))}
+        return _of_open3d_tensors(mesh)
     if not isinstance(mesh, o3d.geometry.TriangleMesh):
         raise NeuralMeshError(f"open3d {type(mesh).__name__}: no triangle mesh")
     faces = np.asarray(mesh.triangles)
@@ -288,7 +388,7 @@ def _of_open3d(mesh: Any) -> dict[str, Any]:
         attributes["uv"] = np.asarray(mesh.triangle_uvs).reshape(-1, 3, 2)
     groups = np.asarray(mesh.triangle_material_ids) if mesh.has_triangle_material_ids() else None
 
-    def back(light: Light) -> Any:
+    def back(light: Light[Any]) -> Any:
         # Colours and normals are those of vertices, texture coordinates those of corners.
         of_vertices = {name: values for name, values in light.attributes.items() if name != "uv"}
         vertices, corners = np.asarray(light.vertices), np.asarray(light.faces)
@@ -311,6 +411,45 @@ def _of_open3d(mesh: Any) -> dict[str, Any]:
     return {"vertices": np.asarray(mesh.vertices), "faces": faces, "attributes": attributes, "groups": groups, "back": back}
 
 
+def _of_open3d_tensors(mesh: Any) -> dict[str, Any]:
+    """An Open3D mesh of tensors, which names its attributes."""
+    import open3d as o3d
+
+    cpu = mesh.cpu()
+    of_vertices = {name: cpu.vertex[name].numpy() for name in cpu.vertex if name != "positions"}
+    of_faces = {name: cpu.triangle[name].numpy() for name in cpu.triangle if name not in ("indices", "texture_uvs", "normals")}
+    attributes: dict[str, Any] = {name: values for name, values in of_vertices.items() if values.ndim in (1, 2)}
+    if "texture_uvs" in cpu.triangle:
+        attributes["uv"] = cpu.triangle["texture_uvs"].numpy()
+    ids = of_faces.get("material_ids")
+
+    def tensor(values: Any) -> Any:
+        return o3d.core.Tensor.from_numpy(np.ascontiguousarray(values))
+
+    def back(light: Light[Any]) -> Any:
+        at_vertices = {name: values for name, values in light.attributes.items() if name != "uv"}
+        vertices, corners = np.asarray(light.vertices), np.asarray(light.faces)
+        if at_vertices:
+            vertices, corners, at_vertices = split(vertices, corners, light.wedges, at_vertices)
+        kind = cpu.vertex["positions"].numpy().dtype
+        lighter = o3d.t.geometry.TriangleMesh(tensor(vertices.astype(kind)), tensor(corners.astype(np.int32)))
+        for name, values in at_vertices.items():
+            lighter.vertex[name] = tensor(values)
+        if "uv" in light.attributes:
+            lighter.triangle["texture_uvs"] = tensor(light.corners("uv"))
+        for name, values in light.face_attributes.items():
+            lighter.triangle[name] = tensor(values)
+        if light.groups is not None and ids is not None:
+            lighter.triangle["material_ids"] = tensor(light.groups.astype(ids.dtype).reshape(-1, *ids.shape[1:]))
+        if mesh.has_valid_material():
+            lighter.material = mesh.material
+        return lighter.to(mesh.device)
+
+    taken = {"vertices": cpu.vertex["positions"].numpy(), "faces": cpu.triangle["indices"].numpy(), "attributes": attributes}
+    groups = None if ids is None else ids.reshape(-1)
+    return {**taken, "of_faces": of_faces, "groups": groups, "groups_name": "material_ids", "back": back}
+
+
 def _of_pyvista(mesh: Any) -> dict[str, Any]:
     import pyvista as pv
 
@@ -328,23 +467,28 @@ def _of_pyvista(mesh: Any) -> dict[str, Any]:
         is_colour = values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
         role = roles.get(name) or ("colors" if is_colour and "colors" not in called else name)
         attributes[role], called[role] = values, name
-    # Numbers of cells that name parts keep the parts apart.
     cells = {name: np.asarray(surface.cell_data[name]) for name in surface.cell_data.keys()}
-    part = next((name for name, values in cells.items() if values.ndim == 1 and np.issubdtype(values.dtype, np.integer)), None)
+    # Normals of cells are those of the result's own.
+    of_faces = {name: values for name, values in cells.items() if name != surface.cell_data.active_normals_name}
+    is_part = {name: values.ndim == 1 and np.issubdtype(values.dtype, np.integer) for name, values in of_faces.items()}
+    part = next((name for name in of_faces if is_part[name] and name.lower() in _PARTS), None)
 
-    def back(light: Light) -> Any:
+    def back(light: Light[Any]) -> Any:
         vertices, faces, values = light.split()
         lighter = pv.PolyData.from_regular_faces(vertices, faces)
         for role, array in values.items():
-            lighter.point_data[called[role]] = array
+            lighter.point_data[called.get(role, role)] = array
         if "uv" in values:
             lighter.point_data.active_texture_coordinates = values["uv"]
         if "normals" in values:
             lighter.point_data.active_normals_name = called["normals"]
-        if part is not None and light.groups is not None:
-            lighter.cell_data[part] = light.groups
+        for name, array in light.face_attributes.items():
+            lighter.cell_data[name] = array
+        if light.groups is not None:
+            # The name that was chosen is the one that is not among the others.
+            named = next((name for name in of_faces if name not in light.face_attributes), part or "groups")
+            lighter.cell_data[named] = light.groups
         return lighter
 
-    groups = None if part is None else cells[part]
-    faces = surface.regular_faces
-    return {"vertices": np.asarray(surface.points), "faces": faces, "attributes": attributes, "groups": groups, "back": back}
+    taken = {"vertices": np.asarray(surface.points), "faces": surface.regular_faces, "attributes": attributes, "of_faces": of_faces}
+    return {**taken, "groups": None if part is None else cells[part], "groups_name": part, "back": back}

@@ -69,6 +69,8 @@ class Outcome:
     @property
     def paths(self) -> list[str]: ...
     @property
+    def bytes(self) -> bytes | None: ...
+    @property
     def unmet(self) -> str | None: ...
 
 @final
@@ -115,6 +117,7 @@ def simplify(
     options: str,
     files: str,
     mesh: _Mesh | None,
+    file: tuple[bytes, str] | None,
     importance: NDArray[np.float32] | None,
     threads: int | None,
     progress: _Progress | None,

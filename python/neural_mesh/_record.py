@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
 from ._meshes import Given, alike, array_of, given
-from ._options import as_json
-from ._simplify import Progress
+from ._options import Number, Path, Progress, Whole, as_json, n_threads
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+    from typing_extensions import Unpack
 
 
 class Record:
@@ -29,7 +32,7 @@ class Record:
     def __init__(self, vertices: Any, faces: Any, options: Mapping[str, Any], progress: Progress | None = None) -> None:
         source = given((vertices, faces), None, None)
         positions, corners = source.arrays[:2]
-        threads = options.get("threads")
+        threads = n_threads(options.get("threads"))
         asked = {name: x for name, x in options.items() if name not in ("threads", "weights")}
         # Copies: what was given may change, and torch moves the memory of tensors that go to other processes.
         self._given, self._options = (positions.copy(), corners.copy()), dict(options)
@@ -98,35 +101,46 @@ class Record:
         return f"Record({self.n_input} -> {self.n_output} vertices)"
 
 
-def record(
-    vertices: Any,
-    faces: Any = None,
-    *,
-    ratio: float | str | None = None,
-    n_vertices: int | str | None = None,
-    n_faces: int | str | None = None,
-    optimize: Literal["balanced", "mean", "max", "normals"] | None = None,
-    effort: Literal["fast", "standard", "best"] | None = None,
-    scores: Literal["bending", "network", "geometry"] | None = None,
-    assembly: Literal["closed", "paper"] | None = None,
-    weights: str | None = None,
-    keep_components: bool = False,
-    lock_boundaries: bool = False,
-    subset: bool = False,
-    seed: int = 0,
-    threads: int | None = None,
-    progress: Progress | None = None,
-) -> Any:
+class Recorded(TypedDict, total=False):
+    """Options of `record`; exactly one of the first three says what stays."""
+
+    ratio: Number | str | None
+    n_vertices: Whole | str | None
+    n_faces: Whole | str | None
+    optimize: Literal["balanced", "mean", "max", "normals"] | None
+    effort: Literal["fast", "standard", "best"] | None
+    scores: Literal["bending", "network", "geometry"] | None
+    assembly: Literal["closed", "paper"] | None
+    weights: Path | None
+    keep_components: bool
+    lock_boundaries: bool
+    subset: bool
+    seed: Whole
+    threads: Whole | None
+    progress: Progress | None
+
+
+@overload
+def record(vertices: list[Any], faces: Sequence[ArrayLike], **options: Unpack[Recorded]) -> list[Record]: ...
+@overload
+def record(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[Recorded]) -> Record: ...
+def record(vertices: Any, faces: Any, **options: Any) -> Any:
     """Simplifies a mesh (vertices n x 3, faces m x 3) and records how the result depends on its vertices. Lists of meshes give a
-    list of records. Exactly one of `ratio`, `n_vertices` and `n_faces` says what stays."""
-    sizes = {"ratio": ratio, "vertices": n_vertices, "faces": n_faces}
-    said = {name: size for name, size in sizes.items() if size is not None}
+    list of records.
+
+    Exactly one of `ratio` (a share of the vertices), `n_vertices` and `n_faces` says what stays. `optimize`, `effort`, `scores`,
+    `assembly`, `weights`, `keep_components`, `lock_boundaries`, `subset`, `seed`, `threads` and `progress` are those of `simplify`."""
+    unknown = [name for name in options if name not in Recorded.__annotations__]
+    if unknown:
+        raise _native.OptionError(f"record: no such option: {', '.join(unknown)}")
+    options = dict(options)
+    progress = options.pop("progress", None)
+    sizes = {"ratio": "ratio", "n_vertices": "vertices", "n_faces": "faces"}
+    said = {sizes[name]: options.pop(name) for name in sizes if name in options}
+    said = {name: size for name, size in said.items() if size is not None}
     if len(said) != 1:
         raise _native.OptionError("record: give exactly one of ratio, n_vertices, n_faces")
-    options = {
-        **said, "optimize": optimize, "effort": effort, "scores": scores, "assembly": assembly, "weights": weights,
-        "keep_components": keep_components, "lock_boundaries": lock_boundaries, "subset": subset, "seed": seed, "threads": threads,
-    }  # fmt: skip
+    options = {**said, **options}
     if isinstance(vertices, (list, tuple)) and len(vertices) > 0 and hasattr(vertices[0], "shape"):
         return [Record(v, f, options, progress) for v, f in zip(vertices, faces, strict=True)]
     return Record(vertices, faces, options, progress)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._native import NeuralMeshError
+from ._report import Report
+
+M = TypeVar("M")
 
 
 @dataclass(frozen=True)
@@ -26,8 +30,12 @@ class Map:
     """The weights of that face's corners, n_faces x 3 x 3; each three are at least 0, their sum 1."""
 
 
+class NeuralMeshWarning(UserWarning):
+    """A result that is not as one might think: larger than asked, of an input that had to be cleaned, or without some of its components."""
+
+
 @dataclass(frozen=True)
-class Light:
+class Light(Generic[M]):
     """A lighter mesh. `v, f = light` unpacks it; `light.mesh` is of the type that was given."""
 
     vertices: Any
@@ -35,22 +43,25 @@ class Light:
     faces: Any
     """Vertices of the triangles, n_faces x 3, `int32`."""
     attributes: Mapping[str, NDArray[Any]]
-    """Values by name; the row `wedges[f, i]` belongs to corner `i` of face `f`. Without seams there is a row for each vertex."""
+    """Values by name; the row `wedges[f, i]` belongs to corner `i` of face `f`. Without seams there is a row for each vertex. Names are
+    those given; what a file carries is called `uv`, `normals`, `colors` and `tangents`, whatever the file calls it."""
     wedges: NDArray[np.int32] | None
     """The row of `attributes` of each corner, n_faces x 3; `None` where nothing is carried."""
-    groups: NDArray[np.int32] | None
+    groups: NDArray[Any] | None
     """The group of each face, n_faces, as given or as the file has them; `None` where there are none."""
     group_names: Mapping[int, str]
     """Names of materials, groups and objects of a file, by group."""
-    report: Mapping[str, Any]
-    """What was done, as `neural-mesh simplify --report` writes it."""
+    face_attributes: Mapping[str, NDArray[Any]]
+    """Values of faces by name, n_faces or n_faces x k: each face has those of the given face that it lies on."""
+    report: Report
+    """What was done, as `neural-mesh simplify --report` writes it; `report_schema()` says what is there."""
     map: Map | None
     """Where the result comes from, if `map=True` asked for that."""
     sources: NDArray[np.int32] | None
     """The given vertex that each vertex is, where each is one (`subset=True`, the paper's assembly, or nothing was to do)."""
     paths: tuple[str, ...]
     """Files that were written."""
-    mesh: Any = field(repr=False)
+    mesh: M = field(repr=False)
     """The result in the type of mesh that was given: trimesh, Open3D, pyvista, or the pair of arrays."""
 
     def __iter__(self) -> Iterator[Any]:
@@ -62,7 +73,32 @@ class Light:
     @property
     def outcome(self) -> str:
         """`reached`, or `stopped: ` and why the result is larger than asked."""
-        return str(self.report["outcome"])
+        return self.report["outcome"]
+
+    @property
+    def reached(self) -> bool:
+        """Whether the result is as small, or as near, as asked."""
+        return self.outcome == "reached"
+
+    @property
+    def cleaned(self) -> Mapping[str, int]:
+        """What was cleaned on reading, as far as there was something: `{"non_finite_faces": 3}`."""
+        counts: Mapping[str, int] = self.report["cleaned"]  # type: ignore[assignment]
+        return {what: n for what, n in counts.items() if n > 0}
+
+    def save(self, path: str | os.PathLike[str], *, format: str | None = None, force: bool = False) -> str:
+        """Writes the mesh with its attributes and groups to a file of the format that its name says, or of `format`; gives its name.
+        A file that is there is replaced with `force` alone. Names of groups, materials and textures of a file are in what `out` writes."""
+        from ._simplify import written
+
+        written(self, {"out": path, "format": format, "force": force})
+        return os.fspath(path)
+
+    def to_bytes(self, format: str) -> bytes:
+        """The bytes of the file that `save` writes: `ply`, `obj`, `glb`, `stl`, `off`, `3mf`."""
+        from ._simplify import written
+
+        return written(self, {"format": format, "bytes": True}) or b""
 
     def corners(self, name: str) -> NDArray[Any]:
         """The values of an attribute at the corners of the faces, n_faces x 3 x width."""
@@ -94,7 +130,7 @@ class NotReachedError(NeuralMeshError):
     """The result is not as asked: the bound of `error` or `size` is not held, or with `strict=True` the size is not reached.
     `results` has it all the same."""
 
-    def __init__(self, why: str, results: tuple[Light, ...]) -> None:
+    def __init__(self, why: str, results: tuple[Light[Any], ...]) -> None:
         super().__init__(why)
         self.results = results
 
@@ -102,6 +138,6 @@ class NotReachedError(NeuralMeshError):
         return NotReachedError, (str(self), self.results)
 
     @property
-    def result(self) -> Light:
+    def result(self) -> Light[Any]:
         """The result, or the first of the levels of detail."""
         return self.results[0]

@@ -1,115 +1,171 @@
-"""`simplify` and `lods`: what people give, to options and arrays; what comes back, to the type that was given."""
+"""`simplify`, `simplify_many` and `lods`: what people give, to options and arrays; what comes back, to the type that was given."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
+from ._faces import carried
 from ._meshes import Given, given
-from ._options import as_json
-from ._result import Light, Map, NotReachedError
+from ._options import DEFAULTS, FILES, OWN, SIZES, Options, Shared, as_json, n_threads
+from ._report import Report
+from ._result import Light, Map, NeuralMeshWarning, NotReachedError
 
-Progress = Callable[[float, str], object]
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+Arrays: TypeAlias = tuple[NDArray[Any], NDArray[np.int32]]
+File: TypeAlias = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
+
+M = TypeVar("M")
 
 
-def simplify(
-    mesh: Any,
-    *,
-    ratio: float | str | None = None,
-    vertices: int | str | None = None,
-    faces: int | str | None = None,
-    error: float | str | None = None,
-    size: int | str | None = None,
-    out: str | os.PathLike[str] | None = None,
-    attributes: Mapping[str, ArrayLike] | None = None,
-    groups: ArrayLike | None = None,
-    importance: str | ArrayLike | None = None,
-    lock_boundaries: bool = False,
-    subset: bool = False,
-    close: bool = False,
-    keep_features: bool = False,
-    crease_angle: float | None = None,
-    seam_error: float | None = None,
-    keep_components: bool = False,
-    prune: bool | float | str = False,
-    hidden: Literal["keep", "cheap", "drop"] | None = None,
-    for_: Literal["shape", "poses", "spectrum"] | None = None,
-    fill_holes: bool | int = False,
-    printable: bool | float | str = False,
-    weld: bool | float | str = True,
-    symmetric: bool | str = False,
-    ignore: Sequence[Literal["uv", "normals", "colors", "materials"]] | None = None,
-    map: bool = False,
-    optimize: Literal["balanced", "mean", "max", "normals"] | None = None,
-    effort: Literal["fast", "standard", "best"] | None = None,
-    scores: Literal["bending", "network", "geometry"] | None = None,
-    assembly: Literal["closed", "paper"] | None = None,
-    weights: str | os.PathLike[str] | None = None,
-    seed: int = 0,
-    strict: bool = False,
-    check: bool = False,
-    threads: int | None = None,
-    progress: Progress | None = None,
-    format: str | None = None,
-    force: bool = False,
-    picture: str | os.PathLike[str] | None = None,
-    report: str | os.PathLike[str] | None = None,
-    allow_outside: bool = False,
-) -> Light:
-    """Makes a mesh lighter. Exactly one of `ratio`, `vertices`, `faces`, `error` and `size` says what stays: numbers, or
-    what the program takes, as `"10%"`, `"10k"`, `"2MB"`.
+@overload
+def simplify(mesh: File, **options: Unpack[Options]) -> Light[Arrays]: ...
+@overload
+def simplify(mesh: tuple[ArrayLike, ArrayLike], **options: Unpack[Options]) -> Light[Arrays]: ...
+@overload
+def simplify(mesh: Light[Any], **options: Unpack[Options]) -> Light[Arrays]: ...
+@overload
+def simplify(mesh: ArrayLike, triangles: ArrayLike, **options: Unpack[Options]) -> Light[Arrays]: ...
+@overload
+def simplify(mesh: M, **options: Unpack[Options]) -> Light[M]: ...
+def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
+    """Makes a mesh lighter.
 
-    `mesh` is a file, a pair of arrays (vertices n x 3, faces m x 3), or a mesh of trimesh, Open3D or pyvista. With `out` the
-    result is written as the program writes it. Options are the program's (`neural-mesh simplify --help`, `docs/python.md`).
+    `mesh` is the name of a file, its bytes, or what `open` gives; vertices (n x 3) and triangles (m x 3), as two arguments or a pair; a
+    mesh of trimesh, Open3D or pyvista; a `trimesh.Scene`; or a result. `Light.mesh` is of the same type.
 
-    Raises `NeuralMeshError` where there is no result, and `NotReachedError` where it is not as asked.
+    What stays, exactly one of these:
+
+    - `ratio`: share of the vertices: 0.1 or "10%"
+    - `vertices`, `faces`: a number of them: 5000, "5k", or "10%" of the input's
+    - `error`: the largest distance from the original, proved both ways, in the unit of the mesh: 0.5; or in percent of the diagonal of
+      its box: "0.5%". The fewest faces within it are found.
+    - `size`: bytes of the file, as 500_000 or "500kB", in the format of `out`, else as PLY
+
+    What the mesh carries:
+
+    - `attributes`: values by name, n x k of vertices or m x 3 x k of corners. `uv`, `normals`, `tangents` and `colors` are known by name
+    - `groups`: what of the faces stays apart, borders held: "auto" (materials and named groups), the name of an array of faces, an array of
+      m numbers, or `None`. Other values of faces come along (`Light.face_attributes`) and hold nothing
+    - `ignore`: what need not stay, of "uv", "normals", "colors", "materials"
+    - `importance`: how much each vertex counts, n numbers of at least 0. Of a file the name of an attribute, or "NAME=FACTOR"
+    - `textures`: pictures of a file get at most so many pixels a side
+    - `compress`: numbers of a glTF are packed (`True`), or by an extension, as the program's
+
+    What has to stay:
+
+    - `lock_boundaries`: boundaries stay as they are
+    - `subset`: vertices are some of the given ones, to the last bit
+    - `keep`: names of a file whose faces come back as they are
+    - `ratio_of`: shares of the vertices by name, beside a size of the whole
+    - `keep_features`, `crease_angle` (degrees): edges sharper than that stay edges
+    - `seam_error`: how far texture coordinates may move, in texels of 1024
+    - `keep_components`, `prune`: no component goes; or those smaller than `prune` go, in the unit of the mesh or "5%" of the diagonal
+    - `hidden`: what no view from outside shows: "keep", "cheap" (counts little) or "drop"
+    - `symmetric`: `True`, or a plane as "x=0": the result is mirrored
+    - `for_`: "shape", "poses" (a mesh that will bend) or "spectrum"
+
+    What is done before: `weld` (`True`: equal positions become one vertex; or up to a distance, in the unit of the mesh or "0.01%"; or
+    `False`), `fill_holes` (`True`, or holes of at most so many edges), `printable` (a solid; `True`, or the size of a voxel).
+
+    How: `effort` ("fast", "standard", "best"), `optimize` ("balanced", "mean", "max", "normals"), `scores` ("geometry", "network",
+    "bending"), `assembly` ("closed", or "paper" with `close`), `weights` (a file of a network), `seed`, `threads` (one per core where
+    nothing is said), `progress` (called with 0 to 1 and the name of the stage).
+
+    What comes back: `map` (where vertices and corners come from), `check` (distances in `report`), `strict` (an error where the size is
+    not reached), `on_dirty` (input that had to be cleaned and components that went: "warn", "raise" or "ignore").
+
+    Files: `out`, `format`, `force`, `report`, `picture`, `allow_outside` (files that a mesh names may lie outside its folder).
+
+    Raises `NeuralMeshError` where there is no result, of these `OptionError` for an option, and `NotReachedError` where the result is not
+    as asked. Warns (`NeuralMeshWarning`) of a result that is larger than asked.
     """
-    options = locals()
-    target = _one_size({name: options[name] for name in _SIZES})
-    return _results(mesh, target, options)[0]
+    asked = _known("simplify", options, SIZES)
+    return _results(mesh, triangles, _one_size(options), asked)[0]
 
 
-def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light]:
+def simplify_many(meshes: Iterable[M], **options: Unpack[Options]) -> list[Light[M]]:
+    """Results of many meshes, in their order, with the options of `simplify`: so many at a time as there are `threads` (one per core where
+    nothing is said), one thread each. The first that fails ends it."""
+    n_workers = n_threads(options.get("threads")) or _n_cores()
+    options["threads"] = 1
+    each: Callable[[M], Light[M]] = lambda mesh: simplify(mesh, **options)
+    with ThreadPoolExecutor(n_workers) as pool:
+        running = [pool.submit(each, mesh) for mesh in meshes]
+        try:
+            return [future.result() for future in running]
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+@overload
+def lods(mesh: File, ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[Arrays]]: ...
+@overload
+def lods(mesh: tuple[ArrayLike, ArrayLike], ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[Arrays]]: ...
+@overload
+def lods(mesh: Light[Any], ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[Arrays]]: ...
+@overload
+def lods(mesh: M, ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[M]]: ...
+def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light[Any]]:
     """Levels of detail: falling shares of the vertices, for little more than what the first of them costs. Options are those of
     `simplify`; with `out` each is written with `-lod0`, `-lod1` and so on in its name, and a glTF scene as one file."""
-    unknown = [name for name in options if name in _SIZES or name not in _OPTIONS]
+    if isinstance(ratios, str) or not isinstance(ratios, Iterable):
+        raise _native.OptionError(f"lods: ratios={ratios!r}: give a list of falling shares, such as [0.5, 0.25]")
+    return list(_results(mesh, None, {"lods": list(ratios)}, _known("lods", options, ())))
+
+
+def written(light: Light[Any], files: Mapping[str, Any]) -> bytes | None:
+    """The mesh of a result as it is, written to a file or as bytes."""
+    source = given(light, None, None, "auto")
+    options = as_json({"ratio": 1.0, "check": False, "keep_components": True})
+    return _native.simplify(options, as_json(files), source.arrays, None, None, 1, None).bytes
+
+
+def _known(name: str, options: Mapping[str, Any], sizes: Sequence[str]) -> dict[str, Any]:
+    """The options without the sizes, and what others are where nobody says anything."""
+    unknown = [option for option in options if option not in Shared.__annotations__ and option not in sizes]
     if unknown:
-        raise _native.OptionError(f"lods: no such option: {', '.join(unknown)}")
-    defaults = {"mesh": mesh, **_OPTIONS}
-    return list(_results(mesh, {"lods": list(ratios)}, {**defaults, **options}, n_levels=len(ratios)))
-
-
-_SIZES = ("ratio", "vertices", "faces", "error", "size")
-# Options that say where files are and what becomes of them.
-_FILES = ("out", "format", "weights", "picture", "report", "strict", "force")
-# Options that say nothing to the simplifier.
-_OWN = ("mesh", "attributes", "groups", "importance", "threads", "progress", *_FILES)
-# Those of `simplify`, with what they are where nobody says anything.
-_OPTIONS: dict[str, Any] = {
-    name: value for name, value in (simplify.__kwdefaults__ or {}).items() if name not in _SIZES
-}
+        raise _native.OptionError(f"{name}: no such option: {', '.join(unknown)}")
+    said = {option: value for option, value in options.items() if option not in sizes}
+    return {**dict.fromkeys(Shared.__annotations__), **DEFAULTS, **said}
 
 
 def _one_size(sizes: Mapping[str, Any]) -> dict[str, Any]:
-    said = {name: value for name, value in sizes.items() if value is not None}
+    said = {name: value for name, value in sizes.items() if name in SIZES and value is not None}
     if len(said) != 1:
-        listed = ", ".join(_SIZES)
+        listed = ", ".join(SIZES)
         raise _native.OptionError(f"{' and '.join(said) or 'no size'}: give exactly one of {listed}")
     return said
 
 
-def _results(mesh: Any, target: Mapping[str, Any], options: Mapping[str, Any], n_levels: int = 1) -> tuple[Light, ...]:
-    source = given(mesh, options["attributes"], options["groups"])
-    asked = {name: value for name, value in options.items() if name not in _SIZES and name not in _OWN}
-    files = {"input": source.path, **{name: options[name] for name in _FILES}}
+def _n_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _results(mesh: Any, triangles: Any, target: Mapping[str, Any], options: dict[str, Any]) -> tuple[Light[Any], ...]:
+    if options["on_dirty"] not in ("warn", "raise", "ignore"):
+        raise _native.OptionError(f"on_dirty={options['on_dirty']!r}: choose from warn, raise, ignore")
+    source = given(mesh if triangles is None else (mesh, triangles), options["attributes"], options["groups"], options["on_dirty"])
+    asked = {name: value for name, value in options.items() if name not in OWN}
+    if source.ignores_groups:
+        asked["ignore"] = [*(asked["ignore"] or ()), "materials"]
+    files = {"input": source.path, **{name: options[name] for name in FILES}}
     if files["out"] is not None and os.fspath(files["out"]) == "-":
         raise _native.OptionError("out='-': give the name of a file")
+    if source.is_scene and files["out"] is None:
+        files.update(bytes=True, format="glb")
     if isinstance(asked["ignore"], str):
         asked["ignore"] = asked["ignore"].split(",")
     factors = options["importance"]
@@ -118,12 +174,17 @@ def _results(mesh: Any, target: Mapping[str, Any], options: Mapping[str, Any], n
         factors = None
     if factors is not None:
         factors = _factors(factors, source)
+    wants_map = bool(asked["map"])
+    asked["map"] = wants_map or (bool(source.of_faces) and "lods" not in target)
     said = as_json({**target, **asked}), as_json(files)
-    outcome = _native.simplify(*said, source.arrays, factors, options["threads"], options["progress"])
+    threads = n_threads(options["threads"])
+    outcome = _native.simplify(*said, source.arrays, source.file, factors, threads, options["progress"])
     report = json.loads(outcome.report)
-    lights = tuple(_light(kept, outcome, _report_of(report, level), source) for level, kept in enumerate(outcome.results))
+    results = zip(outcome.results, _of_scene(outcome))
+    lights = tuple(_light(kept, outcome, _report_of(report, level), source, wants_map) for level, kept in enumerate(results))
     if outcome.unmet is not None:
         raise NotReachedError(outcome.unmet, lights)
+    _tell(lights, source, options)
     return lights
 
 
@@ -136,33 +197,54 @@ def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:
     return values
 
 
-def _report_of(report: dict[str, Any], level: int) -> dict[str, Any]:
+def _of_scene(outcome: _native.Outcome) -> Sequence[_native.Kept | None]:
+    """The meshes of the scenes that were written, each as one: those of a scene lie side by side until then."""
+    n_levels = len(outcome.results)
+    if outcome.file_vertices is not None:
+        return [None] * n_levels
+    placed = as_json({"ratio": 1.0, "check": False, "keep_components": True})
+    if outcome.bytes is not None:
+        return [_native.simplify(placed, "{}", None, (outcome.bytes, "scene.glb"), None, 1, None).results[0]]
+    paths = outcome.paths if len(outcome.paths) == n_levels else outcome.paths[:1] if n_levels == 1 else []
+    read = [_native.simplify(placed, as_json({"input": path}), None, None, None, 1, None).results[0] for path in paths]
+    return read or [None] * n_levels
+
+
+def _report_of(report: dict[str, Any], level: int) -> Report:
     """The report of a level of detail: that of the run, with what is its own."""
     if not report.get("levels"):
-        return report
+        return report  # type: ignore[return-value]
     own = dict(report["levels"][level])
-    outcome, distance = own.pop("outcome"), own.pop("distance")
+    told = {name: own.pop(name) for name in ("outcome", "distance", "screen_coverage", "certified") if name in own}
     shared = {name: value for name, value in report.items() if name != "levels"}
-    return {**shared, "output": own, "outcome": outcome, "distance": distance}
+    return {**shared, "output": own, **told}  # type: ignore[typeddict-item]
 
 
-def _light(kept: _native.Kept, outcome: _native.Outcome, report: dict[str, Any], source: Given) -> Light:
-    attributes = source.named(kept.channels)
+def _light(
+    both: tuple[_native.Kept, _native.Kept | None], outcome: _native.Outcome, report: Report, source: Given, wants_map: bool
+) -> Light[Any]:
+    own, placed = both
+    kept = placed or own
     vertices, faces = source.alike(kept.vertices), source.alike(kept.faces)
-    light = Light(
+    way = _map(own, outcome, source)
+    of_faces, lost = carried(source, report, way)
+    if lost:
+        report = {**report, "notes": [*report.get("notes", []), lost]}
+    light: Light[Any] = Light(
         vertices=vertices,
         faces=faces,
-        attributes=attributes,
+        attributes=source.named(kept.channels),
         wedges=kept.wedges,
         groups=source.groups_of(kept.groups),
         group_names={group: name for name, group in outcome.group_names},
+        face_attributes=of_faces,
         report=report,
-        map=_map(kept, outcome, source),
-        sources=_of_file(kept.sources, outcome),
+        map=way if wants_map else None,
+        sources=_of_file(own.sources, outcome),
         paths=tuple(outcome.paths),
         mesh=None,
     )
-    object.__setattr__(light, "mesh", source.back(light))
+    object.__setattr__(light, "mesh", source.back(light) if source.scene is None else source.scene(outcome.bytes, light))
     return light
 
 
@@ -185,3 +267,20 @@ def _map(kept: _native.Kept, outcome: _native.Outcome, source: Given) -> Map | N
     of_given[file_vertices] = outputs
     nearest = np.where(inputs >= 0, file_vertices[inputs], -1).astype(np.int32)
     return Map(source.welded(of_given), nearest, corner_faces, corner_weights)
+
+
+def _tell(lights: Sequence[Light[Any]], source: Given, options: Mapping[str, Any]) -> None:
+    """Warns of what is not as one might think."""
+    first = lights[0]
+    pruned = first.report["output"]["components_pruned"]
+    dirt = source.dirt_of(first.cleaned)
+    if pruned and not options["prune"] and options["hidden"] != "drop":
+        dirt.append(f"{pruned} components went: keep_components=True keeps all")
+    if dirt and options["on_dirty"] == "raise":
+        raise _native.NeuralMeshError("; ".join(dirt))
+    words = dirt if options["on_dirty"] == "warn" else []
+    words += [light.outcome for light in lights if not light.reached][:1]
+    words += [note for note in first.report.get("notes", ()) if note.startswith("lost: ")]
+    for word in words:
+        # The line that called `simplify` or `lods`.
+        warnings.warn(word, NeuralMeshWarning, stacklevel=4)

@@ -138,7 +138,8 @@ class _Worker:
             except NotReachedError as short:
                 light = short.result
             _put(os.path.dirname(place), os.path.basename(place), _join(self._out, item["output"]))
-        report, distance = light.report, light.report.get("distance") or {}
+        report = light.report
+        distance: Any = report["distance"] or {}
         row.update({name: report["input"][name] for name in ("vertices", "faces")})
         row.update({f"output_{name}": report["output"][name] for name in ("vertices", "faces")})
         row.update({name: distance.get(name) for name in ("mean_percent", "max_percent")}, outcome=light.outcome)

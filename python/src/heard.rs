@@ -3,19 +3,21 @@
 //!
 //! The thread that called waits, and looks up every few milliseconds: signals are Python's to handle, in that thread, and so is the
 //! callback. Work that is not wanted any more is told so and left to end by itself; it holds nothing of Python's, and writes nothing
-//! from then on. Each call has a pool of its own, which is what a forked process needs: threads of a parent are not there in a child.
+//! from then on. Pools of threads are kept for the next call, each for one call at a time; a forked process has its own, as threads of a
+//! parent are not there in a child.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::Result as Caught;
 use std::time::Duration;
 
 use neural_mesh::simplify::{Event, Listener};
 use neural_mesh_cli::embedded::Failure;
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::failure::{raised, refused};
 
@@ -23,6 +25,18 @@ use crate::failure::{raised, refused};
 pub const TICK: Duration = Duration::from_millis(20);
 /// More threads than any machine has.
 const MOST_THREADS: usize = 1024;
+/// Pools that are kept.
+const MOST_POOLS: usize = 8;
+
+/// A pool of threads that waits for work.
+struct Idle {
+    /// The process that its threads are of.
+    process: u32,
+    n_threads: usize,
+    pool: Arc<ThreadPool>,
+}
+
+static IDLE: Mutex<Vec<Idle>> = Mutex::new(Vec::new());
 
 /// What the work tells, and is told.
 #[derive(Clone)]
@@ -64,15 +78,49 @@ pub fn heard<T: Send + 'static>(
     if n_threads.is_some_and(|n| !(1..=MOST_THREADS).contains(&n)) {
         return Err(raised(&Failure::Usage(format!("threads: give a number from 1 to {MOST_THREADS}"))));
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads.unwrap_or(0)).build();
+    let n_threads = n_threads.unwrap_or(0);
+    let pool = taken(n_threads);
     let pool = pool.map_err(|error| refused(format!("threads cannot be started: {error}: ask for fewer")))?;
     let (ear, (sender, receiver)) =
         (Ear { is_unwanted: Arc::default(), last: Arc::new(Mutex::new((0.0, "read"))) }, channel());
-    let of_work = ear.clone();
-    // Whoever waited may be gone.
-    pool.spawn(move || drop(sender.send(catch_unwind(AssertUnwindSafe(|| work(&of_work))))));
+    let (of_work, back) = (ear.clone(), pool.clone());
+    pool.spawn(move || {
+        let done = catch_unwind(AssertUnwindSafe(|| work(&of_work)));
+        kept(n_threads, back);
+        // Whoever waited may be gone.
+        drop(sender.send(done));
+    });
     let done = waited(py, &Mutex::new(receiver), &ear, progress.as_ref());
     done.inspect_err(|_| ear.is_unwanted.store(true, Relaxed))
+}
+
+/// A pool of so many threads, or of one per core for 0, that waits, or else a new one.
+fn taken(n_threads: usize) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
+    let process = std::process::id();
+    let idle = idle().and_then(|mut idle| {
+        let at = idle.iter().position(|idle| idle.process == process && idle.n_threads == n_threads)?;
+        Some(idle.swap_remove(at).pool)
+    });
+    idle.map_or_else(|| ThreadPoolBuilder::new().num_threads(n_threads).build().map(Arc::new), Ok)
+}
+
+/// Keeps a pool for another call, where there is room.
+fn kept(n_threads: usize, pool: Arc<ThreadPool>) {
+    let process = std::process::id();
+    if let Some(mut idle) = idle()
+        && idle.iter().filter(|idle| idle.process == process).count() < MOST_POOLS
+    {
+        idle.push(Idle { process, n_threads, pool });
+    }
+}
+
+/// The pools that wait; none in a child that was forked while another thread looked at them.
+fn idle() -> Option<MutexGuard<'static, Vec<Idle>>> {
+    match IDLE.try_lock() {
+        Ok(idle) => Some(idle),
+        Err(TryLockError::Poisoned(idle)) => Some(idle.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    }
 }
 
 fn waited<T: Send>(

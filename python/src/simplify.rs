@@ -6,6 +6,7 @@ use neural_mesh::simplify::Map;
 use neural_mesh_cli::embedded::{self, Files};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::arrays::{array, indices, numbers, table, triples};
 use crate::given::{Given, asked, role_name};
@@ -20,6 +21,7 @@ pub struct Outcome {
     file_vertices: Option<Py<PyAny>>,
     group_names: Vec<(String, u32)>,
     paths: Vec<String>,
+    bytes: Option<Py<PyBytes>>,
     unmet: Option<String>,
 }
 
@@ -35,21 +37,26 @@ pub struct Kept {
     map: Option<MapArrays>,
 }
 
-/// Simplifies a mesh, or the file that is named; options and files are JSON.
+/// Simplifies a mesh, the file of these bytes and this name, or the file that is named; options and files are JSON.
 #[pyfunction]
-#[pyo3(signature = (options, files, mesh, importance, threads, progress))]
+#[pyo3(signature = (options, files, mesh, file, importance, threads, progress))]
+#[allow(clippy::too_many_arguments, reason = "they are what Python has")]
 pub fn simplify(
     py: Python,
     options: &str,
     files: &str,
     mesh: Option<Given>,
+    file: Option<(Vec<u8>, String)>,
     importance: Option<PyReadonlyArray1<f32>>,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Outcome> {
     let (options, files): (Arguments, Files) = (asked(options)?, asked(files)?);
     let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
-    let given = mesh.map(|mesh| Ok::<_, PyErr>((mesh.read()?, factors))).transpose()?;
+    let given = match (mesh, file) {
+        (Some(mesh), _) => Some(embedded::Given::Mesh(Box::new(mesh.read()?), factors)),
+        (None, file) => file.map(|(bytes, name)| embedded::Given::File(bytes, name)),
+    };
     let outcome = heard(py, threads, progress, move |ear| {
         embedded::simplify(options, &files, given, ear.listener(), &|| ear.go_on())
     })?;
@@ -67,6 +74,7 @@ impl Outcome {
             file_vertices: outcome.file_vertices.map(|vertices| indices(py, vertices)).transpose()?,
             group_names: outcome.group_names,
             paths: outcome.paths.iter().map(|path| path.to_string_lossy().into_owned()).collect(),
+            bytes: outcome.bytes.map(|bytes| PyBytes::new(py, &bytes).unbind()),
             unmet: outcome.unmet,
         })
     }

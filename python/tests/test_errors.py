@@ -28,7 +28,7 @@ MESH = torus(20, 12)
         (MESH, {"ratio": 0.5, "weights": "-f"}, "-f: "),
         (MESH, {"error": "much"}, "error much: give a distance"),
         (MESH, {"ratio": 0.5, "assembly": "paper", "keep_components": True}, "keep_components: not available with assembly paper"),
-        (MESH, {"ratio": 0.5, "threads": 0}, "threads: give a number from 1"),
+        (MESH, {"ratio": 0.5, "threads": 0}, "give a number from 1"),
         (MESH, {"ratio": 0.5, "optimize": "speed"}, "optimize speed: choose from balanced, mean"),
         (MESH, {"ratio": 0.5, "symmetric": "y"}, "not symmetric about"),
         (MESH, {"ratio": 0.5, "importance": np.zeros(240)}, "needs numbers of at least 0, not all of them 0"),

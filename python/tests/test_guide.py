@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-GUIDE = DOCS / "python.md"
+RECIPES = DOCS / "guide" / "one_import.md"
 
 
 def followed(page: str) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import neural_mesh as nm
 from conftest import edge_counts
-from test_guide import GUIDE
+from test_guide import RECIPES
 
 
 def voxel_surface(solid: Any) -> tuple[Any, Any]:
@@ -51,9 +51,9 @@ def around(vertices: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def recipes() -> dict[str, Any]:
-    (block,) = [code for code in re.findall(r"```python\n(.*?)```", GUIDE.read_text(), re.DOTALL) if "def reduce_faces" in code]
+    (block,) = [code for code in re.findall(r"```python\n(.*?)```", RECIPES.read_text(), re.DOTALL) if "def reduce_faces" in code]
     names: dict[str, Any] = {"nm": nm}
-    exec(compile(block, str(GUIDE), "exec"), names)
+    exec(compile(block, str(RECIPES), "exec"), names)
     return names
 
 

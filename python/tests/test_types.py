@@ -34,8 +34,6 @@ def test_trimesh() -> None:
     assert light.mesh.visual.material is material and light.mesh.metadata["name"] == "grid"
     v, f = light
     assert len(v) == light.report["output"]["vertices"]
-    with pytest.raises(nm.NeuralMeshError, match="no single mesh"):
-        nm.simplify(trimesh.Scene([mesh]), ratio=0.2)
 
 
 def test_trimesh_with_colours() -> None:

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from .. import simplify as _simplify
+from ._sizes import QUIET
 
 __all__ = ["simplify_quadric_decimation"]
 
@@ -15,7 +16,7 @@ def simplify_quadric_decimation(
 ) -> Any:
     """The mesh with so many triangles, or with more where `maximum_error` says so: a distance here, in the unit of the mesh, proved.
     From a `boundary_weight` of ten on boundaries stay as they are; below they are kept near."""
-    options: dict[str, Any] = {"lock_boundaries": boundary_weight >= 10.0}
+    options: dict[str, Any] = {"lock_boundaries": boundary_weight >= 10.0, **QUIET}
     light = _simplify(mesh, faces=max(int(target_number_of_triangles), 1), **options)
     if math.isfinite(maximum_error):
         # The search gives the fewest within the bound: where that is more than asked for, the bound counts.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import simplify as _simplify
-from ._sizes import faces_left
+from ._sizes import QUIET, faces_left
 
 __all__ = ["Simplify"]
 
@@ -60,7 +60,7 @@ class Simplify:
     def _within(self, error: float, options: dict[str, Any]) -> None:
         if len(self._faces) == 0:
             return
-        light = _simplify((self._vertices, self._faces), error=float(error), **options)
+        light = _simplify((self._vertices, self._faces), error=float(error), **{**QUIET, **options})
         self._vertices, self._faces = np.asarray(light.vertices), np.asarray(light.faces)
 
     def getMesh(self) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:

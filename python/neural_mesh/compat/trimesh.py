@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import simplify as _simplify
-from ._sizes import faces_of
+from ._sizes import QUIET, faces_of
 
 __all__ = ["install", "simplify_quadric_decimation"]
 
@@ -14,7 +14,7 @@ def simplify_quadric_decimation(mesh: Any, percent: float | None = None, face_co
     """The mesh without `percent` (0 to 1) of its faces, or with `face_count` of them. Texture coordinates, colours and attributes of
     vertices come along, which they do not there. `aggression` is a speed there and nothing here."""
     n_faces = faces_of(len(mesh.faces), percent, face_count)
-    return _simplify(mesh, faces=max(n_faces, 1)).mesh
+    return _simplify(mesh, faces=max(n_faces, 1), **QUIET).mesh
 
 
 def install() -> None:

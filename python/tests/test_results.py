@@ -1,0 +1,233 @@
+"""What one can go on with: results as input, in memory, as files; names; warnings; values of faces; the report."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import neural_mesh as nm
+from conftest import grid, torus
+
+
+def test_two_arrays_are_a_mesh_as_a_pair_is() -> None:
+    vertices, faces = torus(30, 20)
+    np.testing.assert_array_equal(nm.simplify(vertices, faces, ratio=0.3).vertices, nm.simplify((vertices, faces), ratio=0.3).vertices)
+
+
+def test_numbers_of_vertices_survive_further_calls() -> None:
+    vertices, faces = torus(40, 30)
+    light = nm.simplify(vertices, faces, ratio=0.5, attributes={"heat": vertices[:, 0].astype(np.float64)})
+    again = nm.simplify(light, ratio=0.5)
+    assert again.attributes["heat"].ndim == 1 and again.attributes["heat"].dtype == np.float64
+    assert np.abs(again.corners("heat") - again.vertices[again.faces][..., 0]).max() < 0.1
+    assert nm.compare((vertices, faces), light)["distance_mean"] is not None
+    assert nm.show((vertices, faces), light).page is not None
+
+
+@pytest.mark.parametrize("format", ["ply", "obj", "glb", "stl", "off"])
+def test_results_are_saved_and_read_again(format: str, tmp_path: Path) -> None:
+    light = nm.simplify(torus(40, 30), ratio=0.2)
+    said = light.to_bytes(format)
+    path = light.save(tmp_path / f"light.{format}")
+    assert Path(path).read_bytes() == said
+    with pytest.raises(nm.NeuralMeshError, match="exists already"):
+        light.save(path)
+    for again in (nm.simplify(path, ratio=1.0), nm.simplify(io.BytesIO(said), ratio=1.0), nm.simplify(memoryview(said), ratio=1.0)):
+        assert len(again.faces) == len(light.faces) and len(again.vertices) == len(light.vertices)
+    with open(path, "rb") as file:
+        assert len(nm.simplify(file, ratio=0.5).vertices) == len(light.vertices) // 2
+
+
+def test_attributes_have_one_name_whatever_the_file(tmp_path: Path) -> None:
+    vertices, faces, uv = grid(20)
+    normals = np.tile([0.0, 0.0, 1.0], (len(vertices), 1))
+    colours = np.full((len(vertices), 3), 0.5)
+    light = nm.simplify(vertices, faces, ratio=0.5, attributes={"uv": uv, "normals": normals, "colors": colours})
+    for format in ("ply", "obj", "glb"):
+        again = nm.simplify(light.to_bytes(format), ratio=1.0)
+        assert set(again.attributes) == {"uv", "normals", "colors"}, format
+
+
+def test_what_ends_far_from_its_size_warns() -> None:
+    with pytest.warns(nm.NeuralMeshWarning, match="stopped: "):
+        light = nm.simplify(torus(20, 12), faces=4)
+    assert not light.reached
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert nm.simplify(torus(20, 12), ratio=0.5).reached
+
+
+@pytest.mark.parametrize(
+    ("dirt", "says"),
+    [("nan", "1 faces|6 faces with coordinates"), ("range", "1 faces with indices of no vertex"), ("one", "indices begin at 1: subtract 1")],
+)
+def test_input_that_is_cleaned_warns_or_is_refused(dirt: str, says: str) -> None:
+    vertices, faces = torus(20, 12, np.float64)
+    if dirt == "nan":
+        vertices[7] = np.nan
+    elif dirt == "range":
+        faces[3, 1] = len(vertices) + 5
+    else:
+        faces = faces + 1
+    with pytest.warns(nm.NeuralMeshWarning, match=says):
+        light = nm.simplify(vertices, faces, ratio=0.5)
+    assert light.cleaned
+    with pytest.raises(nm.NeuralMeshError, match=says.replace("were left out", "are there")):
+        nm.simplify(vertices, faces, ratio=0.5, on_dirty="raise")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", nm.NeuralMeshWarning)
+        nm.simplify(vertices, faces, ratio=0.5, on_dirty="ignore")
+    with pytest.raises(nm.OptionError, match="choose from warn, raise, ignore"):
+        nm.simplify(vertices, faces, ratio=0.5, on_dirty="explode")  # type: ignore[call-overload]
+
+
+def test_options_of_numpy_and_wrong_ones() -> None:
+    mesh = torus(20, 12)
+    expected = nm.simplify(mesh, ratio=0.5, threads=1)
+    said: dict[str, Any] = {"ratio": np.float32(0.5), "threads": np.int64(1), "lock_boundaries": np.False_, "map": np.array(False)}
+    light = nm.simplify(mesh, **said)
+    np.testing.assert_array_equal(light.vertices, expected.vertices)
+    assert light.map is None
+    for threads in (-1, 0, True, 1.5, "2"):
+        with pytest.raises(nm.OptionError, match="threads"):
+            nm.simplify(mesh, ratio=0.5, threads=threads)  # type: ignore[call-overload]
+    with pytest.raises(nm.OptionError, match="no such option: ration"):
+        nm.simplify(mesh, ration=0.5)  # type: ignore[call-overload]
+    with pytest.raises(nm.OptionError, match="give a list"):
+        nm.lods(mesh, 0.5)  # type: ignore[call-overload]
+    assert issubclass(nm.OptionError, nm.NeuralMeshError) and issubclass(nm.NotReachedError, nm.NeuralMeshError)
+
+
+def test_many_meshes_come_back_in_their_order() -> None:
+    meshes = [torus(20 + 4 * i, 12) for i in range(6)]
+    lights = nm.simplify_many(meshes, ratio=0.5, threads=2)
+    assert [len(light.vertices) for light in lights] == [len(vertices) // 2 for vertices, _ in meshes]
+    np.testing.assert_array_equal(lights[3].vertices, nm.simplify(meshes[3], ratio=0.5).vertices)
+    with pytest.raises(nm.NeuralMeshError):
+        nm.simplify_many([meshes[0], (np.zeros((0, 3)), np.zeros((0, 3), int))], ratio=0.5)
+
+
+def test_the_report_is_what_its_schema_says() -> None:
+    schema = nm.report_schema()
+    vertices, faces, uv = grid(12)
+    runs = [nm.simplify(torus(20, 12), ratio=0.5), nm.simplify(torus(20, 12), error="1%"), nm.simplify(vertices, faces, faces=100, check=True)]
+    runs += nm.lods(torus(20, 12), [0.5, 0.2], check=True)
+    for light in runs:
+        assert not list(broken(light.report, schema)), light.report
+
+
+def broken(value: Any, schema: dict[str, Any], at: str = "report") -> Any:
+    """Where a value is not what a schema of this kind says."""
+    if "anyOf" in schema:
+        if all(list(broken(value, each, at)) for each in schema["anyOf"]):
+            yield at
+        return
+    kinds = {"integer": int, "number": (int, float), "string": str, "boolean": bool, "null": type(None), "object": dict, "array": list}
+    if "type" in schema and not isinstance(value, kinds[schema["type"]]):
+        yield at
+    elif schema.get("type") == "array":
+        for item in value:
+            yield from broken(item, schema["items"], f"{at}[]")
+    elif schema.get("type") == "object":
+        more = schema["additionalProperties"]
+        yield from (f"{at}.{name}" for name in schema.get("required", ()) if name not in value)
+        for name, item in value.items():
+            known = schema.get("properties", {}).get(name, more)
+            if known is False:
+                yield f"{at}.{name}"
+            else:
+                yield from broken(item, known, f"{at}.{name}")
+
+
+def test_a_scene_gives_its_arrays_where_it_is_seen(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.icosphere(4), node_name="ball")
+    scene.add_geometry(trimesh.creation.icosphere(3), node_name="far", transform=trimesh.transformations.translation_matrix([5, 0, 0]))
+    light = nm.simplify(scene, ratio=0.3)
+    assert isinstance(light.mesh, trimesh.Scene) and len(light.mesh.geometry) == 2
+    n_faces = sum(len(mesh.faces) for mesh in light.mesh.geometry.values())
+    assert len(light.faces) == n_faces and light.vertices[:, 0].max() > 5.5
+    out = tmp_path / "light.glb"
+    light = nm.simplify(scene, ratio=0.3, out=out)
+    assert out.exists() and isinstance(light.mesh, trimesh.Scene) and len(light.faces) == n_faces
+
+
+def test_values_of_faces_come_along_and_hold_nothing() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces = torus(60, 40)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh.face_attributes["side"] = np.where(vertices[faces].mean(1)[:, 0] > 0, 1.5, -2.5)
+    # A number of its own for each face would hold all of them.
+    mesh.face_attributes["number"] = np.arange(len(faces))
+    light = nm.simplify(mesh, ratio=0.1)
+    assert len(light.faces) == len(faces) // 10 and light.groups is None
+    assert set(light.face_attributes) == {"side", "number"} == set(light.mesh.face_attributes)
+    side = np.where(light.vertices[light.faces].mean(1)[:, 0] > 0, 1.5, -2.5)
+    assert (side == light.face_attributes["side"]).mean() > 0.95
+    near = vertices[faces[light.face_attributes["number"]]].mean(1) - light.vertices[light.faces].mean(1)
+    assert np.abs(near).max() < 0.3
+    named = nm.simplify(mesh, ratio=0.3, groups="side")
+    assert named.groups is not None and set(named.groups) == {1.5, -2.5} and set(named.face_attributes) == {"number"}
+    with pytest.raises(nm.OptionError, match="choose from side, number"):
+        nm.simplify(mesh, ratio=0.3, groups="sides")
+
+
+def test_values_of_faces_of_a_mesh_that_is_cleaned() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces = torus(30, 20)
+    dirty = np.concatenate([[[0, 0, 1]], faces[:5], faces])
+    mesh = trimesh.Trimesh(vertices, dirty, process=False)
+    mesh.face_attributes["number"] = np.arange(len(dirty))
+    light = nm.simplify(mesh, ratio=0.5)
+    near = vertices[dirty[light.face_attributes["number"]]].mean(1) - light.vertices[light.faces].mean(1)
+    assert np.abs(near).max() < 0.3
+
+
+def test_cells_of_pyvista() -> None:
+    pv = pytest.importorskip("pyvista")
+    mesh = pv.PolyData.from_regular_faces(*torus(60, 40))
+    mesh.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
+    mesh.cell_data["heat"] = np.linspace(0, 1, mesh.n_cells)
+    light = nm.simplify(mesh, ratio=0.1)
+    assert light.mesh.n_cells == 480 and set(light.mesh.cell_data.keys()) == {"vtkOriginalCellIds", "heat"}
+    assert light.mesh.cell_data["heat"].dtype == mesh.cell_data["heat"].dtype
+    mesh.cell_data["MaterialIds"] = (mesh.cell_centers().points[:, 0] > 0).astype(np.int64)
+    assert set(nm.simplify(mesh, ratio=0.2).mesh.cell_data["MaterialIds"]) == {0, 1}
+    free = nm.simplify(mesh, ratio=0.2, groups=None)
+    assert free.groups is None and "MaterialIds" in free.mesh.cell_data
+
+
+def test_tensors_of_open3d_keep_their_material() -> None:
+    o3d = pytest.importorskip("open3d")
+    mesh = o3d.t.geometry.TriangleMesh.create_torus(1.0, 0.4, 60, 40)
+    mesh.material.set_default_properties()
+    mesh.material.material_name = "defaultLit"
+    mesh.material.scalar_properties["roughness"] = 0.25
+    mesh.vertex["heat"] = o3d.core.Tensor(np.arange(len(mesh.vertex.positions), dtype=np.float32)[:, None])
+    mesh.triangle["part"] = o3d.core.Tensor(np.arange(len(mesh.triangle.indices), dtype=np.int64)[:, None])
+    light = nm.simplify(mesh, ratio=0.2).mesh
+    assert isinstance(light, o3d.t.geometry.TriangleMesh) and "heat" in light.vertex and "part" in light.triangle
+    assert light.material.material_name == "defaultLit" and light.material.scalar_properties["roughness"] == 0.25
+
+
+def test_collapses_number_the_points_as_a_replay_does() -> None:
+    from neural_mesh.compat.fast_simplification import simplify
+
+    vertices, faces = torus(40, 30, np.float64)
+    points, triangles, collapses = simplify(vertices, faces, 0.8, return_collapses=True)
+    stays = np.ones(len(vertices), bool)
+    stays[collapses[:, 1]] = False
+    into = np.arange(len(vertices))
+    into[collapses[:, 1]] = collapses[:, 0]
+    number = (np.cumsum(stays) - 1)[into]
+    assert stays.sum() == len(points) and triangles.max() < len(points)
+    # Each point given lies near the one that its number names.
+    assert np.linalg.norm(points[number] - vertices, axis=1).mean() < 0.15
+    assert np.array_equal(simplify(vertices, faces, 0.8)[0], points)
+    assert len(simplify(vertices, faces, 0.8, agg=0)[1]) == len(faces)
