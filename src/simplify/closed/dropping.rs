@@ -80,7 +80,7 @@ pub fn dropped(original: &Original, output: &Output, cost: &Cost, rules: &DropRu
     let component = |v: u32| component_of_vertex[output.vertex_of[v as usize] as usize];
     let of_faces: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
     let placing = Placing::new(original, shown.scene, shown.attributes, &of_faces, n);
-    let components = Components::new(&placing, output, &component_of_vertex, shown);
+    let components = Components::new(&placing, output, &component_of_vertex, shown, cost);
     let is_dropped = components.dropped(cost, rules.within);
     let n_components = is_dropped.iter().filter(|dropped| **dropped).count();
     let faces = || of_faces.iter().map(|&component| is_dropped[component as usize]).collect();
@@ -232,7 +232,7 @@ impl Component {
 }
 
 impl<'a> Components<'a> {
-    fn new(placing: &'a Placing<'a>, output: &Output, component_of_vertex: &[u32], shown: &Shown) -> Self {
+    fn new(placing: &'a Placing<'a>, output: &Output, component_of_vertex: &[u32], shown: &Shown, cost: &Cost) -> Self {
         let mut all = sums(placing, shown);
         component_of_vertex.iter().for_each(|&component| all[component as usize].n_vertices += 1);
         let (mut triangles, mut of_triangles) = (Vec::new(), Vec::new());
@@ -256,10 +256,24 @@ impl<'a> Components<'a> {
         let tree = NearestOnTriangles::new(&triangles);
         let unit_of_prices = placing.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
         let mut components = Self { all, rank, placing, tree, of_triangles, unit_of_prices, is_painted, is_asset };
+        let most = components.most_price(cost);
         for component in by_area {
-            (components.all[component].loss, components.all[component].stand_in) = components.loss(component);
+            (components.all[component].loss, components.all[component].stand_in) = components.loss(component, most);
         }
         components
+    }
+
+    /// The price per vertex from which on no component goes: vertices are the dearer the fewer the others have, and no component gets
+    /// cheaper. Without end where components may have to go whatever they cost.
+    fn most_price(&self, cost: &Cost) -> f64 {
+        if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.down_to(self.n_asked(cost.limit)) }
+    }
+
+    /// The vertices that are asked for; a number of faces is about as many as the same share of them.
+    fn n_asked(&self, limit: Limit) -> usize {
+        let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
+        let of_faces = n_whole as f64 * limit.faces as f64 / self.of_output().max(1) as f64;
+        n_whole.min(limit.vertices).min(of_faces as usize)
     }
 
     /// The squared distance of a point of a component from the larger ones, and which of them is nearest.
@@ -271,26 +285,33 @@ impl<'a> Components<'a> {
     }
 
     /// What is lost with a component, by points on its faces, and the one that is nearest to most of them; without end where nothing
-    /// is near, and of what no viewer sees.
-    fn loss(&self, component: usize) -> (f64, usize) {
+    /// is near, and of what no viewer sees. Of what costs `most` per vertex or more, some of the loss, and none is near.
+    fn loss(&self, component: usize, most: f64) -> (f64, usize) {
         if self.placing.is_locked(component) {
             return (f64::INFINITY, component);
         }
         let faces = self.placing.faces(component);
         let own = &self.all[component];
-        let (mut sum, mut areas, mut nearest) = (0.0, 0.0, Vec::new());
-        for &face in faces.iter().step_by(faces.len().div_ceil(POINTS).max(1)) {
-            let Some(corners) = self.placing.corners(face) else { return (f64::INFINITY, component) };
+        let some = faces.iter().step_by(faces.len().div_ceil(POINTS).max(1));
+        let Some(points) = some.map(|&face| self.placing.corners(face)).collect::<Option<Vec<_>>>() else {
+            return (f64::INFINITY, component);
+        };
+        let areas: f64 = points.iter().map(|&corners| area_normal_f64(corners).length()).sum();
+        let (mut sum, mut nearest) = (0.0, Vec::new());
+        for corners in points {
             let Some((distance2, other)) = self.nearest(component, corners.iter().sum::<DVec3>() / 3.0) else {
                 return (f64::INFINITY, component);
             };
             // What looks otherwise does not stand in for it: it is as far as it is large.
             let looks_same = !self.is_painted && own.groups.len() == 1 && own.groups == self.all[other].groups;
             let least = if looks_same { 0.0 } else { 0.25 * own.size2 };
-            let area = area_normal_f64(corners).length();
-            sum += area * distance2.max(least);
-            areas += area;
+            sum += area_normal_f64(corners).length() * distance2.max(least);
             nearest.push(other);
+            // Most components lie so far from others that the first point tells.
+            let loss = own.area * sum / areas;
+            if areas > 0.0 && loss / own.n_vertices.max(1) as f64 >= most {
+                return (loss, component);
+            }
         }
         nearest.sort_unstable();
         let most = nearest.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map_or(component, |same| same[0]);
@@ -331,9 +352,7 @@ impl<'a> Components<'a> {
         let mut is_dropped = vec![false; self.all.len()];
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let (mut n_vertices, mut n_faces) = (n_whole, self.of_output());
-        // A number of faces is about as many vertices as the same share of them.
-        let asked = n_whole.min(cost.limit.vertices);
-        let asked = asked.min((n_whole as f64 * cost.limit.faces as f64 / n_faces.max(1) as f64) as usize);
+        let asked = self.n_asked(cost.limit);
         let mut guard: Option<Guard> = None;
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
             self.all.iter().enumerate().map(|(i, it)| Reverse((price(it), i))).collect();
