@@ -1,31 +1,44 @@
 //! Components that lie close within others: what would poke through stays inside.
 //!
 //! The fit knows of one surface at a time, and where two lie closer together than the error, the faces of one pass through the other.
-//! On which side of the other part a face belongs is known: that on which the original has it. Where it is on the wrong one, it goes
-//! back, half as far from there as it was. Of the two the one that shrinks its part moves: what shows stays where it is. No move turns
-//! a face, and each leaves fewer faces that cross others.
+//! On which side of the other component a face belongs is known: that on which the original has it. Where it is on the wrong one, it
+//! goes back, half as far from there as it was. Of the two the one that shrinks its component moves: what shows stays where it is. No
+//! move turns a face, and each leaves fewer faces that cross others.
+//!
+//! Most faces are far from other components, and most that cross some do so in the original, too. So all searches are among the faces
+//! around those that cross, and later rounds look only at what lies near a move.
 
 use std::sync::OnceLock;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::unit_normal;
-use crate::simplify::closed::dropping::{components, components_of};
+use crate::simplify::closed::dropping::components_of;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::spatial::{Hit, NearestOnTriangles};
+use crate::spatial::{Bounds, Hit, NearestOnTriangles, boxes_near, boxes_near_other_kinds};
 
-/// Least cosine between the way to another part and the normal there at which it is clear on which side a point is.
+/// Least cosine between the way to another component and the normal there at which it is clear on which side a point is.
 const CLEAR: f32 = 0.5;
-/// Least cosine between two surfaces, whichever way they look, of which one lies within the other; parts that pass through each other
-/// meet at larger angles.
+/// Least cosine between two surfaces, whichever way they look, of which one lies within the other; components that pass through each
+/// other meet at larger angles.
 const ALONG: f32 = 0.8;
-/// Distance on the surface of unit size up to which parts touch: neither is within the other.
+/// Distance on the surface of unit size up to which components touch: neither is within the other.
 const TOUCHING: f32 = 1e-5;
 /// How far a point goes back at most, over the longest edge of its face.
 const FARTHEST: f32 = 0.1;
+/// Distance of the other component in the original beyond which a point would go back too far, over the longest edge of its face: half
+/// of its height goes into the step, and the height is at least [`CLEAR`] of it.
+const GAP: f32 = 2.0 * FARTHEST / CLEAR;
+/// Distance from a point to its own component in the original, and to where the other one now is, up to which they say where it
+/// belongs, over the longest edge of its face: surfaces are that close unless a whole detail is gone.
+const NEAR: f32 = 0.5;
+/// How far around a face that crosses others the original is searched, over the face's longest edge: from a point to its own
+/// component, and on to the other one.
+const AROUND: f32 = NEAR + GAP;
 /// How often faces go back: what moves changes what its neighbours cross.
 const ROUNDS: usize = 20;
 /// Pairs of faces looked at for whether they cross, however few the faces are, and for each of these: a few dozen are usual, and all
@@ -46,11 +59,11 @@ const POINTS: [[f32; 3]; 7] = [
     [1.0 / 3.0; 3],
 ];
 
-/// A face that crosses one of another part.
+/// A face that crosses one of another component.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Crossing {
     face: u32,
-    /// The other part, and a face of it.
+    /// The other component, and a face of it.
     part: u32,
     other: u32,
 }
@@ -61,55 +74,147 @@ type Moves = [(u32, Vec3); 3];
 /// Moves faces of components that poke through others back; `piece_of` says for the faces of the original which of them share a
 /// space: those of other pieces of a scene stand elsewhere.
 pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
-    let (part_of, n_parts) = components_of(output);
-    if n_parts < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
+    let (of_vertex, n) = components_of(output);
+    if n < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
-    let pulse = original.surface.pulse.counting_if(false);
-    let middles = middles(output, &part_of, n_parts);
-    let mut piece = vec![0; n_parts];
-    for (face, f) in original.surface.faces.iter().zip(0..) {
-        piece[part_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
+    let mut asked = faces_near_other_components(output, &of_vertex);
+    if asked.is_empty() {
+        return;
     }
+    let components = Components::new(original, output, (of_vertex, n), piece_of);
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
-    let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
-    let mut before = None;
+    let (mut near, mut known, mut before) = (asked.clone(), Vec::<Crossing>::new(), None::<Before>);
     for _ in 0..ROUNDS {
-        let tree = output.tree();
-        let crossings = crossings(output, &tree, (&part_of, &piece), &faces, &mut n_looks);
-        if crossings.is_empty() {
+        let found = crossings(output, &SomeFaces::new(output, near), &components, &asked, &mut n_looks);
+        if found.is_empty() {
             break;
         }
-        let before = before.get_or_insert_with(|| Before::new(original, output));
-        let of_faces = output.faces().iter().map(|face| part_of[face[0] as usize]);
-        let now = ComponentTrees::new(of_faces, n_parts);
-        let nested = Nested { before, output, now: &now, part_of: &part_of, middles: &middles };
-        let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
-        let n_moved = moves.iter().flatten().filter(|moves| go(output, &tree, moves, &mut n_looks)).count();
-        if n_moved == 0 {
+        let known_before = before.take().filter(|before| before.covers(&found));
+        let before = before.insert(known_before.unwrap_or_else(|| Before::new(original, output, &components, &found)));
+        let moves = Nested::new(output, before, &components, &found).moves_of_all(&found);
+        let moved = make_moves(output, &moves, &mut n_looks);
+        if moved.is_empty() {
             break;
         }
-        let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
-        faces = output.around().faces_of_all(corners);
+        // Where nothing moved, nothing changes.
+        known.retain(|crossing| asked.binary_search(&crossing.face).is_err());
+        known.extend(found);
+        asked = faces_near_moved(output, &faces_around(output, &known), &moved);
+        near = faces_near(output, boxes_around(output, asked.iter().copied(), 0.0));
     }
 }
 
-/// Which of these faces cross other parts, one face of each; looks at little more than are left.
+/// Returns the faces whose boxes meet that of a face of another component.
+fn faces_near_other_components(output: &Output, of_vertex: &[u32]) -> Vec<u32> {
+    let labelled = |f: u32| (box_around(output, f, 0.0), of_vertex[output.face(f)[0] as usize]);
+    boxes_near_other_kinds((0..output.faces().len() as u32).map(labelled))
+}
+
+/// Returns the boxes of some faces, each larger by `around` times its longest edge.
+fn boxes_around(output: &Output, faces: impl IntoIterator<Item = u32>, around: f32) -> Vec<Bounds> {
+    let larger = |f: u32| box_around(output, f, around * longest_edge(output.triangle(f)));
+    faces.into_iter().map(larger).collect()
+}
+
+/// Returns all faces whose boxes meet one of these.
+fn faces_near(output: &Output, seeds: Vec<Bounds>) -> Vec<u32> {
+    boxes_near(seeds, output.faces().len(), |f| box_around(output, f, 0.0))
+}
+
+/// Returns those of some faces that lie near one with a vertex that moved.
+fn faces_near_moved(output: &Output, faces: &[u32], moved: &[u32]) -> Vec<u32> {
+    let seeds = boxes_around(output, output.around().faces_of_all(moved.iter().copied()), 0.0);
+    let larger = |i: u32| box_around(output, faces[i as usize], 2.0 * longest_edge(output.triangle(faces[i as usize])));
+    boxes_near(seeds, faces.len(), larger).into_iter().map(|i| faces[i as usize]).collect()
+}
+
+/// Returns the faces around the corners of those that cross others.
+fn faces_around(output: &Output, crossings: &[Crossing]) -> Vec<u32> {
+    output.around().faces_of_all(crossings.iter().flat_map(|crossing| output.face(crossing.face)))
+}
+
+/// Returns the box of a face, larger by a length on each side.
+fn box_around(output: &Output, f: u32, length: f32) -> Bounds {
+    Bounds::of(&output.coordinates(f)).larger_by(length)
+}
+
+fn longest_edge([a, b, c]: [Vec3; 3]) -> f32 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+/// The components of an output.
+struct Components {
+    of_vertex: Vec<u32>,
+    n: usize,
+    /// Which of them share a space.
+    piece: Vec<usize>,
+    /// The middle of each component's box.
+    middles: Vec<Vec3>,
+}
+
+impl Components {
+    fn new(
+        original: &Original,
+        output: &Output,
+        (of_vertex, n): (Vec<u32>, usize),
+        piece_of: impl Fn(u32) -> usize,
+    ) -> Self {
+        let middles = middles(output, &of_vertex, n);
+        let mut components = Self { of_vertex, n, piece: vec![0; n], middles };
+        for (face, f) in original.surface.faces.iter().zip(0..) {
+            let component = components.of_original(output, face);
+            components.piece[component as usize] = piece_of(f);
+        }
+        components
+    }
+
+    /// Returns the component of a face of the output.
+    fn of(&self, output: &Output, f: u32) -> u32 {
+        self.of_vertex[output.face(f)[0] as usize]
+    }
+
+    /// Returns the component that a face of the original became part of.
+    fn of_original(&self, output: &Output, face: &[u32; 3]) -> u32 {
+        self.of_vertex[output.vertex_of[face[0] as usize] as usize]
+    }
+}
+
+/// Some faces of the output, to be searched.
+struct SomeFaces {
+    faces: Vec<u32>,
+    tree: NearestOnTriangles,
+}
+
+impl SomeFaces {
+    fn new(output: &Output, faces: Vec<u32>) -> Self {
+        let triangles: Vec<_> = faces.iter().map(|&f| output.coordinates(f)).collect();
+        Self { faces, tree: NearestOnTriangles::new(&triangles) }
+    }
+
+    /// Calls `visit` with every face of these that meets a triangle, and with some near it, perhaps more than once.
+    fn visit_met(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
+        self.tree.visit_met(corners, |i| visit(self.faces[i as usize]));
+    }
+}
+
+/// Finds which of these faces cross other components, one face of each; looks at little more than are left.
 fn crossings(
     output: &Output,
-    tree: &NearestOnTriangles,
-    (part_of, piece): (&[u32], &[usize]),
+    tree: &SomeFaces,
+    components: &Components,
     faces: &[u32],
     n_looks: &mut usize,
 ) -> Vec<Crossing> {
-    let part = |f: u32| part_of[output.face(f)[0] as usize];
+    let part = |f: u32| components.of(output, f);
+    let piece = |part: u32| components.piece[part as usize];
     let normal = |f: u32| unit_normal(output.triangle(f));
     let crossed = |&face: &u32| {
         let (mut crossed, mut n) = (Vec::new(), 0);
         let (own, along, here) = (part(face), normal(face), output.coordinates(face));
         tree.visit_met(&here, |other| {
             n += 1;
-            let is_beside = part(other) != own && piece[part(other) as usize] == piece[own as usize];
+            let is_beside = part(other) != own && piece(part(other)) == piece(own);
             let may = is_beside && along.dot(normal(other)).abs() > ALONG;
             if may && triangles_cross(here, output.coordinates(other)) {
                 crossed.push(Crossing { face, part: part(other), other });
@@ -132,13 +237,13 @@ fn crossings(
     all
 }
 
-/// The original's parts as they lay. On parts with long faces a walk from a vertex nearby ends far from what is nearest, so that all
-/// faces are searched.
+/// The original's components as they lay around faces that cross others. On components with long faces a walk from a vertex nearby
+/// ends far from what is nearest, so that all faces there are searched.
 struct Before<'a> {
     original: &'a Original<'a>,
     trees: ComponentTrees,
-    /// The original's part that each output vertex is of.
-    part_before: Vec<u32>,
+    /// Whether the original was gathered around each face of the output.
+    is_covered: Vec<bool>,
 }
 
 /// A place on the original.
@@ -149,25 +254,29 @@ struct Place {
 }
 
 impl<'a> Before<'a> {
-    fn new(original: &'a Original, output: &Output) -> Self {
+    /// Gathers the original around faces that cross others.
+    fn new(original: &'a Original, output: &Output, components: &Components, crossings: &[Crossing]) -> Self {
         let surface = &original.surface;
-        let (of_vertex, n) = components(surface.positions.len(), &surface.faces);
-        let part = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
-        let all = vec![true; output.positions.len()];
-        let anchors = original.anchors(&output.positions, &output.vertex_of, &all);
-        Self {
-            original,
-            trees: ComponentTrees::new(surface.faces.iter().map(|face| part(face[0])), n),
-            part_before: anchors.into_iter().map(part).collect(),
-        }
+        let mut is_covered = vec![false; output.faces().len()];
+        crossings.iter().for_each(|crossing| is_covered[crossing.face as usize] = true);
+        let seeds = boxes_around(output, crossings.iter().map(|crossing| crossing.face), AROUND);
+        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize].to_array());
+        let near = boxes_near(seeds, surface.faces.len(), |f| Bounds::of(&corners(f)));
+        let labelled = near.into_iter().map(|f| (f, components.of_original(output, &surface.faces[f as usize])));
+        Self { original, trees: ComponentTrees::new(labelled, components.n), is_covered }
     }
 
-    /// The place nearest to a point on the part that an output vertex is of.
-    fn nearest(&self, point: Vec3, vertex: u32) -> Option<Place> {
+    /// Whether the original was gathered around all of these.
+    fn covers(&self, crossings: &[Crossing]) -> bool {
+        crossings.iter().all(|crossing| self.is_covered[crossing.face as usize])
+    }
+
+    /// Finds the place nearest to a point on what became a component, within a distance.
+    fn nearest(&self, point: Vec3, component: u32, within: f32) -> Option<Place> {
         let surface = &self.original.surface;
         let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
         let triangle = |f: u32| corners(f).map(|corner| corner.to_array());
-        let hit = self.trees.nearest(self.part_before[vertex as usize], point, f64::INFINITY, &triangle)?;
+        let hit = self.trees.nearest(component, point, f64::from(within), &triangle)?;
         let normal = unit_normal(corners(hit.triangle));
         Some(Place { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
     }
@@ -182,10 +291,10 @@ struct ComponentTrees {
 }
 
 impl ComponentTrees {
-    /// Of the components of all faces, in their order, `n` of them.
-    fn new(of_faces: impl Iterator<Item = u32>, n: usize) -> Self {
+    /// Sorts faces by their components, `n` of them.
+    fn new(labelled: impl Iterator<Item = (u32, u32)>, n: usize) -> Self {
         let mut faces = vec![Vec::new(); n];
-        (0..).zip(of_faces).for_each(|(f, component)| faces[component as usize].push(f));
+        labelled.for_each(|(f, component)| faces[component as usize].push(f));
         Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
     }
 
@@ -205,45 +314,58 @@ impl ComponentTrees {
     }
 }
 
-/// Parts as they lie now.
+/// Components as they lie now.
 struct Nested<'a> {
     before: &'a Before<'a>,
     output: &'a Output,
-    /// The output's faces, to be searched.
-    now: &'a ComponentTrees,
-    part_of: &'a [u32],
-    /// The middle of each part's box.
-    middles: &'a [Vec3],
+    /// The output's faces near those that cross others, to be searched.
+    now: ComponentTrees,
+    components: &'a Components,
 }
 
-impl Nested<'_> {
-    /// What takes a face that crosses back where it is deepest on the wrong side.
+impl<'a> Nested<'a> {
+    fn new(output: &'a Output, before: &'a Before, components: &'a Components, crossings: &[Crossing]) -> Self {
+        let near = faces_near(output, boxes_around(output, crossings.iter().map(|crossing| crossing.face), NEAR));
+        let labelled = near.into_iter().map(|f| (f, components.of(output, f)));
+        let now = ComponentTrees::new(labelled, components.n);
+        Self { before, output, now, components }
+    }
+
+    /// Finds what takes each face that crosses another back, where that is known.
+    fn moves_of_all(&self, crossings: &[Crossing]) -> Vec<Moves> {
+        let pulse = self.before.original.surface.pulse.counting_if(false);
+        pulse.map(crossings, |crossing| self.deepest(crossing)).into_iter().flatten().collect()
+    }
+
+    /// Finds what takes a face that crosses back where it is deepest on the wrong side.
     fn deepest(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
 
-    /// How deep a point of a face is on the wrong side of the other part, and what takes it back; `None` where it is on its side.
+    /// Finds how deep a point of a face is on the wrong side of the other component, and what takes it back; `None` where it is on its
+    /// side.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
         let output = self.output;
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
-        let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
-        let hit = self.now.nearest(crossing.part, place, f64::from(reach), &|f| output.coordinates(f))?;
+        let reach = longest_edge(here);
+        let before = self.before.nearest(place, self.component(crossing.face), NEAR * reach)?;
+        let (side, gap) = self.side(crossing, &before, GAP * reach)?;
+        let hit = self.now.nearest(crossing.part, place, f64::from(NEAR * reach), &|f| output.coordinates(f))?;
         let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
-        let (side, gap) = self.side(crossing, place)?;
         if height * side > 0.0 {
             return None;
         }
         let step = normal * (side * 0.5 * gap.min(reach) - height);
         // By more than both surfaces are off the original there, a step would spoil what is right.
-        let both_off = || Some(self.off(place, crossing.face)? + self.off(foot, hit.triangle)?);
-        if step.length() > FARTHEST * reach || step.length() > both_off()? {
+        let most = FARTHEST * reach;
+        if step.length() > most || step.length() > before.distance + self.off(foot, hit.triangle, most) {
             return None;
         }
-        let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.part(f) as usize] - place) > 0.0;
+        let shrinks = |f: u32, step: Vec3| step.dot(self.components.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.along(crossing.face, weights, step)
         } else if shrinks(hit.triangle, -step) {
@@ -254,26 +376,26 @@ impl Nested<'_> {
         moves.map(|moves| (height.abs(), moves))
     }
 
-    /// How far a point of a face is from the original.
-    fn off(&self, point: Vec3, face: u32) -> Option<f32> {
-        self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
+    /// Measures how far a point of a face is from the original, no farther than `most`.
+    fn off(&self, point: Vec3, face: u32, most: f32) -> f32 {
+        self.before.nearest(point, self.component(face), most).map_or(most, |nearest| nearest.distance)
     }
 
-    fn part(&self, f: u32) -> u32 {
-        self.part_of[self.output.face(f)[0] as usize]
+    fn component(&self, f: u32) -> u32 {
+        self.components.of(self.output, f)
     }
 
-    /// On which side of the other part the original has a point, 1 or -1, and how far from it; `None` where that is not clear.
-    fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
-        let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
-        let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
+    /// Tells on which side of the other component a place of the original is, 1 or -1, and how far from it; `None` where that is not
+    /// clear, or farther than `most`.
+    fn side(&self, crossing: &Crossing, here: &Place, most: f32) -> Option<(f32, f32)> {
+        let there = self.before.nearest(here.point, crossing.part, most)?;
         let height = (here.point - there.point).dot(there.normal);
         let are_along = here.normal.dot(there.normal).abs() > ALONG;
         let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
         is_clear.then(|| (height.signum(), height.abs()))
     }
 
-    /// The least moves of a face's corners that take a point of it along; `None` where one of them may not move.
+    /// Returns the least moves of a face's corners that take a point of it along; `None` where one of them may not move.
     fn along(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
         let corners = self.output.face(face);
         let step = step / Vec3::from(weights).length_squared();
@@ -282,8 +404,24 @@ impl Nested<'_> {
     }
 }
 
-/// Makes moves that turn no face and leave fewer faces that cross others; whether they were made.
-fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
+/// Makes those of these moves that do good, one after the other; returns the vertices that moved.
+fn make_moves(output: &mut Output, moves: &[Moves], n_looks: &mut usize) -> Vec<u32> {
+    if moves.is_empty() {
+        return Vec::new();
+    }
+    let mut farthest: FxHashMap<u32, f32> = FxHashMap::default();
+    moves.iter().flatten().for_each(|(v, step)| *farthest.entry(*v).or_default() += step.length());
+    let faces = output.around().faces_of_all(farthest.keys().copied());
+    let step = |v: u32| farthest.get(&v).copied().unwrap_or(0.0);
+    let seed = |&f: &u32| box_around(output, f, output.face(f).map(step).into_iter().fold(0.0, f32::max));
+    let seeds: Vec<Bounds> = faces.iter().map(seed).collect();
+    let tree = SomeFaces::new(output, faces_near(output, seeds));
+    let made = moves.iter().filter(|moves| go(output, &tree, moves, n_looks));
+    made.flatten().map(|(v, _)| *v).collect()
+}
+
+/// Makes moves if they turn no face and leave fewer faces that cross others; returns whether they were made.
+fn go(output: &mut Output, tree: &SomeFaces, moves: &Moves, n_looks: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
     let faces = output.around().faces_of_all(moved);
     let before = n_crossed(output, tree, &faces, n_looks);
@@ -298,8 +436,8 @@ fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &m
     is_made
 }
 
-/// How often faces cross others; looks at little more than are left.
-fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks: &mut usize) -> usize {
+/// Counts how often faces cross others; looks at little more than are left.
+fn n_crossed(output: &Output, tree: &SomeFaces, faces: &[u32], n_looks: &mut usize) -> usize {
     let mut n = 0;
     for &f in faces {
         if *n_looks == 0 {
@@ -314,7 +452,7 @@ fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks:
     n
 }
 
-/// The middle of each part's box.
+/// Returns the middle of each component's box.
 fn middles(output: &Output, part_of: &[u32], n_parts: usize) -> Vec<Vec3> {
     let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); n_parts];
     for (&p, &part) in output.positions.iter().zip(part_of) {
