@@ -101,6 +101,14 @@ struct Best {
     looks: Looks,
 }
 
+impl Best {
+    /// Nothing yet, of what is no farther than a squared distance from a point, all scaled.
+    #[inline(always)]
+    fn within(distance2: f64, p: DVec3) -> Self {
+        Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: Looks::default() }
+    }
+}
+
 impl<'a> FaceTree<'a> {
     /// Makes the tree over triangles (n_faces x 3, indices of positions) with finite corners.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
@@ -164,8 +172,29 @@ impl<'a> FaceTree<'a> {
     /// dozen on most surfaces, a good part of all where they lie across each other.
     #[inline(always)]
     pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, Looks)> {
-        let scale2 = self.scale * self.scale;
-        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2, best.looks))
+        let (p, scale2) = (p * self.scale, self.scale * self.scale);
+        let mut best = Best::within(f64::INFINITY, p);
+        if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
+            self.test_face(face, p, &mut best);
+        }
+        self.search(p, enough * scale2, &|_| true, &mut best);
+        (best.face != u32::MAX).then(|| (best.face, best.distance2 / scale2, best.looks))
+    }
+
+    /// Finds the nearest of the triangles that `accept` lets pass, no farther than `reach`, and the squared distance to it.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::FaceTree;
+    /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let tree = FaceTree::new(&positions, &[[0, 1, 2], [0, 1, 3]]);
+    /// let found = |reach| tree.nearest_of([0.25, 0.5, 0.25].into(), reach, |face| face == 1);
+    /// assert_eq!((found(0.5), found(0.4)), (Some((1, 0.25)), None));
+    /// ```
+    pub fn nearest_of(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+        let (p, reach) = (p * self.scale, reach * self.scale);
+        let mut best = Best::within(reach * reach, p);
+        self.search(p, f64::NEG_INFINITY, &accept, &mut best);
+        (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
 
     /// The triangles in their order along the curve.
@@ -180,20 +209,15 @@ impl<'a> FaceTree<'a> {
         side(0).hypot(side(1)).hypot(side(2)) / self.scale
     }
 
-    /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
+    /// Finds the nearest of the triangles that `accept` lets pass, or any that is no farther than `enough` (squared), in scaled
+    /// coordinates.
     #[inline(always)]
-    fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
-        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY, looks: Looks::default() };
-        let (p, mut best) = (p * self.scale, none);
-        if let Some(face) = guess.filter(|&face| (face as usize) < self.faces.len()) {
-            self.test_face(face, p, &mut best);
-        }
+    fn search(&self, p: DVec3, enough: f64, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         match &self.needles {
-            Some(needles) => self.visit_needles(needles, p, enough, &mut best),
+            Some(needles) => self.visit_needles(needles, p, enough, accept, best),
             None if self.faces.is_empty() => {}
-            None => self.descend(p, enough, &mut best),
+            None => self.descend(p, enough, accept, best),
         }
-        (best.face != u32::MAX).then_some(best)
     }
 
     /// The lowest nodes, each with the box around all its children: over the triangles, or over their pieces, of which so many are
@@ -236,10 +260,17 @@ impl<'a> FaceTree<'a> {
 
     /// Tests the needles that may be nearer.
     #[inline(never)]
-    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, enough: f64, best: &mut Best) {
+    fn visit_needles(
+        &self,
+        needles: &NeedleTree,
+        p: DVec3,
+        enough: f64,
+        accept: &impl Fn(u32) -> bool,
+        best: &mut Best,
+    ) {
         let bound = |best: &Best| if best.distance2 > enough { best.distance2 } else { f64::NEG_INFINITY };
         let n_boxes = needles.visit_near(p, bound(best), |faces| {
-            faces.iter().for_each(|&face| self.test_face(face, p, best));
+            faces.iter().filter(|face| accept(**face)).for_each(|&face| self.test_face(face, p, best));
             bound(best)
         });
         best.looks.boxes += n_boxes;
@@ -247,7 +278,7 @@ impl<'a> FaceTree<'a> {
 
     /// Visits the nodes that may hold a nearer triangle, the nearest child of each first.
     #[inline(always)]
-    fn descend(&self, p: DVec3, enough: f64, best: &mut Best) {
+    fn descend(&self, p: DVec3, enough: f64, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let point = p.as_vec3().to_array();
         let mut waiting = [Waiting { distance: 0.0, above: 0, node: 0 }; WAITING];
         waiting[0].above = self.levels.len() as u32;
@@ -263,7 +294,7 @@ impl<'a> FaceTree<'a> {
             let first = node as usize * WIDTH;
             let distances = self.levels[below][node as usize].distances(point);
             if below == 0 {
-                self.test_faces(first, &distances, p, best);
+                self.test_faces((first, &distances), p, accept, best);
                 continue;
             }
             let n_children = WIDTH.min(self.levels[below - 1].len() - first);
@@ -281,15 +312,23 @@ impl<'a> FaceTree<'a> {
 
     /// Tests the triangles under a node that may be nearer, the one of the nearest box first.
     #[inline(always)]
-    fn test_faces(&self, first: usize, distances: &[f32; WIDTH], p: DVec3, best: &mut Best) {
+    fn test_faces(
+        &self,
+        (first, distances): (usize, &[f32; WIDTH]),
+        p: DVec3,
+        accept: &impl Fn(u32) -> bool,
+        best: &mut Best,
+    ) {
         let faces = self.pieces.as_ref().unwrap_or(&self.order);
         let faces = &faces[first..faces.len().min(first + WIDTH)];
         let nearer = |i: usize, j: usize| if distances[j] < distances[i] { j } else { i };
         let nearest = (0..faces.len()).reduce(nearer).unwrap_or_default();
         if distances[nearest] <= best.limit {
-            self.test_face(faces[nearest], p, best);
+            if accept(faces[nearest]) {
+                self.test_face(faces[nearest], p, best);
+            }
             for (child, &face) in faces.iter().enumerate() {
-                if distances[child] <= best.limit && child != nearest {
+                if distances[child] <= best.limit && child != nearest && accept(face) {
                     self.test_face(face, p, best);
                 }
             }
