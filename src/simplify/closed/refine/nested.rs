@@ -15,11 +15,12 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::geometry::crossing::triangles_cross;
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::unit_normal;
 use crate::simplify::closed::dropping::components_of;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::spatial::{Bounds, Hit, NearestOnTriangles, boxes_near, boxes_near_other_kinds};
+use crate::spatial::{Bounds, FaceTree, NearestOnTriangles, boxes_near, boxes_near_other_kinds};
 
 /// Least cosine between the way to another component and the normal there at which it is clear on which side a point is.
 const CLEAR: f32 = 0.5;
@@ -35,7 +36,7 @@ const FARTHEST: f32 = 0.1;
 const GAP: f32 = 2.0 * FARTHEST / CLEAR;
 /// Distance from a point to its own component in the original, and to where the other one now is, up to which they say where it
 /// belongs, over the longest edge of its face: surfaces are that close unless a whole detail is gone.
-const NEAR: f32 = 0.5;
+const NEAR: f32 = 0.25;
 /// How far around a face that crosses others the original is searched, over the face's longest edge: from a point to its own
 /// component, and on to the other one.
 const AROUND: f32 = NEAR + GAP;
@@ -84,15 +85,14 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
     }
     let components = Components::new(original, output, (of_vertex, n), piece_of);
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
-    let (mut near, mut known, mut before) = (asked.clone(), Vec::<Crossing>::new(), None::<Before>);
+    let (mut near, mut known) = (asked.clone(), Vec::<Crossing>::new());
     for _ in 0..ROUNDS {
         let found = crossings(output, &SomeFaces::new(output, near), &components, &asked, &mut n_looks);
         if found.is_empty() {
             break;
         }
-        let known_before = before.take().filter(|before| before.covers(&found));
-        let before = before.insert(known_before.unwrap_or_else(|| Before::new(original, output, &components, &found)));
-        let moves = Nested::new(output, before, &components, &found).moves_of_all(&found);
+        let vicinity = Vicinity::new(original, output, &components, &found);
+        let moves = Nested::new(original, output, &components, &vicinity).moves_of_all(&found);
         let moved = make_moves(output, &moves, &mut n_looks);
         if moved.is_empty() {
             break;
@@ -237,103 +237,117 @@ fn crossings(
     all
 }
 
-/// The original's components as they lay around faces that cross others. On components with long faces a walk from a vertex nearby
-/// ends far from what is nearest, so that all faces there are searched.
-struct Before<'a> {
-    original: &'a Original<'a>,
-    trees: ComponentTrees,
-    /// Whether the original was gathered around each face of the output.
-    is_covered: Vec<bool>,
+/// What lies around faces that cross others, by component.
+struct Vicinity {
+    /// Faces of the original.
+    before: Vec<ComponentFaces>,
+    /// Faces of the output.
+    now: Vec<ComponentFaces>,
 }
 
-/// A place on the original.
-struct Place {
+impl Vicinity {
+    fn new(original: &Original, output: &Output, components: &Components, crossings: &[Crossing]) -> Self {
+        let surface = &original.surface;
+        let seeds = |around| boxes_around(output, crossings.iter().map(|crossing| crossing.face), around);
+        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize].to_array());
+        let mut before = vec![ComponentFaces::default(); components.n];
+        for f in boxes_near(seeds(AROUND), surface.faces.len(), |f| Bounds::of(&corners(f))) {
+            before[components.of_original(output, &surface.faces[f as usize]) as usize].push(f, corners(f));
+        }
+        let mut now = vec![ComponentFaces::default(); components.n];
+        for f in faces_near(output, seeds(NEAR)) {
+            now[components.of(output, f) as usize].push(f, output.coordinates(f));
+        }
+        Self { before, now }
+    }
+}
+
+/// Some faces of a component.
+#[derive(Clone, Default)]
+struct ComponentFaces {
+    /// Which faces they are.
+    numbers: Vec<u32>,
+    /// Their corners, 3 n_faces.
+    positions: Vec<[f32; 3]>,
+    /// The same as indices, n_faces x 3.
+    faces: Vec<[u32; 3]>,
+}
+
+impl ComponentFaces {
+    fn push(&mut self, number: u32, corners: [[f32; 3]; 3]) {
+        let first = self.positions.len() as u32;
+        self.numbers.push(number);
+        self.positions.extend(corners);
+        self.faces.push([first, first + 1, first + 2]);
+    }
+}
+
+/// Components, each to be searched by itself: where many lie in one place, a search of all would look at each. On long faces a walk
+/// from a vertex nearby ends far from what is nearest, so that all faces are searched.
+struct ComponentTrees<'a> {
+    components: &'a [ComponentFaces],
+    /// Made where they are asked for.
+    trees: Vec<OnceLock<FaceTree<'a>>>,
+}
+
+/// A point of a face.
+struct FacePoint {
+    face: u32,
+    /// What each corner counts in it.
+    weights: [f32; 3],
     point: Vec3,
+    /// Of the face, a unit vector.
     normal: Vec3,
+    /// From where it was searched.
     distance: f32,
 }
 
-impl<'a> Before<'a> {
-    /// Gathers the original around faces that cross others.
-    fn new(original: &'a Original, output: &Output, components: &Components, crossings: &[Crossing]) -> Self {
-        let surface = &original.surface;
-        let mut is_covered = vec![false; output.faces().len()];
-        crossings.iter().for_each(|crossing| is_covered[crossing.face as usize] = true);
-        let seeds = boxes_around(output, crossings.iter().map(|crossing| crossing.face), AROUND);
-        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize].to_array());
-        let near = boxes_near(seeds, surface.faces.len(), |f| Bounds::of(&corners(f)));
-        let labelled = near.into_iter().map(|f| (f, components.of_original(output, &surface.faces[f as usize])));
-        Self { original, trees: ComponentTrees::new(labelled, components.n), is_covered }
+impl<'a> ComponentTrees<'a> {
+    fn new(components: &'a [ComponentFaces]) -> Self {
+        Self { components, trees: components.iter().map(|_| OnceLock::new()).collect() }
     }
 
-    /// Whether the original was gathered around all of these.
-    fn covers(&self, crossings: &[Crossing]) -> bool {
-        crossings.iter().all(|crossing| self.is_covered[crossing.face as usize])
-    }
-
-    /// Finds the place nearest to a point on what became a component, within a distance.
-    fn nearest(&self, point: Vec3, component: u32, within: f32) -> Option<Place> {
-        let surface = &self.original.surface;
-        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
-        let triangle = |f: u32| corners(f).map(|corner| corner.to_array());
-        let hit = self.trees.nearest(component, point, f64::from(within), &triangle)?;
-        let normal = unit_normal(corners(hit.triangle));
-        Some(Place { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
+    /// Finds the nearest point of a component within a distance.
+    fn nearest(&self, component: u32, point: Vec3, within: f32) -> Option<FacePoint> {
+        let ComponentFaces { numbers, positions, faces } = &self.components[component as usize];
+        let tree = self.trees[component as usize].get_or_init(|| FaceTree::new(positions, faces));
+        let (i, distance2) = tree.nearest_of(point.as_dvec3(), f64::from(within), |_| true)?;
+        let corners = faces[i as usize].map(|v| Vec3::from(positions[v as usize]));
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+        let weights = nearest_weights_f64(point.as_dvec3(), [a, b, c]);
+        Some(FacePoint {
+            face: numbers[i as usize],
+            weights: weights.map(|weight| weight as f32),
+            point: (a * weights[0] + b * weights[1] + c * weights[2]).as_vec3(),
+            normal: unit_normal(corners),
+            distance: distance2.sqrt() as f32,
+        })
     }
 }
 
-/// Faces, each component to be searched by itself: where many lie in one place, a search of all would look at each.
-struct ComponentTrees {
-    /// The faces of each component.
-    faces: Vec<Vec<u32>>,
-    /// Made where they are asked for.
-    trees: Vec<OnceLock<NearestOnTriangles>>,
-}
-
-impl ComponentTrees {
-    /// Sorts faces by their components, `n` of them.
-    fn new(labelled: impl Iterator<Item = (u32, u32)>, n: usize) -> Self {
-        let mut faces = vec![Vec::new(); n];
-        labelled.for_each(|(f, component)| faces[component as usize].push(f));
-        Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
-    }
-
-    /// Finds the nearest point of a component within a distance; `triangle` gives the corners of a face.
-    fn nearest(
-        &self,
-        component: u32,
-        point: Vec3,
-        within: f64,
-        triangle: &dyn Fn(u32) -> [[f32; 3]; 3],
-    ) -> Option<Hit> {
-        let faces = &self.faces[component as usize];
-        let tree = self.trees[component as usize]
-            .get_or_init(|| NearestOnTriangles::new(&faces.iter().map(|&f| triangle(f)).collect::<Vec<_>>()));
-        let hit = tree.nearest_within(point.as_dvec3(), within, |_| true)?;
-        Some(Hit { triangle: faces[hit.triangle as usize], ..hit })
-    }
-}
-
-/// Components as they lie now.
+/// Components as they lay and as they lie now.
 struct Nested<'a> {
-    before: &'a Before<'a>,
+    original: &'a Original<'a>,
     output: &'a Output,
-    /// The output's faces near those that cross others, to be searched.
-    now: ComponentTrees,
     components: &'a Components,
+    before: ComponentTrees<'a>,
+    now: ComponentTrees<'a>,
 }
 
 impl<'a> Nested<'a> {
-    fn new(output: &'a Output, before: &'a Before, components: &'a Components, crossings: &[Crossing]) -> Self {
-        let near = faces_near(output, boxes_around(output, crossings.iter().map(|crossing| crossing.face), NEAR));
-        let labelled = near.into_iter().map(|f| (f, components.of(output, f)));
-        let now = ComponentTrees::new(labelled, components.n);
-        Self { before, output, now, components }
+    fn new(
+        original: &'a Original,
+        output: &'a Output,
+        components: &'a Components,
+        Vicinity { before, now }: &'a Vicinity,
+    ) -> Self {
+        let [before, now] = [before, now].map(|faces| ComponentTrees::new(faces));
+        Self { original, output, components, before, now }
     }
 
     /// Finds what takes each face that crosses another back, where that is known.
     fn moves_of_all(&self, crossings: &[Crossing]) -> Vec<Moves> {
-        let pulse = self.before.original.surface.pulse.counting_if(false);
+        let pulse = self.original.surface.pulse.counting_if(false);
         pulse.map(crossings, |crossing| self.deepest(crossing)).into_iter().flatten().collect()
     }
 
@@ -350,35 +364,33 @@ impl<'a> Nested<'a> {
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
         let reach = longest_edge(here);
-        let before = self.before.nearest(place, self.component(crossing.face), NEAR * reach)?;
+        let before = self.before.nearest(self.component(crossing.face), place, NEAR * reach)?;
         let (side, gap) = self.side(crossing, &before, GAP * reach)?;
-        let hit = self.now.nearest(crossing.part, place, f64::from(NEAR * reach), &|f| output.coordinates(f))?;
-        let foot = hit.point.as_vec3();
-        let normal = unit_normal(output.triangle(hit.triangle));
-        let height = (place - foot).dot(normal);
+        let hit = self.now.nearest(crossing.part, place, NEAR * reach)?;
+        let height = (place - hit.point).dot(hit.normal);
         if height * side > 0.0 {
             return None;
         }
-        let step = normal * (side * 0.5 * gap.min(reach) - height);
+        let step = hit.normal * (side * 0.5 * gap.min(reach) - height);
         // By more than both surfaces are off the original there, a step would spoil what is right.
         let most = FARTHEST * reach;
-        if step.length() > most || step.length() > before.distance + self.off(foot, hit.triangle, most) {
+        if step.length() > most || step.length() > before.distance + self.off(&hit, most) {
             return None;
         }
         let shrinks = |f: u32, step: Vec3| step.dot(self.components.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.along(crossing.face, weights, step)
-        } else if shrinks(hit.triangle, -step) {
-            self.along(hit.triangle, hit.weights.map(|w| w as f32), -step)
+        } else if shrinks(hit.face, -step) {
+            self.along(hit.face, hit.weights, -step)
         } else {
             None
         };
         moves.map(|moves| (height.abs(), moves))
     }
 
-    /// Measures how far a point of a face is from the original, no farther than `most`.
-    fn off(&self, point: Vec3, face: u32, most: f32) -> f32 {
-        self.before.nearest(point, self.component(face), most).map_or(most, |nearest| nearest.distance)
+    /// Measures how far a point of the output is from the original, no farther than `most`.
+    fn off(&self, at: &FacePoint, most: f32) -> f32 {
+        self.before.nearest(self.component(at.face), at.point, most).map_or(most, |nearest| nearest.distance)
     }
 
     fn component(&self, f: u32) -> u32 {
@@ -387,8 +399,8 @@ impl<'a> Nested<'a> {
 
     /// Tells on which side of the other component a place of the original is, 1 or -1, and how far from it; `None` where that is not
     /// clear, or farther than `most`.
-    fn side(&self, crossing: &Crossing, here: &Place, most: f32) -> Option<(f32, f32)> {
-        let there = self.before.nearest(here.point, crossing.part, most)?;
+    fn side(&self, crossing: &Crossing, here: &FacePoint, most: f32) -> Option<(f32, f32)> {
+        let there = self.before.nearest(crossing.part, here.point, most)?;
         let height = (here.point - there.point).dot(there.normal);
         let are_along = here.normal.dot(there.normal).abs() > ALONG;
         let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
@@ -424,14 +436,22 @@ fn make_moves(output: &mut Output, moves: &[Moves], n_looks: &mut usize) -> Vec<
 fn go(output: &mut Output, tree: &SomeFaces, moves: &Moves, n_looks: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
     let faces = output.around().faces_of_all(moved);
-    let before = n_crossed(output, tree, &faces, n_looks);
-    let places = moves.map(|(v, _)| output.positions[v as usize]);
-    moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
-    let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.meant(*f)) <= 0.0;
-    let pays = before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_looks) < before;
-    let is_made = pays && *n_looks > 0;
+    let [before, after] =
+        [0.0, 1.0].map(|share| moves.map(|(v, step)| (v, output.positions[v as usize] + share * step)));
+    let put = |output: &mut Output, places: &[(u32, Vec3); 3]| {
+        places.iter().for_each(|(v, place)| output.positions[*v as usize] = *place);
+    };
+    put(output, &after);
+    let turns = faces.iter().any(|&f| unit_normal(output.triangle(f)).dot(output.meant(f)) <= 0.0);
+    put(output, &before);
+    if turns {
+        return false;
+    }
+    let most = n_crossed(output, tree, &faces, n_looks);
+    put(output, &after);
+    let is_made = most > 0 && n_crossed(output, tree, &faces, n_looks) < most && *n_looks > 0;
     if !is_made {
-        moves.iter().zip(places).for_each(|((v, _), place)| output.positions[*v as usize] = place);
+        put(output, &before);
     }
     is_made
 }
