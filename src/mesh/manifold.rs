@@ -123,18 +123,18 @@ fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners)
 /// Chooses such partners at the edges of `vertices` with more than two faces as hang together over other edges, and among these
 /// such as run against each other; any for those that are left.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
-    let (faces, patch) = (&around.faces, |face: u32| around.patches[face as usize]);
-    let mut bodies = UnionFind::new(around.n_patches);
+    let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
+    let mut bodies = UnionFind::new(around.n_clusters);
     for_each_edge(n_vertices, faces, |_, half_edges| {
         if let &[g, h] = half_edges {
-            bodies.union(patch(g.face()), patch(h.face()));
+            bodies.union(cluster(g.face()), cluster(h.face()));
         }
     });
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
         for spoke in spokes(faces, corners).chunk_by(|a, b| a.0 == b.0).filter(|spoke| spoke.len() > 2) {
             let halves = halves_over(faces, corners, spoke);
             let body_of =
-                |&(half, _): &(u32, u32)| (bodies.find(patch(half / 3)), start(faces, half) == corners[0].0, half);
+                |&(half, _): &(u32, u32)| (bodies.find(cluster(half / 3)), start(faces, half) == corners[0].0, half);
             let mut halves: Vec<(u32, bool, u32)> = halves.iter().map(body_of).collect();
             halves.sort_unstable();
             let mut pairs = Vec::new();

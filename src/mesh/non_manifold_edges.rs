@@ -25,12 +25,12 @@ pub(super) type Partners = FxHashMap<u32, u32>;
 /// The partners of the half-edges at all edges with more than two faces, numbered as the faces around them are; where the faces of an
 /// edge are odd in number, one has none.
 pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
-    let (faces, patch) = (&around.faces, |face: u32| around.patches[face as usize]);
-    let mut sides = Sides::new(around.n_patches);
+    let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
+    let mut sides = Sides::new(around.n_clusters);
     let mut fans: Vec<Vec<Blade>> = Vec::new();
     for_each_edge(positions.len(), faces, |ends, half_edges| {
         if let &[g, h] = half_edges {
-            sides.join([patch(g.face()), patch(h.face())], g.runs_up(faces) == h.runs_up(faces));
+            sides.join([cluster(g.face()), cluster(h.face())], g.runs_up(faces) == h.runs_up(faces));
         } else if half_edges.len() > 2 {
             let fan = |some: &[HalfEdge]| some.iter().map(|&h| Blade::new(positions, faces, ends, h)).collect();
             fans.extend(half_edges.chunks(MOST_FACES).map(fan));
@@ -39,7 +39,7 @@ pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partner
     let mut partners = Partners::default();
     for fan in fans {
         let joined = |a: &Blade, b: &Blade| {
-            a.tip != b.tip && sides.join([patch(a.half / 3), patch(b.half / 3)], a.is_along == b.is_along)
+            a.tip != b.tip && sides.join([cluster(a.half / 3), cluster(b.half / 3)], a.is_along == b.is_along)
         };
         for [g, h] in matched(&fan, joined) {
             partners.insert(g, h);

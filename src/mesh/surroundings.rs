@@ -12,10 +12,10 @@ pub(super) struct Surroundings {
     pub numbers: Vec<u32>,
     /// Their corners, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// A number below `n_patches` for each face: those with the same one hang together, all wound the same way around.
-    pub patches: Vec<u32>,
-    /// More than the largest number of a patch.
-    pub n_patches: usize,
+    /// A number below `n_clusters` for each face: those with the same one hang together, all wound the same way around.
+    pub clusters: Vec<u32>,
+    /// More than the largest number of a cluster.
+    pub n_clusters: usize,
     /// Vertices of the mesh all of whose faces are here, ascending.
     vertices: Vec<u32>,
 }
@@ -27,28 +27,28 @@ impl Surroundings {
     pub(super) fn new(n_vertices: usize, faces: &[[u32; 3]], meeting: &MeetingSheets) -> Self {
         let mut is_fan = vec![true; n_vertices];
         meeting.vertices.iter().chain(&meeting.opposed).for_each(|&v| is_fan[v as usize] = false);
-        let mut patches = UnionFind::new(n_vertices);
+        let mut clusters = UnionFind::new(n_vertices);
         let mut is_near = vec![false; n_vertices];
         for face in faces {
             let [a, b, c] = face.map(|v| is_fan[v as usize]);
             if a && b && c {
-                patches.union(face[0], face[1]);
-                patches.union(face[1], face[2]);
+                clusters.union(face[0], face[1]);
+                clusters.union(face[1], face[2]);
                 continue;
             }
             face.iter().for_each(|&v| is_near[v as usize] = true);
             let fans: Vec<u32> = face.iter().copied().filter(|&v| is_fan[v as usize]).collect();
-            fans.windows(2).for_each(|pair| _ = patches.union(pair[0], pair[1]));
+            fans.windows(2).for_each(|pair| _ = clusters.union(pair[0], pair[1]));
         }
         let near = (0..faces.len() as u32).filter(|&f| faces[f as usize].iter().any(|&v| is_near[v as usize]));
         let numbers: Vec<u32> = near.collect();
         let faces: Vec<[u32; 3]> = numbers.iter().map(|&f| faces[f as usize]).collect();
-        let patch = |(face, own): (&[u32; 3], u32)| {
-            face.iter().find(|&&v| is_fan[v as usize]).map_or(own, |&v| patches.find(v))
+        let cluster = |(face, own): (&[u32; 3], u32)| {
+            face.iter().find(|&&v| is_fan[v as usize]).map_or(own, |&v| clusters.find(v))
         };
-        let patches = faces.iter().zip(n_vertices as u32..).map(patch).collect();
+        let clusters = faces.iter().zip(n_vertices as u32..).map(cluster).collect();
         let vertices = (0..n_vertices as u32).filter(|&v| is_near[v as usize]).collect();
-        Self { n_patches: n_vertices + faces.len(), numbers, faces, patches, vertices }
+        Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
     }
 
     /// Returns the vertices at which the faces, as they are now, do not form one fan, ascending; `new` ones came after those of the mesh.
@@ -67,11 +67,11 @@ impl Surroundings {
 
 #[cfg(test)]
 impl Surroundings {
-    /// All faces of a mesh, each a patch of its own.
+    /// All faces of a mesh, each a cluster of its own.
     pub(super) fn whole(faces: &[[u32; 3]]) -> Self {
         let numbers: Vec<u32> = (0..faces.len() as u32).collect();
-        let patches = numbers.clone();
-        Self { n_patches: faces.len(), numbers, faces: faces.to_vec(), patches, vertices: Vec::new() }
+        let clusters = numbers.clone();
+        Self { n_clusters: faces.len(), numbers, faces: faces.to_vec(), clusters, vertices: Vec::new() }
     }
 }
 

@@ -26,7 +26,7 @@ pub use exposure::{Exposure, Labels, exposures};
 pub use face_tree::{FaceTree, Looks};
 pub use farthest_points::{farthest_latent_points, farthest_points};
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
-pub(crate) use near_boxes::{boxes_near, boxes_near_other_kinds};
+pub(crate) use near_boxes::{boxes_near, sets_of_several_kinds};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use occluders::Occluders;
 pub use point_curvature::point_curvature;

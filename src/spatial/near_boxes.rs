@@ -1,18 +1,19 @@
 //! Which boxes come near others: of other kinds, or of a few that are given.
 //!
 //! Among kinds by halving space, which is quicker than a tree where few come near: what lies among its own kind is left out early.
+//! Small sets are left in the end, of which each box may be compared with each.
 
 use rayon::join;
 use rayon::prelude::*;
 
 use super::Bounds;
 
-/// So few boxes are compared each with each.
-const FEW: usize = 12;
+/// So few boxes are a set: comparing each with each takes no longer than telling them apart.
+const FEW: usize = 16;
 /// Boxes in both halves of a cell, over all in it, from which on halving tells no more apart: the boxes are as large as the cell.
 const MOST_SHARED: f64 = 0.5;
 /// Boxes handed on to halves of cells at most, for each box: twenty halvings tell a million apart, and boxes across a cut are handed
-/// on twice. What is left then counts as near.
+/// on twice. What is left then are sets.
 const MOST_STEPS: usize = 100;
 /// Cells with more boxes are halved on two threads, and so many boxes looked at by one.
 const PARALLEL: usize = 8192;
@@ -25,14 +26,13 @@ struct Item {
     number: u32,
 }
 
-/// Returns the numbers of all boxes that meet one of another kind, ascending, perhaps with some that only lie near one.
-pub(crate) fn boxes_near_other_kinds(boxes: impl Iterator<Item = (Bounds, u32)>) -> Vec<u32> {
+/// Returns sets of numbers of boxes, ascending, in which all are together that meet one of another kind, and few others.
+pub(crate) fn sets_of_several_kinds(boxes: impl Iterator<Item = (Bounds, u32)>) -> Vec<Vec<u32>> {
     let items: Vec<Item> = boxes.zip(0..).map(|((bounds, kind), number)| Item { bounds, kind, number }).collect();
     let everywhere = Bounds { low: [f32::NEG_INFINITY; 3], high: [f32::INFINITY; 3] };
-    let mut near = near_others(&items, everywhere, MOST_STEPS * items.len());
-    near.sort_unstable();
-    near.dedup();
-    near
+    let mut sets = Vec::new();
+    collect_sets(&items, everywhere, MOST_STEPS * items.len(), &mut sets);
+    sets
 }
 
 /// Returns those numbers below `n` whose `bounds` meet one of `seeds`, ascending.
@@ -70,13 +70,14 @@ fn longest_axis(bounds: &Bounds) -> usize {
     (1..3).fold(0, |longest, axis| if length(axis) > length(longest) { axis } else { longest })
 }
 
-/// Collects the items in a cell that meet one of another kind, in no order and perhaps several times, in at most `n_steps` steps.
-fn near_others(items: &[Item], cell: Bounds, n_steps: usize) -> Vec<u32> {
+/// Appends sets of the items in a cell, those of several kinds, made in at most `n_steps` steps.
+fn collect_sets(items: &[Item], cell: Bounds, n_steps: usize, sets: &mut Vec<Vec<u32>>) {
     if items.iter().all(|item| item.kind == items[0].kind) {
-        return Vec::new();
+        return;
     }
+    let mut end = || sets.push(items.iter().map(|item| item.number).collect());
     if items.len() <= FEW {
-        return items.iter().filter(|item| meets_other(item, items)).map(|item| item.number).collect();
+        return end();
     }
     let all = items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(&item.bounds));
     // What reaches beyond the cell is cut there, or large boxes would keep the cut where it was.
@@ -87,24 +88,23 @@ fn near_others(items: &[Item], cell: Bounds, n_steps: usize) -> Vec<u32> {
     let below: Vec<Item> = items.iter().filter(|item| item.bounds.low[axis] <= cut).copied().collect();
     let above: Vec<Item> = items.iter().filter(|item| item.bounds.high[axis] >= cut).copied().collect();
     let n_items = below.len() + above.len();
-    if n_items > n_steps || (n_items - items.len()) as f64 > MOST_SHARED * items.len() as f64 {
-        return items.iter().map(|item| item.number).collect();
+    let n_shared = n_items - items.len();
+    if n_items > n_steps || n_shared as f64 > MOST_SHARED * items.len() as f64 {
+        return end();
     }
     let (mut cells, steps) = ([Bounds { low, high }; 2], (n_steps - n_items) as f64 / n_items as f64);
     (cells[0].high[axis], cells[1].low[axis]) = (cut, cut);
-    let near = |items: &[Item], cell: Bounds| near_others(items, cell, (steps * items.len() as f64) as usize);
-    let (mut near, more) = if items.len() > PARALLEL {
-        join(|| near(&below, cells[0]), || near(&above, cells[1]))
-    } else {
-        (near(&below, cells[0]), near(&above, cells[1]))
+    let collect = |items: &[Item], cell: Bounds, sets: &mut Vec<Vec<u32>>| {
+        collect_sets(items, cell, (steps * items.len() as f64) as usize, sets);
     };
-    near.extend(more);
-    near
-}
-
-/// Whether an item meets one of another kind.
-fn meets_other(item: &Item, items: &[Item]) -> bool {
-    items.iter().any(|other| other.kind != item.kind && other.bounds.overlaps(&item.bounds))
+    if items.len() > PARALLEL {
+        let mut more = Vec::new();
+        join(|| collect(&below, cells[0], sets), || collect(&above, cells[1], &mut more));
+        sets.extend(more);
+    } else {
+        collect(&below, cells[0], sets);
+        collect(&above, cells[1], sets);
+    }
 }
 
 #[cfg(test)]
@@ -124,18 +124,22 @@ mod tests {
         (0..n).map(&mut random_box).collect()
     }
 
-    fn naive(boxes: &[(Bounds, u32)]) -> Vec<u32> {
-        let meets = |(a, kind): &(Bounds, u32)| boxes.iter().any(|(b, other)| other != kind && a.overlaps(b));
-        (0..).zip(boxes).filter(|(_, labelled)| meets(labelled)).map(|(i, _)| i).collect()
+    /// All pairs of boxes of different kinds that meet.
+    fn pairs(boxes: &[(Bounds, u32)]) -> Vec<[usize; 2]> {
+        let meet = |[i, j]: &[usize; 2]| boxes[*i].1 != boxes[*j].1 && boxes[*i].0.overlaps(&boxes[*j].0);
+        (0..boxes.len()).flat_map(|j| (0..j).map(move |i| [i, j])).filter(meet).collect()
     }
 
     #[test]
-    fn every_box_that_meets_another_kind_is_found_and_most_others_are_not() {
+    fn boxes_of_different_kinds_that_meet_are_in_one_set_and_sets_are_small() {
         for sizes in [[0.01, 0.01], [0.02, 0.5], [0.0, 0.1]] {
             let boxes = random_boxes(2000, sizes);
-            let (found, expected) = (boxes_near_other_kinds(boxes.iter().copied()), naive(&boxes));
-            assert!(found.is_sorted() && expected.iter().all(|i| found.binary_search(i).is_ok()));
-            assert!(found.len() <= expected.len() + 400, "{} {}", found.len(), expected.len());
+            let sets = sets_of_several_kinds(boxes.iter().copied());
+            assert!(sets.iter().all(|set| set.is_sorted()));
+            let has = |set: &Vec<u32>, i: usize| set.binary_search(&(i as u32)).is_ok();
+            assert!(pairs(&boxes).into_iter().all(|[i, j]| sets.iter().any(|set| has(set, i) && has(set, j))));
+            let n_pairs: usize = sets.iter().map(|set| set.len() * set.len() / 2).sum();
+            assert!(n_pairs < 300_000, "{n_pairs}");
         }
     }
 
@@ -152,9 +156,9 @@ mod tests {
     #[test]
     fn boxes_that_cannot_be_told_apart_end_the_search() {
         let same = Bounds { low: [0.0; 3], high: [1.0; 3] };
-        let boxes = || (0..20_000).map(|i| (same, i % 2));
-        assert_eq!(boxes_near_other_kinds(boxes()).len(), 20_000);
+        assert_eq!(sets_of_several_kinds((0..20_000).map(|i| (same, i % 2))).len(), 1);
         let nested = (0..20_000).map(|i| (Bounds { low: [0.0; 3], high: [0.9f32.powi(i % 300); 3] }, i as u32 % 2));
-        assert_eq!(boxes_near_other_kinds(nested).len(), 20_000);
+        let sets = sets_of_several_kinds(nested);
+        assert!(!sets.is_empty() && sets.iter().map(Vec::len).sum::<usize>() < 400_000);
     }
 }

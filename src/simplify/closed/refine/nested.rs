@@ -20,7 +20,7 @@ use crate::geometry::triangle::unit_normal;
 use crate::simplify::closed::dropping::components_of;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::spatial::{Bounds, FaceTree, NearestOnTriangles, boxes_near, boxes_near_other_kinds};
+use crate::spatial::{Bounds, FaceTree, NearestOnTriangles, boxes_near, sets_of_several_kinds};
 
 /// Least cosine between the way to another component and the normal there at which it is clear on which side a point is.
 const CLEAR: f32 = 0.5;
@@ -47,7 +47,7 @@ const ROUNDS: usize = 20;
 const LOOKS: [usize; 2] = [100_000, 200];
 /// The same for finding out where a face that crosses belongs: five searches from each of seven points.
 const LOOKS_OF_CROSSING: usize = 35;
-/// Faces that are looked at together.
+/// Sets of faces that are looked at together.
 const TOGETHER: usize = 256;
 /// Where a face is asked on which side it is: weights of its corners.
 const POINTS: [[f32; 3]; 7] = [
@@ -79,15 +79,13 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
     if n < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
-    let mut asked = faces_near_other_components(output, &of_vertex);
-    if asked.is_empty() {
-        return;
-    }
     let components = Components::new(original, output, (of_vertex, n), piece_of);
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
+    let mut asked: Vec<u32> = (0..output.faces().len() as u32).collect();
     let (mut near, mut known) = (asked.clone(), Vec::<Crossing>::new());
     for _ in 0..ROUNDS {
-        let found = crossings(output, &SomeFaces::new(output, near), &components, &asked, &mut n_looks);
+        let mut found = crossings(output, &components, &near, &mut n_looks);
+        found.retain(|crossing| asked.binary_search(&crossing.face).is_ok());
         if found.is_empty() {
             break;
         }
@@ -103,12 +101,6 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
         asked = faces_near_moved(output, &faces_around(output, &known), &moved);
         near = faces_near(output, boxes_around(output, asked.iter().copied(), 0.0));
     }
-}
-
-/// Returns the faces whose boxes meet that of a face of another component.
-fn faces_near_other_components(output: &Output, of_vertex: &[u32]) -> Vec<u32> {
-    let labelled = |f: u32| (box_around(output, f, 0.0), of_vertex[output.face(f)[0] as usize]);
-    boxes_near_other_kinds((0..output.faces().len() as u32).map(labelled))
 }
 
 /// Returns the boxes of some faces, each larger by `around` times its longest edge.
@@ -199,42 +191,48 @@ impl SomeFaces {
 }
 
 /// Finds which of these faces cross other components, one face of each; looks at little more than are left.
-fn crossings(
-    output: &Output,
-    tree: &SomeFaces,
-    components: &Components,
-    faces: &[u32],
-    n_looks: &mut usize,
-) -> Vec<Crossing> {
-    let part = |f: u32| components.of(output, f);
-    let piece = |part: u32| components.piece[part as usize];
-    let normal = |f: u32| unit_normal(output.triangle(f));
-    let crossed = |&face: &u32| {
-        let (mut crossed, mut n) = (Vec::new(), 0);
-        let (own, along, here) = (part(face), normal(face), output.coordinates(face));
-        tree.visit_met(&here, |other| {
-            n += 1;
-            let is_beside = part(other) != own && piece(part(other)) == piece(own);
-            let may = is_beside && along.dot(normal(other)).abs() > ALONG;
-            if may && triangles_cross(here, output.coordinates(other)) {
-                crossed.push(Crossing { face, part: part(other), other });
-            }
-        });
-        crossed.sort_unstable();
-        crossed.dedup_by_key(|crossing| crossing.part);
-        (crossed, n)
-    };
+fn crossings(output: &Output, components: &Components, faces: &[u32], n_looks: &mut usize) -> Vec<Crossing> {
+    let labelled = |&f: &u32| (box_around(output, f, 0.0), components.of(output, f));
     let mut all = Vec::new();
-    for faces in faces.chunks(TOGETHER) {
+    for sets in sets_of_several_kinds(faces.iter().map(labelled)).chunks(TOGETHER) {
         if *n_looks == 0 {
             break;
         }
-        for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
-            *n_looks = n_looks.saturating_sub(n + LOOKS_OF_CROSSING * crossed.len());
-            all.extend(crossed);
+        let found = |set: &Vec<u32>| {
+            let faces: Vec<u32> = set.iter().map(|&i| faces[i as usize]).collect();
+            crossings_within(output, components, &faces, *n_looks)
+        };
+        for (crossings, n) in sets.par_iter().map(found).collect::<Vec<_>>() {
+            *n_looks = n_looks.saturating_sub(n + LOOKS_OF_CROSSING * crossings.len());
+            all.extend(crossings);
         }
     }
+    all.sort_unstable();
+    all.dedup_by_key(|crossing| (crossing.face, crossing.part));
     all
+}
+
+/// Compares each of these faces with each, at most so many pairs; returns those that cross, either way around, and how many pairs were
+/// looked at.
+fn crossings_within(output: &Output, components: &Components, faces: &[u32], most: usize) -> (Vec<Crossing>, usize) {
+    let part = |f: u32| components.of(output, f);
+    let normal = |f: u32| unit_normal(output.triangle(f));
+    let boxes: Vec<(u32, u32, Bounds)> = faces.iter().map(|&f| (f, part(f), box_around(output, f, 0.0))).collect();
+    let (mut crossings, mut n) = (Vec::new(), 0);
+    for (i, &(f, of_f, box_of_f)) in boxes.iter().enumerate().take_while(|(i, _)| i * i / 2 <= most) {
+        n += i;
+        for &(g, of_g, box_of_g) in &boxes[..i] {
+            let are_beside = of_f != of_g && components.piece[of_f as usize] == components.piece[of_g as usize];
+            let may_cross = are_beside && box_of_f.overlaps(&box_of_g) && normal(f).dot(normal(g)).abs() > ALONG;
+            if may_cross && triangles_cross(output.coordinates(f), output.coordinates(g)) {
+                crossings.push(Crossing { face: f, part: of_g, other: g });
+                crossings.push(Crossing { face: g, part: of_f, other: f });
+            }
+        }
+    }
+    crossings.sort_unstable();
+    crossings.dedup_by_key(|crossing| (crossing.face, crossing.part));
+    (crossings, n)
 }
 
 /// What lies around faces that cross others, by component.
