@@ -362,16 +362,20 @@ impl<'a> Nested<'a> {
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
         let reach = longest_edge(here);
-        let before = self.before.nearest(self.component(crossing.face), place, NEAR * reach)?;
-        let (side, gap) = self.side(crossing, &before, GAP * reach)?;
         let hit = self.now.nearest(crossing.part, place, NEAR * reach)?;
         let height = (place - hit.point).dot(hit.normal);
+        let most = FARTHEST * reach;
+        // Too far for a step, whatever the original says, which takes longer to search.
+        if height.abs() > most {
+            return None;
+        }
+        let before = self.before.nearest(self.component(crossing.face), place, NEAR * reach)?;
+        let (side, gap) = self.side(crossing, &before, GAP * reach)?;
         if height * side > 0.0 {
             return None;
         }
         let step = hit.normal * (side * 0.5 * gap.min(reach) - height);
         // By more than both surfaces are off the original there, a step would spoil what is right.
-        let most = FARTHEST * reach;
         if step.length() > most || step.length() > before.distance + self.off(&hit, most) {
             return None;
         }
@@ -483,7 +487,9 @@ fn middles(output: &Output, part_of: &[u32], n_parts: usize) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::pins::Pins;
 
     /// Spheres about one point, the faces of each after those of the one before; the smaller ones looking inward, if so wanted.
     fn spheres(radii: &[f32], level: u32, inward: bool) -> (Vec<Vec3>, Vec<[u32; 3]>) {
@@ -496,6 +502,18 @@ mod tests {
             sphere.faces().iter().map(move |face| wound(face).map(|v| v + i * n))
         });
         (positions, faces.collect())
+    }
+
+    /// Two coarse spheres, the closest of whose vertices stand for each of the same fine sphere.
+    fn coarse_output(fine: &[Vec3], coarse: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Output {
+        let n = coarse.len() / 2;
+        let closest = |(v, p): (usize, &Vec3)| {
+            let first = if v < fine.len() / 2 { 0 } else { n };
+            let distance = |w: &usize| coarse[*w].distance_squared(*p);
+            (first..first + n).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap() as u32
+        };
+        let vertex_of = fine.iter().enumerate().map(closest).collect();
+        Output::new(Pulse::NONE, coarse, faces, Pins::default(), vertex_of)
     }
 
     #[test]
@@ -511,7 +529,7 @@ mod tests {
             let n = coarse.len() / 2;
             let place = |(v, p): (usize, &Vec3)| scale * if v < n { *p } else { turn * *p };
             let places: Vec<Vec3> = coarse.iter().enumerate().map(place).collect();
-            let mut output = Output::over(&original.surface.positions, places.clone(), faces);
+            let mut output = coarse_output(&original.surface.positions, places.clone(), faces);
             let outside = |output: &Output| {
                 let tree = output.tree();
                 let is_out = |v: &usize| {
