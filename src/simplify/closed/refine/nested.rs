@@ -449,20 +449,20 @@ fn go(output: &mut Output, tree: &SomeFaces, moves: &Moves, n_looks: &mut usize)
     if turns {
         return false;
     }
-    let most = n_crossed(output, tree, &faces, n_looks);
+    let most = n_crossed(output, tree, &faces, usize::MAX, n_looks);
     put(output, &after);
-    let is_made = most > 0 && n_crossed(output, tree, &faces, n_looks) < most && *n_looks > 0;
+    let is_made = most > 0 && n_crossed(output, tree, &faces, most, n_looks) < most && *n_looks > 0;
     if !is_made {
         put(output, &before);
     }
     is_made
 }
 
-/// Counts how often faces cross others; looks at little more than are left.
-fn n_crossed(output: &Output, tree: &SomeFaces, faces: &[u32], n_looks: &mut usize) -> usize {
+/// Counts how often faces cross others, up to about `most`; looks at little more than are left.
+fn n_crossed(output: &Output, tree: &SomeFaces, faces: &[u32], most: usize, n_looks: &mut usize) -> usize {
     let mut n = 0;
     for &f in faces {
-        if *n_looks == 0 {
+        if *n_looks == 0 || n >= most {
             break;
         }
         let here = output.coordinates(f);
