@@ -139,7 +139,8 @@ mod tests {
             let has = |set: &Vec<u32>, i: usize| set.binary_search(&(i as u32)).is_ok();
             assert!(pairs(&boxes).into_iter().all(|[i, j]| sets.iter().any(|set| has(set, i) && has(set, j))));
             let n_pairs: usize = sets.iter().map(|set| set.len() * set.len() / 2).sum();
-            assert!(n_pairs < 300_000, "{n_pairs}");
+            // A quarter of all pairs, though half of the boxes may be half as large as the space.
+            assert!(n_pairs < boxes.len() * boxes.len() / 8, "{n_pairs}");
         }
     }
 
