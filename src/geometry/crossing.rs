@@ -76,6 +76,10 @@ fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
 
 /// On which side of the plane of a triangle a point lies; 0 on it.
 fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
+    // Neighbours share corners, and without rounding a zero takes longest.
+    if triangle.contains(&p) {
+        return 0;
+    }
     let coord = |[x, y, z]: [f32; 3]| Coord3D { x, y, z };
     let [a, b, c] = triangle.map(coord);
     sign(orient3d(a, b, c, coord(p)))

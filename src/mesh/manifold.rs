@@ -12,7 +12,9 @@ use rustc_hash::FxHashSet;
 use super::OneRings;
 use super::half_edges::{NO_TWIN, for_each_edge, next, start, twins};
 use super::non_manifold_edges::{Partners, partners};
+use super::one_rings::MeetingSheets;
 use super::pulse::Pulse;
+use super::surroundings::{Surroundings, corners_at};
 use super::union_find::UnionFind;
 
 /// Rounds in which pairs are joined otherwise, at most; what is left then is parted at its edges. Four were the most for two
@@ -48,39 +50,49 @@ pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'
 
 /// As [`manifold`], where someone may listen.
 pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'a> {
-    let n_vertices = positions.len();
     let mut faces = Cow::Borrowed(faces);
     let mut copies = Vec::new();
     let mut turned_faces = None;
-    let mut joined: Option<Partners> = None;
-    for round in 0.. {
-        let vertices = match OneRings::with(pulse, n_vertices + copies.len(), &faces) {
+    loop {
+        match OneRings::with(pulse, positions.len() + copies.len(), &faces) {
             Ok(rings) if rings.is_oriented() || turned_faces.is_some() => {
                 return Manifold { faces, rings, copies, turned_faces: turned_faces.unwrap_or(0) };
             }
-            Ok(rings) => {
-                turned_faces = Some(orient(rings.n_vertices(), faces.to_mut()));
-                continue;
-            }
-            Err(error) => error.vertices,
-        };
-        match &mut joined {
-            Some(partners) => join_otherwise(&faces, &vertices, partners),
-            None => joined = Some(partners(positions, &faces)),
+            Ok(rings) => turned_faces = Some(orient(rings.n_vertices(), faces.to_mut())),
+            Err(meeting) => take_apart(positions, faces.to_mut(), &meeting, &mut copies),
         }
+    }
+}
+
+/// Gives sheets that meet vertices of their own, and notes what these are copies of.
+fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingSheets, copies: &mut Vec<u32>) {
+    let n_vertices = positions.len();
+    let first_new = (n_vertices + copies.len()) as u32;
+    let mut around = Surroundings::new(first_new as usize, faces, meeting);
+    // Where parting at edges made new sheets, all edges part.
+    let mut joined = if copies.is_empty() { Some(partners(positions, &around)) } else { None };
+    let mut vertices = meeting.vertices.clone();
+    for round in 0.. {
         let n_before = copies.len();
         if let Some(partners) = joined.as_mut().filter(|_| round < MOST_ROUNDS) {
-            split_fans(n_vertices, faces.to_mut(), &vertices, Some(partners), &mut copies);
+            if round > 0 {
+                join_otherwise(&around.faces, &vertices, partners);
+            }
+            split_fans(n_vertices, &mut around.faces, &vertices, Some(partners), copies);
             if copies.len() == n_before {
-                join_bodies(n_vertices + n_before, &faces, &vertices, partners);
-                split_fans(n_vertices, faces.to_mut(), &vertices, Some(partners), &mut copies);
+                join_bodies(n_vertices + n_before, &around, &vertices, partners);
+                split_fans(n_vertices, &mut around.faces, &vertices, Some(partners), copies);
             }
         }
         if copies.len() == n_before {
-            split_fans(n_vertices, faces.to_mut(), &vertices, None, &mut copies);
+            split_fans(n_vertices, &mut around.faces, &vertices, None, copies);
+        }
+        vertices = around.where_sheets_meet(first_new..(n_vertices + copies.len()) as u32);
+        if vertices.is_empty() {
+            break;
         }
     }
-    unreachable!("each round without an end splits a vertex")
+    around.numbers.iter().zip(&around.faces).for_each(|(&f, face)| faces[f as usize] = *face);
 }
 
 /// Chooses other partners where those of an edge with more than two faces meet at both its ends: at one of its ends, faces from
@@ -110,17 +122,19 @@ fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners)
 
 /// Chooses such partners at the edges of `vertices` with more than two faces as hang together over other edges, and among these
 /// such as run against each other; any for those that are left.
-fn join_bodies(n_vertices: usize, faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
-    let mut bodies = UnionFind::new(faces.len());
+fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
+    let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
+    let mut bodies = UnionFind::new(around.n_clusters);
     for_each_edge(n_vertices, faces, |_, half_edges| {
         if let &[g, h] = half_edges {
-            bodies.union(g.face(), h.face());
+            bodies.union(cluster(g.face()), cluster(h.face()));
         }
     });
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
         for spoke in spokes(faces, corners).chunk_by(|a, b| a.0 == b.0).filter(|spoke| spoke.len() > 2) {
             let halves = halves_over(faces, corners, spoke);
-            let body_of = |&(half, _): &(u32, u32)| (bodies.find(half / 3), start(faces, half) == corners[0].0, half);
+            let body_of =
+                |&(half, _): &(u32, u32)| (bodies.find(cluster(half / 3)), start(faces, half) == corners[0].0, half);
             let mut halves: Vec<(u32, bool, u32)> = halves.iter().map(body_of).collect();
             halves.sort_unstable();
             let mut pairs = Vec::new();
@@ -169,17 +183,6 @@ fn split_fans(
     for (corner, vertex) in moved {
         faces.as_flattened_mut()[corner as usize] = vertex;
     }
-}
-
-/// The corners (3 x face + place) at `vertices` (ascending) as (vertex, corner), ascending.
-fn corners_at(faces: &[[u32; 3]], vertices: &[u32]) -> Vec<(u32, u32)> {
-    let mut is_one = vec![false; vertices.last().map_or(0, |&last| last as usize + 1)];
-    vertices.iter().for_each(|&v| is_one[v as usize] = true);
-    let all = faces.as_flattened().iter().zip(0u32..);
-    let mut corners: Vec<(u32, u32)> =
-        all.filter(|&(&v, _)| is_one.get(v as usize) == Some(&true)).map(|(&v, corner)| (v, corner)).collect();
-    corners.sort_unstable();
-    corners
 }
 
 /// The corners at one vertex as sets, joined over the edges with exactly two faces; each alone where all would be one, which is

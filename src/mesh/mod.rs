@@ -31,6 +31,7 @@ pub(crate) mod shares;
 mod sides;
 mod snap;
 pub mod surface_samples;
+mod surroundings;
 mod topology;
 mod tri_mesh;
 pub(crate) mod union_find;

@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::sides::Sides;
+use super::surroundings::Surroundings;
 
 /// Angle, in radians, that a pair of faces wound against each other has to be flatter to be joined before one that agrees.
 const DISAGREEMENT: f32 = 0.5 * PI;
@@ -21,14 +22,15 @@ const MOST_FACES: usize = 128;
 /// Half-edges as 3 x face + place, by their partner over an edge with more than two faces.
 pub(super) type Partners = FxHashMap<u32, u32>;
 
-/// The partners of the half-edges at all edges of `faces` with more than two faces; where the faces of an edge are odd in
-/// number, one has none.
-pub(super) fn partners(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Partners {
-    let mut sides = Sides::new(faces.len());
+/// The partners of the half-edges at all edges with more than two faces, numbered as the faces around them are; where the faces of an
+/// edge are odd in number, one has none.
+pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
+    let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
+    let mut sides = Sides::new(around.n_clusters);
     let mut fans: Vec<Vec<Blade>> = Vec::new();
     for_each_edge(positions.len(), faces, |ends, half_edges| {
         if let &[g, h] = half_edges {
-            sides.join([g.face(), h.face()], g.runs_up(faces) == h.runs_up(faces));
+            sides.join([cluster(g.face()), cluster(h.face())], g.runs_up(faces) == h.runs_up(faces));
         } else if half_edges.len() > 2 {
             let fan = |some: &[HalfEdge]| some.iter().map(|&h| Blade::new(positions, faces, ends, h)).collect();
             fans.extend(half_edges.chunks(MOST_FACES).map(fan));
@@ -36,7 +38,10 @@ pub(super) fn partners(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Partners {
     });
     let mut partners = Partners::default();
     for fan in fans {
-        for [g, h] in matched(&fan, &mut sides) {
+        let joined = |a: &Blade, b: &Blade| {
+            a.tip != b.tip && sides.join([cluster(a.half / 3), cluster(b.half / 3)], a.is_along == b.is_along)
+        };
+        for [g, h] in matched(&fan, joined) {
             partners.insert(g, h);
             partners.insert(h, g);
         }
@@ -76,8 +81,8 @@ impl Blade {
 /// Pairs of half-edges, those that bend least first, each at most once: where as many run along the edge each way, as they do
 /// on closed bodies, such as run against each other; then such as do not leave the surface with one side; then, where the faces
 /// are even in number, any. Two faces in one place, the wall between two bodies, are no partners: each goes on into its own body, and
-/// chooses before the others.
-fn matched(fan: &[Blade], sides: &mut Sides) -> Vec<[u32; 2]> {
+/// chooses before the others. `joined` joins two faces unless the surface would have one side.
+fn matched(fan: &[Blade], mut joined: impl FnMut(&Blade, &Blade) -> bool) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();
     let is_wall = |i: usize| fan.iter().enumerate().any(|(k, blade)| k != i && blade.tip == fan[i].tip);
@@ -94,8 +99,6 @@ fn matched(fan: &[Blade], sides: &mut Sides) -> Vec<[u32; 2]> {
             }
         }
     };
-    let mut joined =
-        |a: &Blade, b: &Blade| a.tip != b.tip && sides.join([a.half / 3, b.half / 3], a.is_along == b.is_along);
     if 2 * fan.iter().filter(|blade| blade.is_along).count() == fan.len() {
         take(&mut |a, b| a.is_along != b.is_along && joined(a, b));
     }
@@ -116,7 +119,7 @@ mod tests {
         let positions: Vec<[f32; 3]> = ends.iter().chain(tips).copied().collect();
         let face = |(tip, &turned): (u32, &bool)| if turned { [1, 0, tip] } else { [0, 1, tip] };
         let faces: Vec<[u32; 3]> = (2..).zip(is_turned).map(face).collect();
-        let partners = partners(&positions, &faces);
+        let partners = partners(&positions, &Surroundings::whole(&faces));
         let mut pairs: Vec<[u32; 2]> = partners.iter().map(|(g, h)| [g / 3, h / 3]).filter(|[g, h]| g < h).collect();
         pairs.sort_unstable();
         pairs
@@ -155,7 +158,7 @@ mod tests {
     fn the_wall_between_two_bodies_belongs_to_both() {
         let positions = [[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.5], [-0.1, 1.0, 0.5], [-0.1, -1.0, 0.5]];
         let faces = [[0, 1, 2], [1, 0, 2], [0, 1, 3], [1, 0, 4]];
-        let partners = partners(&positions, &faces);
+        let partners = partners(&positions, &Surroundings::whole(&faces));
         let mut pairs: Vec<[u32; 2]> = partners.iter().map(|(g, h)| [g / 3, h / 3]).filter(|[g, h]| g < h).collect();
         pairs.sort_unstable();
         assert_eq!(pairs, [[0, 3], [1, 2]]);

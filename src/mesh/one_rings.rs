@@ -33,6 +33,15 @@ pub struct NotManifold {
     pub vertices: Vec<u32>,
 }
 
+/// What is in the way of rings, and where faces that are wound against each other meet.
+#[derive(Debug)]
+pub(super) struct MeetingSheets {
+    /// The vertices whose faces do not form one fan, ascending.
+    pub vertices: Vec<u32>,
+    /// Vertices around which not all faces are wound the same way around, ascending.
+    pub opposed: Vec<u32>,
+}
+
 impl std::fmt::Display for NotManifold {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "more than one sheet meets at {} vertices: split them first", self.vertices.len())
@@ -54,11 +63,11 @@ impl OneRings {
     /// assert_eq!(rings.n_ghosts(), 1);
     /// ```
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
-        Self::with(Pulse::NONE, n_vertices, faces)
+        Self::with(Pulse::NONE, n_vertices, faces).map_err(|meeting| NotManifold { vertices: meeting.vertices })
     }
 
     /// As [`OneRings::new`], where someone may listen.
-    pub(crate) fn with(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
+    pub(super) fn with(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, MeetingSheets> {
         let rows = |share| Rows::new(pulse, share, faces);
         let shares: Vec<Rows> = shares(n_vertices).into_par_iter().map(rows).collect();
         let and = |rows: Rows, after| {
@@ -67,9 +76,10 @@ impl OneRings {
         };
         let rows = shares.into_iter().reduce(and).unwrap_or_default();
         if !rows.bad.is_empty() {
-            return Err(NotManifold { vertices: rows.bad });
+            return Err(MeetingSheets { vertices: rows.bad, opposed: rows.opposed });
         }
-        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_ghosts: 0, oriented: !rows.opposed };
+        let oriented = rows.opposed.is_empty();
+        let mut rings = Self { offsets: rows.offsets, neighbors: rows.neighbors, n_ghosts: 0, oriented };
         rings.offsets.push(rings.neighbors.len() as u32);
         rings.number_boundary_loops(&rows.open);
         Ok(rings)
@@ -185,8 +195,8 @@ struct Rows {
     open: Vec<u32>,
     /// Vertices whose faces do not form one fan.
     bad: Vec<u32>,
-    /// Whether an edge had to be turned around.
-    opposed: bool,
+    /// Vertices around which an edge had to be turned around.
+    opposed: Vec<u32>,
 }
 
 impl Rows {
@@ -213,7 +223,7 @@ impl Rows {
         self.neighbors.extend(after.neighbors);
         self.open.extend(after.open);
         self.bad.extend(after.bad);
-        self.opposed |= after.opposed;
+        self.opposed.extend(after.opposed);
         self
     }
 
@@ -225,7 +235,9 @@ impl Rows {
         }
         let mut oriented = true;
         let closed = order_fan(fan, &mut oriented);
-        self.opposed |= !oriented;
+        if !oriented {
+            self.opposed.push(v);
+        }
         match closed {
             Some(true) => self.neighbors.extend(fan.iter().map(|edge| edge[0])),
             Some(false) => {
@@ -294,6 +306,11 @@ fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     let complete = grow_fan(fan, n_ordered, oriented)? == fan.len();
     reverse_fan(fan);
     complete.then_some(false)
+}
+
+/// Whether faces form one fan around a vertex, by their edges opposite to it, which are put in order as far as that goes.
+pub(super) fn is_one_fan(fan: &mut [[u32; 2]]) -> bool {
+    order_fan(fan, &mut true).is_some()
 }
 
 fn reverse_fan(fan: &mut [[u32; 2]]) {

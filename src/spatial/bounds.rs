@@ -20,15 +20,19 @@ impl Bounds {
 
     /// The smallest box around two.
     pub fn union(&self, other: &Self) -> Self {
+        // One instruction each, where `f32::min` also looks out for what is no number.
+        let smaller = |x: f32, y: f32| if y < x { y } else { x };
+        let larger = |x: f32, y: f32| if y > x { y } else { x };
         Self {
-            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
-            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
+            low: std::array::from_fn(|k| smaller(self.low[k], other.low[k])),
+            high: std::array::from_fn(|k| larger(self.high[k], other.high[k])),
         }
     }
 
     /// Whether two boxes share a point.
     pub fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+        // All axes, so that nothing has to be predicted.
+        (0..3).fold(true, |all, k| all & (self.low[k] <= other.high[k]) & (other.low[k] <= self.high[k]))
     }
 
     /// Length of the diagonal; 0 for the empty one.

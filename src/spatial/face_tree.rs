@@ -95,6 +95,9 @@ struct Waiting {
     node: u32,
 }
 
+/// A point, and the squared distance at which any triangle is near enough.
+type Search = (DVec3, f64);
+
 /// Nodes that wait to be visited, the next one last.
 struct Queue {
     waiting: [Waiting; WAITING],
@@ -108,6 +111,14 @@ struct Best {
     distance2: f64,
     limit: f32,
     looks: Looks,
+}
+
+impl Best {
+    /// None yet, and none beyond this squared distance.
+    #[inline(always)]
+    fn within(distance2: f64, p: DVec3) -> Self {
+        Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: Looks::default() }
+    }
 }
 
 impl<'a> FaceTree<'a> {
@@ -177,7 +188,23 @@ impl<'a> FaceTree<'a> {
     #[inline(always)]
     pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, Looks)> {
         let scale2 = self.scale * self.scale;
-        self.best(p, guess, enough * scale2).map(|best| (best.face, best.distance2 / scale2, best.looks))
+        self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.looks))
+    }
+
+    /// Finds the nearest of the triangles that `accept` lets pass, no farther than `reach`, and the squared distance to it.
+    ///
+    /// ```
+    /// use neural_mesh::spatial::FaceTree;
+    /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let tree = FaceTree::new(&positions, &[[0, 1, 2], [0, 1, 3]]);
+    /// let found = |reach| tree.nearest_of([0.25, 0.5, 0.25].into(), reach, |face| face == 1);
+    /// assert_eq!((found(0.5), found(0.4)), (Some((1, 0.25)), None));
+    /// ```
+    pub fn nearest_of(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+        let (p, reach) = (p * self.scale, reach * self.scale);
+        let mut best = Best::within(reach * reach, p);
+        self.search((p, f64::NEG_INFINITY), None, &accept, &mut best);
+        (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
 
     /// The triangles in their order along the curve.
@@ -194,35 +221,36 @@ impl<'a> FaceTree<'a> {
 
     /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
     #[inline(always)]
-    fn best(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<Best> {
-        let none = Best { face: u32::MAX, distance2: f64::INFINITY, limit: f32::INFINITY, looks: Looks::default() };
-        let (p, mut best) = (p * self.scale, none);
+    fn best(&self, p: DVec3, guess: Option<u32>, enough: f64, accept: &impl Fn(u32) -> bool) -> Option<Best> {
+        let p = p * self.scale;
+        let none = Best::within(f64::INFINITY, p);
+        let mut best = none;
         let guess = guess.filter(|&face| (face as usize) < self.faces.len());
         if enough >= 0.0 && self.needles.is_none() {
             // First with no look at what is farther than that.
             best.limit = limit(enough, p);
-            self.search(p, guess, enough, &mut best);
+            self.search((p, enough), guess, accept, &mut best);
             if best.distance2 > enough {
                 best = Best { looks: best.looks, ..none };
             }
         }
         if best.distance2 > enough {
-            self.search(p, guess, enough, &mut best);
+            self.search((p, enough), guess, accept, &mut best);
         }
         (best.face != u32::MAX).then_some(best)
     }
 
     /// Finds a nearer triangle than the best one, if there is one, the nearest of all but where one is near enough.
     #[inline(always)]
-    fn search(&self, p: DVec3, guess: Option<u32>, enough: f64, best: &mut Best) {
+    fn search(&self, (p, enough): Search, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         match (&self.needles, guess) {
             (Some(needles), guess) => {
-                guess.into_iter().for_each(|face| self.test_face(face, p, best));
-                self.visit_needles(needles, p, enough, best);
+                guess.into_iter().filter(|&face| accept(face)).for_each(|face| self.test_face(face, p, best));
+                self.visit_needles(needles, (p, enough), accept, best);
             }
-            (None, Some(face)) => self.climb(self.places[face as usize], p, enough, best),
+            (None, Some(face)) => self.climb(self.places[face as usize], (p, enough), accept, best),
             (None, None) if self.faces.is_empty() => {}
-            (None, None) => self.descend(p, enough, best),
+            (None, None) => self.descend((p, enough), accept, best),
         }
     }
 
@@ -266,10 +294,10 @@ impl<'a> FaceTree<'a> {
 
     /// Tests the needles that may be nearer.
     #[inline(never)]
-    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, enough: f64, best: &mut Best) {
+    fn visit_needles(&self, needles: &NeedleTree, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let bound = |best: &Best| if best.distance2 > enough { best.distance2 } else { f64::NEG_INFINITY };
         let n_boxes = needles.visit_near(p, bound(best), |faces| {
-            faces.iter().for_each(|&face| self.test_face(face, p, best));
+            faces.iter().filter(|&&face| accept(face)).for_each(|&face| self.test_face(face, p, best));
             bound(best)
         });
         best.looks.boxes += n_boxes;
@@ -285,19 +313,19 @@ impl<'a> FaceTree<'a> {
 
     /// Visits the nodes that may hold a nearer triangle, from the root.
     #[inline(always)]
-    fn descend(&self, p: DVec3, enough: f64, best: &mut Best) {
+    fn descend(&self, search: Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let root = Waiting { distance: 0.0, above: self.levels.len() as u32, node: 0 };
         let mut queue = Queue { waiting: [root; WAITING], n_waiting: 1 };
-        self.visit(&mut queue, p, enough, best);
+        self.visit(&mut queue, search, accept, best);
     }
 
     /// Visits the same nodes from the one over this place up to the root: what is near is found without a look at what is above.
     #[inline(always)]
-    fn climb(&self, place: u32, p: DVec3, enough: f64, best: &mut Best) {
+    fn climb(&self, place: u32, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let point = p.as_vec3().to_array();
         let mut visited = place as usize / WIDTH;
         best.looks.boxes += 1;
-        self.test_faces(visited * WIDTH, &self.levels[0][visited].distances(point), p, best);
+        self.test_faces((visited * WIDTH, &self.levels[0][visited].distances(point)), p, accept, best);
         if best.distance2 <= enough {
             return;
         }
@@ -306,7 +334,7 @@ impl<'a> FaceTree<'a> {
         for level in 1..self.levels.len() {
             best.looks.boxes += 1;
             self.put_children(&mut queue, level, visited / WIDTH, Some(visited), (point, best.limit));
-            self.visit(&mut queue, p, enough, best);
+            self.visit(&mut queue, (p, enough), accept, best);
             if best.distance2 <= enough {
                 return;
             }
@@ -316,7 +344,7 @@ impl<'a> FaceTree<'a> {
 
     /// Visits the nodes that wait and may hold a nearer triangle, the nearest child of each first.
     #[inline(always)]
-    fn visit(&self, queue: &mut Queue, p: DVec3, enough: f64, best: &mut Best) {
+    fn visit(&self, queue: &mut Queue, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let point = p.as_vec3().to_array();
         while queue.n_waiting > 0 && best.distance2 > enough {
             queue.n_waiting -= 1;
@@ -327,7 +355,7 @@ impl<'a> FaceTree<'a> {
             }
             let (level, node) = (above as usize - 1, node as usize);
             if level == 0 {
-                self.test_faces(node * WIDTH, &self.levels[0][node].distances(point), p, best);
+                self.test_faces((node * WIDTH, &self.levels[0][node].distances(point)), p, accept, best);
             } else {
                 self.put_children(queue, level, node, None, (point, best.limit));
             }
@@ -362,15 +390,23 @@ impl<'a> FaceTree<'a> {
 
     /// Tests the triangles under a node that may be nearer, the one of the nearest box first.
     #[inline(always)]
-    fn test_faces(&self, first: usize, distances: &[f32; WIDTH], p: DVec3, best: &mut Best) {
+    fn test_faces(
+        &self,
+        (first, distances): (usize, &[f32; WIDTH]),
+        p: DVec3,
+        accept: &impl Fn(u32) -> bool,
+        best: &mut Best,
+    ) {
         let faces = self.pieces.as_ref().unwrap_or(&self.order);
         let faces = &faces[first..faces.len().min(first + WIDTH)];
         let nearer = |i: usize, j: usize| if distances[j] < distances[i] { j } else { i };
         let nearest = (0..faces.len()).reduce(nearer).unwrap_or_default();
         if distances[nearest] <= best.limit {
-            self.test_face(faces[nearest], p, best);
+            if accept(faces[nearest]) {
+                self.test_face(faces[nearest], p, best);
+            }
             for (child, &face) in faces.iter().enumerate() {
-                if distances[child] <= best.limit && child != nearest {
+                if distances[child] <= best.limit && child != nearest && accept(face) {
                     self.test_face(face, p, best);
                 }
             }

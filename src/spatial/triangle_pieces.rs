@@ -42,13 +42,13 @@ pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
 
 /// A whole number of pieces that grows with the emptiness of the triangle's box.
 fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
-    let Bounds { low, high } = Bounds::of(corners);
+    let bounds @ Bounds { low, high } = Bounds::of(corners);
     if (0..3).all(|axis| high[axis] - low[axis] < LEAST) {
         return 1.0;
     }
     let [a, b, c] = corners.map(glam::Vec3::from_array);
     let doubled_area = (b - a).cross(c - a).length();
-    let emptiness = Bounds::of(corners).half_area() / doubled_area;
+    let emptiness = bounds.half_area() / doubled_area;
     // A triangle without area has an infinitely empty box, or none at all (a line along an axis, a point).
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }

@@ -2,6 +2,7 @@
 //!
 //! Split by the surface area heuristic over 16 bins of the longest axis; the same tree on any number of threads.
 
+use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::Bounds;
@@ -9,7 +10,7 @@ use super::triangle_pieces::boxes;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
-/// Bins when a split is chosen.
+/// Bins when a split is chosen; no more than there are boxes.
 const BINS: usize = 16;
 /// Below this depth ranges are halved, so that no input makes the tree deep.
 const DEPTH: usize = 40;
@@ -28,13 +29,25 @@ pub(super) struct Node {
 }
 
 impl Node {
-    fn set(&mut self, child: usize, bounds: &Bounds, first: u32, len: u8) {
+    fn set(&mut self, child: usize, bounds: &WideBounds, first: u32, len: u8) {
         for axis in 0..3 {
             self.low[axis][child] = bounds.low[axis];
             self.high[axis][child] = bounds.high[axis];
         }
         self.first[child] = first;
         self.len[child] = len;
+    }
+
+    /// Whether the box of each child shares a point with a box.
+    fn overlaps(&self, bounds: &Bounds) -> [bool; 4] {
+        let mut overlaps = [true; 4];
+        for axis in 0..3 {
+            for (child, overlaps) in overlaps.iter_mut().enumerate() {
+                *overlaps &=
+                    (self.low[axis][child] <= bounds.high[axis]) & (bounds.low[axis] <= self.high[axis][child]);
+            }
+        }
+        overlaps
     }
 
     /// The same node where its child nodes stand `shift` places further on.
@@ -62,14 +75,40 @@ pub(super) struct TriangleTree {
     pub(super) triangle_idx: Vec<u32>,
 }
 
+/// A box whose three coordinates are compared at once.
+#[derive(Clone, Copy)]
+struct WideBounds {
+    low: Vec3A,
+    high: Vec3A,
+}
+
+impl WideBounds {
+    /// The box that holds nothing.
+    const EMPTY: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
+
+    fn union(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Half the surface of the box; 0 for the empty one.
+    fn half_area(&self) -> f32 {
+        let [x, y, z] = (self.high - self.low).max(Vec3A::ZERO).to_array();
+        x * y + y * z + z * x
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Item {
-    bounds: Bounds,
+    bounds: WideBounds,
     triangle: u32,
 }
 
 impl Item {
-    /// Twice the middle of the box.
+    fn new((Bounds { low, high }, triangle): (Bounds, u32)) -> Self {
+        Self { bounds: WideBounds { low: low.into(), high: high.into() }, triangle }
+    }
+
+    /// Twice the middle of the box along an axis.
     fn middle(&self, axis: usize) -> f32 {
         self.bounds.low[axis] + self.bounds.high[axis]
     }
@@ -77,8 +116,7 @@ impl Item {
 
 impl TriangleTree {
     pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let item = |(bounds, triangle)| Item { bounds, triangle };
-        let mut items: Vec<Item> = boxes(triangles).into_iter().map(item).collect();
+        let mut items: Vec<Item> = boxes(triangles).into_iter().map(Item::new).collect();
         let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
         let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
         let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
@@ -100,12 +138,8 @@ impl TriangleTree {
 
     fn visit_node(&self, node: u32, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
         let node = &self.nodes[node as usize];
-        for child in 0..4 {
-            let child_bounds =
-                Bounds { low: node.low.map(|values| values[child]), high: node.high.map(|values| values[child]) };
-            if !child_bounds.overlaps(bounds) {
-                continue;
-            }
+        let overlaps = node.overlaps(bounds);
+        for child in (0..4).filter(|&child| overlaps[child]) {
             match node.len[child] {
                 NO_CHILD => {}
                 0 => self.visit_node(node.first[child], bounds, visit),
@@ -131,7 +165,7 @@ fn grow_in_parallel(items: &mut [Item], first: usize, depth: usize) -> Vec<Node>
     nodes.push(NO_CHILDREN);
     let parts = with_starts(quarters(items, depth), first);
     let grow_part = |(start, part): (usize, &mut [Item])| (bounds_of(part), grow_in_parallel(part, start, depth + 2));
-    let grown: Vec<(Bounds, Vec<Node>)> = parts.into_par_iter().map(grow_part).collect();
+    let grown: Vec<(WideBounds, Vec<Node>)> = parts.into_par_iter().map(grow_part).collect();
     for (child, (bounds, below)) in grown.into_iter().enumerate() {
         let shift = nodes.len() as u32;
         nodes[0].set(child, &bounds, shift, 0);
@@ -166,8 +200,8 @@ fn with_starts(parts: [&mut [Item]; 4], first: usize) -> Vec<(usize, &mut [Item]
     parts.into_iter().map(|part| (with_start(part), part)).filter(|(_, part)| !part.is_empty()).collect()
 }
 
-fn bounds_of(items: &[Item]) -> Bounds {
-    items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
+fn bounds_of(items: &[Item]) -> WideBounds {
+    items.iter().fold(WideBounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
 }
 
 /// Splits the items in two and both halves again, where they do not fit a leaf.
@@ -182,70 +216,73 @@ fn quarters(items: &mut [Item], depth: usize) -> [&mut [Item]; 4] {
 
 #[derive(Clone, Copy)]
 struct Bin {
-    bounds: Bounds,
+    bounds: WideBounds,
     len: usize,
+}
+
+impl Bin {
+    const EMPTY: Self = Self { bounds: WideBounds::EMPTY, len: 0 };
 }
 
 /// Orders the items so that the two sides of the cheapest plane stand apart; returns the length of the first.
 fn split(items: &mut [Item], depth: usize) -> usize {
     let (low, high) = middles(items);
-    let Some((axis, cut)) = (depth < DEPTH).then(|| cheapest_cut(items, low, high)).flatten() else {
+    let n_bins = items.len().min(BINS);
+    let Some((axis, cut)) = (depth < DEPTH).then(|| cheapest_cut(items, low, high, n_bins)).flatten() else {
         return items.len() / 2;
     };
-    let scale = BINS as f32 / (high[axis] - low[axis]);
-    let middle = partition(items, |item| bin_of(item, axis, low[axis], scale) < cut);
+    let scale = n_bins as f32 / (high[axis] - low[axis]);
+    let middle = partition(items, |item| bin_of(item, axis, low[axis], scale, n_bins) < cut);
     if middle == 0 || middle == items.len() { items.len() / 2 } else { middle }
 }
 
 /// Smallest and largest (doubled) box middles.
-fn middles(items: &[Item]) -> ([f32; 3], [f32; 3]) {
-    let mut low = [f32::INFINITY; 3];
-    let mut high = [f32::NEG_INFINITY; 3];
-    for item in items {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(item.middle(axis));
-            high[axis] = high[axis].max(item.middle(axis));
-        }
-    }
-    (low, high)
+fn middles(items: &[Item]) -> (Vec3A, Vec3A) {
+    let unbounded = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+    items
+        .iter()
+        .map(|item| item.bounds.low + item.bounds.high)
+        .fold(unbounded, |(low, high), middle| (low.min(middle), high.max(middle)))
 }
 
-fn bin_of(item: &Item, axis: usize, low: f32, scale: f32) -> usize {
-    (((item.middle(axis) - low) * scale) as usize).min(BINS - 1)
+/// Which of `n_bins` along an axis, `scale` to a unit of length, an item belongs to.
+fn bin_of(item: &Item, axis: usize, low: f32, scale: f32, n_bins: usize) -> usize {
+    (((item.middle(axis) - low) * scale) as usize).min(n_bins - 1)
 }
 
 /// The longest axis and its bin where the sum of area times count of both sides is least; none where all
 /// middles coincide.
-fn cheapest_cut(items: &[Item], low: [f32; 3], high: [f32; 3]) -> Option<(usize, usize)> {
+fn cheapest_cut(items: &[Item], low: Vec3A, high: Vec3A, n_bins: usize) -> Option<(usize, usize)> {
     let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
-    let scale = BINS as f32 / (high[axis] - low[axis]);
+    let scale = n_bins as f32 / (high[axis] - low[axis]);
     if !scale.is_finite() {
         return None;
     }
-    let mut bins = [Bin { bounds: Bounds::EMPTY, len: 0 }; BINS];
+    let mut bins = [Bin::EMPTY; BINS];
+    let bins = &mut bins[..n_bins];
     for item in items {
-        let bin = &mut bins[bin_of(item, axis, low[axis], scale)];
+        let bin = &mut bins[bin_of(item, axis, low[axis], scale, n_bins)];
         bin.bounds = bin.bounds.union(&item.bounds);
         bin.len += 1;
     }
-    let cuts = costs(&bins).into_iter().enumerate().skip(1);
-    cuts.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(cut, _)| (axis, cut))
+    let costs = costs(bins);
+    let cuts = costs[..n_bins].iter().enumerate().skip(1);
+    cuts.min_by(|x, y| x.1.total_cmp(y.1)).map(|(cut, _)| (axis, cut))
 }
 
 /// For each bin the cost of cutting before it.
-fn costs(bins: &[Bin; BINS]) -> [f32; BINS] {
+fn costs(bins: &[Bin]) -> [f32; BINS] {
     let mut costs = [0.0; BINS];
     let add = |side: &mut Bin, bin: &Bin| {
         side.bounds = side.bounds.union(&bin.bounds);
         side.len += bin.len;
         side.bounds.half_area() * side.len as f32
     };
-    let mut left = Bin { bounds: Bounds::EMPTY, len: 0 };
-    for cut in 1..BINS {
+    let (mut left, mut right) = (Bin::EMPTY, Bin::EMPTY);
+    for cut in 1..bins.len() {
         costs[cut] += add(&mut left, &bins[cut - 1]);
     }
-    let mut right = Bin { bounds: Bounds::EMPTY, len: 0 };
-    for cut in (1..BINS).rev() {
+    for cut in (1..bins.len()).rev() {
         costs[cut] += add(&mut right, &bins[cut]);
     }
     costs

@@ -18,7 +18,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Role, United};
 use crate::simplify::limits::Limit;
-use crate::spatial::{Exposure, Labels, NearestOnTriangles, exposures};
+use crate::spatial::{Exposure, FaceTree, Labels, exposures};
 
 use super::collapse::{Collapse, End};
 use super::original::Original;
@@ -80,7 +80,10 @@ pub fn dropped(original: &Original, output: &Output, cost: &Cost, rules: &DropRu
     let component = |v: u32| component_of_vertex[output.vertex_of[v as usize] as usize];
     let of_faces: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
     let placing = Placing::new(original, shown.scene, shown.attributes, &of_faces, n);
-    let components = Components::new(&placing, output, &component_of_vertex, shown);
+    let seen = SeenFaces::new(&placing, output, &component_of_vertex);
+    let mut components = Components::new(&placing, &seen, shown);
+    component_of_vertex.iter().for_each(|&component| components.all[component as usize].n_vertices += 1);
+    components.find_losses(cost);
     let is_dropped = components.dropped(cost, rules.within);
     let n_components = is_dropped.iter().filter(|dropped| **dropped).count();
     let faces = || of_faces.iter().map(|&component| is_dropped[component as usize]).collect();
@@ -185,6 +188,34 @@ impl<'a> Placing<'a> {
     }
 }
 
+/// The output's faces where a viewer sees them, each as often as it is placed.
+struct SeenFaces {
+    positions: Vec<[f32; 3]>,
+    faces: Vec<[u32; 3]>,
+    /// The component of each face.
+    components: Vec<u32>,
+    /// How many faces of the output each component has.
+    n_faces: Vec<usize>,
+}
+
+impl SeenFaces {
+    fn new(placing: &Placing, output: &Output, component_of_vertex: &[u32]) -> Self {
+        let (mut positions, mut components) = (Vec::new(), Vec::new());
+        let mut n_faces = vec![0; placing.places.len()];
+        for face in output.faces() {
+            let component = component_of_vertex[face[0] as usize];
+            n_faces[component as usize] += 1;
+            for place in &placing.places[component as usize] {
+                let corner = |v: u32| place.transform_point3(output.positions[v as usize].as_dvec3());
+                positions.extend(face.map(|v| corner(v).as_vec3().to_array()));
+                components.push(component);
+            }
+        }
+        let faces = (0..components.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        Self { positions, faces, components, n_faces }
+    }
+}
+
 /// A component of a surface.
 #[derive(Clone)]
 struct Component {
@@ -208,10 +239,9 @@ struct Components<'a> {
     /// By area, the smallest first: the place of each.
     rank: Vec<usize>,
     placing: &'a Placing<'a>,
-    /// The output's faces where a viewer sees them.
-    tree: NearestOnTriangles,
-    /// The component of each of them.
-    of_triangles: Vec<u32>,
+    /// The output's faces where a viewer sees them, and the component of each.
+    tree: FaceTree<'a>,
+    of_seen: &'a [u32],
     /// The prices of the collapse, lengths to the fourth power, over those of the scene.
     unit_of_prices: f64,
     /// Whether corners carry what shows.
@@ -232,19 +262,9 @@ impl Component {
 }
 
 impl<'a> Components<'a> {
-    fn new(placing: &'a Placing<'a>, output: &Output, component_of_vertex: &[u32], shown: &Shown) -> Self {
+    fn new(placing: &'a Placing<'a>, seen: &'a SeenFaces, shown: &Shown) -> Self {
         let mut all = sums(placing, shown);
-        component_of_vertex.iter().for_each(|&component| all[component as usize].n_vertices += 1);
-        let (mut triangles, mut of_triangles) = (Vec::new(), Vec::new());
-        for face in output.faces() {
-            let component = component_of_vertex[face[0] as usize];
-            all[component as usize].n_faces += 1;
-            for place in &placing.places[component as usize] {
-                let corner = |v: u32| place.transform_point3(output.positions[v as usize].as_dvec3());
-                triangles.push(face.map(|v| corner(v).as_vec3().to_array()));
-                of_triangles.push(component);
-            }
-        }
+        all.iter_mut().zip(&seen.n_faces).for_each(|(component, n_faces)| component.n_faces = *n_faces);
         let mut by_area: Vec<usize> = (0..all.len()).collect();
         by_area.sort_by(|&x, &y| all[x].area.total_cmp(&all[y].area).then(x.cmp(&y)));
         let mut rank = vec![0; all.len()];
@@ -253,44 +273,68 @@ impl<'a> Components<'a> {
         let is_painted =
             shown.attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
         let is_asset = shown.scene.is_some() || shown.attributes.is_some();
-        let tree = NearestOnTriangles::new(&triangles);
+        let tree = FaceTree::new(&seen.positions, &seen.faces);
         let unit_of_prices = placing.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
-        let mut components = Self { all, rank, placing, tree, of_triangles, unit_of_prices, is_painted, is_asset };
-        for component in by_area {
-            (components.all[component].loss, components.all[component].stand_in) = components.loss(component);
+        Self { all, rank, placing, tree, of_seen: &seen.components, unit_of_prices, is_painted, is_asset }
+    }
+
+    /// Finds what is lost with each component, and which would stand in for it.
+    fn find_losses(&mut self, cost: &Cost) {
+        let most = self.most_price(cost);
+        for component in 0..self.all.len() {
+            (self.all[component].loss, self.all[component].stand_in) = self.loss(component, most);
         }
-        components
+    }
+
+    /// The price per vertex from which on no component goes: vertices are the dearer the fewer the others have, and no component gets
+    /// cheaper. Without end where components may have to go whatever they cost.
+    fn most_price(&self, cost: &Cost) -> f64 {
+        if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.down_to(self.n_asked(cost.limit)) }
+    }
+
+    /// The vertices that are asked for; a number of faces is about as many as the same share of them.
+    fn n_asked(&self, limit: Limit) -> usize {
+        let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
+        let of_faces = n_whole as f64 * limit.faces as f64 / self.of_output().max(1) as f64;
+        n_whole.min(limit.vertices).min(of_faces as usize)
     }
 
     /// The squared distance of a point of a component from the larger ones, and which of them is nearest.
     fn nearest(&self, component: usize, point: DVec3) -> Option<(f64, usize)> {
         let rank = self.rank[component];
-        let is_larger = |triangle: u32| self.rank[self.of_triangles[triangle as usize] as usize] > rank;
-        let hit = self.tree.nearest_of(point, is_larger)?;
-        Some((hit.distance2, self.of_triangles[hit.triangle as usize] as usize))
+        let is_larger = |face: u32| self.rank[self.of_seen[face as usize] as usize] > rank;
+        let (face, distance2) = self.tree.nearest_of(point, f64::INFINITY, is_larger)?;
+        Some((distance2, self.of_seen[face as usize] as usize))
     }
 
     /// What is lost with a component, by points on its faces, and the one that is nearest to most of them; without end where nothing
-    /// is near, and of what no viewer sees.
-    fn loss(&self, component: usize) -> (f64, usize) {
+    /// is near, and of what no viewer sees. Of what costs `most` per vertex or more, some of the loss, and none is near.
+    fn loss(&self, component: usize, most: f64) -> (f64, usize) {
         if self.placing.is_locked(component) {
             return (f64::INFINITY, component);
         }
         let faces = self.placing.faces(component);
         let own = &self.all[component];
-        let (mut sum, mut areas, mut nearest) = (0.0, 0.0, Vec::new());
-        for &face in faces.iter().step_by(faces.len().div_ceil(POINTS).max(1)) {
-            let Some(corners) = self.placing.corners(face) else { return (f64::INFINITY, component) };
+        let some = faces.iter().step_by(faces.len().div_ceil(POINTS).max(1));
+        let Some(points) = some.map(|&face| self.placing.corners(face)).collect::<Option<Vec<_>>>() else {
+            return (f64::INFINITY, component);
+        };
+        let areas: f64 = points.iter().map(|&corners| area_normal_f64(corners).length()).sum();
+        let (mut sum, mut nearest) = (0.0, Vec::new());
+        for corners in points {
             let Some((distance2, other)) = self.nearest(component, corners.iter().sum::<DVec3>() / 3.0) else {
                 return (f64::INFINITY, component);
             };
             // What looks otherwise does not stand in for it: it is as far as it is large.
             let looks_same = !self.is_painted && own.groups.len() == 1 && own.groups == self.all[other].groups;
             let least = if looks_same { 0.0 } else { 0.25 * own.size2 };
-            let area = area_normal_f64(corners).length();
-            sum += area * distance2.max(least);
-            areas += area;
+            sum += area_normal_f64(corners).length() * distance2.max(least);
             nearest.push(other);
+            // Most components lie so far from others that the first point tells.
+            let loss = own.area * sum / areas;
+            if areas > 0.0 && loss / own.n_vertices.max(1) as f64 >= most {
+                return (loss, component);
+            }
         }
         nearest.sort_unstable();
         let most = nearest.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map_or(component, |same| same[0]);
@@ -305,7 +349,7 @@ impl<'a> Components<'a> {
         for corners in faces.filter_map(|face| self.placing.corners(face)) {
             let area = area_normal_f64(corners).length();
             let centre = corners.iter().sum::<DVec3>() / 3.0;
-            sum += area * self.tree.nearest(centre).map_or(0.0, |hit| hit.distance2.sqrt());
+            sum += area * self.tree.nearest(centre).map_or(0.0, |(_, distance2)| distance2.sqrt());
             areas += area;
         }
         if areas > 0.0 { sum / areas } else { 0.0 }
@@ -331,9 +375,7 @@ impl<'a> Components<'a> {
         let mut is_dropped = vec![false; self.all.len()];
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let (mut n_vertices, mut n_faces) = (n_whole, self.of_output());
-        // A number of faces is about as many vertices as the same share of them.
-        let asked = n_whole.min(cost.limit.vertices);
-        let asked = asked.min((n_whole as f64 * cost.limit.faces as f64 / n_faces.max(1) as f64) as usize);
+        let asked = self.n_asked(cost.limit);
         let mut guard: Option<Guard> = None;
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
             self.all.iter().enumerate().map(|(i, it)| Reverse((price(it), i))).collect();

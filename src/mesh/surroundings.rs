@@ -1,0 +1,87 @@
+//! The faces around vertices where sheets meet, and which of them hang together farther away: all that taking them apart needs of a
+//! mesh, most of which is a manifold.
+
+use std::ops::Range;
+
+use super::one_rings::{MeetingSheets, is_one_fan};
+use super::union_find::UnionFind;
+
+/// The faces at vertices where sheets meet or faces are wound against each other, and at the neighbours of these.
+pub(super) struct Surroundings {
+    /// Which faces of the mesh these are, n_faces, ascending.
+    pub numbers: Vec<u32>,
+    /// Their corners, n_faces x 3.
+    pub faces: Vec<[u32; 3]>,
+    /// A number below `n_clusters` for each face: those with the same one hang together, all wound the same way around.
+    pub clusters: Vec<u32>,
+    /// More than the largest number of a cluster.
+    pub n_clusters: usize,
+    /// Vertices of the mesh all of whose faces are here, ascending.
+    vertices: Vec<u32>,
+}
+
+impl Surroundings {
+    /// Gathers them from a mesh with `n_vertices` vertices.
+    ///
+    /// Around all other vertices faces form one fan, wound the same way around: they hang together over edges with two faces.
+    pub(super) fn new(n_vertices: usize, faces: &[[u32; 3]], meeting: &MeetingSheets) -> Self {
+        let mut is_fan = vec![true; n_vertices];
+        meeting.vertices.iter().chain(&meeting.opposed).for_each(|&v| is_fan[v as usize] = false);
+        let mut clusters = UnionFind::new(n_vertices);
+        let mut is_near = vec![false; n_vertices];
+        for face in faces {
+            let [a, b, c] = face.map(|v| is_fan[v as usize]);
+            if a && b && c {
+                clusters.union(face[0], face[1]);
+                clusters.union(face[1], face[2]);
+                continue;
+            }
+            face.iter().for_each(|&v| is_near[v as usize] = true);
+            let fans: Vec<u32> = face.iter().copied().filter(|&v| is_fan[v as usize]).collect();
+            fans.windows(2).for_each(|pair| _ = clusters.union(pair[0], pair[1]));
+        }
+        let near = (0..faces.len() as u32).filter(|&f| faces[f as usize].iter().any(|&v| is_near[v as usize]));
+        let numbers: Vec<u32> = near.collect();
+        let faces: Vec<[u32; 3]> = numbers.iter().map(|&f| faces[f as usize]).collect();
+        let cluster = |(face, own): (&[u32; 3], u32)| {
+            face.iter().find(|&&v| is_fan[v as usize]).map_or(own, |&v| clusters.find(v))
+        };
+        let clusters = faces.iter().zip(n_vertices as u32..).map(cluster).collect();
+        let vertices = (0..n_vertices as u32).filter(|&v| is_near[v as usize]).collect();
+        Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
+    }
+
+    /// Returns the vertices at which the faces, as they are now, do not form one fan, ascending; `new` ones came after those of the mesh.
+    pub(super) fn where_sheets_meet(&self, new: Range<u32>) -> Vec<u32> {
+        let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
+        let opposite = |&(_, corner): &(u32, u32)| {
+            let (face, place) = (self.faces[corner as usize / 3], corner as usize % 3);
+            [face[(place + 1) % 3], face[(place + 2) % 3]]
+        };
+        let corners = corners_at(&self.faces, &vertices);
+        let fans = corners.chunk_by(|a, b| a.0 == b.0);
+        let meeting = fans.filter(|fan| !is_one_fan(&mut fan.iter().map(opposite).collect::<Vec<_>>()));
+        meeting.map(|fan| fan[0].0).collect()
+    }
+}
+
+#[cfg(test)]
+impl Surroundings {
+    /// All faces of a mesh, each a cluster of its own.
+    pub(super) fn whole(faces: &[[u32; 3]]) -> Self {
+        let numbers: Vec<u32> = (0..faces.len() as u32).collect();
+        let clusters = numbers.clone();
+        Self { n_clusters: faces.len(), numbers, faces: faces.to_vec(), clusters, vertices: Vec::new() }
+    }
+}
+
+/// Returns the corners (3 x face + place) at `vertices` (ascending) as (vertex, corner), ascending.
+pub(super) fn corners_at(faces: &[[u32; 3]], vertices: &[u32]) -> Vec<(u32, u32)> {
+    let mut is_one = vec![false; vertices.last().map_or(0, |&last| last as usize + 1)];
+    vertices.iter().for_each(|&v| is_one[v as usize] = true);
+    let all = faces.as_flattened().iter().zip(0u32..);
+    let mut corners: Vec<(u32, u32)> =
+        all.filter(|&(&v, _)| is_one.get(v as usize) == Some(&true)).map(|(&v, corner)| (v, corner)).collect();
+    corners.sort_unstable();
+    corners
+}
