@@ -79,6 +79,7 @@ pub mod autodiff;
 pub mod bake;
 pub mod blocks;
 pub mod geometry;
+pub mod indices;
 #[cfg(feature = "io")]
 pub mod io;
 #[cfg(feature = "job")]

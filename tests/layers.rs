@@ -167,13 +167,26 @@ fn the_library_touches_nothing_outside_itself() {
 #[test]
 fn nothing_gives_up() {
     let all: Vec<Source> =
-        ["src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
+        ["src", "c/src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
     assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
     // What comes from outside may be anything; further inside, an `expect` may state what holds.
     let boundary =
-        |source: &Source| ["cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place));
+        |source: &Source| ["c/", "cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place));
     let boundary: Vec<Source> = all.into_iter().filter(boundary).collect();
     assert_eq!(found(&boundary, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
+}
+
+#[test]
+fn unsafe_code_for_c_stands_in_one_file_and_says_why_it_is_sound() {
+    let all: Vec<Source> = sources("c/src").into_iter().collect();
+    let (pointers, others): (Vec<Source>, Vec<Source>) =
+        all.into_iter().partition(|source| source.path == "c/src/pointers.rs");
+    // Elsewhere names and functions that take pointers are declared, and nothing is done with them.
+    assert_eq!(found(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
+    let [Source { code, text, .. }] = &pointers[..] else { panic!("c/src/pointers.rs is missing") };
+    let n_of = |text: &str, word: &str| text.matches(word).count();
+    assert_eq!(n_of(text, "// SAFETY: "), n_of(code, "unsafe {") + n_of(code, "unsafe impl"));
+    assert!(text.lines().count() <= 160);
 }
 
 #[test]
@@ -199,7 +212,7 @@ fn unsafe_code_stands_in_kernels_the_allocator_and_names_for_javascript_alone() 
 #[test]
 fn files_say_what_they_are() {
     for source in
-        ["src", "cli/src", "cli/tests", "bench/src", "bench/tests", "python/src", "tests", "web/src", "web/tests"]
+        ["src", "c/src", "cli/src", "cli/tests", "bench/src", "bench/tests", "python/src", "tests", "web/src", "web/tests"]
             .into_iter()
             .flat_map(sources)
     {

@@ -105,20 +105,7 @@ pub fn simplify(
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::heard_by(listener);
     progress.begin(Part::Read);
-    let document = match given {
-        Some(Given::Mesh(mesh, factors)) => {
-            Document::from_mesh(*mesh, &request.job).map_err(|error| request.failure(error))?.weighed(factors)
-        }
-        Some(Given::File(bytes, name)) => {
-            if request.follows_input {
-                document::follow(&mut request, Format::from_content(&bytes).or_else(|| Format::from_name(&name)))?;
-            }
-            let folder = Folder::in_memory(std::iter::empty::<(String, Vec<u8>)>());
-            let document = Document::from_bytes_in(&bytes, &name, &folder, &request.job);
-            document.map_err(|error| request.failure(error))?
-        }
-        None => document::open(&mut request)?,
-    };
+    let document = opened(given, &mut request)?;
     let (done, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
@@ -140,6 +127,25 @@ pub fn simplify(
         bytes,
         unmet: met(&request, &report).err().map(|failure| failure.to_string()),
     })
+}
+
+/// What is given, or the file that is named, as a document.
+fn opened(given: Option<Given>, request: &mut Request) -> Result<Document, Failure> {
+    match given {
+        Some(Given::Mesh(mesh, factors)) => {
+            let document = Document::from_mesh(*mesh, &request.job).map_err(|error| request.failure(error))?;
+            Ok(document.weighed(factors))
+        }
+        Some(Given::File(bytes, name)) => {
+            if request.follows_input {
+                document::follow(request, Format::from_content(&bytes).or_else(|| Format::from_name(&name)))?;
+            }
+            let folder = Folder::in_memory(std::iter::empty::<(String, Vec<u8>)>());
+            let document = Document::from_bytes_in(&bytes, &name, &folder, &request.job);
+            document.map_err(|error| request.failure(error))
+        }
+        None => document::open(request),
+    }
 }
 
 /// A result as a function of the vertices given.

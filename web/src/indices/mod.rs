@@ -1,29 +1,48 @@
-//! Index buffers over vertices that stay where they are in their buffers: what meshoptimizer's `MeshoptSimplifier` is asked.
+//! Requests for index buffers: what meshoptimizer's `MeshoptSimplifier` is asked.
 
-mod buffers;
-mod distance;
-mod places;
 mod points;
-mod welded;
 
-use std::ops::ControlFlow;
-
-use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_input};
+use neural_mesh::indices::{self, Buffers, IndexError, IndexOptions, Indices};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
-use buffers::{Buffers, Parts};
-use distance::measure_distance;
-use welded::WeldedMesh;
 
 pub use points::select_points;
 
-/// Sizes that are tried to find the smallest within a distance in numbers of vertices.
-const TRIES: usize = 8;
+/// The parts of a request that are buffers.
+#[derive(Deserialize)]
+struct Parts {
+    /// The vertices of the triangles, n_faces x 3.
+    indices: usize,
+    /// The positions, n_vertices x 3.
+    positions: usize,
+    /// Numbers that belong to the vertices, n_vertices x n_weights.
+    attributes: Option<usize>,
+    /// Weight of each of these numbers, relative to positions in shares of the extent.
+    #[serde(default)]
+    weights: Vec<f32>,
+    /// A byte for each vertex, whose lowest bit holds it.
+    locks: Option<usize>,
+    /// A group for each triangle: those of two groups have no vertex in common.
+    groups: Option<usize>,
+}
+
+impl Parts {
+    /// Takes the buffers out of a message.
+    fn read(self, message: &Message) -> Result<Buffers, Refusal> {
+        let attributes = self.attributes.map(|part| message.numbers(part, f32::from_le_bytes)).transpose()?;
+        let groups = self.groups.map(|part| message.numbers(part, u32::from_le_bytes)).transpose()?;
+        let indices = message.rows(self.indices, u32::from_le_bytes)?;
+        let mut buffers = Buffers::new(indices, message.rows(self.positions, f32::from_le_bytes)?);
+        (buffers.attributes, buffers.weights) = (attributes.unwrap_or_default(), self.weights);
+        buffers.locks = self.locks.map_or(Ok(Vec::new()), |part| message.part(part).map(<[u8]>::to_vec))?;
+        buffers.groups = groups.unwrap_or_default();
+        Ok(buffers)
+    }
+}
 
 /// A request for lighter indices.
 #[derive(Deserialize)]
@@ -49,26 +68,16 @@ struct IndexRequest {
 pub fn simplify_indices(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
     let asked: IndexRequest = serde_json::from_value(json)?;
     let has = |flag: &str| asked.flags.iter().any(|name| name == flag);
-    let mut options = Options::new(Target::Faces((asked.target / 3).max(1)));
-    (options.subset, options.map) = (!asked.moves, asked.moves);
-    (options.lock_boundaries, options.prune) = (has("LockBorder"), has("Prune"));
-    let unit = |buffers: &Buffers| if has("ErrorAbsolute") { 1.0 } else { buffers.extent().max(f64::MIN_POSITIVE) };
-    let mut buffers = Buffers::read(message, asked.parts)?;
-    let given = WeldedMesh::new(&buffers)?;
-    if given.mesh.faces().is_empty() {
-        let none = answer.add(Vec::new());
-        return Ok(json!({ "indices": none, "groups": none, "error": 0.0, "positions": none, "attributes": none }));
-    }
-    if buffers.weights.iter().any(|weight| *weight > 0.0) {
-        options.purpose = Purpose::Poses;
-    }
-    let most = asked.error * unit(&buffers);
-    let (made, error) = simplify_within(&given, options, most, &mut |event| tell(f64::from(event.total), 0))?;
-    let wedges = if asked.moves { given.place_vertices(&made, &mut buffers) } else { given.corner_vertices(&made) };
+    let mut options = IndexOptions::new(asked.target / 3, asked.error);
+    (options.is_absolute, options.moves) = (has("ErrorAbsolute"), asked.moves);
+    (options.lock_borders, options.prune) = (has("LockBorder"), has("Prune"));
+    let buffers = asked.parts.read(message)?;
+    let made = indices::simplify_indices(buffers, &options, &mut |event| tell(f64::from(event.total), 0))?;
+    let Indices { indices, groups, error, buffers, .. } = made;
     let mut json = json!({
-        "indices": answer.add_numbers(wedges.into_iter().flatten(), u32::to_le_bytes),
-        "groups": answer.add_numbers(made.attributes.groups, u32::to_le_bytes),
-        "error": error / unit(&buffers),
+        "indices": answer.add_numbers(indices.into_flattened(), u32::to_le_bytes),
+        "groups": answer.add_numbers(groups, u32::to_le_bytes),
+        "error": error,
     });
     if asked.moves {
         json["positions"] = answer.add_numbers(buffers.positions.into_flattened(), f32::to_le_bytes).into();
@@ -77,42 +86,13 @@ pub fn simplify_indices(message: &Message, json: Value, answer: &mut Answer, mut
     Ok(json)
 }
 
-/// Simplifies to the size, or to a larger one that holds the distance; returns the distance, too.
-fn simplify_within(
-    given: &WeldedMesh,
-    options: Options,
-    most: f64,
-    listener: &mut Listener,
-) -> Result<(Simplified, f64), Refusal> {
-    let input = given.to_input();
-    let at = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), Refusal> {
-        let mut options = options.clone();
-        options.target = target;
-        let made = simplify_input(&input, None, &options, listener)?;
-        let distance = measure_distance(given, &made);
-        Ok((made, distance))
-    };
-    let small = at(options.target, listener)?;
-    if small.1 <= most {
-        return Ok(small);
-    }
-    let n_small = small.0.mesh.faces().len();
-    if options.purpose != Purpose::Poses {
-        let near = simplify_to_error(&input, None, &options, most, listener)?.simplified;
-        let distance = measure_distance(given, &near);
-        return Ok((near, distance));
-    }
-    let (mut low, mut best) = (n_small, at(Target::Ratio(1.0), listener)?);
-    for _ in 0..TRIES {
-        let high = best.0.mesh.faces().len();
-        let middle = ((low as f64) * (high as f64)).sqrt() as usize;
-        if middle <= low || middle >= high {
-            break;
+impl From<IndexError> for Refusal {
+    fn from(error: IndexError) -> Self {
+        match error {
+            IndexError::Simplify(error) => error.into(),
+            other => Self::new(other),
         }
-        let made = at(Target::Faces(middle), listener)?;
-        if made.1 <= most && made.0.mesh.faces().len() < high { best = made } else { low = middle }
     }
-    Ok(best)
 }
 
 /// A request to drop small components.
@@ -130,14 +110,6 @@ struct PruneRequest {
 /// [`Refusal`] where buffers are wrong.
 pub fn prune_components(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
     let PruneRequest { parts, error } = serde_json::from_value(json)?;
-    let buffers = Buffers::read(message, parts)?;
-    let given = WeldedMesh::new(&buffers)?;
-    let mut options = Options::new(Target::Ratio(1.0));
-    (options.prune_below, options.prune, options.subset) = (2.0 * error * buffers.extent(), false, true);
-    let wedges = match simplify_input(&given.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
-        Err(SimplifyError::Empty) => Vec::new(),
-        made => given.corner_vertices(&made?),
-    };
-    let indices = answer.add_numbers(wedges.into_flattened(), u32::to_le_bytes);
-    Ok(json!({ "indices": indices }))
+    let indices = indices::prune_components(&parts.read(message)?, error)?;
+    Ok(json!({ "indices": answer.add_numbers(indices.into_flattened(), u32::to_le_bytes) }))
 }

@@ -1,10 +1,10 @@
 //! Some of the points of a cloud, far from each other.
 
+use neural_mesh::indices::extent;
 use neural_mesh::spatial::farthest_latent_points;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::buffers::extent;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 

@@ -1,8 +1,8 @@
 //! The distance of a result from the buffers, attributes included.
 
-use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh};
-use neural_mesh::metrics::quick_distance;
-use neural_mesh::simplify::Simplified;
+use crate::mesh::{Attributes, Channel, Role, TriMesh};
+use crate::metrics::quick_distance;
+use crate::simplify::Simplified;
 
 use super::welded::WeldedMesh;
 

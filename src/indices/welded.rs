@@ -3,18 +3,18 @@
 //! Vertices at one position are one vertex; where several share it, the surface has a seam there, and a label tells its sides apart. Numbers that count
 //! are poses: in each the surface is raised by one of them, times its weight, so that a merge costs what it changes of it.
 
-use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
-use neural_mesh::simplify::{Input, Map, Simplified};
+use crate::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
+use crate::simplify::{Input, Map, Simplified};
 use rustc_hash::FxHashSet;
 
+use super::IndexError;
 use super::buffers::Buffers;
 use super::places::{Corner, assign_places};
-use crate::refusal::Refusal;
 
 /// The channel whose label tells the caller's vertices at a position apart.
 const SIDE: &str = "side";
 /// The channel of the caller's numbers.
-pub const NUMBERS: &str = "attributes";
+const NUMBERS: &str = "attributes";
 
 /// A mesh whose vertices at one position are joined.
 pub struct WeldedMesh {
@@ -33,8 +33,8 @@ impl WeldedMesh {
     /// Joins vertices at one position. Triangles that lose a corner by that are none.
     ///
     /// # Errors
-    /// [`Refusal`] where no mesh can be made of them.
-    pub fn new(buffers: &Buffers) -> Result<Self, Refusal> {
+    /// [`IndexError`] where no mesh can be made of them.
+    pub fn new(buffers: &Buffers) -> Result<Self, IndexError> {
         let bits = |v: usize| buffers.positions[v].map(|x| (x + 0.0).to_bits());
         let (first, _) = first_equal(buffers.positions.len(), bits);
         let joined = |face: &[u32; 3]| face.map(|v| first[v as usize]);
@@ -44,7 +44,8 @@ impl WeldedMesh {
         };
         let faces: Vec<usize> = (0..buffers.indices.len()).filter(is_face).collect();
         let wedges: Vec<[u32; 3]> = faces.iter().map(|&face| buffers.indices[face]).collect();
-        let (mesh, sources) = compact(&buffers.positions, wedges.iter().map(joined).collect()).map_err(Refusal::new)?;
+        let (mesh, sources) = compact(&buffers.positions, wedges.iter().map(joined).collect())
+            .map_err(|error| IndexError::Buffers(error.to_string()))?;
         let groups = faces.iter().filter_map(|&face| buffers.groups.get(face).copied()).collect();
         let mut given = Self {
             mesh,
