@@ -170,8 +170,9 @@ fn nothing_gives_up() {
         ["src", "c/src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
     assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
     // What comes from outside may be anything; further inside, an `expect` may state what holds.
-    let boundary =
-        |source: &Source| ["c/", "cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place));
+    let boundary = |source: &Source| {
+        ["c/", "cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place))
+    };
     let boundary: Vec<Source> = all.into_iter().filter(boundary).collect();
     assert_eq!(found(&boundary, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
 }
@@ -211,10 +212,20 @@ fn unsafe_code_stands_in_kernels_the_allocator_and_names_for_javascript_alone() 
 
 #[test]
 fn files_say_what_they_are() {
-    for source in
-        ["src", "c/src", "cli/src", "cli/tests", "bench/src", "bench/tests", "python/src", "tests", "web/src", "web/tests"]
-            .into_iter()
-            .flat_map(sources)
+    for source in [
+        "src",
+        "c/src",
+        "cli/src",
+        "cli/tests",
+        "bench/src",
+        "bench/tests",
+        "python/src",
+        "tests",
+        "web/src",
+        "web/tests",
+    ]
+    .into_iter()
+    .flat_map(sources)
     {
         assert!(source.text.starts_with("//! "), "{} does not open with //!", source.path);
         for word in [concat!("TO", "DO"), concat!("FIX", "ME")] {

@@ -60,7 +60,7 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
     - `ignore`: what need not stay, of "uv", "normals", "colors", "materials"
     - `importance`: how much each vertex counts, n numbers of at least 0. Of a file the name of an attribute, or "NAME=FACTOR"
     - `textures`: pictures of a file get at most so many pixels a side
-    - `compress`: numbers of a glTF are packed (`True`), or by an extension, as the program's
+    - `compress`: "quantize": numbers of a glTF take fewer bits
 
     What has to stay:
 
