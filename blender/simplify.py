@@ -158,7 +158,8 @@ def group_triangles(source):
         return None, None
     codes = sum(column << (32 * place) for place, column in enumerate(columns))
     _, first, groups = np.unique(codes, return_index=True, return_inverse=True)
-    return groups.reshape(-1), first
+    # A single group has no borders, and none is told to the simplifier.
+    return (groups.reshape(-1), first) if len(first) > 1 else (None, None)
 
 
 def find_kept_triangles(triangles, n_kept):
