@@ -75,7 +75,7 @@ def read_mesh(owner, mesh):
     n_triangles = len(mesh.loop_triangles)
     corners = get(mesh.loop_triangles, "loops", np.int32, 3 * n_triangles)
     polygons = get(mesh.loop_triangles, "polygon_index", np.int32, n_triangles)
-    vertices = get(mesh.loops, "vertex_index", np.int32, len(mesh.loops))
+    vertices = get(mesh.attributes[".corner_vert"].data, "value", np.int32, len(mesh.loops))
     positions = get(mesh.vertices, "co", np.float32, 3 * len(mesh.vertices)).reshape(-1, 3)
     keys = carry.read_keys(mesh)
     if keys:
@@ -84,7 +84,7 @@ def read_mesh(owner, mesh):
     if mesh.has_custom_normals or mesh.normals_domain == "CORNER":
         normals = get(mesh.corner_normals, "vector", np.float32, 3 * len(mesh.loops)).reshape(-1, 3)
         normals = normals[corners].reshape(-1, 3, 3)
-    seams = get(mesh.edges, "use_seam", np.bool_, len(mesh.edges))
+    seams = get(mesh.edges, "use_seam", np.bool_, len(mesh.edges)) if mesh.uv_layers else np.zeros(1, bool)
     return MeshArrays(
         positions=positions,
         triangles=vertices[corners].reshape(-1, 3),
@@ -155,8 +155,8 @@ def read_active(mesh):
     """Returns the names of the active and rendered texture coordinates and colours."""
     uv = mesh.uv_layers
     return {
-        "uv": uv.active.name if uv.active else None,
-        "rendered_uv": next((layer.name for layer in uv if layer.active_render), None),
+        "uv": uv.active.name if uv.active else "",
+        "rendered_uv": next((layer.name for layer in uv if layer.active_render), ""),
         "color": mesh.attributes.active_color_name,
         "rendered_color": mesh.attributes.default_color_name,
     }

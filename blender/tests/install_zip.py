@@ -4,8 +4,9 @@ The wheel has to come from the zip: the interpreter must not have `neural_mesh` 
 
 import sys
 
-import addon_utils
 import bpy
+# Found on the path that `bpy` sets.
+import addon_utils
 
 bpy.ops.wm.read_factory_settings(use_empty=True)
 addon_utils.enable("bl_pkg")

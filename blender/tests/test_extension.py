@@ -65,6 +65,18 @@ def test_ratio_is_that_of_triangles():
     assert is_closed(sphere.data)
 
 
+def test_a_mesh_that_carries_nothing():
+    mesh = bpy.data.meshes.new("Grid")
+    positions, triangles = make_grid(30)
+    mesh.from_pydata(positions.tolist(), [], triangles.tolist())
+    item = bpy.data.objects.new("Grid", mesh)
+    bpy.context.collection.objects.link(item)
+    select(item)
+    run(size_by="FACES", faces=400)
+    assert abs(len(mesh.polygons) - 400) <= 1
+    assert not mesh.uv_layers and not mesh.color_attributes
+
+
 def test_error_is_held():
     sphere = add_sphere(96, 48)
     sphere.scale = (2, 2, 2)
