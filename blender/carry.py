@@ -93,7 +93,9 @@ def read_groups(owner, mesh):
         return []
     for vertex in mesh.vertices:
         for element in vertex.groups:
-            weights[element.group, vertex.index] = element.weight
+            # Modifiers may bring groups that the object has no names for.
+            if element.group < len(weights):
+                weights[element.group, vertex.index] = element.weight
     return list(weights)
 
 

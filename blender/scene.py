@@ -56,9 +56,10 @@ def read_tasks(context, options):
 
 def read_task(context, item, options):
     """Returns the task of one object, without a size."""
+    materials = []
     if options.apply_modifiers:
         with evaluated_mesh(context, item) as mesh:
-            source = convert.read_mesh(item, mesh)
+            source, materials = convert.read_mesh(item, mesh), list(mesh.materials)
     else:
         source = convert.read_mesh(item, item.data)
     if not np.isfinite(source.positions).all():
@@ -68,6 +69,7 @@ def read_task(context, item, options):
     return Task(
         owner=item,
         name=item.name,
+        materials=materials,
         source=source,
         matrix=np.array(item.matrix_world, np.float32),
         size={},
@@ -132,6 +134,8 @@ def put_in_place(task, applies_modifiers):
     """Writes a result into its object's mesh, keeping materials that modifiers brought."""
     item = task.owner
     convert.write_mesh(item, task.result)
+    for material in task.materials[len(item.data.materials) :]:
+        item.data.materials.append(material)
     error_colors.write_largest_error(item, task.largest_error if task.measures_errors else None)
     if applies_modifiers:
         for modifier in [m for m in item.modifiers if m.type != "ARMATURE" and m.show_viewport]:

@@ -3,7 +3,7 @@
 Nothing here touches Blender's data, so all of it may run in a thread of its own."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import neural_mesh as nm
@@ -34,6 +34,8 @@ class Task:
     keeps_components: bool
     measures_errors: bool
     name: str = ""
+    materials: list = field(default_factory=list)
+    """Materials that the faces number, where modifiers may have brought some."""
     result: convert.MeshArrays | None = None
     largest_error: float = 0.0
     """Largest distance from the original, in units of the world."""
@@ -72,8 +74,9 @@ def share_faces(tasks, n_faces, progress):
         np.concatenate(positions), np.concatenate(triangles), groups=groups, faces=n_faces, keep_components=True, progress=progress
     )
     shares = np.bincount(light.groups, minlength=len(tasks))
-    for task, share in zip(tasks, shares):
-        task.size = {"faces": max(int(share), 1)}
+    for task, share, count in zip(tasks, shares, counts):
+        # A mesh that its transform scales to nothing has no share, and stays as it is.
+        task.size = {"faces": int(share) or count}
 
 
 def simplify_task(task, progress):

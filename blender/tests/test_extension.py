@@ -15,6 +15,8 @@ from mathutils.interpolate import poly_3d_calc
 from blender import convert, simplify
 from blender.job import Job
 from blender.operators import OBJECT_OT_neural_mesh_simplify
+from blender.panel import VIEW3D_PT_neural_mesh
+from blender.settings import Carrying, Sizing, copy_settings
 from conftest import add_character, add_sphere, is_closed, make_grid, move_by_key, positions_of, select
 
 
@@ -360,6 +362,48 @@ def test_a_result_can_be_saved_and_read(tmp_path):
     assert [len(block.data) for block in mesh.shape_keys.key_blocks] == [n] * 8
 
 
+class Layout:
+    """Stands for a panel's layout and remembers what was drawn on it."""
+
+    def __init__(self):
+        self.drawn = []
+
+    def __getattr__(self, name):
+        def draw(*arguments, **options):
+            self.drawn.append((name, arguments[-1] if arguments else options.get("text")))
+            return SimpleNamespace()
+
+        return draw
+
+
+def test_the_panel_draws_settings_and_legend():
+    sphere = add_sphere()
+    run(ratio=0.5, error_colors=True)
+    layout = Layout()
+    VIEW3D_PT_neural_mesh.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert ("operator", "object.neural_mesh_simplify") in layout.drawn
+    assert any(name == "label" and f"{sphere['neural_mesh_error_max']:.4g}" in text for name, text in layout.drawn)
+    operator = SimpleNamespace()
+    copy_settings(bpy.context.scene.neural_mesh, operator, Carrying, Sizing)
+    assert operator.ratio == 0.5 and operator.keep_components
+
+
+def test_materials_of_modifiers_come_along():
+    sphere = add_sphere()
+    group = bpy.data.node_groups.new("Paint", "GeometryNodeTree")
+    group.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    begin, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+    paint = group.nodes.new("GeometryNodeSetMaterial")
+    paint.inputs["Material"].default_value = bpy.data.materials.new("Paint")
+    group.links.new(begin.outputs[0], paint.inputs["Geometry"])
+    group.links.new(paint.outputs[0], end.inputs[0])
+    sphere.modifiers.new("Nodes", "NODES").node_group = group
+    run(ratio=0.5, apply_modifiers=True)
+    index = sphere.data.polygons[0].material_index
+    assert sphere.data.materials[index].name == "Paint" and not sphere.modifiers
+
+
 class Window:
     """Stands for the context of a window, which Blender has none of here."""
 
@@ -375,7 +419,8 @@ class Window:
 def modal_operator(work):
     cls = OBJECT_OT_neural_mesh_simplify
     reports = []
-    operator = SimpleNamespace(job=Job(work), timer=None, report=lambda kind, text: reports.append((kind, text)), finish=lambda context: {"FINISHED"})
+    operator = SimpleNamespace(job=Job(work), timer=None, finish=lambda context: {"FINISHED"})
+    operator.report = lambda kind, text: reports.append((kind, text))
     operator.end_progress = lambda context: cls.end_progress(operator, context)
     operator.cancel = lambda context: cls.cancel(operator, context)
     return operator, reports, lambda kind, context: cls.modal(operator, context, SimpleNamespace(type=kind))
