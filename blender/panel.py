@@ -36,7 +36,7 @@ class VIEW3D_PT_neural_mesh(Panel):
         if active is not None and active.type == "MESH":
             for name in ("importance_group", "protection_group"):
                 layout.prop_search(settings, name, active, "vertex_groups")
-        for name in ("apply_modifiers", "merge_equal", "keep_components", "error_colors"):
+        for name in ("apply_modifiers", "merge_equal", "keep_components", "bends", "error_colors"):
             layout.prop(settings, name)
         if active is not None:
             draw_active(layout, active)

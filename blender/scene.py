@@ -76,6 +76,7 @@ def read_task(context, item, options):
         importance=read_importance(item, source, options),
         is_welded=options.merge_equal,
         keeps_components=options.keep_components,
+        bends=options.bends,
         measures_errors=options.error_colors,
     )
 

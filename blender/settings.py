@@ -30,6 +30,9 @@ class Carrying:
     keep_components: BoolProperty(
         name="Keep All Components", description="Drop no separate piece, however small it is", default=True
     )
+    bends: BoolProperty(
+        name="Will Bend", description="Stay nearer to the original in other poses and shape keys, and less near at rest"
+    )
     error_colors: BoolProperty(
         name="Error Colors", description="Color each vertex by its distance from the original, blue to red"
     )

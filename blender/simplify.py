@@ -32,7 +32,8 @@ class Task:
     importance: np.ndarray | None
     is_welded: bool
     keeps_components: bool
-    measures_errors: bool
+    bends: bool = False
+    measures_errors: bool = False
     name: str = ""
     materials: list = field(default_factory=list)
     """Materials that the faces number, where modifiers may have brought some."""
@@ -96,6 +97,7 @@ def simplify_task(task, progress):
         groups=groups,
         importance=task.importance,
         keep_components=task.keeps_components,
+        for_="poses" if task.bends else None,
         map=True,
         progress=progress,
     )
