@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Registers the extension: a panel in the sidebar of the 3-D view, and two operators.
+The simplifier itself is the Python package `neural_mesh`, which the extension brings as a wheel."""
+
+import bpy
+
+from . import operators, panel, settings
+
+CLASSES = (settings.NeuralMeshSettings, *operators.CLASSES, *panel.CLASSES)
+
+
+def register():
+    """Registers all classes, and the settings of each scene."""
+    for item in CLASSES:
+        bpy.utils.register_class(item)
+    bpy.types.Scene.neural_mesh = bpy.props.PointerProperty(type=settings.NeuralMeshSettings)
+
+
+def unregister():
+    """Removes what `register` added."""
+    del bpy.types.Scene.neural_mesh
+    for item in reversed(CLASSES):
+        bpy.utils.unregister_class(item)

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Defines the operators: simplify the selected objects, and make levels of detail of them.
+From the panel they run in the background until Esc; from a script, or without a window, they run directly."""
+
+import time
+
+import bpy
+import neural_mesh as nm
+from bpy.types import Operator
+
+from . import lods, scene
+from .job import Job, first_line
+from .settings import Carrying, Levels, Sizing
+from .simplify import simplify_tasks
+
+# Seconds between two looks at the progress.
+INTERVAL = 0.1
+
+
+class RunsInBackground:
+    """Runs `prepare`, work without Blender's data, and `finish`, directly or by a modal operator."""
+
+    def execute(self, context):
+        """Runs directly."""
+        try:
+            work = self.prepare(context)
+            work(None)
+        except (scene.Refusal, nm.NeuralMeshError) as error:
+            self.report({"ERROR"}, first_line(error))
+            return {"CANCELLED"}
+        return self.finish(context)
+
+    def invoke(self, context, event):
+        """Starts the work in a thread, where there is a window to go on in."""
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            work = self.prepare(context)
+        except scene.Refusal as error:
+            self.report({"ERROR"}, first_line(error))
+            return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        self.timer = manager.event_timer_add(INTERVAL, window=context.window)
+        self.job = Job(work)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """Shows the progress, stops at Esc, and puts the result in place at the end."""
+        if event.type == "ESC":
+            self.cancel(context)
+            self.report({"INFO"}, "Stopped: nothing has changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER" or self.job.is_running:
+            context.window_manager.progress_update(100 * self.job.progress)
+            context.workspace.status_text_set(f"Neural Mesh: {100 * self.job.progress:.0f} %    Esc: stop")
+            return {"RUNNING_MODAL"}
+        self.end_progress(context)
+        if self.job.error:
+            self.report({"ERROR"}, self.job.error)
+            return {"CANCELLED"}
+        return self.finish(context)
+
+    def cancel(self, context):
+        """Stops the work; Blender calls this too when it closes."""
+        self.job.stop()
+        self.end_progress(context)
+
+    def end_progress(self, context):
+        """Removes what showed the progress."""
+        context.window_manager.event_timer_remove(self.timer)
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+
+    def report_end(self, tasks):
+        """Reports how many triangles stay, and what ended larger than requested or has to be bound again."""
+        before = sum(len(task.source.triangles) for task in tasks)
+        after = sum(len(task.result.triangles if task.result else task.source.triangles) for task in tasks)
+        self.report({"INFO"}, f"{after:,} of {before:,} triangles in {time.perf_counter() - self.begun:.1f} s")
+        for task in tasks:
+            if task.outcome != "reached":
+                self.report({"WARNING"}, f"{task.name}: {task.outcome}")
+        bound = [name for task in tasks for name in scene.find_bound_modifiers(task.owner)]
+        if bound:
+            self.report({"WARNING"}, f"Bind again: {', '.join(bound)}")
+
+
+class OBJECT_OT_neural_mesh_simplify(RunsInBackground, Carrying, Sizing, Operator):
+    """Make the selected meshes lighter: faces are shared out among them by how much each needs"""
+
+    bl_idname = "object.neural_mesh_simplify"
+    bl_label = "Simplify"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def prepare(self, context):
+        """Reads the selection and returns the work."""
+        self.begun = time.perf_counter()
+        self.tasks = tasks = scene.read_tasks(context, self)
+        n_faces = scene.plan_sizes(tasks, self)
+        return lambda tell: simplify_tasks(tasks, n_faces, tell)
+
+    def finish(self, context):
+        """Puts the results in place."""
+        for task in self.tasks:
+            if task.result is not None:
+                scene.put_in_place(task, self.apply_modifiers)
+        self.report_end(self.tasks)
+        return {"FINISHED"}
+
+
+class OBJECT_OT_neural_mesh_lods(RunsInBackground, Carrying, Levels, Operator):
+    """Make levels of detail of the selected meshes, each in a collection of its own"""
+
+    bl_idname = "object.neural_mesh_lods"
+    bl_label = "Make Levels of Detail"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def prepare(self, context):
+        """Reads the selection and returns the work."""
+        self.begun = time.perf_counter()
+        ratios = lods.parse_ratios(self.ratios)
+        self.levels = levels = lods.plan_levels(scene.read_tasks(context, self), ratios)
+        return lambda tell: simplify_tasks([task for tasks in levels for task in tasks], None, tell)
+
+    def finish(self, context):
+        """Makes the objects of the levels."""
+        for tasks in self.levels:
+            lods.make_levels(tasks, self.apply_modifiers)
+        self.report_end([task for tasks in self.levels for task in tasks])
+        return {"FINISHED"}
+
+
+CLASSES = (OBJECT_OT_neural_mesh_simplify, OBJECT_OT_neural_mesh_lods)

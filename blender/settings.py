@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Declares what a user chooses, once for the panel, which keeps it with the scene, and for the operators.
+Each property says its unit; an operator that is called from a script has the same names."""
+
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.types import PropertyGroup
+
+SIZES = (
+    ("RATIO", "Ratio", "Share of the triangles that stays"),
+    ("FACES", "Faces", "Number of triangles that stay, of all selected objects together"),
+    ("ERROR_PERCENT", "Error in %", "Fewest triangles within a proved distance, in percent of the diagonal of the selection"),
+    ("ERROR_UNITS", "Error", "Fewest triangles within a proved distance, in units of the scene"),
+)
+
+
+class Carrying:
+    """Properties of everything that makes lighter meshes."""
+
+    importance_group: StringProperty(name="Importance", description="Vertex group whose vertices count up to ten times as much")
+    protection_group: StringProperty(name="Protection", description="Vertex group whose vertices count up to a thousand times as much")
+    apply_modifiers: BoolProperty(
+        name="Apply Modifiers",
+        description="Simplify the mesh that the modifiers make, all but armatures; otherwise they stay on the simplified mesh",
+    )
+    merge_equal: BoolProperty(
+        name="Merge Equal Vertices",
+        description="Make one vertex of those that have equal positions, shape keys and weights",
+        default=True,
+    )
+    keep_components: BoolProperty(
+        name="Keep All Components", description="Drop no separate piece, however small it is", default=True
+    )
+    bends: BoolProperty(
+        name="Will Bend", description="Stay nearer to the original in other poses and shape keys, and less near at rest"
+    )
+    error_colors: BoolProperty(
+        name="Error Colors", description="Color each vertex by its distance from the original, blue to red"
+    )
+
+
+class Sizing:
+    """Properties of one size."""
+
+    size_by: EnumProperty(name="Size", items=SIZES, default="RATIO")
+    ratio: FloatProperty(name="Ratio", description="Share of the triangles that stays", default=0.5, min=0.0001, max=1.0, precision=3)
+    faces: IntProperty(name="Faces", description="Number of triangles that stay", default=5000, min=1)
+    error_percent: FloatProperty(
+        name="Error", description="Largest distance in percent of the diagonal", default=0.5, min=0.0001, max=100.0, precision=3
+    )
+    error_units: FloatProperty(
+        name="Error", description="Largest distance in units of the scene", default=0.01, min=0.0, precision=5, unit="LENGTH"
+    )
+
+
+class Levels:
+    """Properties of levels of detail."""
+
+    ratios: StringProperty(
+        name="Ratios", description="Shares of the triangles, one for each level, with commas between", default="1, 0.5, 0.25, 0.1"
+    )
+
+
+class NeuralMeshSettings(Carrying, Sizing, Levels, PropertyGroup):
+    """Settings of the panel, kept with the scene."""
+
+
+def copy_settings(settings, operator_properties, *groups):
+    """Copies the properties of these groups from the panel's settings to an operator."""
+    for group in groups:
+        for name in group.__annotations__:
+            setattr(operator_properties, name, getattr(settings, name))

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Simplifies arrays of meshes with the package `neural_mesh`, one by one or sharing faces out among several.
+Nothing here touches Blender's data, so all of it may run in a thread of its own."""
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import neural_mesh as nm
+import numpy as np
+
+from . import carry, convert, error_colors
+
+# Factor by which importance grows from weight 0 to weight 1 of a vertex group.
+MOST_IMPORTANCE = 10.0
+MOST_PROTECTION = 1000.0
+# Share of the progress that sharing faces out takes, where several meshes are simplified.
+SHARING_PROGRESS = 0.3
+
+
+@dataclass
+class Task:
+    """One mesh to simplify, and its result."""
+
+    owner: Any
+    """Object in Blender, which only the main thread may use."""
+    source: convert.MeshArrays
+    matrix: np.ndarray
+    """Linear part and translation from the mesh to the world, 4 x 4."""
+    size: dict
+    """Size as `neural_mesh.simplify` takes it, in units of the mesh: `faces` or `error`."""
+    importance: np.ndarray | None
+    is_welded: bool
+    keeps_components: bool
+    bends: bool = False
+    measures_errors: bool = False
+    name: str = ""
+    materials: list = field(default_factory=list)
+    """Materials that the faces number, where modifiers may have brought some."""
+    result: convert.MeshArrays | None = None
+    largest_error: float = 0.0
+    """Largest distance from the original, in units of the world."""
+    outcome: str = "reached"
+
+    @property
+    def scale(self):
+        """Returns the largest factor by which the object's transform stretches its mesh."""
+        return float(np.linalg.norm(self.matrix[:3, :3], 2))
+
+
+def simplify_tasks(tasks, n_faces=None, progress=None):
+    """Simplifies each mesh; with `n_faces` these faces are shared out among all of them first."""
+    tell = progress or (lambda done: None)
+    begin = 0.0
+    if n_faces is not None:
+        begin = SHARING_PROGRESS if len(tasks) > 1 else 0.0
+        share_faces(tasks, n_faces, lambda done, stage: tell(begin * done))
+    costs = np.array([len(task.source.triangles) for task in tasks], float)
+    ends = begin + (1 - begin) * np.cumsum(costs) / costs.sum()
+    for task, start, end in zip(tasks, [begin, *ends], ends):
+        simplify_task(task, lambda done, stage: tell(start + (end - start) * done))
+
+
+def share_faces(tasks, n_faces, progress):
+    """Sets the number of faces of each mesh: as many as it keeps where all are simplified together by position."""
+    if len(tasks) == 1:
+        tasks[0].size = {"faces": n_faces}
+        return
+    counts = [len(task.source.triangles) for task in tasks]
+    starts = np.cumsum([0, *(len(task.source.positions) for task in tasks)])
+    positions = [task.source.positions @ task.matrix[:3, :3].T + task.matrix[:3, 3] for task in tasks]
+    triangles = [task.source.triangles.astype(np.int64) + start for task, start in zip(tasks, starts)]
+    groups = np.repeat(np.arange(len(tasks)), counts)
+    light = call_simplify(
+        np.concatenate(positions), np.concatenate(triangles), groups=groups, faces=n_faces, keep_components=True, progress=progress
+    )
+    shares = np.bincount(light.groups, minlength=len(tasks))
+    for task, share, count in zip(tasks, shares, counts):
+        # A mesh that its transform scales to nothing has no share, and stays as it is.
+        task.size = {"faces": int(share) or count}
+
+
+def simplify_task(task, progress):
+    """Sets the result of a task: the simplified mesh with all that the original carries."""
+    source = task.source
+    if task.size.get("faces", 0) >= len(source.triangles):
+        return
+    vertex_of = weld_vertices(source) if task.is_welded else np.arange(len(source.positions), dtype=np.int32)
+    triangles = vertex_of[source.triangles]
+    attributes, names = name_attributes(source)
+    groups, group_faces = group_triangles(source)
+    light = call_simplify(
+        source.positions,
+        triangles,
+        **task.size,
+        attributes=attributes,
+        groups=groups,
+        importance=task.importance,
+        keep_components=task.keeps_components,
+        for_="poses" if task.bends else None,
+        map=True,
+        progress=progress,
+    )
+    kept = find_kept_triangles(triangles, light.report["input"]["faces"])
+    task.outcome = light.outcome
+    task.result = carry_all(source, light, carry.find_places(source, light, kept), names, group_faces)
+    if task.measures_errors:
+        errors = error_colors.measure_errors(source, task.result) * task.scale
+        task.largest_error = float(errors.max(initial=0))
+        task.result.layers.append(error_colors.color_errors(errors, task.largest_error))
+
+
+def call_simplify(positions, triangles, **options):
+    """Calls the simplifier as it is called for every mesh here; a result larger than requested is told by its outcome."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", nm.NeuralMeshWarning)
+        # Equal positions are merged here, where shape keys and weights have a say.
+        return nm.simplify(positions, triangles, weld=False, check=False, **options)
+
+
+def weld_vertices(source):
+    """Returns for each vertex the one that stands for all at its position with equal shape keys and weights."""
+    random = np.random.default_rng(0)
+    rows = np.concatenate([source.positions, *source.keys], axis=1) + 0
+    # Weights are compared by random sums: lips that meet at rest follow different bones.
+    sums = [np.zeros(len(rows), np.float32) for _ in range(2)]
+    for weights in source.groups:
+        for values in sums:
+            values += weights * np.float32(random.random())
+    rows = np.concatenate([rows, np.round(np.stack(sums, 1), 3) + 0], axis=1)
+    factors = random.integers(1, 2**63, rows.shape[1], dtype=np.uint64) | np.uint64(1)
+    codes = np.zeros(len(rows), np.uint64)
+    for column, factor in zip(np.ascontiguousarray(rows.T).view(np.uint32), factors):
+        codes += column * factor
+    codes ^= codes >> np.uint64(32)
+    _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
+    vertex_of = first[inverse]
+    # Two rows of one code that differ stay apart.
+    return np.where((rows[vertex_of] == rows).all(1), vertex_of, np.arange(len(rows))).astype(np.int32)
+
+
+def name_attributes(source):
+    """Returns values at corners as the simplifier takes them, m x 3 x k, and its name for each attribute that it carries."""
+    attributes, names = {}, {}
+    for layer in source.layers:
+        is_corner = layer.domain == "CORNER" and layer.is_blended
+        if not is_corner and not (layer.domain == "POINT" and layer.is_color):
+            continue
+        role = "uv" if is_corner and layer.type == "FLOAT2" else "colors" if layer.is_color else ""
+        name = role if role and role not in attributes else f"layer {len(names)}"
+        names[layer.name] = name
+        rows = layer.values if layer.domain == "CORNER" else layer.values[source.triangles]
+        attributes[name] = rows.reshape(len(source.triangles), 3, -1)
+    if source.normals is not None:
+        attributes["normals"] = source.normals
+    return attributes or None, names
+
+
+def group_triangles(source):
+    """Returns a number for each triangle that tells materials and flat faces apart, and a triangle of each number."""
+    columns = [layer.values[:, 0].astype(np.int64) for layer in source.layers if layer.name in carry.BORDER_ATTRIBUTES]
+    if not columns:
+        return None, None
+    codes = sum(column << (32 * place) for place, column in enumerate(columns))
+    _, first, groups = np.unique(codes, return_index=True, return_inverse=True)
+    # A single group has no borders, and none is told to the simplifier.
+    return (groups.reshape(-1), first) if len(first) > 1 else (None, None)
+
+
+def find_kept_triangles(triangles, n_kept):
+    """Returns the triangles that are left after cleaning: without degenerate ones and second ones of three vertices."""
+    if len(triangles) == n_kept:
+        return np.arange(n_kept)
+    a, b, c = triangles.T
+    whole = np.flatnonzero((a != b) & (b != c) & (c != a))
+    _, first = np.unique(np.sort(triangles[whole], axis=1), axis=0, return_index=True)
+    kept = whole[np.sort(first)]
+    if len(kept) != n_kept:
+        raise nm.NeuralMeshError("some triangles of the mesh are broken: run Mesh > Clean Up > Degenerate Dissolve first")
+    return kept
+
+
+def carry_all(source, light, places, names, group_faces):
+    """Returns the result with the layers, shape keys, vertex groups and normals of the original."""
+    positions = np.asarray(light.vertices, np.float32)
+    layers = []
+    for layer in source.layers:
+        if layer.name in names:
+            values = light.corners(names[layer.name]).reshape(3 * len(light.faces), -1)
+            values = values[places.vertex_corners] if layer.domain == "POINT" else values
+        else:
+            values = carry.carry_values(source, light, places, layer, group_faces)
+        layers.append(convert.Layer(layer.name, layer.domain, layer.type, values))
+    return convert.MeshArrays(
+        positions=positions,
+        triangles=np.asarray(light.faces),
+        layers=layers,
+        keys=carry.carry_keys(source, places, positions),
+        groups=carry.carry_groups(source, places),
+        normals=None if source.normals is None else light.corners("normals"),
+        has_custom_normals=source.has_custom_normals,
+        has_seams=source.has_seams,
+    )
