@@ -178,6 +178,8 @@ def _results(mesh: Any, triangles: Any, target: Mapping[str, Any], options: dict
     asked["map"] = wants_map or (bool(source.of_faces) and "lods" not in target)
     said = as_json({**target, **asked}), as_json(files)
     threads = n_threads(options["threads"])
+    if options["on_dirty"] == "raise" and source.arrays is None:
+        _check_file(source, threads)
     outcome = _native.simplify(*said, source.arrays, source.file, factors, threads, options["progress"])
     report = json.loads(outcome.report)
     results = zip(outcome.results, _of_scene(outcome))
@@ -186,6 +188,15 @@ def _results(mesh: Any, triangles: Any, target: Mapping[str, Any], options: dict
         raise NotReachedError(outcome.unmet, lights)
     _tell(lights, source, options)
     return lights
+
+
+def _check_file(source: Given, threads: int | None) -> None:
+    """Refuses a file of which faces would be left out, before anything is written."""
+    as_it_is = as_json({"ratio": 1.0, "check": False, "keep_components": True})
+    report = json.loads(_native.simplify(as_it_is, as_json({"input": source.path}), None, source.file, None, threads, None).report)
+    dirt = source.dirt_of(report["cleaned"])
+    if dirt:
+        raise _native.NeuralMeshError("; ".join(dirt).replace("were left out", "are there"))
 
 
 def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:

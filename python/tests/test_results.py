@@ -86,6 +86,17 @@ def test_input_that_is_cleaned_warns_or_is_refused(dirt: str, says: str) -> None
         nm.simplify(vertices, faces, ratio=0.5, on_dirty="explode")  # type: ignore[call-overload]
 
 
+def test_a_file_that_is_refused_leaves_nothing_behind(tmp_path: Path) -> None:
+    source, out = tmp_path / "broken.obj", tmp_path / "light.obj"
+    source.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 9\n")
+    with pytest.raises(nm.NeuralMeshError, match="indices of no vertex are there"):
+        nm.simplify(source, ratio=1.0, out=out, on_dirty="raise")
+    assert not out.exists()
+    with pytest.warns(nm.NeuralMeshWarning, match="indices of no vertex"):
+        nm.simplify(source, ratio=1.0, out=out)
+    assert out.exists()
+
+
 def test_options_of_numpy_and_wrong_ones() -> None:
     mesh = torus(20, 12)
     expected = nm.simplify(mesh, ratio=0.5, threads=1)
