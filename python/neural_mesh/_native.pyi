@@ -59,7 +59,7 @@ class Outcome:
     @property
     def results(self) -> list[Kept]: ...
     @property
-    def report(self) -> str: ...
+    def report(self) -> dict[str, Any]: ...
     @property
     def cleaned(self) -> str: ...
     @property
@@ -111,11 +111,11 @@ class Record:
     def sizes(self) -> list[int]: ...
 
 def record(
-    options: str, files: str, mesh: _Mesh, threads: int | None, progress: _Progress | None
+    options: Mapping[str, Any], files: Mapping[str, Any], mesh: _Mesh, threads: int | None, progress: _Progress | None
 ) -> Record: ...
 def simplify(
-    options: str,
-    files: str,
+    options: Mapping[str, Any],
+    files: Mapping[str, Any],
     mesh: _Mesh | None,
     file: tuple[bytes, str] | None,
     importance: NDArray[np.float32] | None,

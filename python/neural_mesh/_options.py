@@ -1,8 +1,7 @@
-"""Options by name: what each may be, what it is where nobody says anything, and as the compiled module takes them, as JSON."""
+"""Options by name: what each may be, what it is where nobody says anything, and as the compiled module takes them."""
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -99,7 +98,7 @@ def n_threads(threads: Any) -> int | None:
     raise OptionError(f"threads={threads!r}: give a number from 1 to {_MOST_THREADS}")
 
 
-def as_json(options: Mapping[str, Any]) -> str:
+def as_said(options: Mapping[str, Any]) -> dict[str, Any]:
     """All options that are given: those that are `None` or `False` are not, but for `check` and `weld`, which are on by default there."""
     said: dict[str, Any] = {}
     for name, value in options.items():
@@ -111,14 +110,14 @@ def as_json(options: Mapping[str, Any]) -> str:
         elif value is not False:
             # A word of Python itself has a `_` behind it.
             said[name.rstrip("_")] = value
-    return json.dumps(said)
+    return said
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it."""
+    """A value of Python's own kinds."""
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    # A number of numpy is none of JSON, nor is an array of one number, nor one that is not finite, which is refused by its name.
+    # Numbers of numpy and arrays of one are none; one that is not finite is refused by its name.
     if hasattr(value, "item") and getattr(value, "size", 1) == 1:
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._meshes import Given, alike, array_of, given
-from ._options import Number, Path, Progress, Whole, as_json, n_threads
+from ._options import Number, Path, Progress, Whole, as_said, n_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -36,8 +36,8 @@ class Record:
         asked = {name: x for name, x in options.items() if name not in ("threads", "weights")}
         # Copies: what was given may change, and torch moves the memory of tensors that go to other processes.
         self._given, self._options = (positions.copy(), corners.copy()), dict(options)
-        files = as_json({"weights": options.get("weights")})
-        self._native = _native.record(as_json(asked), files, source.arrays, threads, progress)
+        files = as_said({"weights": options.get("weights")})
+        self._native = _native.record(as_said(asked), files, source.arrays, threads, progress)
         self.faces = alike(vertices, self._native.faces)
         self.output_vertices = _with_welded(source, self._native.output_vertices())
 

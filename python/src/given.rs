@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use crate::arrays::{numbers, rows};
 use crate::failure::{option_refused, refused};
+use crate::values;
 
 /// Coordinates, n x 3, in single or double precision.
 #[derive(FromPyObject)]
@@ -71,9 +72,9 @@ fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> Py
     Ok(Channel { name: name.clone(), role: role.unwrap_or(Role::Other), width, values })
 }
 
-/// Options as the library has them, from JSON; unknown ones and values of another kind are refused.
-pub fn asked<T: DeserializeOwned>(json: &str) -> PyResult<T> {
-    serde_json::from_str(json).map_err(option_refused)
+/// Options as the library has them; unknown ones and values of another kind are refused.
+pub fn asked<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T> {
+    serde_json::from_value(values::read(options)?).map_err(option_refused)
 }
 
 /// Roles that Python knows by name.

@@ -15,6 +15,7 @@ mod network;
 mod points;
 mod record;
 mod simplify;
+mod values;
 
 use pyo3::prelude::*;
 

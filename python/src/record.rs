@@ -23,13 +23,13 @@ pub struct Record {
     faces: Py<PyAny>,
 }
 
-/// Simplifies a mesh and records how the result depends on its vertices; options and files are JSON.
+/// Simplifies a mesh and records how the result depends on its vertices.
 #[pyfunction]
 #[pyo3(signature = (options, files, mesh, threads, progress))]
 pub fn record(
     py: Python,
-    options: &str,
-    files: &str,
+    options: &Bound<PyAny>,
+    files: &Bound<PyAny>,
     mesh: Given,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,

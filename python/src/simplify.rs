@@ -11,12 +11,13 @@ use pyo3::types::PyBytes;
 use crate::arrays::{array, indices, numbers, table, triples};
 use crate::given::{Given, asked, role_name};
 use crate::heard::heard;
+use crate::values;
 
 /// What came of a request.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
 pub struct Outcome {
     results: Vec<Py<Kept>>,
-    report: String,
+    report: Py<PyAny>,
     cleaned: String,
     file_vertices: Option<Py<PyAny>>,
     group_names: Vec<(String, u32)>,
@@ -37,14 +38,14 @@ pub struct Kept {
     map: Option<MapArrays>,
 }
 
-/// Simplifies a mesh, the file of these bytes and this name, or the file that is named; options and files are JSON.
+/// Simplifies a mesh, the file of these bytes and this name, or the file that is named.
 #[pyfunction]
 #[pyo3(signature = (options, files, mesh, file, importance, threads, progress))]
 #[allow(clippy::too_many_arguments, reason = "they are what Python has")]
 pub fn simplify(
     py: Python,
-    options: &str,
-    files: &str,
+    options: &Bound<PyAny>,
+    files: &Bound<PyAny>,
     mesh: Option<Given>,
     file: Option<(Vec<u8>, String)>,
     importance: Option<PyReadonlyArray1<f32>>,
@@ -69,7 +70,7 @@ impl Outcome {
         let kept = |kept| Py::new(py, Kept::of(py, kept, is_scene)?);
         Ok(Self {
             results: outcome.results.into_iter().map(kept).collect::<PyResult<_>>()?,
-            report: outcome.report,
+            report: values::given(py, &outcome.report)?,
             cleaned: outcome.cleaned,
             file_vertices: outcome.file_vertices.map(|vertices| indices(py, vertices)).transpose()?,
             group_names: outcome.group_names,
