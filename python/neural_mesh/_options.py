@@ -60,6 +60,7 @@ class Shared(TypedDict, total=False):
     weights: Path | None
     textures: Whole | None
     compress: bool | str | None
+    bake: Whole | None
     seed: Whole
     strict: bool
     check: bool

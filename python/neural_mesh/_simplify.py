@@ -60,6 +60,7 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
     - `importance`: how much each vertex counts, n numbers of at least 0. Of a file the name of an attribute, or "NAME=FACTOR"
     - `textures`: pictures of a file get at most so many pixels a side
     - `compress`: "quantize": numbers of a glTF take fewer bits
+    - `bake`: pixels a side of new textures, in a wheel that was built with the feature `bake`
 
     What has to stay:
 
