@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from . import _native
 from ._meshes import Given, given
-from ._options import Path, Whole, as_said, n_threads
+from ._options import Path, Whole, as_it_is, n_threads
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -101,8 +101,7 @@ def _measured(mesh: Any) -> Given:
     source = given(mesh, None, "auto")
     if source.file is None:
         return source
-    as_it_is = as_said({"ratio": 1.0, "check": False, "keep_components": True})
-    kept = _native.simplify(as_it_is, {}, None, source.file, None, None, None).results[0]
+    kept = _native.simplify(as_it_is(), {}, None, source.file, None, None, None).results[0]
     return given((kept.vertices, kept.faces), None, None)
 
 

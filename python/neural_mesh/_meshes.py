@@ -73,6 +73,12 @@ class Given:
                 dirt[-1] += ": indices begin at 1: subtract 1"
         return dirt
 
+    def refuse(self, cleaned: Mapping[str, int]) -> None:
+        """Raises where faces would be left out."""
+        dirt = self.dirt_of(cleaned)
+        if dirt:
+            raise NeuralMeshError("; ".join(dirt).replace("were left out", "are there"))
+
     def alike(self, array: NDArray[Any]) -> Any:
         return alike(self.like, array)
 
@@ -176,9 +182,7 @@ def _check(packed: Given) -> None:
     out_of_range = (faces >= len(vertices)).any(1)
     non_finite = ~np.isfinite(vertices).all(1)
     broken = non_finite[faces[~out_of_range]].any(1)
-    counts = {"non_finite_faces": int(broken.sum()), "out_of_range_faces": int(out_of_range.sum())}
-    if any(counts.values()):
-        raise NeuralMeshError("; ".join(packed.dirt_of(counts)).replace("were left out", "are there"))
+    packed.refuse({"non_finite_faces": int(broken.sum()), "out_of_range_faces": int(out_of_range.sum())})
 
 
 def _file(path: str | os.PathLike[str]) -> str:

@@ -114,6 +114,11 @@ def as_said(options: Mapping[str, Any]) -> dict[str, Any]:
     return said
 
 
+def as_it_is() -> dict[str, Any]:
+    """The options under which a mesh comes back with all that it has."""
+    return as_said({"ratio": 1.0, "check": False, "keep_components": True})
+
+
 def plain(value: Any) -> Any:
     """A value of Python's own kinds."""
     if isinstance(value, (str, os.PathLike)):

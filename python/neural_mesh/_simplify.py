@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._faces import carried
 from ._meshes import Given, given
-from ._options import DEFAULTS, FILES, OWN, SIZES, Options, Shared, as_said, n_threads
+from ._options import DEFAULTS, FILES, OWN, SIZES, Options, Shared, as_it_is, as_said, n_threads
 from ._report import Report
 from ._result import Light, Map, NeuralMeshWarning, NotReachedError
 
@@ -128,8 +128,7 @@ def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light
 def written(light: Light[Any], files: Mapping[str, Any]) -> bytes | None:
     """The mesh of a result as it is, written to a file or as bytes."""
     source = given(light, None, None, "auto")
-    options = as_said({"ratio": 1.0, "check": False, "keep_components": True})
-    return _native.simplify(options, as_said(files), source.arrays, None, None, 1, None).bytes
+    return _native.simplify(as_it_is(), as_said(files), source.arrays, None, None, 1, None).bytes
 
 
 def _known(name: str, options: Mapping[str, Any], sizes: Sequence[str]) -> dict[str, Any]:
@@ -192,11 +191,8 @@ def _results(mesh: Any, triangles: Any, target: Mapping[str, Any], options: dict
 
 def _check_file(source: Given, threads: int | None) -> None:
     """Refuses a file of which faces would be left out, before anything is written."""
-    as_it_is = as_said({"ratio": 1.0, "check": False, "keep_components": True})
-    report = _native.simplify(as_it_is, as_said({"input": source.path}), None, source.file, None, threads, None).report
-    dirt = source.dirt_of(report["cleaned"])
-    if dirt:
-        raise _native.NeuralMeshError("; ".join(dirt).replace("were left out", "are there"))
+    report = _native.simplify(as_it_is(), as_said({"input": source.path}), None, source.file, None, threads, None).report
+    source.refuse(report["cleaned"])
 
 
 def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:
@@ -213,11 +209,10 @@ def _of_scene(outcome: _native.Outcome) -> Sequence[_native.Kept | None]:
     n_levels = len(outcome.results)
     if outcome.file_vertices is not None:
         return [None] * n_levels
-    placed = as_said({"ratio": 1.0, "check": False, "keep_components": True})
     if outcome.bytes is not None:
-        return [_native.simplify(placed, {}, None, (outcome.bytes, "scene.glb"), None, 1, None).results[0]]
+        return [_native.simplify(as_it_is(), {}, None, (outcome.bytes, "scene.glb"), None, 1, None).results[0]]
     paths = outcome.paths if len(outcome.paths) == n_levels else outcome.paths[:1] if n_levels == 1 else []
-    read = [_native.simplify(placed, as_said({"input": path}), None, None, None, 1, None).results[0] for path in paths]
+    read = [_native.simplify(as_it_is(), as_said({"input": path}), None, None, None, 1, None).results[0] for path in paths]
     return read or [None] * n_levels
 
 
