@@ -12,7 +12,7 @@ PROMISES = {
     "file": "formats.md: the file is one of its format, its coordinates finite",
     "threads": "README: the same bytes on any number of threads",
     "read": "cleanup.rs: `input` of the report is the mesh of the file: equal positions are one vertex; nothing is lost",
-    "positions": "closed.md, 5: no two vertices are written at one position",
+    "positions": "closed.md, 4: no two vertices are written at one position",
     "doubled": "closed.md: no two faces of a result have the same three vertices",
     "degenerate": "a result has no more faces without area than the input, in the numbers of the file",
     "closed": "README: where the input is closed and manifold, so is the result",
