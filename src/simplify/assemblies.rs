@@ -1,4 +1,4 @@
-//! The two assemblies as the driver runs them: what the options ask for on the way in, what is told on the way out.
+//! Both assemblies as the driver runs them: from options to requests, and from outcomes to results.
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, shaded_flat};
@@ -14,34 +14,34 @@ use super::options::{Assembly, Hidden, Options, Parts, Purpose, Report, ScoreSou
 use super::paper;
 use super::progress::Progress;
 
-/// What is asked of a run.
+/// Settings of a run.
 pub(super) struct Task<'a> {
-    /// What the caller asked for.
+    /// Options of the caller.
     pub options: &'a Options,
-    /// Whether the closed result is to be known as a function of the positions.
+    /// Requests the derivative of the closed result.
     pub differentiable: bool,
-    /// Whether the collapse goes on to the size although held vertices leave few to the rest.
+    /// Continues to the target size even where held vertices leave few to the rest.
     pub insists_on_size: bool,
-    /// Where the mesh is one half of a mirrored one.
+    /// Mirror data, where the mesh is one half of a symmetric one.
     pub half: Option<Half<'a>>,
 }
 
 impl<'a> Task<'a> {
-    /// What the caller asked for and nothing else.
+    /// Wraps the caller's options with default settings.
     pub fn of(options: &'a Options) -> Self {
         Self { options, differentiable: false, insists_on_size: false, half: None }
     }
 }
 
-/// Sizes to reach, each no larger than the one before.
+/// Target sizes, each no larger than the one before.
 pub(super) struct Sizes<'a> {
-    /// The sizes.
+    /// Target sizes.
     pub limits: &'a [Limit],
-    /// Number of the first sizes at which no further component is dropped.
+    /// Number of leading sizes at which no further component is dropped.
     pub n_settled: usize,
 }
 
-/// The closed assembly's results of a mesh: of the first size, and from where its collapse stood then, of the further ones.
+/// Simplifies a mesh to several sizes with the closed assembly; each continues the collapse of the one before.
 pub(super) fn closed_levels(
     input: &Input,
     weights: Option<&Weights>,
@@ -55,7 +55,7 @@ pub(super) fn closed_levels(
     of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, None, progress))
 }
 
-/// What is made of a part of a mesh, over the vertices and faces of the mesh.
+/// Simplifies what pruning left and maps the results back to the whole mesh.
 fn of_part(
     input: &Input,
     pruned: &Pruned,
@@ -67,8 +67,10 @@ fn of_part(
     Ok(levels)
 }
 
-/// The closed assembly's results of a mesh without the components that cost more than a viewer would miss. A level at which some go is made of what
-/// stays, from where a collapse begun for more of the mesh was, or anew.
+/// Simplifies to several sizes and drops components that cost more than a viewer would miss.
+///
+/// Where a component goes, this and all further levels are made from the rest; the collapse continues from its saved
+/// state if there is one.
 fn levels_of(
     input: &Input,
     weights: Option<&Weights>,
@@ -80,19 +82,21 @@ fn levels_of(
     let Levels { mut made, dropped, begun } = levels_of_whole(input, weights, task, sizes, begun, progress)?;
     let Some(dropped) = dropped else { return Ok(made) };
     let Some(pruned) = without(input.mesh, dropped.n_components, |face| dropped.faces[face]) else { return Ok(made) };
+    // The level at which a component went is settled now: it is repeated without that component and drops no further
+    // one.
     let left = Sizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
     made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, begun, progress))?);
     Ok(made)
 }
 
-/// Which components may be dropped, once it is settled for so many levels; `None` where what is asked for keeps all.
+/// Returns the rules for dropping components, which apply from a level on; `None` where all must stay.
 fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
     let holds = options.subset || options.lock_boundaries || !input.locked.is_empty();
     let keeps = !options.prune || holds || half.is_some();
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// Where scores come from: from nowhere where none counts, from the caller's network where there is one.
+/// Chooses the source of the scores: none where scores have no effect, the network where the caller gives weights.
 pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
         _ if aim.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => ScoreSource::Geometry,
@@ -101,7 +105,7 @@ pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weight
     }
 }
 
-/// Vertex importance: the caller's, else by the scores.
+/// Returns vertex importance: the caller's, else by the scores.
 pub(super) fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a Weights>) -> Importance<'a> {
     match scores {
         _ if !given.is_empty() => Importance::Given(given),
@@ -111,8 +115,9 @@ pub(super) fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: 
     }
 }
 
-/// The closed assembly's results of all of a mesh, as far as all of it is to stay. One that is shaded flat is simplified without its
-/// normals, and its results have their own.
+/// Simplifies without dropping components; stops at the level where one should go.
+///
+/// A mesh shaded flat is simplified without its normals; its results are shaded flat again.
 fn levels_of_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,
@@ -139,7 +144,7 @@ fn levels_of_whole<'a>(
     Ok(levels)
 }
 
-/// The same with all normals as they are.
+/// Simplifies with the given normals.
 fn levels_as_shaded<'a>(
     input: &Input,
     weights: Option<&Weights>,
@@ -177,7 +182,7 @@ fn levels_as_shaded<'a>(
     Ok(levels)
 }
 
-/// The paper's assembly's result of a mesh, over the vertices of the mesh.
+/// Simplifies with the paper's assembly.
 pub(super) fn paper_result(
     mesh: &TriMesh,
     weights: Option<&Weights>,
@@ -194,7 +199,7 @@ pub(super) fn paper_result(
     Ok(Simplified { mesh, attributes, source_vertices: Some(kept), map: None, report })
 }
 
-/// The mesh as it is, for targets that it meets already.
+/// Returns the input as the result, for targets that it already meets.
 pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options) -> Simplified {
     let mesh = input.mesh;
     let scores = if options.assembly == Assembly::Closed { options.scores } else { ScoreSource::Network };
@@ -207,7 +212,7 @@ pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options) -> Simpl
     }
 }
 
-/// The same without the components below the size that the options let go.
+/// Returns the input as the result, without the components that the options drop.
 pub(super) fn unchanged_but_pruned(
     pulse: Pulse,
     input: &Input,

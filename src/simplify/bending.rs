@@ -1,16 +1,16 @@
-//! Scores by a formula, from how much the surface bends: what the network starts from, and has to beat.
+//! Scores by a formula from the bending of the surface: the network's starting point and baseline.
 
 use crate::linalg::Csr;
 use glam::Vec3;
 
-/// The scores are the logarithm of the bending times this: importance goes with its square root.
+/// Exponent of the bending in the score; importance grows with the square root.
 const EXPONENT: f32 = 0.5;
-/// Bending beyond this many times the mean, either way, counts as if it were not: importance stays within 5.5 of the
-/// mean.
+/// Largest ratio to the mean bending, either way: importance stays within a factor of 5.5.
 const MOST: f32 = 30.0;
 
-/// Computes `ln(b / mean b) / 2`, b the largest turn of the normal per length along the edges of a vertex, averaged once
-/// over it and its neighbours; `None` where nothing bends.
+/// Computes `ln(b / mean b) / 2`; `None` where nothing bends.
+///
+/// `b` is the largest change of the normal per length along the edges of a vertex, averaged once over its one-ring.
 ///
 /// # Shapes
 /// - `points`: n x 3, from [`in_edge_lengths`](crate::model::in_edge_lengths); `normals`: n x 3, unit vectors
@@ -18,7 +18,7 @@ const MOST: f32 = 30.0;
 /// - returns n scores
 ///
 /// # Panics
-/// When they differ in n.
+/// If they differ in n.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, model::in_edge_lengths};

@@ -1,4 +1,4 @@
-//! Connected components: which may be pruned, and which ended in their smallest form.
+//! Connected components: dropping small or hidden ones, and counting those in their smallest form.
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::{UnionFind, faces_joined};
@@ -8,11 +8,10 @@ use super::hidden::hidden_components;
 use super::input::Input;
 use super::options::{DroppedComponent, Hidden, Options, Report};
 
-/// Faces of the smallest closed surface, a tetrahedron.
+/// Faces of the smallest closed surface.
 const TETRAHEDRON: usize = 4;
 
-/// Number of components, and of those that no collapse can make smaller (a tetrahedron or a single triangle); of a manifold, whose
-/// components share no vertex.
+/// Counts the components of a manifold, and those that no collapse can shrink (a tetrahedron or a single triangle).
 pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
     for faces in pulse.over(mesh.faces()) {
@@ -28,30 +27,30 @@ pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     (n_faces.len(), n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
 }
 
-/// The component of every face, as the report counts them: faces joined over edges. Those that touch at a vertex are two.
+/// Numbers the component of every face, joined over edges; components that touch only at a vertex are separate.
 fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     pulse.beat(0);
     faces_joined(mesh.positions().len(), mesh.faces(), |_| true).numbered(pulse)
 }
 
-/// A mesh without its smallest components.
+/// Mesh left after dropping components.
 pub(crate) struct Pruned {
-    /// What is left.
+    /// Remaining mesh.
     pub mesh: TriMesh,
-    /// Where its vertices stood.
+    /// Original index of each vertex.
     pub sources: Vec<u32>,
-    /// Which of its faces are left.
+    /// Original index of each face.
     pub faces: Vec<u32>,
-    /// Number of components dropped.
+    /// Number of dropped components.
     pub n_dropped: usize,
-    /// How many of these because nothing of them shows.
+    /// Number of dropped components that were hidden.
     pub n_hidden: usize,
-    /// What was dropped.
+    /// Dropped components.
     pub dropped: Vec<DroppedComponent>,
 }
 
 impl Pruned {
-    /// Notes in a report about what was left what was dropped before; the faces of its own list become those of the whole.
+    /// Adds the dropped components to a report on the remaining mesh; face indices become those of the original.
     pub fn note(&self, report: &mut Report) {
         report.components_pruned += self.n_dropped;
         report.components_hidden += self.n_hidden;
@@ -61,9 +60,10 @@ impl Pruned {
     }
 }
 
-/// Drops the components that the options let go whatever they are worth: those that are hidden, and those whose bounding box has a
-/// diagonal below `prune_below`, as a viewer sees them; of what shows, the largest by area always stays, and so does each component with
-/// a face that is kept. `None` where nothing is dropped.
+/// Drops hidden components and those with a bounding box diagonal below `prune_below`, as the options ask.
+///
+/// Sizes are those a viewer of the scene sees. The largest visible component by area stays, and so do those with kept
+/// or locked faces. `None` where nothing is dropped.
 pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<Pruned> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
@@ -73,6 +73,7 @@ pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<P
     let view = input.view();
     let seen: Vec<u32> = view.faces.iter().map(|&face| component[face as usize]).collect();
     let mut hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
+    // Components with kept or locked faces stay, hidden or not.
     let mut kept = vec![false; n];
     component.iter().zip(input.kept).for_each(|(&c, is_kept)| kept[c as usize] |= is_kept);
     let is_locked = |face: &[u32; 3]| face.iter().any(|&v| input.locked.get(v as usize) == Some(&true));
@@ -87,7 +88,7 @@ pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<P
     without(mesh, n_dropped, |face| dropped[component[face] as usize]).map(|pruned| Pruned { n_hidden, ..pruned })
 }
 
-/// The area of each component.
+/// Sums twice the area of each component.
 fn areas(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     let mut areas = vec![0.0f64; n];
     for (face, &c) in mesh.faces().iter().zip(component) {
@@ -97,7 +98,7 @@ fn areas(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     areas
 }
 
-/// The diagonal of each component's bounding box.
+/// Returns the diagonal of each component's bounding box.
 fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     let mut bounds = vec![(glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY); n];
     for (face, &c) in mesh.faces().iter().zip(component) {
@@ -110,7 +111,7 @@ fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     bounds.iter().map(|(low, high)| (*high - *low).length()).collect()
 }
 
-/// The mesh without the faces that are dropped, of so many components; `None` where there are none.
+/// Removes faces that make up `n_dropped` components; `None` if that is 0.
 pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usize) -> bool) -> Option<Pruned> {
     if n_dropped == 0 {
         return None;
@@ -122,7 +123,7 @@ pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usiz
     compact(mesh.positions(), kept).ok().map(pruned)
 }
 
-/// The components that the dropped faces are, ascending by their first faces.
+/// Lists the components formed by the dropped faces, ascending by first face.
 fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec<DroppedComponent> {
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| is_dropped(f as usize)).collect();
     let corners: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
@@ -146,7 +147,7 @@ mod tests {
 
     #[test]
     fn components_of_which_nothing_shows_go() {
-        // Spheres of radius 3, 2 and 1 about one point, and one beside them.
+        // Spheres of radius 3, 2 and 1 about one point, and a small one next to them.
         let sphere = shapes::icosphere(2);
         let places = [(3.0, 0.0), (2.0, 0.0), (1.0, 0.0), (0.5, 9.0)];
         let n = sphere.positions().len() as u32;

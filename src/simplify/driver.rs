@@ -1,4 +1,4 @@
-//! From the caller's mesh and options to results, whichever assembly makes them.
+//! Driver: from the caller's mesh and options to results of either assembly.
 
 use crate::model::Weights;
 
@@ -11,10 +11,10 @@ use super::progress::{PAPER, Progress, closed_stages, listened};
 use super::symmetric;
 use super::used::Used;
 
-/// A result, and how it depends on the positions, if that is asked for.
+/// A result and, on request, its derivative.
 type Traced = (Simplified, Option<Derivative>);
 
-/// One result.
+/// Simplifies to the target of the options.
 pub(super) fn run(
     input: &Input,
     weights: Option<&Weights>,
@@ -29,7 +29,7 @@ pub(super) fn run(
     levels.into_iter().next().ok_or(SimplifyError::Empty)
 }
 
-/// Results of these sizes, each no larger than the one before.
+/// Simplifies to several sizes with the closed assembly, each no larger than the one before.
 pub(super) fn run_levels(
     input: &Input,
     weights: Option<&Weights>,
@@ -42,7 +42,7 @@ pub(super) fn run_levels(
     listened(listener, &stages, |progress| closed(input, weights, task, targets, progress))
 }
 
-/// Results of the closed assembly.
+/// Runs the closed assembly, or its mirrored variant.
 fn closed(
     input: &Input,
     weights: Option<&Weights>,
@@ -57,15 +57,16 @@ fn closed(
         return Ok(levels.into_iter().map(|level| (level, None)).collect());
     }
     progress.enter("surface", input.mesh.faces().len())?;
+    // Unused vertices are removed first and restored in the results.
     let used = Used::of(progress.pulse, input.mesh)?;
     let importance = input.importance_of(used.sources.as_deref());
     let locked = input.locked_of(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, locked: &locked, ..*input };
     let mut limits = resolve_levels(&used.mesh, targets, options)?;
-    // What is as large as the mesh is the mesh.
+    // A target at or above the input size returns the input.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
-    // What is taken apart has more vertices than the mesh, and loses none for that.
+    // Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
     limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
     let same = || Ok((unchanged_but_pruned(progress.pulse, &input, options)?, None));
     let same: Vec<Traced> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
@@ -76,7 +77,7 @@ fn closed(
     Ok(levels.map(|(simplified, derivative)| (used.widen(simplified), derivative.map(widen))).collect())
 }
 
-/// The result of the paper's assembly.
+/// Runs the paper's assembly.
 fn by_the_paper(
     input: &Input,
     weights: Option<&Weights>,

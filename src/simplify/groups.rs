@@ -1,7 +1,7 @@
-//! Groups of faces that keep a share of their own: simplified one after the other while the rest stays, and then held.
+//! Groups of faces with a target of their own: each is simplified while the rest stays, then held.
 //!
-//! A group's border to others is its own: it is simplified with the group, and whatever is simplified later keeps it. So the surface
-//! stays whole. What the rest is to become is asked of [`simplify_input`](super::simplify_input) and its like with the result as input.
+//! A group is simplified with its border, which later groups keep, so the surface stays whole. The rest is simplified
+//! by [`simplify_input`](super::simplify_input) with this result as its input.
 
 use std::ops::ControlFlow;
 
@@ -15,43 +15,44 @@ use super::driver::run;
 use super::input::Input;
 use super::options::{Event, Hidden, Listener, Options, SimplifyError, Target};
 
-/// Groups of faces and the share of their vertices that they keep.
+/// Groups of faces with the share of their vertices to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupRatio {
-    /// The groups, as [`Attributes::group`] numbers them.
+    /// Group numbers, as in [`Attributes::group`].
     pub groups: Vec<u32>,
-    /// The share, above 0 and at most 1. At 1 their faces come back as they are.
+    /// Share above 0 and at most 1. At 1 the faces come back unchanged.
     pub ratio: f64,
 }
 
-/// A mesh of which some groups are as small as they are to be.
+/// Mesh whose selected groups are simplified.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GroupsSimplified {
-    /// The mesh.
+    /// Partly simplified mesh.
     pub mesh: TriMesh,
-    /// What its corners and faces carry.
+    /// Attributes of corners and faces.
     pub attributes: Attributes,
-    /// How much its vertices count; empty where the scores decide.
+    /// Importance of the vertices; empty where the scores decide.
     pub importance: Vec<f32>,
-    /// Whether each face is of these groups, and so comes back as it is from here on, n_faces.
+    /// Marks faces of these groups, which stay from here on, n_faces.
     pub kept: Vec<bool>,
-    /// A face of the input for each face: one that it lies on.
+    /// An input face beneath each face.
     pub faces: Vec<u32>,
-    /// The vertex of the input that each vertex is, where all vertices are such.
+    /// Input vertex of each vertex, where all have one.
     pub sources: Option<Vec<u32>>,
 }
 
 impl GroupsSimplified {
-    /// Returns it as the input of what simplifies the rest.
+    /// Returns this as the input for simplifying the rest.
     pub fn input<'a>(&'a self, scene: Option<&'a United>) -> Input<'a> {
         let Self { mesh, attributes, importance, kept, .. } = self;
         Input { scene, kept, attributes, importance, ..Input::bare(mesh) }
     }
 }
 
-/// Simplifies each of these groups to its share while all other faces stay, the first one first; groups of a share of 1 are held from the
-/// beginning. `options` say how, but for the target; no component is dropped.
+/// Simplifies each group to its share, in this order, while all other faces stay.
+///
+/// Groups of share 1 are held from the beginning. The target of `options` is ignored, and no component is dropped.
 ///
 /// # Errors
 /// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] for a share out of range.
@@ -96,6 +97,7 @@ pub fn simplify_groups(
         faces: (0..n_faces).collect(),
         sources: Some((0..input.mesh.positions().len() as u32).collect()),
     };
+    // Groups of share 1 are held from the beginning; each simplified group is held afterwards.
     let mut held: FxHashSet<u32> =
         ratios.iter().filter(|of| of.ratio == 1.0).flat_map(|of| &of.groups).copied().collect();
     let smaller: Vec<&GroupRatio> = ratios.iter().filter(|of| of.ratio < 1.0).collect();
@@ -111,7 +113,7 @@ pub fn simplify_groups(
     Ok(now)
 }
 
-/// Simplifies one of the groups; those in `held` stay, and so do all faces that do not touch it.
+/// Simplifies one group; those in `held` and all faces that do not touch the group stay.
 fn without_others(
     before: GroupsSimplified,
     (of, held): (&GroupRatio, &FxHashSet<u32>),
@@ -119,6 +121,7 @@ fn without_others(
     progress: &mut Listener,
 ) -> Result<GroupsSimplified, SimplifyError> {
     let (kept, n_own) = kept_beside(&before, of, held);
+    // The target is the whole mesh less what the group loses. The factor absorbs rounding of shares such as 0.1.
     let n_gone = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
     let options = keeping_components(options, Target::Vertices((n_used - n_gone).max(1)));
@@ -137,7 +140,7 @@ fn without_others(
     })
 }
 
-/// Returns whether each face stays while a group is simplified, and how many vertices the group has, those of its border with them.
+/// Returns which faces stay while a group is simplified, and the number of its vertices, border included.
 fn kept_beside(before: &GroupsSimplified, of: &GroupRatio, held: &FxHashSet<u32>) -> (Vec<bool>, usize) {
     let faces = before.mesh.faces();
     let group = |face: usize| before.attributes.group(face as u32);
@@ -151,7 +154,7 @@ fn kept_beside(before: &GroupsSimplified, of: &GroupRatio, held: &FxHashSet<u32>
     (kept, is_touched.iter().filter(|is_touched| **is_touched).count())
 }
 
-/// Returns the options for a group: with a map, and without what drops components.
+/// Returns the options for one group: with a map, without dropping components.
 fn keeping_components(options: &Options, target: Target) -> Options {
     let hidden = if options.hidden == Hidden::Drop { Hidden::Keep } else { options.hidden };
     Options { target, hidden, map: true, prune: false, prune_below: 0.0, ..options.clone() }

@@ -1,8 +1,7 @@
-//! What no ray from outside reaches.
+//! Surfaces that are invisible from outside.
 //!
-//! Pixels of views from all around are most of these rays (`spatial::seen_from_outside`). Of components that no view shows, rays go
-//! out from points all over them, each in a direction of its own: where one meets nothing more, through a gap as narrow as it may
-//! be, the component shows.
+//! Visibility is tested in rendered views from many directions (`spatial::seen_from_outside`). Components that appear
+//! in none are tested again with rays from their surface, which find gaps of any width.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,21 +12,22 @@ use crate::spatial::{Occluders, seen_from_outside};
 
 use super::input::Input;
 
-/// Axes of views where faces are told apart, and where components are, of which rays tell more.
+/// Axes of the views, for single faces and for components, which rays test again.
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
-/// Rays of a component, for each of its faces, and at least.
+/// Rays per face of a component, and the least number for one.
 const RAYS: f64 = 0.25;
 const LEAST_RAYS: usize = 1024;
-/// Rays of all components together, for each face of the mesh, and at least.
+/// Rays of all components together: per face of the mesh, and the least number.
 const ALL_RAYS: [usize; 2] = [1, 65_536];
-/// What a ray passes by at its beginning, as a share of the diagonal: what lies so near below a surface shows.
+/// Distance that a ray skips at its start, as a share of the diagonal: anything this close beneath a surface is
+/// visible.
 const MARGIN: f64 = 1e-4;
-/// Powers of the inverse of the root of x^5 = x + 1, which spread points of four numbers evenly (Roberts 2018, "The unreasonable
-/// effectiveness of quasirandom sequences").
+/// Powers of the inverse of the root of x^5 = x + 1: a low-discrepancy sequence in four dimensions (Roberts 2018, "The
+/// unreasonable effectiveness of quasirandom sequences").
 const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706_721_404_131, 0.538_597_258_071_713];
 
-/// Whether each face is one that no view from outside shows, nor one at any of its vertices, n_faces.
+/// Returns whether each face and all faces at its vertices are invisible from outside, n_faces.
 ///
 /// ```
 /// use neural_mesh::{mesh::{TriMesh, shapes}, simplify::hidden_faces};
@@ -44,13 +44,13 @@ pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
     mesh.faces().iter().map(|face| face.iter().all(|&v| !shows[v as usize])).collect()
 }
 
-/// Whether each vertex is on no face that shows, n_vertices; empty where all show.
+/// Returns whether each vertex is on no visible face, n_vertices; empty where all are visible.
 pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
     let hidden: Vec<bool> = vertices_that_show(input).into_iter().map(|shows| !shows).collect();
     if hidden.contains(&true) { hidden } else { Vec::new() }
 }
 
-/// Whether each vertex is one of a face that a view shows.
+/// Returns whether each vertex is on a face that some view shows.
 fn vertices_that_show(input: &Input) -> Vec<bool> {
     let view = input.view();
     let mut shows = vec![false; input.mesh.positions().len()];
@@ -61,7 +61,7 @@ fn vertices_that_show(input: &Input) -> Vec<bool> {
     shows
 }
 
-/// Whether nothing of each component shows, of `n` by the numbers of the faces.
+/// Returns whether each of `n` components is invisible; `component` numbers the faces.
 pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<bool> {
     let mut hidden = vec![true; n];
     let seen = seen_from_outside(mesh.positions(), mesh.faces(), AXES_OF_COMPONENTS);
@@ -71,11 +71,12 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     }
     let triangles: Vec<[[f32; 3]; 3]> =
         mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect();
-    // What shows hides what does not.
+    // Only visible components can hide others from outside.
     let shown = triangles.iter().zip(component).filter(|(_, c)| !hidden[**c as usize]);
     let occluders = Occluders::new(&shown.map(|(corners, _)| *corners).collect::<Vec<_>>());
     let mut faces = vec![Vec::new(); n];
     (0..).zip(component).filter(|(_, c)| hidden[**c as usize]).for_each(|(f, &c)| faces[c as usize].push(f));
+    // One budget of rays is shared by all hidden components, so that many of them cost no more.
     let n_hidden = hidden.iter().filter(|hidden| **hidden).count();
     let most = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
     let start = MARGIN * mesh.diagonal();
@@ -88,7 +89,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     faces.par_iter().map(is_hidden).collect()
 }
 
-/// Whether one of so many rays from triangles, spread by area, meets nothing beyond its start.
+/// Returns whether one of `n_rays` rays from the triangles, spread by area, meets nothing beyond `start`.
 fn any_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usize, start: f64) -> bool {
     let sums: Vec<f64> = triangles
         .iter()
@@ -108,7 +109,7 @@ fn any_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usize, s
     })
 }
 
-/// A direction by two numbers in 0..1, evenly spread where they are.
+/// Maps two uniform numbers in 0..1 to a uniform direction.
 fn direction(height: f64, turn: f64) -> DVec3 {
     let height = 1.0 - 2.0 * height;
     let (radius, angle) = ((1.0 - height * height).max(0.0).sqrt(), std::f64::consts::TAU * turn);
@@ -120,7 +121,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// Meshes side by side in one, and the number of each face's mesh.
+    /// Joins meshes into one; also returns the mesh number of each face.
     fn together(parts: &[&TriMesh]) -> (TriMesh, Vec<u32>) {
         let (mut positions, mut faces, mut component) = (Vec::new(), Vec::new(), Vec::new());
         for (number, part) in (0..).zip(parts) {
@@ -142,7 +143,7 @@ mod tests {
 
     #[test]
     fn a_narrow_gap_lets_what_is_behind_it_show() {
-        // A sphere that lacks one of 20,480 faces, at a place that no axis of the views meets, has a hole 1/70 wide.
+        // A sphere without one of its 20,480 faces, away from the axes of the views, has a hole 1/70 wide.
         let outer = shapes::icosphere(5);
         let holed = TriMesh::new(outer.positions().to_vec(), outer.faces()[1..].to_vec()).unwrap();
         let inner = scaled(&shapes::icosphere(4), 0.5);

@@ -1,4 +1,4 @@
-//! What is simplified: a mesh, what it carries, what its vertices count; and what of it has to stay.
+//! Input of a simplification: the mesh, its attributes, the importance of vertices, and what must be kept.
 
 use std::borrow::Cow;
 
@@ -6,37 +6,37 @@ use crate::mesh::{Attributes, Channel, KeptEdge, SceneView, TriMesh, United, cre
 
 use super::options::{Options, SimplifyError};
 
-/// A mesh and what belongs to it.
+/// Mesh with everything that belongs to it.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Input<'a> {
-    /// The mesh.
+    /// Mesh to simplify.
     pub mesh: &'a TriMesh,
-    /// What its corners and faces carry.
+    /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
-    /// How much more than its area each vertex counts, n_vertices positive factors; empty where the scores decide.
+    /// Factor on the area of each vertex, n_vertices, positive; empty where the scores decide.
     pub importance: &'a [f32],
-    /// Where a viewer sees the mesh, if it unites those of a scene: components, hidden surfaces and distances are judged there.
+    /// Placement of the mesh in a scene, if it unites several; components, visibility and distances are judged there.
     pub scene: Option<&'a United>,
-    /// Whether each face comes back as it is, with its vertices and what its corners carry, n_faces; empty where none has to (closed
-    /// assembly only, and no mirrored results).
+    /// Marks faces that come back unchanged with their vertices and corner values, n_faces; empty for none (closed
+    /// assembly, not with symmetry).
     pub kept: &'a [bool],
-    /// Whether each vertex stays where it is, n_vertices; empty where all may go (closed assembly only, and no mirrored results).
+    /// Marks vertices that stay in place, n_vertices; empty for none (closed assembly, not with symmetry).
     pub locked: &'a [bool],
 }
 
 impl<'a> Input<'a> {
-    /// A mesh alone.
+    /// Wraps a mesh without attributes or constraints.
     pub fn bare(mesh: &'a TriMesh) -> Self {
         Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[] }
     }
 
-    /// Returns the mesh where a viewer sees it; each face of the view shows a face of the mesh.
+    /// Returns the mesh as a viewer of the scene sees it; each face of the view names a face of the mesh.
     pub(crate) fn view(&self) -> SceneView {
         view_of(self.scene, self.mesh, self.attributes)
     }
 
-    /// Refuses rows that are not those of the mesh.
+    /// Rejects arrays whose lengths or values do not match the mesh.
     pub(super) fn check(&self) -> Result<(), SimplifyError> {
         let is_factor = |x: &f32| *x > 0.0 && x.is_finite();
         let factors_fit = self.importance.is_empty()
@@ -48,17 +48,17 @@ impl<'a> Input<'a> {
         if all_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 
-    /// The importance of these vertices, or of all.
+    /// Returns the importance of these vertices, or of all for `None`.
     pub(super) fn importance_of(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
         of_vertices(self.importance, sources)
     }
 
-    /// Which of these vertices, or of all, stay where they are.
+    /// Returns which of these vertices, or of all, stay in place.
     pub(super) fn locked_of(&self, sources: Option<&[u32]>) -> Cow<'a, [bool]> {
         of_vertices(self.locked, sources)
     }
 
-    /// Returns what belongs to these vertices and faces of the mesh.
+    /// Extracts the rows of these vertices and faces.
     pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<InputPart, SimplifyError> {
         let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
         let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
@@ -67,27 +67,27 @@ impl<'a> Input<'a> {
     }
 }
 
-/// What belongs to some of the vertices and faces of an input.
+/// Rows of some of the vertices and faces of an input.
 pub(super) struct InputPart {
-    /// What the corners and faces carry.
+    /// Attributes of corners and faces.
     attributes: Attributes,
-    /// How much the vertices count.
+    /// Importance of the vertices.
     importance: Vec<f32>,
-    /// Whether each face comes back as it is.
+    /// Faces that come back unchanged.
     kept: Vec<bool>,
-    /// Whether each vertex stays where it is.
+    /// Vertices that stay in place.
     locked: Vec<bool>,
 }
 
 impl InputPart {
-    /// Returns the part as an input of its own, where `mesh` is made of these vertices and faces.
+    /// Combines the rows with `mesh`, which consists of these vertices and faces.
     pub fn of<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a United>) -> Input<'a> {
         let Self { attributes, importance, kept, locked } = self;
         Input { mesh, attributes, importance, scene, kept, locked }
     }
 }
 
-/// Returns the rows of these vertices, or all where none are named; nothing where there are no rows.
+/// Selects the rows of these vertices, or all for `None`; empty where there are no rows.
 fn of_vertices<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, [T]> {
     match vertices {
         Some(vertices) if !rows.is_empty() => vertices.iter().map(|&v| rows[v as usize]).collect(),
@@ -95,7 +95,7 @@ fn of_vertices<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, 
     }
 }
 
-/// Returns a mesh with these attributes where a viewer of the scene sees it, or as it is where there is no scene.
+/// Returns the mesh as a viewer of the scene sees it; unchanged without a scene.
 fn view_of(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
     match scene {
         Some(united) => united.view(mesh, attributes),
@@ -103,8 +103,9 @@ fn view_of(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> S
     }
 }
 
-/// An importance of the vertices from a channel: the mean over the corners of each vertex, of its numbers (the first three of
-/// a colour). What is 0 counts a thousandth of the mean; `None` where something is negative or not a number, or all is 0.
+/// Derives vertex importance from a channel: the mean over the corners of its values (the first three of a colour).
+///
+/// Zeros count a thousandth of the mean. `None` where a value is negative or not a number, or all are 0.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Channel, Role, shapes}, simplify::importance_of_channel};
@@ -126,8 +127,7 @@ pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &
     is_usable.then(|| factors.into_iter().map(|x| x.max(1e-3 * mean)).collect())
 }
 
-/// An importance of the vertices from one of the groups of faces (materials, primitives, groups of the file): the mean over the corners of
-/// each vertex, of the factor of the corner's face; 1 where a vertex has none.
+/// Derives vertex importance from face groups: the mean over a vertex's corners of `factor(group)`; 1 without corners.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, shapes}, simplify::importance_of_groups};
@@ -142,7 +142,7 @@ pub fn importance_of_groups(mesh: &TriMesh, attributes: &Attributes, factor: imp
     means_at_vertices(mesh, of_faces, 1.0)
 }
 
-/// For each vertex the mean of the values at its corners, 3 x n_faces in the order of the faces; `none` where it has no corner.
+/// Averages corner values, 3 x n_faces in face order, at each vertex; `none` for a vertex without corners.
 fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none: f32) -> Vec<f32> {
     let mut sums = vec![(0.0f32, 0.0f32); mesh.positions().len()];
     for (&v, value) in mesh.faces().as_flattened().iter().zip(at_corners) {
@@ -152,12 +152,12 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
     sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { none }).collect()
 }
 
-/// The edges that stay edges: where what the corners carry jumps, and the creases, if these were asked for.
+/// Collects the edges that must remain edges: attribute seams and, on request, creases.
 pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<KeptEdge> {
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
         kept.extend(creases(mesh, degrees).into_iter().map(|ends| KeptEdge { ends, slack: 0.0, is_hard: false }));
-        // Of a seam that is a crease the one without slack stays.
+        // An edge that is a seam and a crease is held as a crease: the entry without slack comes first and stays.
         kept.sort_unstable_by(|x, y| x.ends.cmp(&y.ends).then(x.slack.total_cmp(&y.slack)));
         kept.dedup_by(|later, stays| {
             let is_same = later.ends == stays.ends;
@@ -168,8 +168,7 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
     kept
 }
 
-/// Whether each vertex has to stay where it is: those that are locked, of kept faces, and of boundaries that are locked; empty where none
-/// has to.
+/// Marks vertices that must stay in place: locked ones, those of kept faces, and of locked boundaries; empty for none.
 pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
     if !options.lock_boundaries && input.kept.is_empty() {
         return input.locked.to_vec();

@@ -1,4 +1,4 @@
-//! Levels of detail: several results of one mesh, for what one and a little more costs.
+//! Levels of detail: several results from one collapse.
 
 use crate::model::Weights;
 
@@ -7,12 +7,13 @@ use super::driver::run_levels;
 use super::input::Input;
 use super::options::{Listener, Options, Simplified, SimplifyError, Target};
 
-/// Levels of detail: as [`simplify_input`](super::simplify_input) to the target of `options`, and from there on to the `further` ones, each no
-/// larger than the one before. What they share is done once.
+/// Simplifies to the target of `options` and on to the `further` targets, each no larger than the one before.
+///
+/// The levels share one collapse, so further ones cost little.
 ///
 /// # Errors
-/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] where a target is larger than the one before, or with the paper's
-/// assembly, which makes one result at a time.
+/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] where a target grows, or with the paper's
+/// assembly.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -37,7 +38,7 @@ pub fn simplify_levels_of_detail(
     of_task(input, weights, &Task::of(options), &targets, progress)
 }
 
-/// Levels of these sizes from one collapse; the target of `options` does not count.
+/// Simplifies to each of these sizes with one collapse; ignores the target of `options`.
 pub(crate) fn levels_of_sizes(
     input: &Input,
     weights: Option<&Weights>,

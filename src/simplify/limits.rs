@@ -1,47 +1,47 @@
-//! Targets as numbers: how many vertices and faces are left.
+//! Targets resolved to numbers of vertices and faces.
 
 use crate::mesh::TriMesh;
 
 use super::options::{Assembly, Options, SimplifyError, Target};
 
-/// When to stop.
+/// Stopping criterion of the collapse.
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
-    /// Stop at this many vertices.
+    /// Number of vertices to stop at.
     pub vertices: usize,
-    /// Stop at this many faces.
+    /// Number of faces to stop at.
     pub faces: usize,
-    /// Stop where every merge costs more: squared distance times area, on the surface of unit size.
+    /// Price above which no merge is made: squared distance times area, on the surface of unit size.
     pub price: f32,
 }
 
 impl Limit {
-    /// Everything stays.
+    /// Limit that keeps everything.
     pub const NONE: Self = Self::of_vertices(u32::MAX as usize);
 
-    /// So many vertices, and as many faces as they have.
+    /// Limits the vertices alone.
     pub const fn of_vertices(vertices: usize) -> Self {
         Self { vertices, faces: usize::MAX, price: f32::INFINITY }
     }
 
-    /// The vertices that it leaves, about: of a closed surface as many as half of its faces.
+    /// Returns the approximate number of vertices left; a closed surface has half as many vertices as faces.
     pub fn size(self) -> usize {
         self.vertices.min(self.faces / 2 + 2)
     }
 
-    /// So many times as large.
+    /// Multiplies both sizes by a factor.
     pub fn times(self, factor: f64) -> Self {
         let times = |n: usize| (n as f64 * factor) as usize;
         Self { vertices: times(self.vertices), faces: times(self.faces), ..self }
     }
 
-    /// Whether a mesh is as small as asked already.
+    /// Returns whether a mesh already is this small.
     pub fn is_met_by(self, mesh: &TriMesh) -> bool {
         self.vertices >= mesh.positions().len() && self.faces >= mesh.faces().len()
     }
 }
 
-/// The target as numbers of vertices and faces.
+/// Resolves the target to numbers of vertices and faces.
 pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyError> {
     match options.target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
@@ -54,7 +54,7 @@ pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, 
     }
 }
 
-/// The sizes of levels of detail, each no larger than the one before.
+/// Resolves targets of levels of detail, each no larger than the one before.
 pub(super) fn resolve_levels(
     mesh: &TriMesh,
     targets: &[Target],

@@ -1,4 +1,4 @@
-//! Where a result comes from: input vertices to output vertices and back, output corners to points of the input.
+//! Correspondence between input and output: vertices both ways, output corners to points of the input.
 
 use glam::Vec3;
 
@@ -7,10 +7,10 @@ use crate::mesh::TriMesh;
 use super::components::Pruned;
 use super::options::Map;
 
-/// No vertex.
+/// Missing vertex.
 const NONE: u32 = u32::MAX;
 
-/// The input vertex nearest to each output vertex (`NONE` where there is none) of those that went into it, by `outputs`.
+/// Finds the nearest of the input vertices merged into each output vertex, given by `outputs`; `NONE` if there is none.
 pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32]) -> Vec<u32> {
     let mut nearest = vec![(f32::INFINITY, NONE); lighter.positions().len()];
     for (v, &x) in (0u32..).zip(outputs) {
@@ -23,7 +23,7 @@ pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32])
     nearest.into_iter().map(|(_, v)| v).collect()
 }
 
-/// The map of a mesh to itself.
+/// Returns the map of a mesh to itself.
 pub(super) fn of_unchanged(mesh: &TriMesh) -> Map {
     let n = mesh.positions().len() as u32;
     let unit = |corner: usize| std::array::from_fn(|k| f32::from(u8::from(k == corner)));
@@ -35,13 +35,13 @@ pub(super) fn of_unchanged(mesh: &TriMesh) -> Map {
     }
 }
 
-/// Widens the map of what some components were dropped of to all of the mesh.
+/// Extends the map of a pruned mesh to the whole mesh.
 pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, Pruned { sources, faces, .. }: &Pruned) {
     widen_vertices(map, sources, mesh.positions().len());
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }
 
-/// Widens the map to a mesh of more vertices, of which `sources` are those of the map.
+/// Extends the map to a mesh with more vertices; `sources` are the vertices of the map in it.
 pub(super) fn widen_vertices(map: &mut Map, sources: &[u32], n_vertices: usize) {
     let mut outputs = vec![NONE; n_vertices];
     sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);

@@ -1,8 +1,7 @@
-//! Clouds without faces, meshed by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
+//! Surfaces from point clouds by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
 //!
-//! What the mesh says of its samples, the cloud's own k-nn graph says here: the Point Sampler looks at it, regions grow
-//! along it, and A of Eq. (3) is which regions it joins, or the graph itself where every point is kept. No triangle is
-//! a candidate but those of A_s. Nothing here promises a closed surface.
+//! The k-nn graph of the cloud takes the place of the mesh: for the Point Sampler, for the regions, and for A of Eq.
+//! (3). All candidate triangles come from A_s. The result need not be closed.
 
 use std::sync::Arc;
 
@@ -13,33 +12,32 @@ use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, consistently_wound};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
-/// Neighbours in the graph of the cloud: as many as a vertex of a triangle mesh has on average. Clouds of twelve
-/// training meshes: with 5 the result is 29 % farther from the original, with 8 37 % (nine of them).
+/// Neighbours per point: the mean valence of a triangle mesh. Clouds of twelve training meshes: with 5 the result is 29
+/// % farther from the original, with 8 37 % (nine of them).
 const NEIGHBOURS: usize = 6;
 
-/// A mesh over points of a cloud.
+/// Mesh over points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeshedPoints {
-    /// The mesh; each edge on at most two faces, faces turned alike across edges as far as that can be.
+    /// Mesh with at most two faces per edge, wound consistently as far as possible.
     pub mesh: TriMesh,
-    /// The point of the cloud that each vertex is, ascending.
+    /// Point of the cloud at each vertex, ascending.
     pub source_points: Vec<u32>,
-    /// Points that were to be vertices and ended on no face.
+    /// Sampled points that ended on no face.
     pub unused_points: usize,
 }
 
-/// Meshes `n_vertices` points of a cloud, or all of it where it has no more, each at its position.
+/// Meshes `n_vertices` points of a cloud, or all of it if it has no more, at their positions.
 ///
-/// Of more points the Point Sampler's scores draw the vertices, apart from each other along the graph; normals, for a
-/// network that looks at them, are unknown and zero.
+/// The Point Sampler's scores choose the vertices, spread along the graph. A network that uses normals gets zeros.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
 ///
 /// # Errors
 /// [`SimplifyError::TooFewPoints`] for fewer than three points or vertices, [`SimplifyError::NothingKept`] where no
-/// face is above one half, [`SimplifyError::Interrupted`] when `progress` breaks.
+/// face has a probability above one half, [`SimplifyError::Interrupted`] when `progress` breaks.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, model::Weights, simplify::{SimplifyError, mesh_points}};
@@ -90,7 +88,7 @@ fn meshed(
     assembled(points, &samples, &consistently_wound(&sampled, &chosen))
 }
 
-/// Joins each point of a cloud (n x 3) to its nearest six, each neighbourhood counted from both sides: n x n.
+/// Joins each point of a cloud (n x 3) to its six nearest ones, in both directions: n x n.
 ///
 /// ```
 /// use neural_mesh::simplify::cloud_graph;
@@ -100,7 +98,7 @@ pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
     extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
 }
 
-/// The points that become vertices, ascending.
+/// Samples the points that become vertices, ascending.
 fn drawn(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
     if n == cloud.len() {
         return (0..n as u32).collect();
@@ -108,14 +106,14 @@ fn drawn(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed
     scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
 }
 
-/// Which regions of samples the edges of a graph join: A of Eq. (3) for a cloud.
+/// Finds which regions of samples the edges of a graph join: A of Eq. (3) for a cloud.
 ///
 /// # Shapes
-/// - `graph`: n x n; `assignment`: n, for each point the number of its sample, `u32::MAX` for none
+/// - `graph`: n x n; `assignment`: n, the sample of each point, `u32::MAX` for none
 /// - returns n_samples x n_samples
 ///
 /// # Panics
-/// When an assignment is neither below `n_samples` nor `u32::MAX`, or there are fewer than n.
+/// If an assignment is neither below `n_samples` nor `u32::MAX`, or there are fewer than n.
 ///
 /// ```
 /// use neural_mesh::simplify::{cloud_graph, region_graph};
@@ -127,7 +125,7 @@ pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
     Csr::from_edges(n_samples, regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
 }
 
-/// The faces (n_faces x 3 samples) over the points that they use.
+/// Builds the mesh of the faces (n_faces x 3 samples) over the points that they use.
 fn assembled(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
@@ -154,7 +152,7 @@ mod tests {
         Weights::random_of(Architecture::narrow(), seed)
     }
 
-    /// Some of the weights drawn at random leave faces.
+    /// Some random weights leave faces.
     fn results(points: &[[f32; 3]], n: usize) -> Vec<MeshedPoints> {
         let results: Vec<MeshedPoints> =
             (0..6).filter_map(|seed| mesh_points(points, n, &small_weights(seed), seed, &mut go_on).ok()).collect();

@@ -1,4 +1,4 @@
-//! The pipeline, Secs. 3 and 4: a mesh and a target in, a lighter mesh and its story out.
+//! Mesh simplification: takes a mesh and a target size, returns a smaller mesh and a report (Secs. 3 and 4).
 
 mod assemblies;
 mod bending;
@@ -53,14 +53,14 @@ pub use scattered_samples::scattered_samples;
 pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 pub use weighed::{Weighed, simplify_weighed};
 
-/// Simplifies `mesh` to the target of `options`; `progress` hears of every stage and can stop the run.
+/// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
 ///
-/// `weights` are those of the network; without, those that ship where one is asked for: [`Weights::shipped_default`] with
-/// [`ScoreSource::Network`], those of the feature `paper` for the paper's assembly.
+/// Without `weights`, [`ScoreSource::Network`] uses [`Weights::shipped_default`] and the paper's assembly those of the
+/// feature `paper`.
 ///
 /// # Errors
-/// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. A target that cannot be
-/// reached is no error: the result is then as small as it can be, and `report.outcome` says what holds it.
+/// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. An unreachable target is no
+/// error: the result is as small as possible, and `report.outcome` says which constraint stopped it.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -70,7 +70,7 @@ pub use weighed::{Weighed, simplify_weighed};
 /// let mut options = Options::new(Target::Vertices(100));
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 100);
-/// // Every vertex counts by its area:
+/// // Without scores, every vertex counts by its area:
 /// options.scores = ScoreSource::Geometry;
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.report.scores, ScoreSource::Geometry);
@@ -84,15 +84,14 @@ pub fn simplify(
     simplify_input(&Input::bare(mesh), weights, options, progress)
 }
 
-/// As [`simplify`], with what the mesh carries: texture coordinates, normals, materials, skins come back with the result,
-/// and vertices may count more than others.
+/// Simplifies a mesh with its attributes: texture coordinates, normals, materials and skins come back with the result.
 ///
-/// Seams stay seams: no face of the result mixes two groups, or the two sides of an edge where the values jump. The values at
-/// a corner are those of the original at the nearest point on the corner's side; texture coordinates and colours are then fitted, so
-/// that what the faces blend between their corners is nearest to the original's. The paper's assembly carries nothing.
+/// No face of the result mixes two groups or the two sides of a seam. Corner values come from the closest point of the
+/// original on the corner's side; texture coordinates, colours and normals are then fitted by least squares. The
+/// paper's assembly returns no attributes.
 ///
 /// # Errors
-/// As [`simplify`]; [`SimplifyError::BadInput`] where attributes or importance are not those of the mesh.
+/// As [`simplify`]; [`SimplifyError::BadInput`] where attributes or importance do not match the mesh.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -118,8 +117,8 @@ pub fn simplify_input(
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
-/// As [`simplify`], with the record of how the result depends on the positions of the input. Takes longer; the result
-/// is the same.
+/// Simplifies as [`simplify`] does and also returns how the result depends on the input positions. Takes longer; the
+/// result is bit for bit that of [`simplify`].
 ///
 /// # Errors
 /// As [`simplify`].
@@ -132,11 +131,11 @@ pub fn simplify_input(
 /// let options = Options::new(Target::Vertices(100));
 /// let (result, record) =
 ///     simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-/// // Where do the input's vertices have to go for vertex 0 of the result to move along x?
+/// // In which direction must the input vertices move for vertex 0 of the result to move along x?
 /// let mut gradient = vec![[0.0; 3]; 100];
 /// gradient[0] = [1.0, 0.0, 0.0];
 /// let to_input = record.backward(mesh.positions(), &gradient);
-/// // If all of them move along x by 1, so does vertex 0.
+/// // Moving all of them along x by 1 moves vertex 0 by 1.
 /// assert!((to_input.iter().map(|g| g[0]).sum::<f32>() - 1.0).abs() < 1e-3);
 /// assert_eq!(record.positions(mesh.positions()).len(), result.mesh.positions().len());
 /// ```

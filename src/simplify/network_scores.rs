@@ -1,4 +1,4 @@
-//! Scores of a mesh's vertices from the network's Point Sampler, Sec. 3.1.
+//! Vertex scores from the network's Point Sampler, Sec. 3.1.
 
 use crate::geometry::triangle::area_normal;
 use crate::linalg::Csr;
@@ -7,7 +7,7 @@ use crate::model::{Weights, surface_scores};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Scores every vertex of a mesh; larger ones are to be sampled sooner, and only differences matter.
+/// Scores every vertex of a mesh; vertices with larger scores are sampled sooner. Only differences matter.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::network_scores};
@@ -19,7 +19,7 @@ pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     surface_scores(weights, mesh.positions(), &vertex_normals(mesh), &rings)
 }
 
-/// The area about each vertex of a mesh, n_vertices: a third of every face's.
+/// Sums a third of the area of each face at its vertices, n_vertices.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, simplify::vertex_areas};
@@ -35,7 +35,7 @@ pub fn vertex_areas(mesh: &TriMesh) -> Vec<f64> {
     areas
 }
 
-/// The edges of a mesh as a graph, n_vertices x n_vertices: what the Point Sampler looks along.
+/// Builds the graph of a mesh's edges, n_vertices x n_vertices: the neighbourhoods of the Point Sampler.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, simplify::edge_graph};

@@ -1,13 +1,13 @@
-//! What a caller asks of the simplifier and what it is told: plain data, no algorithm.
+//! Options, results and errors of the simplifier: plain data without an algorithm.
 
 use std::ops::ControlFlow;
 
 use crate::mesh::{Attributes, Frame, TriMesh};
 
-/// How large the result should be.
+/// Size of the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
-    /// Share of the vertices that stay, the paper's N_s / N_org; above 0, at most 1.
+    /// Share of the vertices that remain, the paper's N_s / N_org; above 0, at most 1.
     Ratio(f64),
     /// Number of vertices.
     Vertices(usize),
@@ -16,7 +16,8 @@ pub enum Target {
 }
 
 impl Target {
-    /// About the share of a mesh that stays: of the vertices where these are asked for, else of the faces.
+    /// Returns the approximate share of the mesh that remains: of its faces for [`Target::Faces`], else of its
+    /// vertices.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, simplify::Target};
@@ -33,98 +34,97 @@ impl Target {
     }
 }
 
-/// How sampled vertices become a surface.
+/// Method that builds the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Assembly {
-    /// Closed where the input was closed: collapse, flips, fit.
+    /// Closed where the input is closed: collapse, flips, fit.
     #[default]
     Closed,
-    /// The paper's (Sec. 4): faces with p > 0.5, the best two per edge, vertices at input positions.
+    /// The paper's (Sec. 4): faces with p > 0.5, at most two per edge, vertices at input positions.
     Paper,
 }
 
-/// Settings of one simplification; `Options::new(target)` has the defaults.
+/// Settings of one simplification; [`Options::new`] sets the defaults.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
-    /// The size asked for.
+    /// Size of the result.
     pub target: Target,
-    /// The assembly.
+    /// Method that builds the surface.
     pub assembly: Assembly,
-    /// Where the scores come from (closed assembly only; the paper's always asks its network).
+    /// Source of the scores (closed assembly only; the paper's always uses its network).
     pub scores: ScoreSource,
-    /// What the result is to be near in (closed assembly only).
+    /// Error measure to optimise (closed assembly only).
     pub optimize: Optimize,
-    /// How long it may take (closed assembly only).
+    /// Time budget (closed assembly only).
     pub effort: Effort,
-    /// Seed of the sampling (paper assembly only).
+    /// Seed of the sampling (paper's assembly only).
     pub seed: u64,
-    /// Whether components may go that cost more vertices than they show (closed assembly only). All stay with `lock_boundaries`,
-    /// `subset` and `symmetric`, and at the mesh's own size.
+    /// Drops components whose vertices are better spent elsewhere (closed assembly only). Has no effect with
+    /// `lock_boundaries`, `subset` or `symmetric`, nor at the size of the input.
     pub prune: bool,
-    /// No component goes for its price that reaches farther than this from those that stay, in the unit of the mesh. Where it is finite,
-    /// components may lose their shape up to it.
+    /// Largest distance to the rest at which `prune` may drop a component, in mesh units. Where finite, components may
+    /// lose their shape up to it.
     pub prune_within: f64,
-    /// Components whose bounding box has a diagonal below this, in the unit of the mesh, are dropped; the largest by area
-    /// stays (closed assembly only). 0 drops none.
+    /// Drops components whose bounding box has a smaller diagonal, in mesh units; the largest by area stays (closed
+    /// assembly only). 0 drops none.
     pub prune_below: f64,
-    /// What becomes of what no ray from outside reaches (closed assembly only).
+    /// Treatment of surfaces that are invisible from outside (closed assembly only).
     pub hidden: Hidden,
-    /// Whether the vertices and edges of the boundaries stay as they are (closed assembly only), bit for bit.
+    /// Keeps boundary vertices and edges bit for bit (closed assembly only).
     pub lock_boundaries: bool,
-    /// Whether the vertices of the result are vertices of the input (closed assembly; the paper's always are).
+    /// Restricts output vertices to positions of input vertices (closed assembly; always so in the paper's).
     pub subset: bool,
-    /// Whether the holes that the network leaves are closed (paper assembly only; the closed one leaves none).
+    /// Closes the holes that the network leaves (paper's assembly only).
     pub close: bool,
-    /// How far a seam of texture coordinates may leave its place at a low price, in shares of the texture's side (closed assembly
-    /// only). At 0 seams are held like creases: curves that lose no more than vertices.
+    /// Distance that texture seams may move at a low price, as a share of the texture's side (closed assembly only). At
+    /// 0 seams are held like creases.
     pub seam_error: f64,
-    /// What the result is for (closed assembly only).
+    /// Use of the result (closed assembly only).
     pub purpose: Purpose,
-    /// Edges between faces whose normals are more than so many degrees apart stay edges (closed assembly only).
+    /// Least angle between face normals, in degrees, at which an edge is kept as a crease (closed assembly only).
     pub crease_angle: Option<f32>,
-    /// Whether the result says where it comes from, vertex by vertex and corner by corner (closed assembly only).
+    /// Returns a [`Map`] between input and output (closed assembly only).
     pub map: bool,
-    /// Whether the result is its own mirror image, as the mesh has to be (closed assembly only).
+    /// Makes the result its own mirror image; the input must be one (closed assembly only).
     pub symmetric: Option<Symmetry>,
-    /// How the coordinates will be rounded when written: no two vertices of the result share a rounded position.
+    /// Rounding of the written coordinates: no two vertices of the result share a rounded position.
     pub frame: Frame,
 }
 
-/// What a result is for.
+/// Use of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Purpose {
-    /// To be near as it stands.
+    /// The shape in its present pose.
     #[default]
     Shape,
-    /// To be near in the poses, too, that morph targets of the input take the mesh to, each alone; without targets, in poses that
-    /// nobody knows, as if every place might bend alike.
+    /// All poses given by the input's morph targets, each alone; without targets, unknown poses in which every place
+    /// may bend alike.
     Poses,
-    /// To have the eigenfunctions of the Laplacian of the original (LE): faces of like areas, whatever the surface does.
+    /// The eigenfunctions of the Laplacian (metric LE): faces of similar areas.
     Spectrum,
 }
 
-/// What becomes of surfaces that no ray from outside reaches ([`hidden_faces`](super::hidden_faces)).
+/// Treatment of surfaces that are invisible from outside ([`hidden_faces`](super::hidden_faces)).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Hidden {
-    /// They count like others.
+    /// Treats hidden surfaces like visible ones.
     #[default]
     Keep,
-    /// They count a thousandth: they keep about a tenth of the vertices that they would have.
+    /// Weights hidden surfaces by a thousandth: they keep about a tenth of their vertices.
     Cheap,
-    /// Components that are hidden as a whole are dropped, and the distance is that from the rest; what else is hidden counts like
-    /// others.
+    /// Drops components that are hidden as a whole. Distances are then measured to what remains.
     Drop,
 }
 
-/// Sixteen texels of a texture of 1024 texels a side. Five textured models, four ratios: at eight the mean distance is 1 % farther,
-/// without an end it is the same.
+/// Default seam slack: 16 texels of a texture with 1024 texels a side. On five textured models at four ratios 8 texels
+/// give a 1 % larger mean distance, unlimited slack an equal one.
 pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
 
 impl Options {
-    /// The defaults for a target: closed assembly, scores by how much the surface bends, seed 0, coordinates written as `f32`.
+    /// Returns the defaults: closed assembly, scores by bending, seed 0, coordinates written as `f32`.
     pub fn new(target: Target) -> Self {
         Self {
             target,
@@ -150,22 +150,22 @@ impl Options {
     }
 }
 
-/// An axis of the coordinates.
+/// Coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
-    /// The first.
+    /// First axis.
     X,
-    /// The second.
+    /// Second axis.
     Y,
-    /// The third.
+    /// Third axis.
     Z,
 }
 
 impl Axis {
-    /// All of them, in order.
+    /// All axes in order.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Its place among the coordinates: 0, 1 or 2.
+    /// Returns the index of the coordinate: 0, 1 or 2.
     pub fn index(self) -> usize {
         self as usize
     }
@@ -177,12 +177,12 @@ impl std::fmt::Display for Axis {
     }
 }
 
-/// The plane about which a mesh is its own mirror image: the points of one coordinate.
+/// Axis-aligned plane about which a mesh is its own mirror image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorPlane {
-    /// The axis across which it lies.
+    /// Axis perpendicular to the plane.
     pub axis: Axis,
-    /// The coordinate of its points, in the file: the local one is that less the frame's origin.
+    /// Coordinate of the plane in the file; the local coordinate is this minus the frame's origin.
     pub at: f64,
 }
 
@@ -192,215 +192,215 @@ impl std::fmt::Display for MirrorPlane {
     }
 }
 
-/// Which plane a mesh is mirrored about.
+/// Choice of the mirror plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// The one that fits best of those across the three axes, through 0 and through the middle of the bounding box.
+    /// Best fit among the planes across the three axes, through 0 and through the centre of the bounding box.
     Found,
-    /// The better one of those across this axis.
+    /// Better one of the two planes across this axis.
     Across(Axis),
-    /// This one.
+    /// Given plane.
     Plane(MirrorPlane),
 }
 
-/// What the closed assembly does beside the collapse: switches for measuring what each is worth.
-/// [`simplify`](super::simplify) does all of it.
+/// Switches of the steps after the collapse, for measuring their effect. [`simplify`](super::simplify) runs all of
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Parts {
-    /// Flips edges whose other diagonal lies nearer to the original.
+    /// Flips edges whose other diagonal is nearer to the original.
     pub flips: bool,
-    /// Moves the vertices of the result toward the original.
+    /// Moves vertices toward the original.
     pub fit: bool,
 }
 
 impl Default for Parts {
-    /// All of it.
+    /// Switches on all steps.
     fn default() -> Self {
         Self { flips: true, fit: true }
     }
 }
 
-/// Where the scores come from, which say where the result is to have more vertices.
+/// Source of the scores, which say where the result keeps more vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ScoreSource {
-    /// From a formula: more vertices where the surface bends. Where weights are given, from their network.
+    /// A formula that favours places where the surface bends; the network where weights are given.
     #[default]
     Bending,
-    /// From the network's Point Sampler.
+    /// The network's Point Sampler.
     Network,
-    /// From the geometry alone: every vertex counts by its area. No weights are used.
+    /// None: every vertex counts by its area. No weights are used.
     Geometry,
 }
 
-/// The figure in which a result is to be near, and what that costs the others (`docs/measured/benchmark.md`).
+/// Error measure to optimise and its trade-offs (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Optimize {
-    /// Good in all of them.
+    /// A good value of every measure.
     #[default]
     Balanced,
-    /// The mean distance. Every vertex counts by its area, no scores are asked for; takes longer.
+    /// Mean distance. Vertices count by their area, without scores; takes longer.
     Mean,
-    /// The largest distance. More vertices go where the surface bends; the mean distance is farther.
+    /// Largest distance. Places that bend keep more vertices; the mean distance grows.
     Max,
-    /// The normals, and so the shading. The same trade.
+    /// Normals, and so the shading. Trades as `Max` does.
     Normals,
 }
 
-/// How long a result may take: three points of one curve, time against distance (`docs/measured/benchmark.md`).
+/// Time budget: three points of one curve, time against distance (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
-    /// The collapse alone: vertices lie where their merges put them.
+    /// Collapse alone: vertices keep the positions of their merges.
     Fast,
-    /// What pays.
+    /// Default trade-off.
     #[default]
     Standard,
-    /// All that brings the result nearer: more points of the original, and more steps toward them.
+    /// More sample points of the original, and more steps toward them.
     Best,
 }
 
-/// Whether the size asked for was reached, or what stopped it short.
+/// Result of the size target.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// At most the size asked for, and at most one vertex or face below it (a face where parity forbids).
+    /// Size reached, at most one vertex or face below the target (a face where parity forbids the target).
     Reached,
-    /// The result is larger than asked, and the text says which constraint holds it; or, of a search, it does not hold what was asked.
+    /// Result larger than the target; the text names the constraint. For a search: the limit is not met.
     Stopped(String),
 }
 
-/// What was done on the way.
+/// Statistics of one run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Report {
-    /// Whether the target was reached.
+    /// Result of the size target.
     pub outcome: Outcome,
-    /// Where the scores came from.
+    /// Source of the scores.
     pub scores: ScoreSource,
-    /// Components that stand in the result in their smallest closed form.
+    /// Components of the result in their smallest form: tetrahedra or single triangles.
     pub components_at_minimum: usize,
-    /// Whether a smaller result would take the shape of a component.
+    /// Set where a smaller result would deform a component too far.
     pub components_keep_shape: bool,
-    /// Components dropped.
+    /// Number of dropped components.
     pub components_pruned: usize,
-    /// How many of these were hidden.
+    /// Number of dropped components that were hidden.
     pub components_hidden: usize,
-    /// The components dropped, each by its first face.
+    /// Dropped components, ascending by their first face.
     pub dropped: Vec<DroppedComponent>,
-    /// Edges of the input that had to stay edges: seams and creases.
+    /// Input edges that had to remain edges: seams and creases.
     pub kept_edges: usize,
-    /// Vertices of the input that had to stay where they are.
+    /// Input vertices that had to stay in place.
     pub locked_vertices: usize,
-    /// Vertices that were split because more than one sheet met there, and edges that were cut likewise.
+    /// Number of vertices and edges split because more than one sheet meets there.
     pub split_vertices: usize,
-    /// Edges that gave way to the other diagonal of their faces.
+    /// Number of flipped edges.
     pub flipped_edges: usize,
-    /// Output vertices moved apart because their written positions would have been the same.
+    /// Output vertices moved because their written positions coincided.
     pub separated_vertices: usize,
-    /// The plane that the result is mirrored about, if it was to be. What was done is then counted on one of the halves.
+    /// Mirror plane of a symmetric result. All counts are then those of one half.
     pub mirror: Option<MirrorPlane>,
 }
 
-/// A component of the input that the result lacks.
+/// Input component that the result lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DroppedComponent {
-    /// Its first face in the input.
+    /// First face in the input.
     pub face: u32,
-    /// Faces that it had.
+    /// Number of faces.
     pub n_faces: usize,
 }
 
-/// The result: a mesh and what was done.
+/// Simplified mesh with its report.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Simplified {
-    /// The lighter mesh.
+    /// Simplified mesh.
     pub mesh: TriMesh,
-    /// What its corners and faces carry; nothing where the input carries nothing, and with the paper's assembly.
+    /// Attributes of corners and faces; empty where the input has none, and with the paper's assembly.
     pub attributes: Attributes,
-    /// For each output vertex the input vertex whose position it has, where every vertex has one
-    /// (paper assembly, subset, or nothing to do).
+    /// Input vertex at the position of each output vertex, where all output vertices have one (paper's assembly,
+    /// subset, or unchanged mesh).
     pub source_vertices: Option<Vec<u32>>,
-    /// Where it comes from, if the options asked for that.
+    /// Correspondence with the input, where [`Options::map`] is set.
     pub map: Option<Map>,
-    /// What was done.
+    /// Statistics of the run.
     pub report: Report,
 }
 
-/// How a result hangs together with its input, for data that the caller carries over.
+/// Correspondence between a result and its input, for transferring user data.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Map {
-    /// The output vertex that each input vertex went into, n_input; `u32::MAX` where it was dropped or is on no face.
+    /// Output vertex into which each input vertex was merged, n_input; `u32::MAX` where dropped or on no face.
     pub output_vertices: Vec<u32>,
-    /// The input vertex nearest to each output vertex, of those that went into it, n_output.
+    /// Nearest of the input vertices merged into each output vertex, n_output.
     pub input_vertices: Vec<u32>,
-    /// For each corner of the output's faces the input face that it stands on, n_faces x 3; on the corner's side of seams.
+    /// Input face beneath each output corner, n_faces x 3; on the corner's side of seams.
     pub corner_faces: Vec<[u32; 3]>,
-    /// The weights of that face's corners there, n_faces x 3 x 3; each three are at least 0, their sum 1.
+    /// Barycentric weights on that face, n_faces x 3 x 3; each triple is at least 0 and sums to 1.
     pub corner_weights: Vec<[[f32; 3]; 3]>,
 }
 
-/// A stage begins, or moves on.
+/// Progress of a run: a stage begins or advances.
 ///
-/// Events come from whichever thread is at work, one at a time. In the closed assembly they come every few milliseconds, in the
-/// paper's at the beginning of each stage.
+/// Events come one at a time from whichever thread is working: every few milliseconds in the closed assembly, at the
+/// beginning of each stage in the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Event {
-    /// Name of the stage, as in the report.
+    /// Name of the stage.
     pub stage: &'static str,
-    /// Share of the stage that is done, in 0..=1: 0 at its beginning, and never less than before.
+    /// Completed share of the stage, in 0..=1; starts at 0 and never falls.
     pub done: f32,
-    /// Share of the run that is done, in 0..=1, by the time that stages take on a large mesh; never less than before.
+    /// Completed share of the run, in 0..=1, by typical times on a large mesh; never falls.
     pub total: f32,
 }
 
-/// Who hears of a run's events, and stops it by `ControlFlow::Break`.
+/// Progress callback; `ControlFlow::Break` stops the run.
 ///
-/// A run in the closed assembly stops within about a tenth of a second of being asked, one in the paper's when its stage ends. A
-/// build with `panic = "abort"` stops when a stage ends, whichever the assembly.
+/// The closed assembly stops within about a tenth of a second, the paper's at the end of its stage. Builds with `panic
+/// = "abort"` always stop at the end of a stage.
 pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
 
-/// Why there is no result.
+/// Reason for a missing result.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SimplifyError {
     /// The mesh has no face.
     Empty,
-    /// A surface needs three points; so many there are, or are asked for.
+    /// Fewer than three points, given or requested.
     TooFewPoints(usize),
-    /// The target is not a size: zero, not a number, a ratio above 1.
+    /// The target is not a size: zero, not a number, or a ratio above 1.
     BadTarget(Target),
-    /// The largest distance asked for is negative or not a number.
+    /// The largest allowed distance is negative or not a number.
     BadError(f64),
-    /// The attributes have not one row for each face, or there is not one importance for each vertex.
+    /// Attributes do not have one row per face, or importance not one positive factor per vertex.
     BadInput,
     /// The mesh is not its own mirror image.
     NotSymmetric {
-        /// The plane about which it was looked for.
+        /// Best plane tried.
         plane: MirrorPlane,
-        /// Vertices without a vertex where their image lies.
+        /// Number of vertices without an image.
         vertices: usize,
-        /// Faces without such faces, counted where all vertices have images.
+        /// Number of faces without an image, counted where all vertices have one.
         faces: usize,
     },
-    /// So many faces lie in the plane of the symmetry: they have no side.
+    /// This many faces lie in the mirror plane and belong to neither side.
     InMirrorPlane(usize),
-    /// What symmetry is not there for.
+    /// Option that cannot be combined with symmetry.
     NotWithSymmetry(&'static str),
-    /// Not one positive factor for every vertex, or there are vertices that no face uses.
+    /// Importance is not one positive factor per vertex, or some vertex is on no face.
     BadImportance,
-    /// The paper's assembly needs weights, and neither the caller nor this build has any.
+    /// The paper's assembly has no weights: neither the caller's nor shipped ones.
     NoWeights,
-    /// The network's probabilities leave no face.
+    /// No face has a probability above one half.
     NothingKept,
-    /// Coordinates of the result are too large for `f32`.
+    /// Result coordinates exceed `f32`.
     Overflow,
-    /// The progress callback asked to stop.
+    /// The progress callback stopped the run.
     Interrupted,
 }
 

@@ -1,4 +1,4 @@
-//! One block of a mesh, simplified up to a price that holds for all blocks, while what it shares with others stays.
+//! Simplification of one block of a mesh up to a price that holds for all blocks; shared vertices stay.
 
 use crate::mesh::{Attributes, TriMesh};
 use crate::model::Weights;
@@ -10,16 +10,16 @@ use super::limits::Limit;
 use super::options::{Options, Parts, SimplifyError};
 use super::progress::Progress;
 
-/// What became of a block.
+/// Simplified block.
 pub(crate) struct Piece {
-    /// The lighter block.
+    /// Simplified mesh.
     pub mesh: TriMesh,
-    /// How many vertices rounds of merges left, falling, and up to which price each went: squared distance times area, in the unit of the
-    /// mesh.
+    /// Vertices left after each round of merges, falling, with the price that it reached: squared distance times area,
+    /// in mesh units.
     pub paid: Vec<(usize, f64)>,
 }
 
-/// Simplifies a block to about `n_vertices`, or where a price is given, as long as merges cost no more. Locked vertices, n_input, keep every bit.
+/// Simplifies a block to about `n_vertices`, or up to a price. Locked vertices, n_input, keep every bit.
 pub(crate) fn simplify_piece(
     mesh: &TriMesh,
     locked: &[bool],

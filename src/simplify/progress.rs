@@ -1,14 +1,13 @@
-//! Who listens to a run: told how far it is, and able to stop it.
+//! Progress events of a run and its interruption.
 //!
-//! A run enters its stages one after the other; between, long loops beat ([`Pulse`]) with the number of items they have done. Whoever
-//! beats while nobody else tells the listener does so; nobody waits.
+//! A run enters its stages one by one; in between, long loops beat ([`Pulse`]) with the number of items done. A beat
+//! calls the listener unless another thread is doing so; no thread waits.
 //!
-//! When the listener has asked to stop, the next beat on any thread ends the work by unwinding, with a payload of our own and by
-//! `resume_unwind`, which runs no panic hook and prints nothing; rayon carries it over to the thread that called. It is caught once,
-//! where the run began, and becomes [`SimplifyError::Interrupted`]; any other panic goes on. A `Result` through every loop, iterator
-//! and kernel would be the other way; it would stand in each of their signatures and cost every run. Nothing outlives the unwinding:
-//! all that a run works on is its own. In a build with `panic = "abort"` beats only keep the wish in mind, and the run stops where
-//! the next stage begins.
+//! Once the listener asks to stop, the next beat on any thread ends the work by unwinding with `resume_unwind` and a
+//! payload of our own: no panic hook runs and nothing is printed. The unwinding is caught where the run began and
+//! becomes [`SimplifyError::Interrupted`]; other panics continue. The alternative, a `Result` in every loop and kernel,
+//! would cost every run. All data of a run are its own, so nothing broken survives. With `panic = "abort"` the run
+//! stops at its next stage.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -19,13 +18,13 @@ use crate::mesh::pulse::Pulse;
 
 use super::options::{Event, Listener, SimplifyError};
 
-/// A stage as it is known ahead.
+/// Stage with its expected duration.
 #[derive(Clone, Copy)]
 pub(super) struct Stage {
     name: &'static str,
-    /// How long it takes, over all stages of its run.
+    /// Share of the run's time, relative to the other stages.
     share: f32,
-    /// Items that its beats count, over the size that it is entered with.
+    /// Items counted by its beats, over the size on entry.
     passes: f32,
 }
 
@@ -33,7 +32,8 @@ const fn stage(name: &'static str, share: f32, passes: f32) -> Stage {
     Stage { name, share, passes }
 }
 
-/// The stages of the closed assembly, with their shares of the time at [`RATIOS`]: of a scan of 871 thousand faces on one thread.
+/// Stages of the closed assembly, with their shares of the time at [`RATIOS`] for a scan of 871 thousand faces on one
+/// thread.
 const CLOSED: [(Stage, [f32; 3]); 6] = [
     (stage("surface", 0.0, 5.0), [0.075, 0.06, 0.05]),
     (stage("scores", 0.0, 1.2), [0.015, 0.013, 0.01]),
@@ -43,19 +43,19 @@ const CLOSED: [(Stage, [f32; 3]); 6] = [
     (stage("finish", 0.0, 5.0), [0.03, 0.017, 0.045]),
 ];
 
-/// Shares of the vertices for which the shares of stages were measured; what lies between is interpolated.
+/// Ratios at which the shares were measured; others are interpolated.
 const RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
 
-/// Of these, what every level of detail after the first goes through again: from the collapse on, and over the time it took the first.
+/// First stage that further levels of detail repeat, and the time of a repetition over that of the first level.
 const OF_LEVEL: usize = 2;
 const OF_FURTHER: f32 = 0.3;
 
-/// What comes before where the result is to be mirrored: of a vase of 12 thousand faces 6.3 times as long as all that follows, of
-/// suzanne 1.7 times (ratio 0.1, one thread).
+/// Stage before all others of a mirrored result. It takes 6.3 times as long as all others for a vase of 12 thousand
+/// faces, 1.7 times for suzanne (ratio 0.1, one thread).
 const SYMMETRY: Stage = stage("symmetry", 4.0, 1.0);
 
-/// The stages of the paper's assembly. Their beats are their beginnings. Shares: means of cat0, horse0 and the bunny at ratios of
-/// 0.05 and 0.2 on one thread; the faces take 0.45 to 0.79.
+/// Stages of the paper's assembly, which beat only at their beginnings. Shares: means of cat0, horse0 and the bunny at
+/// ratios of 0.05 and 0.2 on one thread; the faces take 0.45 to 0.79.
 pub(super) const PAPER: [Stage; 6] = [
     stage("scores", 0.19, 1.0),
     stage("sample", 0.10, 1.0),
@@ -65,11 +65,10 @@ pub(super) const PAPER: [Stage; 6] = [
     stage("assemble", 0.01, 1.0),
 ];
 
-/// The stages of meshing a cloud: those of the paper's assembly but that samples are drawn with the scores.
+/// Stages of meshing a cloud: those of the paper's assembly, with the sampling part of the scores.
 pub(super) const POINTS: [Stage; 5] = [PAPER[0], PAPER[2], PAPER[3], PAPER[4], PAPER[5]];
 
-/// The stages of so many results of the closed assembly, one from the collapse of the other; mirrored or not, the first with such a
-/// share of the vertices.
+/// Lists the stages of `n_levels` levels in one run; `ratio` is the share of vertices of the first.
 pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
     let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: between(ratio as f32, shares), ..stage };
     let further = |stage: Stage| Stage { share: stage.share * OF_FURTHER, ..stage };
@@ -78,38 +77,38 @@ pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> V
     is_mirrored.then_some(SYMMETRY).into_iter().chain(first).chain(further).collect()
 }
 
-/// The share at a ratio: straight lines over its logarithm.
+/// Interpolates a stage's share linearly in the logarithm of the ratio.
 fn between(ratio: f32, shares: [f32; 3]) -> f32 {
     let i = usize::from(ratio > RATIOS[1]);
     let t = (ratio / RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
     shares[i] + (shares[i + 1] - shares[i]) * t.clamp(0.0, 1.0)
 }
 
-/// A run that may be listened to.
+/// Handle by which a run reports its progress.
 #[derive(Clone, Copy)]
 pub(super) struct Progress<'a> {
     enters: &'a dyn Fn(&'static str, usize) -> Result<(), SimplifyError>,
-    /// What its loops beat with.
+    /// Pulse for loops.
     pub pulse: Pulse<'a>,
 }
 
 impl Progress<'_> {
-    /// That of a run that nobody listens to.
+    /// Progress without a listener.
     pub const UNHEARD: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
 
-    /// Enters a stage over so many faces, merges or points; to enter the one that the run is in already changes nothing.
+    /// Enters a stage with its number of faces, merges or points; does nothing if the run already is in it.
     ///
     /// # Errors
-    /// [`SimplifyError::Interrupted`] where the listener has asked to stop.
+    /// [`SimplifyError::Interrupted`] where the listener asked to stop.
     pub fn enter(self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
         (self.enters)(stage, size)
     }
 }
 
-/// Runs something through these stages, to which a listener listens.
+/// Runs `work` through these stages and reports to a listener.
 ///
 /// # Errors
-/// Those of the work; [`SimplifyError::Interrupted`] where the listener asked to stop.
+/// Those of `work`; [`SimplifyError::Interrupted`] where the listener asked to stop.
 pub(super) fn listened<T>(
     listener: &mut Listener,
     stages: &[Stage],
@@ -125,24 +124,24 @@ pub(super) fn listened<T>(
     }
 }
 
-/// The payload of the unwinding that ends a run.
+/// Payload of the unwinding that ends a run.
 struct Stopped;
 
-/// A listener, and what it has heard.
+/// Listener shared by all threads of a run.
 struct Ear<'a> {
     heard: Mutex<Heard<'a>>,
-    /// Whether the run is to stop.
+    /// Set once the run must stop.
     stops: AtomicBool,
-    /// Items of the stage that are done.
+    /// Completed items of the stage.
     n_done: AtomicUsize,
 }
 
 struct Heard<'a> {
     listener: &'a mut Listener<'a>,
     stages: &'a [Stage],
-    /// The stage that the run is in, and where among the stages it stands.
+    /// Name of the current stage and its index among the stages.
     stage: Option<(&'static str, usize)>,
-    /// Items of the stage.
+    /// Expected items of the stage.
     n_items: f32,
     done: f32,
     total: f32,
@@ -183,7 +182,7 @@ impl<'a> Ear<'a> {
 }
 
 impl Heard<'_> {
-    /// A stage begins.
+    /// Starts a stage.
     fn begin(&mut self, name: &'static str, size: usize) -> ControlFlow<()> {
         let first = self.stage.map_or(0, |(_, at)| at + 1);
         let ahead = self.stages.iter().skip(first).position(|stage| stage.name == name);
@@ -194,7 +193,7 @@ impl Heard<'_> {
         self.move_on(0)
     }
 
-    /// So many items of the stage are done.
+    /// Reports the completed items of the stage.
     fn move_on(&mut self, n_done: usize) -> ControlFlow<()> {
         let Some((stage, at)) = self.stage else { return ControlFlow::Continue(()) };
         self.done = (n_done as f32 / self.n_items).min(1.0).max(self.done);
@@ -216,7 +215,7 @@ mod tests {
         ControlFlow::Continue(())
     }
 
-    /// All events of some work, and whether they only rise.
+    /// Collects all events of some work; asserts that they never fall.
     fn heard(work: impl FnOnce(&mut Listener)) -> Vec<Event> {
         let mut events: Vec<Event> = Vec::new();
         work(&mut |event| {
@@ -267,7 +266,7 @@ mod tests {
         assert!(of_first.total < 0.8 && events.last().unwrap().total > 0.9);
     }
 
-    /// The result of a run that is asked to stop at the event of this number.
+    /// Runs until the event of this number and stops there.
     fn stopped_at(event: usize, mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
         let mut n_heard = 0;
         simplify(mesh, None, options, &mut |_| {
@@ -288,7 +287,7 @@ mod tests {
             }
         }));
         let options = Options::new(Target::Ratio(0.05));
-        // Every event of a run of few, some of a larger one.
+        // Every event of a short run, some of a longer one.
         for (mesh, step) in [(shapes::icosphere(4), 1), (shapes::torus(400, 200, 1.0, 0.4), 50)] {
             let options = if step == 1 { options.clone() } else { Options::new(Target::Ratio(0.5)) };
             let expected = simplify(&mesh, None, &options, &mut go_on);
@@ -298,7 +297,7 @@ mod tests {
                     _ = pool.install(|| simplify(&mesh, None, &options, listener));
                 });
                 assert!(n_events.len() > 40, "{}", n_events.len());
-                // With several threads some runs hear of fewer events: those that come at once are told as one.
+                // With several threads, simultaneous events merge, so that some runs have fewer.
                 let last = if n_threads == 1 { n_events.len() } else { n_events.len() / 2 };
                 for event in (0..last).step_by(step) {
                     let result = pool.install(|| stopped_at(event, &mesh, &options));

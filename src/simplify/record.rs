@@ -1,17 +1,16 @@
-//! The result as a smooth function of the input's vertices, so that losses on the result reach the input.
+//! Derivative of a result with respect to the positions of the input, so that losses on the result reach the input.
 
 use super::closed::Derivative;
 
-/// How a result depends on the positions of the input, for the connectivity that was chosen.
+/// Dependence of a result on the input positions, at fixed connectivity.
 ///
-/// Constant are all choices: which vertices became one, how each was placed (which branch of a clamp was taken), which
-/// point of the original belongs where in which output face, which vertices the fit moved. Differentiated are the plane
-/// quadrics with their areas, normals and boundaries, the placement of every region and of every union that the collapse
-/// made, and each step of the fit. What rounding to `f32`, opening folds and keeping vertices apart added is kept as
-/// it was.
+/// All choices are constant: merges, the branch of each clamp, which point of the original belongs to which output
+/// face, which vertices the fit moved. Differentiated are the plane quadrics with their areas, normals and boundaries,
+/// the placement of each merge, and each step of the fit. Displacements by rounding to `f32`, by foldover repair and by
+/// separating vertices are constant.
 ///
-/// Where a flat part fits its planes exactly, the length of a fit's step has a kink; the gradient is then of one side.
-/// With the paper's assembly, or where nothing was to be done, output vertices are input vertices.
+/// Where a flat region fits its planes exactly, the length of the fit's step has a kink and the gradient is one-sided.
+/// With the paper's assembly, or where the mesh is unchanged, output vertices are input vertices.
 pub struct Record {
     n_input: usize,
     n_output: usize,
@@ -19,7 +18,7 @@ pub struct Record {
 }
 
 enum Way {
-    /// The input vertex whose position each output vertex has.
+    /// Input vertex of each output vertex.
     Selected(Vec<u32>),
     Closed(Box<Derivative>),
 }
@@ -33,17 +32,17 @@ impl Record {
         Self { n_input, n_output, way: Way::Closed(Box::new(derivative)) }
     }
 
-    /// Vertices of the input, of which [`Record::positions`] takes one position each.
+    /// Returns the number of input vertices.
     pub fn n_input(&self) -> usize {
         self.n_input
     }
 
-    /// Vertices of the result.
+    /// Returns the number of output vertices.
     pub fn n_output(&self) -> usize {
         self.n_output
     }
 
-    /// For each input vertex the output vertex that it went to; `None` where it went nowhere.
+    /// Returns the output vertex of each input vertex; `None` where it was dropped.
     pub fn output_vertices(&self) -> Vec<Option<u32>> {
         let mut outputs = vec![None; self.n_input];
         match &self.way {
@@ -53,20 +52,20 @@ impl Record {
         outputs
     }
 
-    /// The output vertices (n_output x 3) for these input vertices (n_input x 3), the connectivity as it was.
+    /// Computes the output vertices (n_output x 3) for given input vertices (n_input x 3), at fixed connectivity.
     ///
-    /// For the vertices that were simplified these are the vertices of the result; the nearer the others are to those,
-    /// the better they stand for what simplifying them would give.
+    /// At the simplified input this gives the result. Farther from it, it approximates a new simplification less and
+    /// less.
     ///
     /// # Panics
-    /// When there is not one position per input vertex.
+    /// If there is not one position per input vertex.
     ///
     /// See [`simplify_recorded`](super::simplify_recorded) for an example.
     pub fn positions(&self, input: &[[f32; 3]]) -> Vec<[f32; 3]> {
         singles(&self.positions_in_doubles(&doubles(input)))
     }
 
-    /// As [`Record::positions`], in double precision: a function that is smooth enough for second differences.
+    /// Computes [`Record::positions`] in double precision, smooth enough for second differences.
     ///
     /// # Panics
     /// As [`Record::positions`].
@@ -78,7 +77,7 @@ impl Record {
     /// let options = Options::new(Target::Vertices(40));
     /// let (_, record) = simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     /// let input: Vec<[f64; 3]> = mesh.positions().iter().map(|p| p.map(f64::from)).collect();
-    /// // The slope of the first coordinate of the result when a coordinate of the input moves, by differences and by the gradient.
+    /// // Slope of one output coordinate with respect to one input coordinate, by differences and by the gradient.
     /// let mut gradient = vec![[0.0; 3]; 40];
     /// gradient[0][0] = 1.0;
     /// let to_input = record.backward_in_doubles(&input, &gradient);
@@ -98,18 +97,18 @@ impl Record {
         }
     }
 
-    /// The gradient of a loss to the input vertices (n_input x 3) from its gradient to the output vertices
-    /// (n_output x 3): the product of the latter with the Jacobian of [`Record::positions`] at `input`.
+    /// Multiplies a gradient with respect to the output vertices (n_output x 3) by the Jacobian of
+    /// [`Record::positions`] at `input`; returns the gradient with respect to the input vertices (n_input x 3).
     ///
     /// # Panics
-    /// When there is not one position per input vertex and one gradient per output vertex.
+    /// If there is not one position per input vertex and one gradient per output vertex.
     ///
     /// See [`simplify_recorded`](super::simplify_recorded) for an example.
     pub fn backward(&self, input: &[[f32; 3]], gradient: &[[f32; 3]]) -> Vec<[f32; 3]> {
         singles(&self.backward_in_doubles(&doubles(input), &doubles(gradient)))
     }
 
-    /// As [`Record::backward`], in double precision.
+    /// Computes [`Record::backward`] in double precision.
     ///
     /// # Panics
     /// As [`Record::backward`].

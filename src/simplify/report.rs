@@ -1,4 +1,4 @@
-//! The report that every other one begins with: of a mesh to which nothing was done.
+//! Initial report of every run.
 
 use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
@@ -7,7 +7,7 @@ use super::components::count_components;
 use super::options::{Outcome, Report, ScoreSource};
 
 impl Report {
-    /// Of a mesh to which nothing was done.
+    /// Returns the report of an unchanged mesh.
     pub(super) fn of(pulse: Pulse, mesh: &TriMesh) -> Self {
         Self {
             outcome: Outcome::Reached,

@@ -1,13 +1,12 @@
-//! Sampling of vertices from their scores, Sec. 3.1: without replacement, by the Gumbel-top-k trick.
+//! Vertex sampling by scores without replacement, Sec. 3.1, by the Gumbel-top-k trick.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Draws k different vertices, one after the other with probabilities proportional to `exp(score)` among those left.
+/// Draws k different vertices, one by one, with probabilities proportional to `exp(score)` among the remaining ones.
 ///
-/// That is the multinomial of the paper, without replacement: each score gets Gumbel noise of its own, and the k
-/// largest sums win (Kool et al. 2019). The normaliser of the softmax is the same for all and changes nothing. Linear
-/// in the number of vertices; the same for the same seed.
+/// This is the paper's multinomial without replacement: each score gets Gumbel noise, and the k largest sums win (Kool
+/// et al. 2019). Linear in the number of vertices; deterministic in the seed.
 ///
 /// # Shapes
 /// - `scores`: n
@@ -30,13 +29,13 @@ pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
     samples
 }
 
-/// Each vertex with its score and Gumbel noise of its own.
+/// Adds Gumbel noise to each score.
 pub(super) fn gumbel_keys(scores: &[f32], seed: u64) -> Vec<(f64, u32)> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect()
 }
 
-/// Standard Gumbel noise from random bits, by way of a uniform number that is neither 0 nor 1.
+/// Returns standard Gumbel noise; the uniform number behind it is neither 0 nor 1.
 fn gumbel(bits: u64) -> f64 {
     let uniform = ((bits >> 12) as f64 + 0.5) / (1u64 << 52) as f64;
     -(-uniform.ln()).ln()

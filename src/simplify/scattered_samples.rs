@@ -1,8 +1,8 @@
-//! Sampling of vertices from their scores that keeps samples apart, Sec. 3.1: the multinomial's density in blue noise.
+//! Vertex sampling by scores that spreads the samples, Sec. 3.1: the multinomial's density with blue noise.
 //!
-//! Independent draws clump and leave gaps, whatever their probabilities are. Here the first vertex is drawn as in
-//! [`gumbel_top_k`](super::gumbel_top_k); every further one is that which lies farthest from all before it, in a metric
-//! in which samples of the wanted density lie equally far apart (farthest point sampling, Eldar et al. 1997).
+//! Independent draws clump. Here only the first vertex is drawn, as in [`gumbel_top_k`](super::gumbel_top_k). Each
+//! further one is the farthest from all before it, in a metric that makes the wanted density uniform (farthest point
+//! sampling, Eldar et al. 1997).
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
@@ -11,16 +11,15 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::collections::binary_heap::PeekMut;
 
-/// Scores farther than this from their mean count as if they were not. It bounds the density at 400 times the mean for
-/// networks in training; the shipped weights stay within 3 on twelve training meshes.
+/// Largest difference of a score from the mean. It bounds the density at 400 times the mean for networks in training;
+/// the shipped weights stay within 3 on twelve training meshes.
 const MOST_SCORE: f64 = 6.0;
 
-/// Draws k different vertices with a density proportional to `exp(score)` per vertex, each as far from those before it
-/// as there is room.
+/// Draws k different vertices with a density proportional to `exp(score)` per vertex, spread as far apart as possible.
 ///
-/// Distances run along the edges; one of length l counts `l sqrt(exp(score) / area)`, the area about a vertex from its
-/// edges, the mean of both ends. What no sample reaches is farthest, so that every component gets one as long as there
-/// are k. Equally far vertices are taken in the order of their Gumbel keys.
+/// Distances run along the edges. An edge of length l counts `l sqrt(exp(score) / area)`, the mean of both ends; the
+/// area at a vertex is estimated from its edges. Unreached vertices are farthest, so every component gets a sample if k
+/// suffices. Ties follow the Gumbel keys.
 ///
 /// # Shapes
 /// - `points`: n x 3, `rings`: n x n, the edges
@@ -28,7 +27,7 @@ const MOST_SCORE: f64 = 6.0;
 /// - returns min(k, n) vertices, ascending
 ///
 /// # Panics
-/// When the three differ in n.
+/// If the three differ in n.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, simplify::scattered_samples};
@@ -46,11 +45,12 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     let Some((&(_, first), others)) = keys.split_first().filter(|_| k > 0) else { return samples };
     samples.push(first);
     field.plant(first);
-    // Where no sample reaches, all are infinitely far and wait in the order of their keys.
+    // Unreached vertices are all infinitely far and sorted by their keys.
     let rank = |(at, &(_, vertex)): (usize, &(f64, u32))| (field.bits(vertex), Reverse(at as u32), vertex);
     let mut waiting: BinaryHeap<(u64, Reverse<u32>, u32)> = others.iter().enumerate().map(rank).collect();
     while samples.len() < k {
         let Some(mut farthest) = waiting.peek_mut() else { break };
+        // A queued distance may be out of date: distances only fall, so the top is refreshed until it holds.
         let bits = field.bits(farthest.2);
         if bits < farthest.0 {
             farthest.0 = bits;
@@ -64,7 +64,7 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     samples
 }
 
-/// `sqrt(exp(score) / area)`, the area as the mean squared edge, the score about the mean; 0 where there is no area.
+/// Computes `sqrt(exp(score) / area)` with the mean squared edge as area and the score about the mean; 0 without area.
 fn stretches(points: &[[f32; 3]], rings: &Csr, scores: &[f32]) -> Vec<f64> {
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
     let stretch = |(v, &score): (usize, &f32)| {
@@ -82,16 +82,16 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
 
 struct Field<'a> {
     rings: &'a Csr,
-    /// Of each entry of `rings`, in the metric.
+    /// Length of each entry of `rings` in the metric.
     lengths: Vec<f64>,
-    /// From each vertex to the nearest sample so far.
+    /// Distance from each vertex to the nearest sample so far.
     distance: Vec<f64>,
-    /// What a sample claims next; kept for its memory.
+    /// Queue of Dijkstra's algorithm; kept for its memory.
     front: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
 impl<'a> Field<'a> {
-    /// Before the first sample; `stretch` is the metric over Euclidean length at each vertex.
+    /// Computes edge lengths; `stretch` is the metric over Euclidean length at each vertex.
     fn new(points: &[[f32; 3]], rings: &'a Csr, stretch: &[f64]) -> Self {
         let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();
         let of_vertex = |v: usize| rings.row(v).iter().map(move |&w| length(v, w as usize));
@@ -99,12 +99,12 @@ impl<'a> Field<'a> {
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: BinaryHeap::new() }
     }
 
-    /// The distance of a vertex as a number with the same order.
+    /// Returns the distance of a vertex as an integer of the same order.
     fn bits(&self, vertex: u32) -> u64 {
         self.distance[vertex as usize].to_bits()
     }
 
-    /// Makes a vertex a sample, and lets it claim what is nearer to it than to the others.
+    /// Adds a sample and updates the distances of vertices nearer to it than to others.
     fn plant(&mut self, sample: u32) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;

@@ -1,4 +1,4 @@
-//! A mesh without the vertices that no face uses, and results over all of its vertices again.
+//! Removal of unused vertices, and results mapped back to all vertices.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -12,21 +12,21 @@ use super::closed::Derivative;
 use super::map;
 use super::options::{Simplified, SimplifyError};
 
-/// A mesh without the vertices that no face uses.
+/// Mesh without unused vertices.
 pub(super) struct Used<'a> {
-    /// The mesh.
+    /// Mesh of used vertices.
     pub mesh: Cow<'a, TriMesh>,
-    /// Where its vertices stood, if any went.
+    /// Original index of each vertex, if any was removed.
     pub sources: Option<Vec<u32>>,
-    /// Vertices of the caller's mesh.
+    /// Number of vertices of the caller's mesh.
     n_before: usize,
 }
 
 impl<'a> Used<'a> {
-    /// The used part of a mesh.
+    /// Removes the unused vertices of a mesh.
     ///
     /// # Errors
-    /// [`SimplifyError::Empty`] where there is no face.
+    /// [`SimplifyError::Empty`] for a mesh without faces.
     pub fn of(pulse: Pulse, mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
         if mesh.faces().is_empty() {
             return Err(SimplifyError::Empty);
@@ -44,7 +44,7 @@ impl<'a> Used<'a> {
         Ok(Self { mesh: Cow::Owned(mesh), sources: Some(sources), n_before })
     }
 
-    /// The result with the vertices of the caller's mesh.
+    /// Maps a result back to the vertices of the caller's mesh.
     pub fn widen(&self, mut simplified: Simplified) -> Simplified {
         let Some(sources) = &self.sources else { return simplified };
         simplified.map.iter_mut().for_each(|map| map::widen_vertices(map, sources, self.n_before));
@@ -52,7 +52,7 @@ impl<'a> Used<'a> {
         simplified
     }
 
-    /// The derivative over the vertices of the caller's mesh.
+    /// Maps a derivative back to the vertices of the caller's mesh.
     pub fn widen_derivative(&self, derivative: Derivative) -> Derivative {
         match &self.sources {
             Some(sources) => derivative.within(sources),

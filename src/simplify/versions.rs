@@ -1,21 +1,23 @@
-//! Versions of what the assemblies make: figures that were measured with another version are of other results.
+//! Versions of the assemblies' results; measurements are stamped with them.
 
-/// Version of the closed assembly: another number where the same input, options and seed give other bits.
+/// Version of the closed assembly; it changes whenever the same input, options and seed give other bits.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
 pub const CLOSED_VERSION: u32 = 9;
 
-/// Version of what holds the closed assembly and of what its results carry: another number where seams, hard edges, creases, borders of
-/// materials or locked vertices give other bits. Bare meshes and what they promise have [`CLOSED_VERSION`] alone.
+/// Version of constraints and attributes in the closed assembly.
+///
+/// It changes with the bits of results with seams, hard edges, creases, material borders or locked vertices. Results of
+/// bare meshes have [`CLOSED_VERSION`] alone.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
 pub const CARRIED_VERSION: u32 = 5;
 
-/// Version of the paper's assembly, likewise.
+/// Version of the paper's assembly.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::PAPER_VERSION >= 1);
@@ -149,7 +151,7 @@ mod tests {
         attributes.channels.iter().fold(hash, |hash, channel| hash.floats(&channel.values))
     }
 
-    /// A sphere of two groups, with texture coordinates that jump between them, and colours.
+    /// A sphere with two groups, a texture seam between them, and colours.
     fn attributed() -> u64 {
         let mesh = shapes::icosphere(4);
         let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
@@ -199,7 +201,7 @@ mod tests {
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
-    /// A smooth torus cut into a northern and a southern chart, with the normals and tangents of its vertices.
+    /// A smooth torus in two texture charts, north and south, with the normals and tangents of its vertices.
     fn shaded() -> u64 {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let normals = vertex_normals(&mesh);
@@ -223,7 +225,7 @@ mod tests {
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
-    /// A sheet for itself and rolled up.
+    /// A sheet, flat and rolled up.
     fn posed() -> u64 {
         let mesh = shapes::grid(30, 20);
         let step = |&[x, _, _]: &[f32; 3]| [0.3 * (5.0 * x).sin() - x, 0.0, 0.3 - 0.3 * (5.0 * x).cos()];

@@ -1,5 +1,4 @@
-//! The closed assembly under any importance of the vertices, whole or without one of its parts: for learning which importance
-//! is best, and for measuring what each part is worth.
+//! The closed assembly under a given importance, with or without its later steps: for training and measurements.
 
 use crate::mesh::{Frame, TriMesh};
 
@@ -8,25 +7,24 @@ use super::limits::Limit;
 use super::options::{Parts, SimplifyError};
 use super::progress::Progress;
 
-/// What an importance leads to.
+/// Result of simplifying under an importance.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Weighed {
-    /// The lighter mesh.
+    /// Simplified mesh.
     pub mesh: TriMesh,
-    /// For each input vertex the output vertex that stands for it, n_input.
+    /// Output vertex of each input vertex, n_input.
     pub vertex_of: Vec<u32>,
 }
 
-/// Simplifies `mesh` to `n_vertices`, where vertices count by their area times their importance, with these parts of the
-/// assembly.
+/// Simplifies `mesh` to `n_vertices` with vertices weighted by area times importance, and with the given steps.
 ///
 /// # Shapes
-/// - `importance`, where given: n_input positive factors; only their ratios matter
+/// - `importance`, if given: n_input positive factors; only their ratios matter
 ///
 /// # Errors
-/// [`SimplifyError::BadImportance`] where the factors are none, or the mesh has vertices that no face uses;
-/// [`SimplifyError::Overflow`] as in [`simplify`](super::simplify).
+/// [`SimplifyError::BadImportance`] where factors do not fit or a vertex is on no face; [`SimplifyError::Overflow`] as
+/// in [`simplify`](super::simplify).
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, simplify::{Importance, Parts, simplify_weighed}};
@@ -65,7 +63,7 @@ pub fn simplify_weighed(
     Ok(Weighed { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
 
-/// Whether factors that are given are one positive number per vertex.
+/// Returns whether given factors are one positive number per vertex.
 fn is_importance(importance: Importance, n_vertices: usize) -> bool {
     match importance {
         Importance::Even | Importance::Bending | Importance::Network(_) => true,

@@ -1,7 +1,7 @@
-//! The faces of a mesh that have no image in the plane, where all of its vertices have one.
+//! Faces without a mirror image, in a mesh whose vertices all have one.
 //!
-//! Faces need not be the images of others one by one: quads may be cut along either diagonal, polygons in any way. Those that are
-//! not have to fill together what their images fill, and a boundary has to be the image of a boundary.
+//! Faces need not match one by one: quads may be cut along either diagonal, polygons in any way. Unmatched faces must
+//! together cover the region that their images cover, and a boundary must be the image of a boundary.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -12,7 +12,7 @@ use crate::spatial::FaceTree;
 
 use super::plane::Plane;
 
-/// How many faces have no image within `tolerance`; for each vertex, `vertices` has the one where its image lies.
+/// Counts faces or boundary edges without an image within `tolerance`; `vertices` holds the image of each vertex.
 pub(super) fn n_faces_alone(mesh: &TriMesh, plane: &Plane, vertices: &[u32], tolerance: f64) -> usize {
     let places = Places::of(mesh, vertices);
     let images = ImagePoints { positions: mesh.positions(), plane, tolerance };
@@ -22,13 +22,13 @@ pub(super) fn n_faces_alone(mesh: &TriMesh, plane: &Plane, vertices: &[u32], tol
     }
 }
 
-/// Triangles over vertices that are one where their positions are.
+/// Triangles over vertices welded by position.
 struct Places {
     /// Faces, n_faces x 3.
     faces: Vec<[u32; 3]>,
-    /// Where their images lie, n_faces x 3.
+    /// Vertices of their images, n_faces x 3.
     images: Vec<[u32; 3]>,
-    /// The edges with a single face, low vertex first, in the order of these faces.
+    /// Boundary edges, low vertex first, in face order.
     rim: Vec<[u32; 2]>,
 }
 
@@ -43,12 +43,12 @@ impl Places {
         Self { faces, images, rim }
     }
 
-    /// The faces that are no images, one by one or several of several, by number.
+    /// Finds the faces without an image, neither a single face nor several together.
     fn unlike_faces(&self) -> Vec<u32> {
         let known: FxHashSet<[u32; 3]> = self.faces.iter().copied().map(ascending).collect();
         let is_other = |f: &u32| !known.contains(&ascending(self.images[*f as usize]));
         let mut others: Vec<u32> = (0..self.faces.len() as u32).filter(is_other).collect();
-        // Where they fill the same, each edge around that is one of a face and of an image.
+        // Where unmatched faces and their images cover one region, each edge around it occurs once among each.
         let mut odd = FxHashSet::default();
         for &f in &others {
             for edge in edges_of(self.faces[f as usize]).into_iter().chain(edges_of(self.images[f as usize])) {
@@ -57,7 +57,7 @@ impl Places {
                 }
             }
         }
-        // An image whose edges are all there lies across no diagonal: it is a face that is missing.
+        // An image all of whose edges exist crosses no diagonal: it is a missing face.
         let is_edge: FxHashSet<[u32; 2]> = match others[..] {
             [] => FxHashSet::default(),
             _ => self.faces.iter().flat_map(|&face| edges_of(face)).collect(),
@@ -69,12 +69,12 @@ impl Places {
         others
     }
 
-    /// The edges with a single face as triangles.
+    /// Returns the boundary edges as degenerate triangles.
     fn boundary(&self) -> Vec<[u32; 3]> {
         self.rim.iter().map(|&[a, b]| [a, b, b]).collect()
     }
 
-    /// Which of them have no image that is one, too.
+    /// Finds the boundary edges whose image is no boundary edge.
     fn unlike_boundary(&self) -> Vec<u32> {
         if self.rim.is_empty() {
             return Vec::new();
@@ -89,7 +89,7 @@ impl Places {
     }
 }
 
-/// Where images of triangles are looked for on triangles.
+/// Closest-point search for the images of triangles.
 struct ImagePoints<'a> {
     positions: &'a [[f32; 3]],
     plane: &'a Plane,
@@ -97,7 +97,7 @@ struct ImagePoints<'a> {
 }
 
 impl ImagePoints<'_> {
-    /// How many of `some` of these triangles have the image of their middle on none of them.
+    /// Counts the selected triangles whose centroid has its image on no triangle.
     fn n_off(&self, triangles: &[[u32; 3]], some: &[u32]) -> usize {
         if some.is_empty() {
             return 0;
@@ -113,7 +113,7 @@ impl ImagePoints<'_> {
     }
 }
 
-/// The edges with a single face, in the order of their faces.
+/// Lists the boundary edges in face order.
 fn rim(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let mut n_faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     faces.iter().flat_map(|&face| edges_of(face)).for_each(|edge| *n_faces.entry(edge).or_default() += 1);
@@ -128,7 +128,7 @@ fn edge(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The vertices of a face, ascending.
+/// Sorts the vertices of a face.
 pub(super) fn ascending(mut face: [u32; 3]) -> [u32; 3] {
     face.sort_unstable();
     face

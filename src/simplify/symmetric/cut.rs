@@ -1,4 +1,4 @@
-//! Cuts a mesh along the plane and keeps the half above it.
+//! Cutting a mesh along the mirror plane and keeping the half above it.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -9,19 +9,19 @@ use crate::simplify::closed::blend;
 use super::pairs::Pairs;
 use super::plane::Plane;
 
-/// The half of a mesh above the plane.
+/// Half of a mesh above the plane.
 pub(super) struct HalfMesh {
-    /// The mesh, open along the plane.
+    /// Mesh, open along the plane.
     pub mesh: TriMesh,
-    /// What its corners and faces carry.
+    /// Attributes of corners and faces.
     pub attributes: Attributes,
-    /// How much each vertex counts, or nothing.
+    /// Importance of the vertices, or empty.
     pub importance: Vec<f32>,
-    /// Whether each vertex lies on the plane, at an edge of the cut.
+    /// Marks vertices on the plane at an edge of the cut.
     pub on_plane: Vec<bool>,
 }
 
-/// On which side of the plane a vertex lies.
+/// Position of a vertex relative to the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
     Above,
@@ -69,7 +69,7 @@ fn sides(mesh: &TriMesh, plane: &Plane, pairs: &Pairs) -> Vec<Side> {
     (0..).zip(mesh.positions()).map(side).collect()
 }
 
-/// A mesh that is being cut, with what it carries.
+/// Mesh with its attributes while it is being cut.
 struct Sheet {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
@@ -78,8 +78,9 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Cuts each face at the points that `split` says of its edges (shares of the way from the vertex of the smaller number),
-    /// and off the corners that are not kept.
+    /// Cuts each face where `split` says and drops corners that are not kept.
+    ///
+    /// `split` returns the share of the way from the edge's vertex of smaller number.
     fn refine(&mut self, split: &dyn Fn(u32, u32) -> Option<f32>, is_kept: &dyn Fn(u32) -> bool) {
         let before = std::mem::take(&mut self.faces);
         let rows = std::mem::take(&mut self.attributes.wedges);
@@ -98,7 +99,7 @@ impl Sheet {
                     corners.push(self.point_between(ends, t, &mut vertices, &mut wedges));
                 }
             }
-            // A fan from a new corner has no corners in a row.
+            // A fan from a new corner has no three corners in a line.
             let rest: Vec<(u32, u32)> =
                 corners[first.min(corners.len())..].iter().chain(&corners[..first]).copied().collect();
             for pair in rest.get(1..).unwrap_or_default().windows(2) {
@@ -110,7 +111,7 @@ impl Sheet {
         }
     }
 
-    /// The vertex and the wedge at a share of the way between two corners, new ones where there are none yet.
+    /// Returns the vertex and wedge at a share of the way between two corners; adds them on first use.
     fn point_between(
         &mut self,
         [a, b]: [(u32, u32); 2],
@@ -137,7 +138,7 @@ impl Sheet {
         (vertex, wedge)
     }
 
-    /// Splits the edges between two faces whose ends both lie on the plane: such an edge would coincide with its image.
+    /// Splits interior edges with both ends on the plane: such an edge would coincide with its image.
     fn split_bridges(&mut self, on_plane: &[bool]) -> Result<(), SimplifyError> {
         let mesh = TriMesh::new(self.positions.clone(), self.faces.clone()).map_err(|_| SimplifyError::Overflow)?;
         let bridges = edges(&mesh).into_iter().filter(|edge| edge.n_faces() > 1);
@@ -149,7 +150,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// The half without the vertices below the plane, every vertex in its exact place.
+    /// Removes the vertices below the plane and moves all others to positions with exact images.
     fn into_half(self, plane: &Plane, on_plane: &[bool]) -> Result<HalfMesh, SimplifyError> {
         if self.faces.is_empty() {
             return Err(SimplifyError::Empty);

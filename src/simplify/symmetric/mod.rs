@@ -1,9 +1,7 @@
-//! Results that are their own mirror image, of meshes that are: one half is simplified, open along the plane, and put together
-//! with its image.
+//! Mirrored results of symmetric meshes: one half is simplified, open along the plane, and joined with its image.
 //!
-//! The half's cut never leaves the plane and no edge but those of the cut joins two of its vertices, so that the two halves
-//! make a manifold where the half is one, closed where the mesh is closed. Positions and faces of the halves are exact images;
-//! what their corners carry is what each half's corners carried.
+//! The cut never leaves the plane, and no other edge joins two of its vertices, so two manifold halves make a manifold,
+//! closed where the mesh is closed. Positions and faces are exact images; each half keeps its own attributes.
 
 mod alone;
 mod cut;
@@ -29,7 +27,7 @@ use plane::Plane;
 use twofold::GroupPairs;
 use whole::Lighter;
 
-/// Results of these sizes, each no larger than the one before; those of the second size on begin where the collapse stood.
+/// Simplifies a symmetric mesh to several sizes, each no larger than the one before, with one collapse of a half.
 pub(super) fn levels(
     input: &Input,
     weights: Option<&Weights>,
@@ -55,7 +53,7 @@ pub(super) fn levels(
     halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()
 }
 
-/// The first of the planes in question about which a mesh is its own mirror image, and what is the image of what.
+/// Finds the first candidate plane about which the mesh is symmetric, and pairs vertices and corners with their images.
 fn mirrored_about(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<(Plane, Pairs), SimplifyError> {
     let mut refused = None;
     for plane in plane::find(mesh, symmetry, frame) {
@@ -67,7 +65,7 @@ fn mirrored_about(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<(
     Err(refused.unwrap_or(SimplifyError::Empty))
 }
 
-/// Refuses what is not there for mirrored results.
+/// Rejects options that cannot be combined with symmetry.
 fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
     let options = task.options;
     let refused = [
@@ -88,7 +86,7 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
     }
 }
 
-/// The whole result of a half.
+/// Joins a simplified half with its image.
 fn mirrored(half: Closed, plane: &Plane, groups: &GroupPairs, options: &Options) -> Result<Simplified, SimplifyError> {
     let Closed { mesh, attributes, report, on_plane, .. } = half;
     let half = Lighter { mesh: &mesh, attributes, on_plane: &on_plane };

@@ -1,4 +1,4 @@
-//! Which vertex and which corner of a mesh is the image of which.
+//! Mirror images of vertices and corners.
 
 use rustc_hash::FxHashMap;
 
@@ -9,21 +9,19 @@ use crate::spatial::nearest_to;
 use super::alone::{ascending, n_faces_alone};
 use super::plane::{Plane, is_within, tolerance};
 
-/// What is the image of what.
+/// Mirror images of all vertices and corners.
 pub(super) struct Pairs {
-    /// For each vertex the one where its image lies, n_vertices.
+    /// Image of each vertex, n_vertices.
     pub vertices: Vec<u32>,
-    /// For each corner (`3 * face + corner`) the one that stands where its image does.
+    /// Corner at the image of each corner (`3 * face + corner`).
     pub corners: Vec<u32>,
 }
 
 impl Pairs {
-    /// Pairs a mesh that is its own mirror image.
-    ///
-    /// Faces need not be the images of others one by one: quads may be cut along either diagonal, polygons in any way.
+    /// Pairs the vertices and corners of a symmetric mesh; faces need not match one by one.
     ///
     /// # Errors
-    /// [`SimplifyError::NotSymmetric`] with the number of vertices or faces that have no image.
+    /// [`SimplifyError::NotSymmetric`] with the number of vertices or faces without an image.
     pub fn new(mesh: &TriMesh, plane: &Plane, frame: &Frame) -> Result<Self, SimplifyError> {
         let images: Vec<[f32; 3]> = mesh.positions().iter().map(|&p| plane.image(p)).collect();
         let vertices = nearest_to(mesh.positions(), &images, 1);
@@ -44,15 +42,15 @@ impl Pairs {
     }
 }
 
-/// Where the images of faces are looked for.
+/// Search structure for images of faces.
 struct Images<'a> {
     mesh: &'a TriMesh,
     vertices: &'a [u32],
-    /// Faces by their vertices, ascending.
+    /// Faces by their sorted vertices.
     faces: FxHashMap<[u32; 3], u32>,
-    /// The half-edge (`3 * face + corner`) from a vertex to another, of several the first.
+    /// Half-edge (`3 * face + corner`) between two vertices, the first of several.
     half_edges: FxHashMap<[u32; 2], u32>,
-    /// A corner at each vertex.
+    /// One corner at each vertex.
     corner_at: Vec<u32>,
 }
 
@@ -70,13 +68,13 @@ impl<'a> Images<'a> {
         Self { mesh, vertices, faces, half_edges, corner_at }
     }
 
-    /// The images of the corners of a face.
+    /// Returns the images of a face's vertices.
     fn of(&self, f: u32) -> [u32; 3] {
         self.mesh.faces()[f as usize].map(|v| self.vertices[v as usize])
     }
 
-    /// The corners that stand where the images of the corners of a face do: those of the face's image where there is such a
-    /// face, else of faces beyond the images of its edges, else any.
+    /// Finds corners at the images of a face's corners: on its image face if that exists, else on a face across an
+    /// image of its edges, else on any face.
     fn corners(&self, f: u32) -> [u32; 3] {
         let image = self.of(f);
         let whole = self.faces.get(&ascending(image)).copied();

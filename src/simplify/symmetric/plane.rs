@@ -1,50 +1,49 @@
-//! The plane of a symmetry: where it lies, and images in it that are exact.
+//! Mirror planes and exact images in them.
 //!
-//! About 0 an image is a changed sign. Elsewhere the coordinate across the plane lies on a grid as fine as single precision
-//! is at the far ends of the mesh, and so does the plane; then the image is exact, and its image is the point again.
+//! About 0 an image is a change of sign. Elsewhere the plane and the coordinate across it lie on a grid as fine as
+//! single precision at the ends of the mesh: then images are exact, and the image of an image is the point.
 
 use crate::mesh::{Frame, TriMesh};
 use crate::simplify::Axis;
 use crate::simplify::options::{MirrorPlane, Symmetry};
 use crate::spatial::nearest_to;
 
-/// How far apart a vertex and the image of another may lie and still be one, over the diagonal. Of 25 training meshes
-/// five are symmetric so, and the same five at 1e-3; at 1e-5 four are, at 1e-6 three.
+/// Largest distance between a vertex and another's image, over the diagonal. Of 25 training meshes five are symmetric
+/// at this and at 1e-3, four at 1e-5, three at 1e-6.
 const SAME: f64 = 1e-4;
-/// Vertices that the plane is looked for with. With 256 or with all vertices the same planes are found on five symmetric training
-/// meshes.
+/// Vertices used to find the plane. 256 or all vertices give the same planes on five symmetric training meshes.
 const SAMPLES: usize = 4096;
 
-/// The plane in the coordinates of the mesh.
+/// Mirror plane in the coordinates of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Plane {
-    /// The axis across which it lies.
+    /// Axis perpendicular to the plane.
     pub axis: usize,
-    /// The coordinate of its points.
+    /// Coordinate of the plane.
     at: f32,
-    /// Distance of the grid's points along the axis.
+    /// Grid spacing along the axis.
     step: f64,
 }
 
 impl Plane {
-    /// The plane nearest to this one for a mesh whose coordinates along the axis are at most `reach`.
+    /// Snaps a plane to the grid; coordinates of the mesh along the axis are at most `reach`.
     fn new(axis: usize, at: f64, reach: f64) -> Self {
         let step = (reach.max(at.abs()).max(f64::from(f32::MIN_POSITIVE)).log2().floor() - 21.0).exp2();
         Self { axis, at: ((at / step).round() * step) as f32, step }
     }
 
-    /// How far a point lies above the plane, along the axis.
+    /// Returns the signed height of a point above the plane.
     pub fn height(&self, p: [f32; 3]) -> f64 {
         f64::from(p[self.axis]) - f64::from(self.at)
     }
 
-    /// The image of a point; exact for what [`Self::placed`] gives.
+    /// Returns the image of a point; exact for points snapped by [`Self::placed`].
     pub fn image(&self, mut p: [f32; 3]) -> [f32; 3] {
         p[self.axis] = (2.0 * f64::from(self.at) - f64::from(p[self.axis])) as f32;
         p
     }
 
-    /// The nearest point on the plane, or at least a step above it, that has an exact image.
+    /// Moves a point onto the plane, or to the nearest grid point at least one step above it.
     pub fn placed(&self, mut p: [f32; 3], on_plane: bool) -> [f32; 3] {
         let height = self.height(p).max(self.step);
         p[self.axis] = match on_plane {
@@ -55,19 +54,18 @@ impl Plane {
         p
     }
 
-    /// Whether a point lies on the plane but for rounding.
+    /// Returns whether a point lies on the plane up to rounding.
     pub fn touches(&self, p: [f32; 3]) -> bool {
         self.height(p).abs() <= self.step
     }
 
-    /// The plane as the file has it.
+    /// Returns the plane in file coordinates.
     pub fn in_file(&self, frame: &Frame) -> MirrorPlane {
         MirrorPlane { axis: Axis::ALL[self.axis], at: f64::from(self.at) + frame.origin[self.axis] }
     }
 }
 
-/// Finds the plane: the one that is given, or of those in question the one in which most vertices have an image; if there are
-/// several, all of these.
+/// Finds the candidate planes in which most vertices have an image, or returns the given one.
 pub(super) fn find(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<Plane> {
     let across = |axis: Axis| candidates(mesh, axis.index(), frame);
     let mut planes: Vec<Plane> = match symmetry {
@@ -87,12 +85,12 @@ pub(super) fn find(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<Pla
     planes
 }
 
-/// How far apart a vertex and the image of another may lie and still be one.
+/// Returns the largest distance between a vertex and another's image.
 pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
     SAME * mesh.diagonal()
 }
 
-/// The planes across an axis that come into question: through the file's 0, and through the middle.
+/// Returns the candidates across an axis: through the file's 0 and through the centre.
 fn candidates(mesh: &TriMesh, axis: usize, frame: &Frame) -> [Plane; 2] {
     let (low, high) = extent(mesh, axis);
     [-frame.origin[axis], 0.5 * (low + high)].map(|at| Plane::new(axis, at, low.abs().max(high.abs())))
@@ -103,7 +101,7 @@ fn extent(mesh: &TriMesh, axis: usize) -> (f64, f64) {
     along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// Of some of the vertices how many have an image in each plane.
+/// Counts the sampled vertices with an image in each plane.
 fn n_imaged(mesh: &TriMesh, planes: &[Plane]) -> Vec<usize> {
     if planes.len() < 2 {
         return vec![0; planes.len()];
@@ -118,7 +116,7 @@ fn n_imaged(mesh: &TriMesh, planes: &[Plane]) -> Vec<usize> {
     found.chunks(sample.len().max(1)).map(|found| found.iter().filter(|&&found| found).count()).collect()
 }
 
-/// Whether two points lie at most so far apart.
+/// Returns whether two points are at most `distance` apart.
 pub(super) fn is_within(p: [f32; 3], q: [f32; 3], distance: f64) -> bool {
     let [p, q] = [p, q].map(|p| glam::Vec3::from(p).as_dvec3());
     p.distance_squared(q) <= distance * distance

@@ -1,7 +1,6 @@
-//! What the corners of both halves carry, on those of one: the values of a corner and, behind them, those of its image.
+//! Attributes of both halves on the corners of one: the values of each corner, followed by those of its image.
 //!
-//! So each half keeps what was its own, whether the texture of one is that of the other or not, and a seam of either half is
-//! one of both.
+//! Each half keeps its own values, mirrored or not, and a seam of either half is a seam of both.
 
 use rustc_hash::FxHashMap;
 
@@ -9,11 +8,11 @@ use crate::mesh::{Attributes, Channel, Role, same_values};
 
 use super::pairs::Pairs;
 
-/// The groups of the faces of one half, and of their images.
+/// Groups of each face and of its image.
 pub(super) type GroupPairs = Vec<[u32; 2]>;
 
-/// What each corner and its image carry: all channels once for the corner and once more for its image. Groups count the
-/// pairs of groups, which are returned beside.
+/// Doubles all channels: once for the corner, once for its image. Groups become numbers of pairs, which are returned
+/// too.
 pub(super) fn twofold(attributes: &Attributes, pairs: &Pairs) -> (Attributes, GroupPairs) {
     let image_face = |f: usize| pairs.corners[3 * f] / 3;
     let mut group_pairs = Numbers::default();
@@ -40,8 +39,7 @@ pub(super) fn twofold(attributes: &Attributes, pairs: &Pairs) -> (Attributes, Gr
     (Attributes { wedges, channels: channels.collect(), groups }, group_pairs.rows)
 }
 
-/// Adds a channel that says of each wedge whether it and its image are one where they meet: 1, or 0 at a seam along the plane.
-/// It is asked of corners on the plane alone.
+/// Adds a channel that tells whether a wedge on the plane and its image are one: 1, or 0 at a seam along the plane.
 pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_plane: &[bool]) {
     if attributes.channels.is_empty() {
         return;
@@ -57,7 +55,7 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
     attributes.channels.push(Channel { name: "joints".into(), role: Role::Other, width: 1, values });
 }
 
-/// Pairs, numbered in the order in which they are met.
+/// Pairs numbered in order of first use.
 #[derive(Default)]
 struct Numbers {
     rows: Vec<[u32; 2]>,

@@ -1,4 +1,4 @@
-//! A half and its image as one mesh: the vertices of the plane are those of both.
+//! Joining a half and its image along the vertices on the plane.
 
 use crate::mesh::{Attributes, Channel, Frame, TriMesh};
 use crate::simplify::SimplifyError;
@@ -7,17 +7,17 @@ use crate::simplify::closed::{blend, separate_twins};
 use super::plane::Plane;
 use super::twofold::GroupPairs;
 
-/// A half that was simplified.
+/// Half after simplification.
 pub(super) struct Lighter<'a> {
-    /// The half.
+    /// Mesh of the half.
     pub mesh: &'a TriMesh,
-    /// What its corners carry, twofold, and whether that is one on the plane.
+    /// Doubled attributes of its corners, with the channel of joints.
     pub attributes: Attributes,
-    /// Whether each vertex lies on the plane.
+    /// Marks vertices on the plane.
     pub on_plane: &'a [bool],
 }
 
-/// Puts a half and its image together; returns how many vertices were moved apart, too.
+/// Joins a half and its image; also returns the number of vertices separated from duplicates.
 pub(super) fn whole(
     half: Lighter,
     plane: &Plane,
@@ -45,13 +45,12 @@ fn number(next: &mut u32) -> u32 {
     *next - 1
 }
 
-/// A face wound the other way.
+/// Reverses the winding of a face.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, c, b]
 }
 
-/// What the corners of both halves carry: the first of the twofold values on one, the second on the other, and where they meet
-/// as one, the mean of both.
+/// Splits doubled attributes between the halves; wedges that are one on the plane take the mean of both.
 fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &GroupPairs) -> Attributes {
     let of_side = |side: usize| attributes.groups.iter().map(move |&pair| pairs[pair as usize][side]);
     let groups = of_side(0).chain(of_side(1)).collect();
@@ -75,7 +74,7 @@ fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &G
     Attributes { wedges, channels, groups }
 }
 
-/// The values of the wedges of one side, and behind them those of the wedges of the other that are not one with them.
+/// Returns the wedge values of one half, then those of the other that are not shared.
 fn joined(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
     let mut values = Vec::with_capacity(2 * own.values.len());
     for (wedge, &is_one) in (0u32..).zip(is_one) {
