@@ -1,8 +1,8 @@
-//! Whether a triangle has an area, decided without rounding.
+//! An exact test of a triangle's area against zero.
 
 use robust::{Coord, orient2d};
 
-/// Whether three points, finite, do not lie on one line.
+/// Returns whether three finite points are not collinear, decided without rounding.
 ///
 /// ```
 /// use neural_mesh::mesh::has_area;

@@ -1,10 +1,10 @@
-//! What the corners of a mesh carry beside their positions: texture coordinates, normals, colours, skins, materials.
+//! Attributes of corners and faces: texture coordinates, normals, colours, skins, materials.
 //!
-//! Corners of faces that carry the same values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with
-//! appearance attributes"). Around most vertices there is one wedge; at a seam there are more. So a seam is no boundary: the
-//! faces on both sides share vertices, and differ in their wedges.
+//! Corners with the same values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with appearance
+//! attributes"). Most vertices have one wedge; at a seam they have more. So a seam is no boundary: faces on both sides share
+//! vertices.
 
-/// What a channel means, which decides how its values are blended and when two of them are the same.
+/// The meaning of a channel; it decides how values are blended and compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Role {
@@ -14,26 +14,26 @@ pub enum Role {
     Tangent,
     /// Texture coordinates, width 2.
     Uv,
-    /// Colours, linear or not as the file has them, width 3 or 4.
+    /// Colours in the file's colour space, width 3 or 4.
     Colour,
-    /// Joints of a skin and their weights: first all joints (indices), then as many weights.
+    /// Skin: all joint indices first, then as many weights.
     Skin,
-    /// How far a morph target moves the position, width 3.
+    /// Displacement of the position by a morph target, width 3.
     MorphPosition,
-    /// By how much a morph target changes the normal or tangent, width 3.
+    /// Change of the normal or tangent by a morph target, width 3.
     MorphDirection,
-    /// Anything else that is a number and may be blended.
+    /// Any other number; may be blended.
     Other,
-    /// A whole number that names something, as the label of a segmentation does: taken from what is nearest, not blended.
+    /// A whole number that names something, as in a segmentation; copied from the nearest vertex, never blended.
     Label,
 }
 
-/// One kind of value at all wedges.
+/// A named array of values, one row per wedge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name in the file: `TEXCOORD_0`, `confidence`.
+    /// Name in the file, such as `TEXCOORD_0` or `confidence`.
     pub name: String,
-    /// What it means.
+    /// Meaning of the values.
     pub role: Role,
     /// Numbers per wedge.
     pub width: usize,
@@ -42,33 +42,33 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// The values of a wedge.
+    /// Returns the values of a wedge.
     pub fn of(&self, wedge: u32) -> &[f32] {
         &self.values[wedge as usize * self.width..][..self.width]
     }
 }
 
-/// What the corners and faces of a mesh carry.
+/// Attributes of the corners and faces of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
-    /// The wedge of each corner, n_faces x 3; empty where there are no channels.
+    /// Wedge of each corner, n_faces x 3; empty without channels.
     pub wedges: Vec<[u32; 3]>,
-    /// Values at the wedges.
+    /// Channels, indexed by wedge.
     pub channels: Vec<Channel>,
-    /// The material, primitive or group of each face, n_faces; empty where all faces are of one.
+    /// Material, primitive or group of each face, n_faces; empty if all faces belong to group 0.
     pub groups: Vec<u32>,
 }
 
 impl Attributes {
-    /// What a bare mesh carries.
+    /// Attributes of a bare mesh.
     pub const NONE: &'static Self = &Self { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
 
-    /// Whether nothing is carried.
+    /// Returns whether there are neither channels nor groups.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty() && self.groups.is_empty()
     }
 
-    /// What is left with the channels of these roles alone, and with groups or without.
+    /// Keeps the channels whose role `keeps` accepts, and the groups if `with_groups`.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Role};
@@ -88,17 +88,17 @@ impl Attributes {
         self
     }
 
-    /// Number of wedges that the channels hold.
+    /// Returns the number of wedges that the channels hold.
     pub fn n_wedges(&self) -> usize {
         self.channels.first().map_or(0, |channel| channel.values.len() / channel.width.max(1))
     }
 
-    /// The group of a face; 0 where all faces are of one.
+    /// Returns the group of a face, 0 without groups.
     pub fn group(&self, face: u32) -> u32 {
         self.groups.get(face as usize).copied().unwrap_or(0)
     }
 
-    /// Whether there is a row for each of so many faces, and each names values that exist.
+    /// Returns whether the arrays match `n_faces` and every wedge exists.
     pub fn fit(&self, n_faces: usize) -> bool {
         let n_rows = if self.channels.is_empty() { 0 } else { n_faces };
         self.wedges.len() == n_rows
@@ -106,7 +106,7 @@ impl Attributes {
             && (self.groups.is_empty() || self.groups.len() == n_faces)
     }
 
-    /// What these faces carry, in this order; `None` where there is not a row for each or it names values that are none.
+    /// Selects faces in the given order; `None` if a row is missing or a wedge does not exist.
     pub fn of_faces(self, faces: &[u32]) -> Option<Self> {
         let fit = self.channels.is_empty() == self.wedges.is_empty();
         let wedges = selected(&self.wedges, faces).filter(|wedges| fit && self.holds(wedges))?;
@@ -114,7 +114,6 @@ impl Attributes {
         Some(Self { wedges, channels: self.channels, groups })
     }
 
-    /// Whether the channels have values of their width for all these wedges, each as many as the others.
     fn holds(&self, wedges: &[[u32; 3]]) -> bool {
         let n_wedges = self.n_wedges();
         let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
@@ -122,7 +121,6 @@ impl Attributes {
     }
 }
 
-/// The rows with these numbers, none of none.
 fn selected<T: Copy>(rows: &[T], numbers: &[u32]) -> Option<Vec<T>> {
     if rows.is_empty() {
         return Some(Vec::new());

@@ -1,18 +1,17 @@
-//! From a mesh as read to a valid one: the one place where it is decided what stays of a flawed mesh.
+//! Cleans a mesh as read into a valid one; the only place that decides which faces survive.
 //!
-//! The policy, in this order, everything counted:
-//! 1. A face that names a vertex that does not exist goes.
-//! 2. A face with a corner that is not finite goes.
-//! 3. Vertices at exactly equal positions (-0 equals 0) become one, unless the options say no. Positions are compared
-//!    as the mesh holds them, in single precision, after a mesh of doubles was moved near its local origin. Where that
-//!    would lose a part, because it lies far from the others or is much smaller, the mesh is refused.
-//! 4. A face that names a vertex twice, before or after that, goes.
-//! 5. Of faces with the same three vertices, in any order and direction, the first stays; a second one where it is a wall
-//!    between closed bodies: an edge with an even number of faces would have an odd one without it, more than one.
-//! 6. A vertex that no face uses goes.
+//! The policy, in this order; everything is counted:
+//! 1. A face with a vertex index out of range, or
+//! 2. with a corner that is not finite, is dropped.
+//! 3. Vertices at equal positions (-0 equals 0) are welded, unless the options forbid it. Positions are compared in single
+//!    precision about a local origin. A mesh that would lose a component by that is an error.
+//! 4. A face that uses a vertex twice, before or after welding, is dropped.
+//! 5. Of faces with the same three vertices the first is kept, and a second one as a wall between closed bodies: without it
+//!    an edge with an even number of faces would have an odd number above one.
+//! 6. Unused vertices are dropped.
 //!
-//! Faces of zero area with three different vertices stay: they hold the surface together. So does everything else:
-//! inconsistent winding, non-manifold edges and vertices are for the algorithms to handle.
+//! Faces of zero area with three different vertices are kept, since they hold the surface together. Winding and non-manifold
+//! edges are left to the algorithms.
 
 use super::first_equal::first_equal;
 use super::repeated_faces::{repeated_faces, superfluous_faces};
@@ -20,11 +19,11 @@ use super::resolved::{Unresolved, unresolved};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
-/// What cleaning may do.
+/// Options of [`clean`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CleanOptions {
-    /// Whether vertices at exactly equal positions become one.
+    /// Whether vertices at exactly equal positions are welded.
     pub weld: bool,
 }
 
@@ -34,21 +33,21 @@ impl Default for CleanOptions {
     }
 }
 
-/// What cleaning did, as numbers of faces and vertices.
+/// Numbers of faces and vertices that cleaning changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CleanCounts {
-    /// Vertices that became one with another.
+    /// Vertices welded to another one.
     pub welded_vertices: usize,
     /// Vertices that no remaining face uses.
     pub unreferenced_vertices: usize,
-    /// Faces that named a vertex twice, before or after welding.
+    /// Faces that used a vertex twice, before or after welding.
     pub degenerate_faces: usize,
-    /// Faces with the same three vertices as an earlier one.
+    /// Faces dropped because an earlier one has the same three vertices.
     pub duplicate_faces: usize,
     /// Faces with a corner that is infinite or not a number.
     pub non_finite_faces: usize,
-    /// Faces with a corner that does not exist.
+    /// Faces with a vertex index out of range.
     pub out_of_range_faces: usize,
     /// Faces of the file with fewer than three corners.
     pub dropped_faces: usize,
@@ -66,51 +65,51 @@ impl std::ops::AddAssign for CleanCounts {
     }
 }
 
-/// A valid mesh and how it came about.
+/// A valid mesh and its relation to the raw one.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Cleaned {
-    /// At least one face; every vertex used by a face.
+    /// The mesh: at least one face, every vertex used.
     pub mesh: TriMesh,
-    /// How the coordinates lie in the file.
+    /// Relation of the coordinates to those of the file.
     pub frame: Frame,
-    /// What was cleaned.
+    /// Numbers of changes.
     pub counts: CleanCounts,
-    /// The vertex of the raw mesh that each vertex is, n_vertices.
+    /// Raw vertex of each vertex, n_vertices.
     pub source: Vec<u32>,
-    /// What corners and faces carry.
+    /// Attributes of the remaining faces.
     pub attributes: Attributes,
 }
 
-/// Why nothing valid is left.
+/// Reasons why a mesh cannot be cleaned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CleanError {
-    /// There is no face, or none survived.
+    /// There was no face, or none survived.
     NoFaces {
         /// Vertices as read.
         n_vertices: usize,
         /// Triangles as read.
         n_faces: usize,
-        /// What happened to the faces.
+        /// Reasons why faces were dropped.
         counts: CleanCounts,
     },
     /// More vertices or faces than `u32` indices reach.
     TooLarge,
-    /// There is not one row of attributes for each face, or they name values that do not exist.
+    /// The attributes do not have one row per face, or name values that do not exist.
     UnfitAttributes,
-    /// A part is so far from the others, or so small beside them, that single precision about one origin loses it.
+    /// A component is so far from the others, or so small, that single precision about one origin loses it.
     TooCoarse {
-        /// A vertex of the part.
+        /// A vertex of the component.
         vertex: usize,
-        /// The diagonal of the part's box.
+        /// Diagonal of the component's bounding box.
         size: f64,
-        /// The step from one number to the next where it lies.
+        /// Spacing of single-precision numbers at the component.
         step: f64,
     },
-    /// The mesh extends beyond what `f32` holds.
+    /// A vertex is beyond the range of `f32`.
     TooFar {
-        /// A vertex that lies too far out.
+        /// Index of the vertex.
         vertex: usize,
     },
 }
@@ -158,11 +157,12 @@ impl std::fmt::Display for CleanCounts {
     }
 }
 
-/// Cleans a mesh as the policy of this file says. A mesh in single precision keeps its coordinates, one in double
-/// precision is moved to a local origin, which the frame holds.
+/// Cleans a mesh by the policy of this module.
+///
+/// Coordinates in single precision are kept; doubles are moved to a local origin, which the frame holds.
 ///
 /// # Errors
-/// [`CleanError`] where no face is left or the mesh does not fit into single precision.
+/// [`CleanError`] if no face is left or single precision cannot hold the mesh.
 ///
 /// ```
 /// use neural_mesh::mesh::{RawMesh, cleanup};
@@ -210,7 +210,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     Ok(Cleaned { mesh, frame, counts, source, attributes })
 }
 
-/// The faces that are left, and where they stood if anyone has to know.
+/// The remaining faces and, if attributes need them, their original indices.
 struct FaceList {
     corners: Vec<[u32; 3]>,
     numbers: Option<Vec<u32>>,
@@ -226,7 +226,6 @@ impl FaceList {
         self.corners.len()
     }
 
-    /// Keeps the faces that are wanted; `is_wanted` sees each once, in order.
     fn retain(&mut self, mut is_wanted: impl FnMut(&[u32; 3]) -> bool) {
         let Some(numbers) = &mut self.numbers else { return self.corners.retain(is_wanted) };
         let mut both = std::mem::take(&mut self.corners).into_iter().zip(std::mem::take(numbers)).collect::<Vec<_>>();
@@ -235,7 +234,7 @@ impl FaceList {
     }
 }
 
-/// Steps 1 and 2, and the first half of 4.
+/// Applies steps 1 and 2, and the first half of 4.
 fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     let n_vertices = positions.len();
     let all_finite = positions.iter().flatten().all(|x| x.is_finite());
@@ -250,14 +249,13 @@ fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut 
     drop_degenerate_faces(faces, counts);
 }
 
-/// Step 4.
+/// Applies step 4.
 fn drop_degenerate_faces(faces: &mut FaceList, counts: &mut CleanCounts) {
     let before = faces.len();
     faces.retain(|&[a, b, c]| a != b && b != c && c != a);
     counts.degenerate_faces += before - faces.len();
 }
 
-/// Whether a face uses each vertex, n_vertices.
 fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
     let mut used = vec![false; n_vertices];
     for &vertex in faces.iter().flatten() {
@@ -266,8 +264,9 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
     used
 }
 
-/// The point near the centre of the used vertices whose coordinates are multiples of a power of two not below their
-/// extent: zero for meshes near the origin, and short enough for `origin + local` to be exact as far as possible.
+/// Returns a local origin near the centre of the used vertices.
+///
+/// Its coordinates are multiples of a power of two above the extent: zero near the origin, and short enough for exact sums.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
@@ -279,7 +278,7 @@ pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     origin_within(low, high)
 }
 
-/// The same for a box.
+/// Returns the local origin of a bounding box.
 pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     // Halves first: the extent of coordinates near the largest double would overflow.
     let half = (0..3).map(|axis| high[axis] / 2.0 - low[axis] / 2.0).fold(0.0, f64::max);
@@ -292,7 +291,7 @@ pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Coordinates from the local origin in single precision, n_vertices x 3, without negative zeros.
+/// Converts to single precision about the local origin, n_vertices x 3, without negative zeros.
 pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
     let local: Vec<[f32; 3]> = positions.iter().map(|&p| frame.to_local(p)).collect();
     let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
@@ -302,8 +301,7 @@ pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> 
     }
 }
 
-/// Step 3: lets faces name the first of the vertices at a position, and counts the vertices thus freed; `false` where no two
-/// vertices, used or not, are at one position.
+/// Applies step 3: faces use the first vertex at each position. Returns whether any two vertices, used or not, coincide.
 fn weld(
     positions: Vec<[f64; 3]>,
     local: &[[f32; 3]],
@@ -328,7 +326,7 @@ fn weld(
     Ok(repeated)
 }
 
-/// Step 5, until nothing more goes: without a flap another wall may hold nothing.
+/// Applies step 5 until nothing changes: dropping a flap may make another wall superfluous.
 fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     loop {
         let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
@@ -342,7 +340,7 @@ fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut C
     }
 }
 
-/// Step 6: gives the positions that stay and where they stood before.
+/// Applies step 6; returns the remaining positions and their old indices.
 fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bool]) -> (Vec<[f32; 3]>, Vec<u32>) {
     if used.iter().all(|used| *used) {
         let source = (0..local.len() as u32).collect();
@@ -372,7 +370,6 @@ mod tests {
         clean(raw, &CleanOptions::default())
     }
 
-    /// The policy face by face, by search: the positions of the corners of the faces that stay.
     fn naive(positions: &[[f64; 3]], faces: &[[u32; 3]], weld: bool) -> (Vec<[[f32; 3]; 3]>, CleanCounts) {
         let mut counts = CleanCounts::default();
         let (mut kept, mut used) = (Vec::<[u32; 3]>::new(), std::collections::BTreeSet::new());

@@ -1,12 +1,12 @@
-//! A mesh of some faces, with the vertices they use and no others.
+//! Submeshes without unused vertices.
 
 use super::{InvalidMesh, TriMesh};
 
-/// Builds the mesh of these faces without the vertices that none of them uses, the others in their order.
+/// Builds a mesh of these faces and the vertices they use, in their order.
 ///
 /// # Shapes
 /// - `positions`: n x 3; `faces`: n_faces x 3
-/// - returns the mesh, and where each of its vertices stood
+/// - returns the mesh and the old index of each vertex
 ///
 /// # Errors
 /// [`InvalidMesh`] as for [`TriMesh::new`].

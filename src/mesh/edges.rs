@@ -1,4 +1,4 @@
-//! The edges of a mesh, each once, with the faces that run along it.
+//! Edges of a mesh, each listed once with its faces.
 
 use super::TriMesh;
 use super::half_edges::for_each_edge;
@@ -6,24 +6,24 @@ use super::half_edges::for_each_edge;
 /// An edge and its faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// Its vertices, the smaller first.
+    /// Vertices, the smaller first.
     pub ends: [u32; 2],
-    /// Faces that run along it from the smaller vertex to the larger.
+    /// Faces that traverse it from the smaller vertex to the larger.
     pub up: u32,
-    /// Faces that run along it the other way.
+    /// Faces that traverse it the other way.
     pub down: u32,
-    /// The first of all these faces.
+    /// The first of its faces.
     pub face: u32,
 }
 
 impl Edge {
-    /// Faces at the edge: one at a boundary, two inside of a manifold.
+    /// Returns the number of faces: one at a boundary, two inside a manifold.
     pub fn n_faces(&self) -> u32 {
         self.up + self.down
     }
 }
 
-/// The edges of a mesh, ascending by their vertices, in time linear in its size.
+/// Lists the edges of a mesh, ascending by their vertices, in linear time.
 ///
 /// ```
 /// use neural_mesh::mesh::{edges, shapes};
@@ -46,7 +46,6 @@ mod tests {
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
     use std::collections::BTreeMap;
 
-    /// The same by a map from ends to counts.
     fn naive(mesh: &TriMesh) -> Vec<Edge> {
         let mut found: BTreeMap<[u32; 2], Edge> = BTreeMap::new();
         for (face, &[a, b, c]) in (0..).zip(mesh.faces()) {

@@ -1,4 +1,4 @@
-//! Meshes that are shaded flat: whose normals are those of their faces, corner by corner.
+//! Flat-shaded meshes, whose corner normals are the normals of their faces.
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;
@@ -7,16 +7,17 @@ use super::half_edges::{for_each_edge, next};
 use super::{Attributes, Channel, Role, TriMesh};
 use crate::geometry::triangle::unit_normal;
 
-/// Angle between two faces, in radians, from which on their corners tell how they are shaded: less is the rounding of normals.
+/// Least angle between two faces, in radians, at which their corners show how they are shaded; less is rounding of normals.
 const BENT: f32 = 0.004;
-/// How near the normal of a corner is to that of its face where it is that, as a share of the angle to the next face. The mean of all
-/// around a vertex, as smooth shading has it, is a half of it off.
+/// Largest deviation of a flat corner's normal from its face's, as a share of the angle to the next face. Smooth shading
+/// deviates by about half.
 const NEAR: f32 = 0.25;
-/// Share of the corners that have to say so.
+/// Least share of flat corners in a flat-shaded mesh.
 const NEARLY_ALL: f64 = 0.95;
 
-/// Whether the normals are those of the faces, as a mesh has them that is shaded flat. No mesh is that has none, or whose faces lie in
-/// one plane.
+/// Returns whether the corner normals are those of the faces.
+///
+/// A mesh without normals, or with all faces in one plane, is not flat-shaded.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, is_shaded_flat, shapes};
@@ -47,8 +48,9 @@ pub fn is_shaded_flat(mesh: &TriMesh, attributes: &Attributes) -> bool {
     n_bent > 0 && n_flat as f64 >= NEARLY_ALL * n_bent as f64
 }
 
-/// The attributes with the normals of the faces in place of those that they have. Corners at a vertex share them where their faces lie in
-/// one plane.
+/// Returns the attributes with face normals in place of the present normals.
+///
+/// Corners of a vertex share a wedge if their faces are coplanar. `name` is the name of the new channel.
 pub fn shaded_flat(mesh: &TriMesh, attributes: &Attributes, name: &str) -> Attributes {
     let others: Vec<&Channel> = attributes.channels.iter().filter(|channel| channel.role != Role::Normal).collect();
     let mut channels: Vec<Channel> =

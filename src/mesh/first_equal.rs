@@ -1,9 +1,9 @@
-//! Finds equal items with one flat hash table of `u32`; the core of welding and of the search for repeated faces.
+//! Equal items, found with one flat hash table of `u32`; the core of welding and of the search for repeated faces.
 
-/// Items looked up together, so that their cache misses overlap.
+/// Items hashed together, so that their cache misses overlap.
 const BATCH: usize = 32;
 
-/// For each item its first equal one (itself where it is the first), n_items; and whether any two are equal.
+/// Returns for each item the first one equal to it, n_items, and whether any two are equal.
 ///
 /// `key` gives the three words that decide equality.
 pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>, bool) {
@@ -17,7 +17,7 @@ pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>
         let n_batch = BATCH.min(n_items - start);
         let keys: [[u32; 3]; BATCH] = std::array::from_fn(|i| if i < n_batch { key(start + i) } else { [0; 3] });
         let slots = keys.map(|key| (hash(key) >> shift) as usize);
-        // The value is not needed yet: this only brings the slots near.
+        // Prefetches the slots; the value is not needed yet.
         std::hint::black_box(slots.iter().fold(0, |touched, &slot| touched ^ table[slot]));
         for i in 0..n_batch {
             let mut slot = slots[i];
@@ -35,7 +35,6 @@ pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>
     (first, repeated)
 }
 
-/// A product of 128 bits folded to 64; its high bits are well mixed.
 fn hash([x, y, z]: [u32; 3]) -> u64 {
     let low = (u64::from(x) | u64::from(y) << 32) ^ 0x9e37_79b9_7f4a_7c15;
     let high = u64::from(z) ^ 0xd1b5_4a32_d192_ed03;

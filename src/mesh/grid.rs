@@ -1,4 +1,4 @@
-//! Positions on a grid, so that files can hold them as small whole numbers.
+//! Positions on a regular grid, so that files can store them as small whole numbers.
 
 use rustc_hash::FxHashMap;
 
@@ -7,15 +7,16 @@ use super::has_area;
 /// The points `origin + step * [i, j, k]` for whole numbers i, j, k.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// The point of the numbers 0, 0, 0.
+    /// The grid point 0, 0, 0.
     pub origin: [f64; 3],
-    /// From one point to the next along each axis, above 0.
+    /// Distance between neighbouring grid points along each axis, above 0.
     pub step: f64,
 }
 
 impl Grid {
-    /// The grid over the box around points: its longest side has `2^bits - 1` steps. `None` where the box has no extent or numbers of
-    /// single precision do not hold the step.
+    /// Builds a grid over the bounding box of points: its longest side has `2^bits - 1` steps.
+    ///
+    /// `None` if the box has no extent or `f32` cannot hold the step.
     ///
     /// ```
     /// use neural_mesh::mesh::Grid;
@@ -37,23 +38,23 @@ impl Grid {
         is_usable.then(|| Self { origin: low.map(in_few_digits), step: in_few_digits(step) })
     }
 
-    /// The numbers of the grid's point that is nearest.
+    /// Returns the numbers of the nearest grid point.
     pub fn round(&self, point: [f64; 3]) -> [i64; 3] {
         // Casts of floats stop at the ends of the range.
         std::array::from_fn(|axis| ((point[axis] - self.origin[axis]) / self.step).round() as i64)
     }
 
-    /// The point of these numbers.
+    /// Returns the grid point of these numbers.
     pub fn point(&self, numbers: [i64; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| self.origin[axis] + self.step * numbers[axis] as f64)
     }
 
-    /// How far a point moves at most when it is rounded.
+    /// Returns the largest distance that rounding moves a point.
     pub fn rounding(&self) -> f64 {
         0.5 * 3f64.sqrt() * self.step
     }
 
-    /// Whether a mesh is the same on the grid: vertices that lie apart stay apart, and faces keep an area.
+    /// Returns whether rounding keeps distinct vertices apart and gives no face zero area.
     pub fn holds(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| self.round(p.map(f64::from))).collect();
         let mut first: FxHashMap<[i64; 3], [f32; 3]> = FxHashMap::default();
@@ -69,7 +70,7 @@ impl Grid {
     }
 }
 
-/// The longest side of the box around points; 0 of none.
+/// Returns the longest side of the points' bounding box, 0 without points.
 ///
 /// ```
 /// use neural_mesh::mesh::longest_side;
@@ -84,7 +85,7 @@ pub fn longest_side(points: impl Iterator<Item = [f64; 3]>) -> f64 {
     (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
 }
 
-/// The number of the fewest digits that single precision does not tell from this one.
+/// Returns the double with the fewest digits that rounds to this `f32`.
 fn in_few_digits(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }

@@ -1,47 +1,43 @@
-//! Half-edges of plain faces, paired: every edge once with the half-edges that run along it, and the twin of each.
+//! Half-edges of plain face lists: every edge with its half-edges, and the twin of each.
 //!
-//! A half-edge is a side of a face, from one corner to the next, and has the number of the corner where it starts:
-//! `3 * face + place`. All that asks which faces share an edge asks here.
+//! A half-edge is a side of a face. Its index is that of the corner where it starts: `3 * face + corner`.
 
-/// A half-edge, and where it leads.
+/// A half-edge and the larger end of its edge.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct HalfEdge {
-    /// The end of its edge with the larger index.
+    /// The larger vertex of its edge.
     pub end: u32,
-    /// Its number, `3 * face + place`.
+    /// Index, `3 * face + corner`.
     pub half_edge: u32,
 }
 
 impl HalfEdge {
-    /// The face that it is a side of.
     pub(crate) fn face(self) -> u32 {
         self.half_edge / 3
     }
 
-    /// Whether it runs along its edge from the smaller vertex to the larger; `faces` are those it is of.
+    /// Returns whether it runs from the smaller vertex to the larger.
     pub(crate) fn runs_up(self, faces: &[[u32; 3]]) -> bool {
         start(faces, self.half_edge) != self.end
     }
 }
 
-/// The half-edge that has no twin.
+/// Marks a half-edge without a twin.
 pub(crate) const NO_TWIN: u32 = u32::MAX;
 
-/// The vertex where a half-edge starts.
+/// Returns the vertex where a half-edge starts.
 pub(crate) fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
     faces.as_flattened()[half_edge as usize]
 }
 
-/// The half-edge that follows around the same face; as a corner, the one where the half-edge ends.
+/// Returns the next half-edge of the face; as a corner, the one where this half-edge ends.
 pub(crate) fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
-/// Calls `visit` with every edge's ends, the smaller first, and its half-edges, in time linear in the size.
+/// Calls `visit` with the ends of every edge, the smaller first, and its half-edges, in linear time.
 ///
-/// # Shapes
-/// - `faces`: n_faces x 3, each with three different corners below `n_vertices`
-/// - edges come ascending by their ends, the half-edges of each ascending by their numbers
+/// Edges and half-edges ascend. Faces have three different corners below `n_vertices`.
 pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
     let (ends_of_buckets, mut half_edges) = buckets(n_vertices, faces);
     let mut begin = 0;
@@ -53,11 +49,7 @@ pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: im
     }
 }
 
-/// For each half-edge the other one along an edge with exactly two; [`NO_TWIN`] along all other edges.
-///
-/// # Shapes
-/// - `faces`: n_faces x 3, each with three different corners below `n_vertices`
-/// - returns 3 n_faces
+/// Returns the twin of each half-edge whose edge has exactly two; [`NO_TWIN`] for all others.
 pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     let mut twins = vec![NO_TWIN; 3 * faces.len()];
     for_each_edge(n_vertices, faces, |_, edge| {
@@ -69,7 +61,7 @@ pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     twins
 }
 
-/// All half-edges by the smaller vertex of their edge, ascending by their numbers within, and where each vertex's end.
+/// Sorts the half-edges by the smaller vertex of their edge, then by index; also returns where each vertex's bucket ends.
 fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     let mut ends = vec![0u32; n_vertices];
     for [a, b] in sides(faces) {
@@ -79,7 +71,7 @@ fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     for end in &mut ends {
         n_before += std::mem::replace(end, n_before);
     }
-    // Each counter stands where its bucket begins, and ends where it ends.
+    // Each counter starts at the begin of its bucket and is advanced to its end.
     let mut half_edges = vec![HalfEdge::default(); 3 * faces.len()];
     for ([a, b], half_edge) in sides(faces).zip(0..) {
         let slot = &mut ends[a.min(b) as usize];
@@ -89,7 +81,6 @@ fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     (ends, half_edges)
 }
 
-/// The two vertices of every half-edge, from where it starts to where it ends.
 fn sides(faces: &[[u32; 3]]) -> impl Iterator<Item = [u32; 2]> {
     faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
 }
@@ -101,7 +92,6 @@ mod tests {
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
     use std::collections::BTreeMap;
 
-    /// Triangles between few vertices, so that edges have none to many faces.
     fn soups() -> impl Iterator<Item = (u32, Vec<[u32; 3]>)> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         (0..60).map(move |round| {
@@ -111,7 +101,6 @@ mod tests {
         })
     }
 
-    /// The half-edges of every edge by a map.
     fn naive(faces: &[[u32; 3]]) -> BTreeMap<[u32; 2], Vec<u32>> {
         let mut edges: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
         for half_edge in 0..3 * faces.len() as u32 {

@@ -1,15 +1,15 @@
-//! Edges that are not shared by two faces that agree on the side they look to.
+//! Edges that are not shared by exactly two consistently wound faces.
 
 use super::{TriMesh, edges};
 
-/// Irregular edges by kind, each as its two vertices, the smaller first, ascending.
+/// Irregular edges by kind, each as its two vertices, the smaller first; ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IrregularEdges {
     /// Edges with one face.
     pub open: Vec<[u32; 2]>,
     /// Edges with three or more faces.
     pub non_manifold: Vec<[u32; 2]>,
-    /// Edges with two faces that both run along it in the same direction.
+    /// Edges with two faces that traverse them in the same direction.
     pub turned: Vec<[u32; 2]>,
 }
 

@@ -1,74 +1,73 @@
-//! How a surface looks beside its shape: base colours, what it does with light, and the textures that give them, as files
-//! state them.
+//! Material appearance as files state it: base colours, finish and textures.
 
 use std::sync::Arc;
 
-/// What a texture does beyond its edges.
+/// The behaviour of a texture outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// It begins again.
+    /// The texture repeats.
     #[default]
     Repeat,
-    /// The colours of its edge go on.
+    /// The colours of its border continue.
     Clamp,
-    /// It begins again, every other time mirrored.
+    /// The texture repeats, mirrored every other time.
     Mirror,
 }
 
-/// A picture on a surface, which gives a base colour or another property.
+/// A texture for the base colour or another property.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BaseTexture {
-    /// The bytes of a PNG, JPEG, WebP or KTX2 file; materials that share it share them.
+    /// Bytes of a PNG, JPEG, WebP or KTX2 file; shared between materials.
     pub image: Arc<[u8]>,
-    /// Name of the channel with its coordinates; where it is empty, the first of texture coordinates.
+    /// Name of the channel with its coordinates; empty means the first channel of texture coordinates.
     pub channel: String,
-    /// What it does beyond its edges, along u and along v.
+    /// Behaviour outside 0..1 along u and v.
     pub wrap: [Wrap; 2],
 }
 
 impl BaseTexture {
-    /// The bytes of a PNG, JPEG, WebP or KTX2 file, repeated; its coordinates are the first of texture coordinates.
+    /// Makes a repeating texture on the first texture coordinates from the bytes of a PNG, JPEG, WebP or KTX2 file.
     pub fn new(image: Arc<[u8]>) -> Self {
         Self { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
     }
 }
 
-/// What a material looks like where light is even.
+/// The appearance of a material.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Look {
-    /// Base colour in linear light, red, green, blue, each 0 to 1; a texture is multiplied by it.
+    /// Base colour, linear red, green, blue in 0..=1; multiplies the texture.
     pub colour: [f32; 3],
-    /// The texture, where there is one.
+    /// Base colour texture.
     pub texture: Option<BaseTexture>,
-    /// Whether colours at the corners, where the mesh has them, are multiplied with it too.
+    /// Whether vertex colours multiply the base colour.
     pub with_corners: bool,
-    /// What it does with light beside.
+    /// Other surface properties.
     pub finish: Finish,
 }
 
-/// What a material does with light, beside its base colour.
+/// Surface properties of a material apart from its base colour.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Finish {
-    /// Light of its own, linear, red, green, blue, each 0 to 1; the texture is multiplied by it.
+    /// Emitted light, linear red, green, blue in 0..=1; multiplies its texture.
     pub emission: [f32; 3],
-    /// The texture of that light, sRGB.
+    /// Texture of the emitted light, sRGB.
     pub emission_texture: Option<BaseTexture>,
-    /// 0 to 1; the green of the texture is multiplied by it.
+    /// Roughness in 0..=1; multiplies the green channel of its texture.
     pub roughness: f32,
-    /// The texture of the roughness.
+    /// Texture of the roughness.
     pub roughness_texture: Option<BaseTexture>,
-    /// 0 for what is no metal, 1 for metal; the blue of the texture is multiplied by it.
+    /// Metalness, 0 or 1 for pure materials; multiplies the blue channel of its texture.
     pub metal: f32,
-    /// The texture that tells metal; of glTF the one of the roughness.
+    /// Texture of the metalness; in glTF that of the roughness.
     pub metal_texture: Option<BaseTexture>,
-    /// Directions in tangent space, MikkTSpace, green upwards.
+    /// Tangent-space normal map (MikkTSpace, green upwards).
     pub normal_texture: Option<BaseTexture>,
-    /// What the first two numbers of these are multiplied by.
+    /// Factor of the normal map's first two components.
     pub normal_scale: f32,
-    /// Whether nothing of it is seen through.
+    /// Whether the material is opaque.
     pub is_opaque: bool,
 }
 
@@ -94,31 +93,31 @@ impl Default for Finish {
     }
 }
 
-/// What the groups of a mesh look like.
+/// The appearance of all groups of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Looks {
-    /// The look of each group, by its number ([`Attributes::group`](super::Attributes::group)); white beyond.
+    /// Appearance by group index ([`Attributes::group`](super::Attributes::group)); white beyond the last.
     pub of_groups: Vec<Look>,
-    /// Whether v runs upwards from the lower edge of a texture, as in OBJ; downwards from the upper one, as in glTF.
+    /// Whether v points up from the texture's lower edge, as in OBJ; otherwise down from the upper edge, as in glTF.
     pub v_is_up: bool,
-    /// Whether colours at the corners are in linear light, as in glTF; sRGB as in PLY and OBJ.
+    /// Whether vertex colours are linear, as in glTF; otherwise sRGB, as in PLY and OBJ.
     pub linear_colours: bool,
 }
 
 impl Looks {
-    /// The look of each group, by its number.
+    /// Makes looks from one entry per group.
     pub fn new(of_groups: Vec<Look>) -> Self {
         Self { of_groups, ..Self::default() }
     }
 
-    /// Whether every group is white, without a texture.
+    /// Returns whether every group is white and has no texture.
     pub fn is_plain(&self) -> bool {
         self.of_groups.iter().all(|look| look.texture.is_none() && look.colour == [1.0; 3])
     }
 }
 
-/// A channel of a colour in linear light as sRGB, both 0 to 1; the inverse of [`linear_light`].
+/// Converts a linear colour component to sRGB, both in 0..=1; inverse of [`linear_light`].
 ///
 /// ```
 /// use neural_mesh::mesh::{linear_light, srgb};
@@ -128,7 +127,7 @@ pub fn srgb(light: f32) -> f32 {
     if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// A channel of a colour in sRGB as linear light, both 0 to 1.
+/// Converts an sRGB colour component to linear light, both in 0..=1.
 ///
 /// ```
 /// use neural_mesh::mesh::linear_light;

@@ -1,9 +1,8 @@
-//! Any set of triangles as an oriented manifold: sheets that touch are taken apart, windings made to agree.
+//! Converts any set of triangles into an oriented manifold: touching sheets are separated, windings made to agree.
 //!
-//! Each vertex becomes as many vertices as it has fans of faces joined over edges. At an edge with more than two faces
-//! those that go on into each other best stay joined, two by two; what is left over gets a boundary. Where both pairs would meet
-//! at both ends of the edge, they are joined otherwise, so that they part at one end, or at last body by body. Nothing moves and no
-//! face is lost.
+//! Each vertex is split into its fans of faces joined over edges. At an edge with more than two faces, pairs that continue
+//! each other best stay joined; a face left over gets a boundary. If both pairs would meet at both ends of the edge, they
+//! are paired otherwise, at last by body. No position changes and no face is lost.
 
 use std::borrow::Cow;
 
@@ -17,26 +16,26 @@ use super::pulse::Pulse;
 use super::surroundings::{Surroundings, corners_at};
 use super::union_find::UnionFind;
 
-/// Rounds in which pairs are joined otherwise, at most; what is left then is parted at its edges. Four were the most for two
-/// thousand random sets of voxels.
+/// Largest number of rounds that change pairs; after that all remaining edges are separated. Two thousand random voxel sets
+/// needed at most four.
 const MOST_ROUNDS: usize = 32;
 
-/// A manifold with the same faces as the input, its rings, and where its vertices come from.
+/// A manifold with the input's faces, its one-rings, and the origin of its vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifold<'a> {
-    /// Faces, n_faces x 3, in the input's order; some wound the other way. Borrowed where nothing had to change.
+    /// Faces, n_faces x 3, in the input's order, some reversed. Borrowed if nothing changed.
     pub faces: Cow<'a, [[u32; 3]]>,
-    /// Neighbours in order.
+    /// One-rings of all vertices.
     pub rings: OneRings,
-    /// For the vertices beyond the input's, the vertex each is a copy of.
+    /// Input vertex of each vertex beyond the input's.
     pub copies: Vec<u32>,
-    /// Faces wound against the majority of their component, which were turned.
+    /// Faces reversed because they opposed the majority of their component.
     pub turned_faces: usize,
 }
 
-/// Takes `faces` (n_faces x 3, distinct corners, indices of `positions`) apart into a manifold.
+/// Separates `faces` (n_faces x 3, distinct corners, indices of `positions`) into a manifold.
 ///
-/// A surface that has no two sides (a Klein bottle) stays joined; `rings.is_oriented()` then says so.
+/// A one-sided surface (a Klein bottle) stays joined; `rings.is_oriented()` is then false.
 ///
 /// ```
 /// // Two triangles that touch in vertex 0 alone.
@@ -48,7 +47,7 @@ pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'
     manifold_with(Pulse::NONE, positions, faces)
 }
 
-/// As [`manifold`], where someone may listen.
+/// Builds the manifold as [`manifold`], reporting progress to `pulse`.
 pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'a> {
     let mut faces = Cow::Borrowed(faces);
     let mut copies = Vec::new();
@@ -64,12 +63,11 @@ pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a
     }
 }
 
-/// Gives sheets that meet vertices of their own, and notes what these are copies of.
 fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingSheets, copies: &mut Vec<u32>) {
     let n_vertices = positions.len();
     let first_new = (n_vertices + copies.len()) as u32;
     let mut around = Surroundings::new(first_new as usize, faces, meeting);
-    // Where parting at edges made new sheets, all edges part.
+    // Separate all edges if an earlier separation made sheets meet again.
     let mut joined = if copies.is_empty() { Some(partners(positions, &around)) } else { None };
     let mut vertices = meeting.vertices.clone();
     for round in 0.. {
@@ -95,8 +93,8 @@ fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingS
     around.numbers.iter().zip(&around.faces).for_each(|(&f, face)| faces[f as usize] = *face);
 }
 
-/// Chooses other partners where those of an edge with more than two faces meet at both its ends: at one of its ends, faces from
-/// which one comes back to the edge, going around. They part there.
+/// Separates pairs that meet at both ends of an edge: at one end, faces reached from each other around the vertex become
+/// partners.
 fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
     let mut is_chosen = FxHashSet::default();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
@@ -120,8 +118,7 @@ fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners)
     }
 }
 
-/// Chooses such partners at the edges of `vertices` with more than two faces as hang together over other edges, and among these
-/// such as run against each other; any for those that are left.
+/// Pairs the faces at edges with more than two: first within a body and in opposite directions, then the rest.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut bodies = UnionFind::new(around.n_clusters);
@@ -154,8 +151,7 @@ fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partn
     }
 }
 
-/// Gives each fan of faces around `vertices` (ascending) a vertex of its own and notes what the new ones are copies of. Without
-/// partners, edges with more than two faces part all.
+/// Matches the faces at edges with more than two: first within a body and in opposite directions, then the rest.
 fn split_fans(
     n_vertices: usize,
     faces: &mut [[u32; 3]],
@@ -185,14 +181,13 @@ fn split_fans(
     }
 }
 
-/// The corners at one vertex as sets, joined over the edges with exactly two faces; each alone where all would be one, which is
-/// two faces back to back.
+/// Joins the corners at one vertex over two-face edges, or not at all if that makes one fan of faces back to back.
 fn parted_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     let fans = joined_fans(faces, corners, &Partners::default());
     if fans.sets() > 1 { fans } else { UnionFind::new(corners.len()) }
 }
 
-/// The corners at one vertex as sets, joined over the edges with exactly two faces, and over others between partners.
+/// Joins the corners at one vertex over two-face edges and between partners.
 fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) -> UnionFind {
     let mut fans = UnionFind::new(corners.len());
     for spoke in spokes(faces, corners).chunk_by(|a, b| a.0 == b.0) {
@@ -212,7 +207,7 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
     fans
 }
 
-/// The neighbours of the vertex of these corners, each with the place of the corner beside it; ascending.
+/// Lists the neighbours of the vertex of these corners, each with its corner's index; ascending.
 fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let others = |&(vertex, corner): &(u32, u32)| faces[corner as usize / 3].into_iter().filter(move |&w| w != vertex);
     let mut spokes: Vec<(u32, u32)> =
@@ -221,7 +216,7 @@ fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     spokes
 }
 
-/// The half-edges over the edge from the vertex to one neighbour, each with the place of its corner; ascending.
+/// Lists the half-edges from the vertex to one neighbour, each with its corner's index; ascending.
 fn halves_over(faces: &[[u32; 3]], corners: &[(u32, u32)], spoke: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let half = |&(neighbour, i): &(u32, u32)| (half_edge(faces, corners[i as usize].1, neighbour), i);
     let mut halves: Vec<(u32, u32)> = spoke.iter().map(half).collect();
@@ -229,12 +224,11 @@ fn halves_over(faces: &[[u32; 3]], corners: &[(u32, u32)], spoke: &[(u32, u32)])
     halves
 }
 
-/// The half-edge between a corner and another vertex of its face.
 fn half_edge(faces: &[[u32; 3]], corner: u32, other: u32) -> u32 {
     if start(faces, next(corner)) == other { corner } else { next(next(corner)) }
 }
 
-/// Turns faces of a manifold so that neighbours agree wherever they can, most faces staying; returns how many turned.
+/// Reverses the minority of faces in each component so that neighbours agree; returns their number.
 fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
     let twins = twins(n_vertices, faces);
     let mut side = vec![None; faces.len()];
@@ -257,7 +251,7 @@ fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
     turned
 }
 
-/// Visits the faces joined to `seed` and notes for each whether it is wound against it.
+/// Collects the component of `seed` and marks the faces wound against it.
 fn spread_side(seed: usize, faces: &[[u32; 3]], twins: &[u32], side: &mut [Option<bool>], component: &mut Vec<u32>) {
     side[seed] = Some(false);
     component.clear();
@@ -351,7 +345,6 @@ mod tests {
         assert_eq!((manifold.copies.len(), manifold.rings.n_ghosts(), manifold.turned_faces), (2, 0, 0));
     }
 
-    /// Voxels of a random set, the corners of all shared: its surface has edges with four faces, and is closed.
     #[test]
     fn random_voxels_come_apart_closed() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -364,8 +357,6 @@ mod tests {
         }
     }
 
-    /// Three bodies without volume in a row, each on an edge of the next: faces go on best into those of the neighbour, and both
-    /// pairs meet at both ends of the edge.
     #[test]
     fn flat_bodies_in_a_row_come_apart_closed() {
         let positions: Vec<[f32; 3]> = [[0, -1], [0, 0], [1, -1], [1, 0], [0, 1], [1, 1], [2, 0], [2, 1]]
@@ -380,7 +371,6 @@ mod tests {
         assert_eq!((manifold.rings.n_ghosts(), manifold.turned_faces, manifold.copies.len()), (0, 0, 4));
     }
 
-    /// The faces between full and empty cells of a 4 x 4 x 4 grid, wound outwards.
     fn voxels(is_full: &[bool]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let full =
             |at: [i32; 3]| at.iter().all(|x| (0..4).contains(x)) && is_full[(at[0] + 4 * at[1] + 16 * at[2]) as usize];

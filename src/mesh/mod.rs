@@ -1,4 +1,4 @@
-//! Triangle meshes that are valid by construction, and what can be asked of them; knows no files, no network.
+//! Triangle meshes that are valid by construction, and queries about them. Knows no files and no network.
 
 mod area;
 mod attributes;

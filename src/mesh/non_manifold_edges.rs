@@ -1,9 +1,8 @@
-//! Which faces go on into which at edges with more than two: the floor under a wall, the two sides of a doubled sheet.
+//! Pairs the faces at edges with more than two: the floor beneath a wall, the two sides of a doubled sheet.
 //!
-//! Of the ways to cut a set of polygons into a manifold (Gueziec, Taubin, Lazarus and Horn, "Cutting and stitching", 2001) the
-//! plain one makes each face at such an edge a boundary, and what was one thing falls to pieces. Here the faces at the edge
-//! that go on into each other best stay joined, unless the surface would have one side then, where it had two. Where their
-//! number is even none is left over, so that what is closed stays closed.
+//! Cutting every such edge (Gueziec, Taubin, Lazarus and Horn, "Cutting and stitching", 2001) tears surfaces apart. Here the
+//! faces that continue each other best stay joined, unless that makes a two-sided surface one-sided. An even number of faces
+//! leaves none over, so closed surfaces stay closed.
 
 use std::f32::consts::PI;
 
@@ -14,16 +13,15 @@ use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::sides::Sides;
 use super::surroundings::Surroundings;
 
-/// Angle, in radians, that a pair of faces wound against each other has to be flatter to be joined before one that agrees.
+/// Extra angle, in radians, charged to a pair of faces with inconsistent winding.
 const DISAGREEMENT: f32 = 0.5 * PI;
-/// Faces of an edge that are compared each with each, at most: thousands at one edge are no surface, and would fill the memory.
+/// Largest number of faces of an edge that are compared pairwise; thousands at one edge would fill the memory.
 const MOST_FACES: usize = 128;
 
-/// Half-edges as 3 x face + place, by their partner over an edge with more than two faces.
+/// Partner of each half-edge at an edge with more than two faces.
 pub(super) type Partners = FxHashMap<u32, u32>;
 
-/// The partners of the half-edges at all edges with more than two faces, numbered as the faces around them are; where the faces of an
-/// edge are odd in number, one has none.
+/// Matches the half-edges at all edges with more than two faces; of an odd number one stays alone.
 pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut sides = Sides::new(around.n_clusters);
@@ -49,14 +47,12 @@ pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partner
     partners
 }
 
-/// A face at an edge.
 struct Blade {
     half: u32,
-    /// Whether the face runs along the edge from its lower end to its higher one.
+    /// Whether the face traverses the edge from its lower end up.
     is_along: bool,
-    /// Its third vertex.
     tip: u32,
-    /// Where it stands off the edge, a unit vector; zero where it has no width.
+    /// Unit vector from the edge into the face, or zero.
     direction: Vec3,
 }
 
@@ -70,7 +66,7 @@ impl Blade {
         Self { half: half.half_edge, is_along: half.runs_up(faces), tip: across, direction }
     }
 
-    /// How little it goes on into another: the angle by which the surface bends there, and more where the sides do not agree.
+    /// Returns the angle by which the surface bends between two faces, plus a penalty for inconsistent winding.
     fn bend(&self, other: &Self) -> f32 {
         let bend = PI - self.direction.angle_between(other.direction);
         let bend = if bend.is_finite() { bend } else { PI };
@@ -78,10 +74,10 @@ impl Blade {
     }
 }
 
-/// Pairs of half-edges, those that bend least first, each at most once: where as many run along the edge each way, as they do
-/// on closed bodies, such as run against each other; then such as do not leave the surface with one side; then, where the faces
-/// are even in number, any. Two faces in one place, the wall between two bodies, are no partners: each goes on into its own body, and
-/// chooses before the others. `joined` joins two faces unless the surface would have one side.
+/// Matches half-edges, least bend first, each at most once.
+///
+/// If both directions are equally frequent, as on closed bodies, opposite ones match first; then pairs that keep the surface
+/// two-sided; of an even number finally any. Coincident faces (walls between bodies) match first, never each other.
 fn matched(fan: &[Blade], mut joined: impl FnMut(&Blade, &Blade) -> bool) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();
@@ -113,7 +109,6 @@ fn matched(fan: &[Blade], mut joined: impl FnMut(&Blade, &Blade) -> bool) -> Vec
 mod tests {
     use super::*;
 
-    /// The pairs of faces that are partners at the edge from 0 to 1, lower number first.
     fn pairs(tips: &[[f32; 3]], is_turned: &[bool]) -> Vec<[u32; 2]> {
         let ends = [[0.0; 3], [0.0, 0.0, 1.0]];
         let positions: Vec<[f32; 3]> = ends.iter().chain(tips).copied().collect();
@@ -138,7 +133,6 @@ mod tests {
         assert_eq!(pairs(&tips, &[false, false, true, true]), [[0, 2], [1, 3]]);
     }
 
-    /// Two solids that touch: whichever faces are partners, all have one.
     #[test]
     fn of_an_even_number_none_is_left_over() {
         let tips = [[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [-1.0, 0.0, 0.5], [0.0, -1.0, 0.5]];

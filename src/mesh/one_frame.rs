@@ -1,12 +1,11 @@
-//! Meshes around one origin, so that they can be held against each other.
+//! Meshes moved to a common local origin, for comparison.
 
 use super::{Frame, InvalidMesh, TriMesh};
 
-/// Returns meshes around one origin, the first that is not zero: those far out are then held against each other with the precision of the
-/// one that kept it.
+/// Moves meshes to one origin, the first that is not zero.
 ///
 /// # Errors
-/// [`InvalidMesh`] where a mesh is too far out from that origin for single precision.
+/// [`InvalidMesh`] if single precision cannot hold a mesh about that origin.
 ///
 /// ```
 /// use neural_mesh::mesh::{Frame, in_one_frame, shapes};
@@ -19,7 +18,6 @@ pub fn in_one_frame(meshes: Vec<(TriMesh, Frame)>) -> Result<Vec<TriMesh>, Inval
     meshes.into_iter().map(|(mesh, frame)| around(origin, mesh, frame)).collect()
 }
 
-/// Returns a mesh with its positions held around another origin.
 fn around(origin: [f64; 3], mesh: TriMesh, frame: Frame) -> Result<TriMesh, InvalidMesh> {
     if frame.origin == origin {
         return Ok(mesh);

@@ -1,7 +1,7 @@
-//! The ordered neighbours of every vertex of a manifold, each boundary loop closed by a ghost vertex.
+//! Ordered neighbours of every vertex of a manifold.
 //!
-//! Every boundary loop gets an imaginary vertex, its ghost vertex, joined to all of the loop. With it each ring is a
-//! cycle and each edge has two faces, so that what is proved for closed surfaces holds for open ones, too.
+//! Every boundary loop gets a ghost vertex, joined to all its vertices. Each ring then is a cycle and each edge has two
+//! faces, so proofs for closed surfaces hold for open ones.
 
 use std::ops::Range;
 
@@ -16,8 +16,8 @@ const LONG_RING: usize = 64;
 
 /// The neighbours of every vertex in cyclic order, as compressed rows.
 ///
-/// Consecutive neighbours of a vertex (the last and the first, too) span a face with it. An index of
-/// `n_vertices + loop` is the ghost vertex of that boundary loop; it stands last in the rings of boundary vertices.
+/// Consecutive neighbours (also the last and the first) span a face with the vertex. Index `n_vertices + loop` is the ghost
+/// vertex of a boundary loop; it is last in the rings of boundary vertices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OneRings {
     offsets: Vec<u32>,
@@ -26,19 +26,19 @@ pub struct OneRings {
     oriented: bool,
 }
 
-/// The vertices whose faces do not form one fan: more than one sheet meets there.
+/// The error of a surface with vertices whose faces form more than one fan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotManifold {
     /// Vertex indices, ascending.
     pub vertices: Vec<u32>,
 }
 
-/// What is in the way of rings, and where faces that are wound against each other meet.
+/// Vertices that prevent one-rings, and vertices with inconsistent winding.
 #[derive(Debug)]
 pub(super) struct MeetingSheets {
-    /// The vertices whose faces do not form one fan, ascending.
+    /// Vertices whose faces do not form one fan, ascending.
     pub vertices: Vec<u32>,
-    /// Vertices around which not all faces are wound the same way around, ascending.
+    /// Vertices around which windings disagree, ascending.
     pub opposed: Vec<u32>,
 }
 
@@ -54,7 +54,7 @@ impl OneRings {
     /// Orders the neighbours of all vertices of `faces` (n_faces x 3, indices below `n_vertices`).
     ///
     /// # Errors
-    /// [`NotManifold`] names every vertex whose faces do not form a single fan.
+    /// [`NotManifold`] lists every vertex whose faces do not form a single fan.
     ///
     /// ```
     /// use neural_mesh::mesh::OneRings;
@@ -66,7 +66,7 @@ impl OneRings {
         Self::with(Pulse::NONE, n_vertices, faces).map_err(|meeting| NotManifold { vertices: meeting.vertices })
     }
 
-    /// As [`OneRings::new`], where someone may listen.
+    /// Orders neighbours as [`OneRings::new`], reporting progress to `pulse`.
     pub(super) fn with(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, MeetingSheets> {
         let rows = |share| Rows::new(pulse, share, faces);
         let shares: Vec<Rows> = shares(n_vertices).into_par_iter().map(rows).collect();
@@ -85,55 +85,53 @@ impl OneRings {
         Ok(rings)
     }
 
-    /// The neighbours of `vertex` in cyclic order; empty where no face uses it.
+    /// Returns the neighbours of `vertex` in cyclic order; empty if no face uses it.
     pub fn ring(&self, vertex: u32) -> &[u32] {
         &self.neighbors[self.range(vertex)]
     }
 
-    /// Where the ring of `vertex` stands among the entries of all rings.
     fn range(&self, vertex: u32) -> std::ops::Range<usize> {
         self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize
     }
 
-    /// Number of vertices, ghost vertices not counted.
+    /// Returns the number of vertices, without ghost vertices.
     pub fn n_vertices(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    /// Number of boundary loops, each with a ghost vertex of its own.
+    /// Returns the number of boundary loops, each of which has one ghost vertex.
     pub fn n_ghosts(&self) -> usize {
         self.n_ghosts
     }
 
-    /// Whether all faces are wound the same way around.
+    /// Returns whether the winding is consistent.
     pub fn is_oriented(&self) -> bool {
         self.oriented
     }
 
-    /// The ghost vertex of the boundary that `vertex` lies on, if it lies on one.
+    /// Returns the ghost vertex of a boundary vertex, `None` inside.
     pub fn ghost(&self, vertex: u32) -> Option<u32> {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// The faces that join the boundary loops to their ghost vertices, one per boundary edge, wound like their neighbours
-    /// where these are wound the same way around.
+    /// Returns one face per boundary edge that joins it to its ghost vertex, wound like its neighbour if the winding is
+    /// consistent.
     pub fn ghost_faces(&self) -> Vec<[u32; 3]> {
         let boundary = (0..self.n_vertices() as u32).filter_map(|v| self.ghost(v).map(|ghost| (v, ghost)));
         if self.oriented {
             return boundary.map(|(v, ghost)| [self.ring(v)[0], v, ghost]).collect();
         }
-        // Rings that run either way around: the first neighbours of two vertices may stand for the same edge.
+        // Rings may have either direction, so the first neighbours of two vertices may give the same edge twice.
         let both = boundary.flat_map(|(v, ghost)| self.boundary_neighbors(v).map(|w| [w, v, ghost]));
         both.filter(|[w, v, _]| w > v).collect()
     }
 
-    /// The neighbours of a boundary vertex along its boundary.
     fn boundary_neighbors(&self, vertex: u32) -> [u32; 2] {
         let ring = self.ring(vertex);
         [ring[0], ring[ring.len() - 2]]
     }
 
-    /// Gives the boundary loops through the vertices `open` their ghost vertices, in place of the `u32::MAX` in their rings.
+    /// Replaces the `u32::MAX` in the rings of boundary vertices by ghost vertices.
     fn number_boundary_loops(&mut self, open: &[u32]) {
         let n_vertices = self.n_vertices();
         for &start in open {
@@ -154,7 +152,7 @@ impl OneRings {
     }
 }
 
-/// For each vertex of `share` the edges opposite to it, as compressed rows: where each row ends and vertex pairs.
+/// Lists the edges opposite to each vertex of `share` as row ends and pairs.
 fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let pulse = pulse.counting_if(share.start == 0);
     let own = |v: u32| (v as usize).wrapping_sub(share.start);
@@ -185,22 +183,19 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
     (ends, pairs)
 }
 
-/// The rings of some vertices in a row.
 #[derive(Default)]
 struct Rows {
-    /// Where the ring of each vertex begins.
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
-    /// Vertices on a boundary; their rings end with `u32::MAX` in the place of the ghost vertex.
+    /// Boundary vertices; their rings end with `u32::MAX` in place of the ghost vertex.
     open: Vec<u32>,
     /// Vertices whose faces do not form one fan.
     bad: Vec<u32>,
-    /// Vertices around which an edge had to be turned around.
+    /// Vertices with an edge that had to be reversed.
     opposed: Vec<u32>,
 }
 
 impl Rows {
-    /// The rings of the vertices of `share`.
     fn new(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> Self {
         let (ends, mut pairs) = opposite_edges(pulse, share.clone(), faces);
         pulse.beat(0);
@@ -216,7 +211,6 @@ impl Rows {
         rows
     }
 
-    /// These rings and those of the vertices after them.
     fn and(mut self, after: Self) -> Self {
         let n_before = self.neighbors.len() as u32;
         self.offsets.extend(after.offsets.iter().map(|begin| n_before + begin));
@@ -227,7 +221,7 @@ impl Rows {
         self
     }
 
-    /// Appends the ring of the next vertex, `v`, from the edges opposite to it.
+    /// Appends the ring of the next vertex, `v`, from its opposite edges.
     fn push(&mut self, v: u32, fan: &mut [[u32; 2]]) {
         self.offsets.push(self.neighbors.len() as u32);
         if self.extend_closed(fan) {
@@ -249,8 +243,7 @@ impl Rows {
         }
     }
 
-    /// Appends the ring of a fan that is short, closed and wound the same way around, as nearly all are; false where
-    /// it is not.
+    /// Appends the ring of a short, closed, consistent fan, as nearly all are; returns false for others.
     fn extend_closed(&mut self, fan: &[[u32; 2]]) -> bool {
         match fan.len() {
             3 => self.extend_cycle::<3>(fan),
@@ -270,9 +263,7 @@ impl Rows {
     }
 }
 
-/// The vertices that N edges run through, if each begins where another ends and all of them make one cycle.
-///
-/// All edges are looked at in each step, so that nothing has to be predicted.
+/// Returns the vertices of N edges if these form one cycle head to tail; branch-free.
 #[inline(always)]
 fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     let [first, mut tail] = edges[0];
@@ -281,17 +272,16 @@ fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     for here in &mut ring[1..] {
         *here = tail;
         is_cycle &= tail != first;
-        // What follows no edge is the vertex u32::MAX, which there is not.
+        // No edge continues: u32::MAX, which is no vertex.
         tail = edges[1..].iter().fold(u32::MAX, |next, &[a, b]| if a == *here { b } else { next });
     }
     is_cycle &= tail == first;
     is_cycle.then_some(ring)
 }
 
-/// Orders the opposite edges of one vertex so that each begins where the one before ends.
+/// Orders the opposite edges of one vertex head to tail.
 ///
-/// Returns whether the fan is closed, or `None` where the faces do not form one fan. Clears `oriented` where
-/// an edge had to be turned around.
+/// Returns whether the fan is closed, `None` if there is more than one. Clears `oriented` if an edge was reversed.
 fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     if fan.is_empty() {
         return Some(true);
@@ -308,7 +298,7 @@ fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     complete.then_some(false)
 }
 
-/// Whether faces form one fan around a vertex, by their edges opposite to it, which are put in order as far as that goes.
+/// Returns whether faces form one fan around a vertex; orders their opposite edges where possible.
 pub(super) fn is_one_fan(fan: &mut [[u32; 2]]) -> bool {
     order_fan(fan, &mut true).is_some()
 }
@@ -318,7 +308,7 @@ fn reverse_fan(fan: &mut [[u32; 2]]) {
     fan.iter_mut().for_each(|pair| pair.reverse());
 }
 
-/// Extends the ordered beginning of `fan` as far as it goes and returns its length; `None` where it branches.
+/// Extends the ordered start of `fan` and returns its length; `None` if it branches.
 fn grow_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
     if fan.len() > LONG_RING {
         return grow_long_fan(fan, n_ordered, oriented);
@@ -347,7 +337,7 @@ fn grow_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Opti
     Some(fan.len())
 }
 
-/// [`grow_fan`] in linear time for vertices with very many faces.
+/// Extends as [`grow_fan`], in linear time for vertices with very many faces.
 fn grow_long_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
     let mut places: FxHashMap<u32, [usize; 2]> = FxHashMap::default();
     for (i, pair) in fan.iter().enumerate().skip(n_ordered) {

@@ -1,4 +1,4 @@
-//! Some faces of a mesh, joined over their edges as far as that can be done without the others: what lies at shared vertices stays open.
+//! Topology of a subset of a mesh's faces; everything at vertices shared with other subsets stays open.
 
 use rustc_hash::FxHashMap;
 
@@ -7,40 +7,40 @@ use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::sides::Sides;
 use super::union_find::UnionFind;
 
-/// Where a vertex lies, which is what faces elsewhere know it by.
+/// Key of a position, by which subsets recognise a shared vertex.
 pub(crate) type Place = [u32; 3];
 
-/// What is known of some faces. Of pieces of faces, of fans (corners at a vertex whose faces are joined over edges) and of sides, the
-/// closed ones are counted and the open ones have numbers from 0 on.
+/// The topology of some faces: counts of closed components, fans and sides; open ones are numbered from 0.
+///
+/// A fan is a set of corners at one vertex joined over edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Patch {
     pub closed: Counts,
-    /// Whether faces were found that cannot be turned so that they agree.
+    /// Whether some faces cannot be oriented consistently.
     pub is_one_sided: bool,
     pub n_open_components: u32,
     pub n_open_sides: u32,
-    /// Where each open fan is.
+    /// Position of each open fan.
     pub open_fans: Vec<Place>,
-    /// Open fans that a curve of the boundary runs through, in pairs.
+    /// Pairs of open fans on one boundary curve.
     pub curves: Vec<[u32; 2]>,
-    /// Sides of faces between two shared vertices.
+    /// Half-edges between two shared vertices.
     pub open_edges: Vec<OpenEdge>,
 }
 
-/// What does not depend on other faces.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Counts {
-    /// Vertices that are not shared, those of them without a face, and those with several fans.
+    /// Vertices that are not shared; of these, unused ones and those with several fans.
     pub vertices: usize,
     pub unreferenced_vertices: usize,
     pub non_manifold_vertices: usize,
     pub faces: usize,
-    /// Edges with an end that is not shared, and those of them with one face, with more than two, and with two that disagree.
+    /// Edges with an unshared end; of these, those with one face, with more than two, and with two of inconsistent winding.
     pub edges: usize,
     pub boundary_edges: usize,
     pub non_manifold_edges: usize,
     pub inconsistent_edges: usize,
-    /// Pieces, fans, and curves of the boundary.
+    /// Components, fans and boundary loops.
     pub components: usize,
     pub fans: usize,
     pub loops: usize,
@@ -62,40 +62,38 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// A side of a face between two shared vertices, as it runs.
+/// A half-edge between two shared vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OpenEdge {
-    /// Where it starts and ends.
+    /// Positions of its start and end.
     pub ends: [Place; 2],
-    /// The fans there.
+    /// Fans at its start and end.
     pub fans: [u32; 2],
     pub component: u32,
     pub side: u32,
-    /// Whether the face is turned over against the first of its side.
+    /// Whether the face is reversed against the first of its side.
     pub is_turned: bool,
 }
 
 impl OpenEdge {
-    /// The two places between which it runs, in an order that faces on both sides share.
     pub fn places(&self) -> [Place; 2] {
         let [a, b] = self.ends;
         [a.min(b), a.max(b)]
     }
 
-    /// Its fans where another one starts and ends.
+    /// Returns its fans at the start and the end of `other`.
     pub fn fans_along(&self, other: &Self) -> [u32; 2] {
         let [a, b] = self.fans;
         if self.ends == other.ends { [a, b] } else { [b, a] }
     }
 }
 
-/// What two vertices in one place have in common.
 pub(crate) fn place(position: [f32; 3]) -> Place {
     position.map(|x| (x + 0.0).to_bits())
 }
 
 impl Patch {
-    /// Joins the faces of a mesh; `is_shared` says of which vertices there are faces elsewhere.
+    /// Joins the faces of a mesh; `is_shared` tells which vertices have faces elsewhere.
     pub fn of(mesh: &TriMesh, is_shared: impl Fn(u32) -> bool) -> Self {
         let mut links = Links::new(mesh);
         for_each_edge(mesh.positions().len(), mesh.faces(), |[a, b], half_edges| {
@@ -113,7 +111,7 @@ impl Patch {
     }
 }
 
-/// Fans, ascending, and the curves that lead from one to another, as sets of their places.
+/// Returns the fans at the ends of boundary edges, ascending, and the boundary curves as sets of their indices.
 pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
     let mut fans: Vec<u32> = ends.as_flattened().to_vec();
     fans.sort_unstable();
@@ -126,16 +124,12 @@ pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
     (fans, curves)
 }
 
-/// What is gathered edge by edge.
 struct Links<'a> {
     mesh: &'a TriMesh,
-    /// Sets of faces joined over edges.
     faces: UnionFind,
-    /// Sets of corners (`3 * face + corner`) at one vertex joined over edges: the fans.
+    /// Corners (`3 * face + corner`) of one vertex joined over edges: the fans.
     corners: UnionFind,
-    /// What is counted on the way.
     counts: Counts,
-    /// Half-edges along the boundary, and those that wait for others.
     boundary: Vec<u32>,
     open: Vec<u32>,
 }
@@ -153,7 +147,6 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// Takes in the half-edges of one edge.
     fn join(&mut self, half_edges: &[HalfEdge]) {
         self.counts.edges += 1;
         match half_edges {
@@ -175,7 +168,7 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// Counts fans and vertices; numbers the fans at shared vertices, by their first corners.
+    /// Counts fans and vertices; returns the numbers of open fans by their first corners.
     fn open_fans(&mut self, patch: &mut Patch, is_shared: &impl Fn(u32) -> bool) -> FxHashMap<u32, u32> {
         let (mut fans, mut open) = (vec![0u32; self.mesh.positions().len()], FxHashMap::default());
         for corner in 0..3 * self.mesh.faces().len() as u32 {
@@ -199,7 +192,7 @@ impl<'a> Links<'a> {
         open
     }
 
-    /// Counts the curves of the boundary, which passes through a vertex once per fan, and lists those through open fans.
+    /// Counts boundary curves, which pass a vertex once per fan, and lists those through open fans.
     fn trace_boundary(&mut self, patch: &mut Patch, open: &FxHashMap<u32, u32>) {
         let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
         for &half_edge in &self.boundary {
@@ -215,7 +208,7 @@ impl<'a> Links<'a> {
         patch.closed.loops = curves.sets() - first_of.len();
     }
 
-    /// Lists the half-edges that wait, and numbers their components and sides.
+    /// Lists the open half-edges and numbers their components and sides.
     fn list_open(mut self, patch: &mut Patch, fans: &FxHashMap<u32, u32>) {
         let is_needed = self.counts.inconsistent_edges > 0 || !self.open.is_empty();
         let mut sides = Sides::new(if is_needed { self.mesh.faces().len() } else { 0 });
@@ -239,7 +232,7 @@ impl<'a> Links<'a> {
         patch.closed.components = self.faces.sets() - components.len();
     }
 
-    /// Joins the sides of faces over closed edges with two; whether all can be turned so that they agree.
+    /// Joins sides over closed two-face edges; returns whether all can be oriented consistently.
     fn turn(&self, sides: &mut Sides) -> bool {
         let mut waits = vec![false; 3 * self.mesh.faces().len()];
         self.open.iter().for_each(|&half_edge| waits[half_edge as usize] = true);

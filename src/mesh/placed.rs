@@ -1,21 +1,22 @@
-//! Meshes at their places in a scene, side by side in one.
+//! Scene meshes transformed into one raw mesh.
 
 use glam::{DMat3, DMat4, Vec3};
 
 use super::united::{all_channels, extend};
 use super::{Attributes, Channel, RawMesh, Role};
 
-/// A mesh at a place.
 pub(crate) struct PlacedMesh<'a> {
     pub mesh: &'a RawMesh,
-    /// From its coordinates to those of all.
+    /// Transform from its coordinates to the common ones.
     pub transform: DMat4,
-    /// The number that its first group has among those of all.
+    /// Common index of its first group.
     pub first_group: u32,
 }
 
-/// The meshes in the coordinates of all, with the channels of all whose role is carried: zeros (of colours, white) where a mesh
-/// lacks one. Directions turn with their mesh; the faces of a mirrored one are turned round, so that their outer sides stay outside.
+/// Merges meshes in common coordinates, with all channels whose role `is_carried` accepts.
+///
+/// A missing channel is filled with zeros, a missing colour with white. Directions are transformed; faces of mirrored meshes
+/// are reversed.
 pub(crate) fn side_by_side(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
     let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
     channels.retain(|channel| is_carried(channel.role));
@@ -52,7 +53,7 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     }
 }
 
-/// Turns the vectors of a channel from a row on.
+/// Transforms the vectors of a channel from row `from` on.
 fn turn_directions(channel: &mut Channel, from: usize, transform: DMat4) {
     let linear = DMat3::from_mat4(transform);
     let turned = match channel.role {

@@ -1,28 +1,28 @@
-//! Points without faces: from a file's vertices to a cloud without repeats, near a local origin.
+//! Point clouds without repeats, near a local origin.
 
 use super::cleanup::{CleanError, local_origin, to_local};
 use super::first_equal::first_equal;
 use super::{Frame, RawMesh};
 
-/// Different finite points.
+/// Distinct finite points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
-    /// n x 3, in the local frame.
+    /// Points, n x 3, in the local frame.
     pub points: Vec<[f32; 3]>,
-    /// How the coordinates lie in the file.
+    /// Relation of the coordinates to those of the file.
     pub frame: Frame,
-    /// The vertex of the file that each point is, n.
+    /// File vertex of each point, n.
     pub source: Vec<u32>,
-    /// Points at the position of an earlier one, left out.
+    /// Number of points dropped because they repeat an earlier position.
     pub repeated: usize,
-    /// Points with a coordinate that is infinite or not a number, left out.
+    /// Number of points dropped because they are not finite.
     pub non_finite: usize,
 }
 
-/// Takes the vertices of a mesh as a cloud; its faces, if it has any, play no part.
+/// Takes the vertices of a mesh as a cloud and ignores its faces.
 ///
 /// # Errors
-/// [`CleanError::TooLarge`] and [`CleanError::TooFar`] as for meshes. A cloud without points is none.
+/// [`CleanError::TooLarge`] and [`CleanError::TooFar`], as for meshes. An empty cloud is no error.
 ///
 /// ```
 /// use neural_mesh::mesh::{RawMesh, point_cloud};

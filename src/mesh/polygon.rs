@@ -1,8 +1,8 @@
-//! Polygons of a file on their way to triangles: laid down as fans while reading, settled when all positions are known.
+//! Polygons of a file: stored as fans while reading, triangulated once all positions are known.
 
 use crate::geometry::polygon::triangulate;
 
-/// Remembers which runs of triangles stand for one polygon.
+/// The record of which triangle runs belong to one polygon.
 ///
 /// ```
 /// use neural_mesh::mesh::Fans;
@@ -19,7 +19,7 @@ pub struct Fans {
 }
 
 impl Fans {
-    /// Appends the fan of the polygon `corners` (vertex indices) to `faces`; false where it has fewer than three corners.
+    /// Appends the fan of the polygon `corners` (vertex indices) to `faces`; returns false below three corners.
     pub fn push(&mut self, corners: &[u32], faces: &mut Vec<[u32; 3]>) -> bool {
         let &[first, ref rest @ ..] = corners else { return false };
         if corners.len() > 3 {
@@ -29,16 +29,15 @@ impl Fans {
         corners.len() >= 3
     }
 
-    /// Replaces each fan in `faces` by a triangulation that is right for concave polygons too.
+    /// Replaces each fan in `faces` by a triangulation that is correct for concave polygons.
     ///
-    /// A polygon with a corner that does not exist or is not finite becomes the fan around that corner, so that
-    /// cleanup drops the polygon as a whole.
+    /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleanup drops all of it.
     pub fn settle(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
         self.settle_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }
 
-    /// [`settle`](Self::settle) of corners that are numbered by something else than vertices, wedges for example:
-    /// `position` gives where such a corner lies.
+    /// Triangulates as [`settle`](Self::settle) for corners that are no vertex indices, such as wedges; `position` locates a
+    /// corner.
     pub fn settle_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {

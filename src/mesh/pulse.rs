@@ -1,45 +1,40 @@
-//! A pulse: the beats that long loops give while they run, by which whoever listens hears how far they are, and can end them.
+//! Beats from long loops, by which a listener learns their progress and can end them.
 //!
-//! A loop over millions of items, deep in a kernel and on any thread, has nowhere to return "stop" to: every function on the way,
-//! and every iterator of rayon, would carry a `Result` for the sake of the one run in thousands that is stopped. A beat that ends
-//! the work unwinds instead, as cancellation does in salsa; what that takes, and where it is caught, stands with who listens
-//! (`simplify::progress`). Here nothing is known of it: a beat calls a function, which may not return.
-//!
-//! A beat costs a call and comes once for thousands of items.
+//! A listener ends the work by unwinding, which `simplify::progress` catches: a `Result` through every kernel and rayon
+//! iterator would burden all runs for the few that are stopped.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Rows that a thread takes at once: enough that handing them out costs nothing beside the work on them.
+/// Least rows per rayon task; below, scheduling would cost more than the work.
 pub(crate) const PARALLEL: usize = 4096;
-/// Items between two beats: a few milliseconds of work on one thread.
+/// Items between two beats, a few milliseconds of work on one thread.
 const CHUNK: usize = 1 << 16;
 
-/// Takes beats, each with the number of items done since the one before; or nothing.
+/// An optional listener that receives the number of items done since the last beat.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pulse<'a> {
     heard: Option<&'a (dyn Fn(usize) + Sync)>,
-    /// Whether items are not to be counted.
+    /// Whether items are not counted.
     is_silent: bool,
 }
 
 impl<'a> Pulse<'a> {
-    /// Nobody listens.
+    /// A pulse without a listener.
     pub const NONE: Self = Self { heard: None, is_silent: false };
 
-    /// Beats go to a function, which may end the work by unwinding.
+    /// Creates a pulse for a listener, which may end the work by unwinding.
     pub fn new(heard: &'a (dyn Fn(usize) + Sync)) -> Self {
         Self { heard: Some(heard), is_silent: false }
     }
 
-    /// The same, but no items are counted where the condition does not hold: for loops of which each thread runs one over the same
-    /// items.
+    /// Stops counting items unless `counts`: for loops that every thread runs over the same items.
     pub fn counting_if(self, counts: bool) -> Self {
         Self { is_silent: self.is_silent || !counts, ..self }
     }
 
-    /// A beat: so many items are done since the last one.
+    /// Reports `n_items` done since the last beat.
     #[inline]
     pub fn beat(self, n_items: usize) {
         if let Some(heard) = self.heard {
@@ -47,19 +42,19 @@ impl<'a> Pulse<'a> {
         }
     }
 
-    /// The items in chunks, a beat before each and one after the last.
+    /// Splits items into chunks, with a beat before each and after the last.
     #[inline]
     pub fn over<T>(self, items: &[T]) -> impl Iterator<Item = &[T]> {
         self.through(0..items.len()).map(|range| &items[range])
     }
 
-    /// The numbers of a range in chunks, a beat before each and one after the last.
+    /// Splits a range into chunks, with a beat before each and after the last.
     #[inline]
     pub fn through(self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         self.by(CHUNK, range)
     }
 
-    /// The numbers of a range in chunks of so many, a beat before each and one after the last.
+    /// Splits a range into chunks of the given size, with a beat before each and after the last.
     #[inline]
     pub fn by(self, chunk: usize, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let (mut begin, mut n_before) = (range.start, 0);
@@ -71,7 +66,7 @@ impl<'a> Pulse<'a> {
         })
     }
 
-    /// What a function makes of each item, side by side.
+    /// Maps items in parallel.
     pub fn map<T: Sync, R: Send>(self, items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(items.len());
         for items in self.over(items) {
@@ -80,7 +75,7 @@ impl<'a> Pulse<'a> {
         all
     }
 
-    /// What a function makes of each number below `n`, side by side.
+    /// Maps the numbers below `n` in parallel.
     pub fn map_numbers<R: Send>(self, n: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(n);
         for numbers in self.through(0..n) {

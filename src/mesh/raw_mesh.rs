@@ -1,10 +1,10 @@
-//! A mesh as a file states it: parsed, not yet checked.
+//! A mesh as read from a file: parsed, not checked.
 
 use super::Attributes;
 
-/// Vertices and triangles as read: indices may be out of range, coordinates may be NaN, positions may repeat.
+/// Vertices and triangles as read: indices may be out of range, coordinates NaN, positions repeated.
 ///
-/// Polygons are triangulated by the reader; everything else that can be wrong is `cleanup`'s to handle.
+/// Readers triangulate polygons; `cleanup` handles all other flaws.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RawMesh {
@@ -12,21 +12,21 @@ pub struct RawMesh {
     pub positions: Vec<[f64; 3]>,
     /// Vertex indices of the triangles, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Whether the file stored more precision than `f32` holds; then results are written in double too.
+    /// Whether the file stored more precision than `f32`; results are then written as doubles.
     pub double: bool,
-    /// Faces of the file that could not become triangles (fewer than three corners).
+    /// Faces of the file with fewer than three corners.
     pub dropped_faces: usize,
-    /// What corners and faces carry, with a row for each of `faces` where there is anything.
+    /// Attributes, with one row per face.
     pub attributes: Attributes,
 }
 
 impl RawMesh {
-    /// Vertices and triangles alone.
+    /// Makes a mesh without attributes.
     pub fn new(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> Self {
         Self { positions, faces, ..Self::default() }
     }
 
-    /// The diagonal of the box around all vertices whose coordinates are finite; 0 where there is none.
+    /// Returns the diagonal of the bounding box of all finite vertices, 0 without any.
     pub fn diagonal(&self) -> f64 {
         let finite = self.positions.iter().filter(|position| position.iter().all(|x| x.is_finite()));
         let unbounded = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
@@ -36,7 +36,7 @@ impl RawMesh {
     }
 }
 
-/// How the `f32` coordinates of a [`TriMesh`](super::TriMesh) lie in the file: `file = origin + local`.
+/// The relation of the `f32` coordinates of a [`TriMesh`](super::TriMesh) to the file's: `file = origin + local`.
 ///
 /// ```
 /// let frame = neural_mesh::mesh::Frame { origin: [5e6, 0.0, 0.0], double: true };
@@ -44,19 +44,19 @@ impl RawMesh {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Where the local origin lies, in the file's coordinates.
+    /// Local origin in the file's coordinates.
     pub origin: [f64; 3],
     /// Whether the file holds doubles; otherwise coordinates are rounded to `f32` when written.
     pub double: bool,
 }
 
 impl Frame {
-    /// The local coordinates of a position of the file, without negative zeros.
+    /// Converts a position of the file to local coordinates, without negative zeros.
     pub fn to_local(&self, position: [f64; 3]) -> [f32; 3] {
         std::array::from_fn(|axis| (position[axis] - self.origin[axis]) as f32 + 0.0)
     }
 
-    /// The coordinates that a writer puts down for a local position, rounded as the file rounds them.
+    /// Converts a local position to the file's coordinates, rounded as they are written.
     pub fn to_file(&self, local: [f32; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| {
             let exact = self.origin[axis] + f64::from(local[axis]);

@@ -1,4 +1,4 @@
-//! Finds faces that have the same three vertices as an earlier face, in any order, and those of them that hold a surface closed.
+//! Faces with the same three vertices as an earlier one, and those of them that close a surface.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -9,15 +9,15 @@ use super::first_equal::first_equal;
 use super::pulse::Pulse;
 use super::union_find::UnionFind;
 
-/// Area of a flap over that of all faces, at most, with which both its sides go: nobody would miss it.
+/// Largest area of a flap, as a share of the whole area, at which both its sides are dropped.
 const SMALL: f64 = 1e-4;
-/// All bits of a vertex's mark: at least two faces at it set the same one.
+/// Mark of a vertex where at least two faces set the same bit.
 const SUSPECT: u32 = u32::MAX;
 
-/// The faces that repeat an earlier one, ascending; vertex indices are below `n_vertices`.
+/// Returns the faces that repeat an earlier one, ascending; vertex indices are below `n_vertices`.
 ///
-/// Each face sets one of 32 bits at its lowest vertex, chosen by the other two. Only faces at vertices where two set the same bit
-/// can be equal, and only these are looked up: of usual meshes a tenth to three tenths.
+/// Each face sets one of 32 bits at its lowest vertex, chosen by the other two. Only faces at vertices with a repeated bit
+/// are looked up, usually a tenth to three tenths.
 pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
     let mut marks = vec![0u32; n_vertices];
     let mut any = false;
@@ -38,12 +38,10 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
 }
 
-/// Of the faces that repeat an earlier one (ascending), those without which nothing is lost, ascending, and both faces of small flaps at a
-/// body: of closed bodies that touch in a face both keep theirs.
+/// Returns the repeated faces that nothing needs, ascending, and both faces of small flaps on a body.
 ///
-/// Faces that hang together stay or go together. They stay where an edge of theirs has an even number of faces with them and an odd
-/// one without, three or more: where one is left, a sheet has been stated twice. Of a face, then, as many stay as leave that number
-/// even.
+/// Connected repeated faces stay if one of their edges has an even number of faces with them and an odd number above one
+/// without: closed bodies that touch in a face. Of each face, only as many copies stay as keep that number even.
 pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
     if repeated.is_empty() {
         return repeated;
@@ -79,8 +77,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     superfluous
 }
 
-/// Returns each pair of faces in one place that bounds no body, the one that repeats the other last, and takes them off their edges: two of its
-/// sides or more have no other face. Where a flap has more pairs than one, they are peeled off from its rim.
+/// Removes pairs of coincident faces that bound no body from `edges`, flaps from the rim; returns them, the repeat last.
 fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Edge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
         kept.iter().map(|&face| (sorted(faces[face as usize]), Vec::new())).collect();
@@ -105,7 +102,7 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Edge>
     flaps
 }
 
-/// Returns both sides of small flaps that share an edge with other faces, and the second side of all others, such as leaves.
+/// Returns both sides of small flaps attached to other faces, and the second side of all others.
 fn superfluous_of_flaps(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
@@ -134,14 +131,14 @@ fn superfluous_of_flaps(
     flaps.iter().zip(flap).flat_map(|(pair, flap)| if goes(flap) { &pair[..] } else { &pair[1..] }).copied().collect()
 }
 
-/// An edge of repeated faces: the number of its faces, of those that repeat others, and the place of one of these.
+/// Face counts of an edge of repeated faces: all faces, repeated ones, and the index of one of these.
 struct Edge {
     n_faces: usize,
     n_repeated: usize,
     place: u32,
 }
 
-/// Of each odd number of faces with the same vertices one, wound against the first of all such faces if there is such a one.
+/// Picks one of each odd group of faces with the same vertices, if possible wound against the first such face.
 fn one_of_each(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
     some.for_each(|face| same.entry(sorted(faces[face as usize])).or_default().push(face));
@@ -156,7 +153,7 @@ fn one_of_each(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> 
     kept
 }
 
-/// Whether the vertices ascend, going around from some of them.
+/// Returns whether the vertices are an even permutation of ascending order.
 fn is_even([a, b, c]: [u32; 3]) -> bool {
     [a < b, b < c, c < a].iter().filter(|ascends| **ascends).count() == 2
 }
@@ -165,7 +162,6 @@ fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
 }
 
-/// Vertex indices ascending.
 fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
     let (low, high) = (a.min(b), a.max(b));
     [low.min(c), low.max(high.min(c)), high.max(c)]
@@ -194,7 +190,6 @@ mod tests {
         }
     }
 
-    /// Points on a curve, no four of them in a plane.
     fn curve(n: usize) -> Vec<[f32; 3]> {
         (0..n).map(|i| [i as f32, (i * i) as f32, (i * i * i) as f32]).collect()
     }
@@ -203,7 +198,6 @@ mod tests {
         superfluous_faces(positions, faces, repeated_faces(faces, positions.len()))
     }
 
-    /// Two tetrahedra on one base, whose base is there twice.
     #[test]
     fn a_wall_between_closed_bodies_keeps_both_its_sides() {
         let bodies = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 2, 0], [1, 0, 4], [2, 1, 4], [0, 2, 4]];
@@ -214,7 +208,6 @@ mod tests {
         assert_eq!(superfluous(&curve(5), &more).len(), 2);
     }
 
-    /// A tetrahedron with a flap of two triangles, each there twice, along an edge.
     #[test]
     fn a_flap_goes_with_both_its_sides_where_it_is_small() {
         let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -227,7 +220,6 @@ mod tests {
         assert_eq!(superfluous(&positions, &faces), [5, 7]);
     }
 
-    /// Three leaves at an edge, each with two sides: without one side of each, the edge has an odd number of faces.
     #[test]
     fn leaves_with_two_sides_keep_one() {
         let leaves: Vec<[u32; 3]> = [2, 3, 4].into_iter().flat_map(|tip| [[0, 1, tip], [1, 0, tip]]).collect();

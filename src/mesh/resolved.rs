@@ -1,29 +1,31 @@
-//! Whether single precision about one origin holds a mesh of doubles: no part is lost by where it lies.
+//! Test whether single precision about one origin can hold a mesh of doubles.
 //!
-//! Vertices of doubles that become one in single precision are usually the noise of what made them, and harmless. They are
-//! not where a part is hardly larger than the steps of the numbers around it: far from the others, or much smaller.
+//! Vertices that coincide in single precision are usually noise, but not in a component that is hardly larger than the
+//! spacing of `f32` numbers around it.
 
 use rustc_hash::FxHashMap;
 
 use super::union_find::UnionFind;
 
-/// Steps of single precision that a part is long at least, for vertices of it that fall together to be noise.
+/// Least size of a component, in steps of single precision, for coinciding vertices to be noise.
 const STEPS: f64 = 4096.0;
-/// Steps that a part is long at least, whether vertices of it fall together or not: with fewer its shape is another.
+/// Least size of a component, in steps; below, its shape changes.
 const FEWEST: f64 = 8.0;
 
-/// A part that single precision does not hold.
+/// A component that single precision cannot hold.
 pub(super) struct Unresolved {
     /// One of its vertices.
     pub vertex: usize,
-    /// The diagonal of its box.
+    /// Diagonal of its bounding box.
     pub size: f64,
-    /// The step of single precision where it lies.
+    /// Spacing of `f32` numbers at the component.
     pub step: f64,
 }
 
-/// The first part that is hurt by rounding `positions` to `local`, n_vertices x 3: faces are as read, their corners in range
-/// and different, their positions finite. `single` holds the first vertex at each local position, n_vertices.
+/// Returns the first component that rounding `positions` to `local` (n_vertices x 3) damages.
+///
+/// Faces have distinct corners in range and finite positions. `single` holds the first vertex at each local position,
+/// n_vertices.
 pub(super) fn unresolved(
     positions: &[[f64; 3]],
     local: &[[f32; 3]],
@@ -45,7 +47,7 @@ pub(super) fn unresolved(
     })
 }
 
-/// Whether a face is hardly longer than the steps of single precision, as all of a part that is.
+/// Returns whether a face is hardly longer than the steps of single precision.
 fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool {
     let corners = face.map(|vertex| positions[vertex as usize]);
     let reach =
@@ -57,18 +59,17 @@ fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool
     side(0).max(side(1)).max(side(2)) < FEWEST * f64::from(reach * f32::EPSILON)
 }
 
-/// For each vertex the first at the same position (-0 equals 0), n_vertices.
+/// Returns for each vertex the first at the same position (-0 equals 0), n_vertices.
 fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
     let mut first = FxHashMap::default();
     let key = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
     positions.iter().zip(0..).map(|(position, vertex)| *first.entry(key(position)).or_insert(vertex)).collect()
 }
 
-/// Faces that hang together over vertices at equal positions.
+/// Components of faces joined over vertices at equal positions.
 struct Parts {
-    /// The part of each face, n_faces.
     of_faces: Vec<u32>,
-    /// The faces, part by part, and where each part begins, n_parts + 1.
+    /// Faces by component, and where each component begins, n_components + 1.
     order: Vec<u32>,
     begins: Vec<usize>,
     count: u32,
@@ -96,19 +97,17 @@ impl Parts {
         Self { of_faces, order, begins, count }
     }
 
-    /// The faces of a part.
     fn faces<'a>(&'a self, part: u32, faces: &'a [[u32; 3]]) -> impl Iterator<Item = &'a [u32; 3]> {
         self.order[self.begins[part as usize]..self.begins[part as usize + 1]].iter().map(|&f| &faces[f as usize])
     }
 
-    /// Whether vertices of a part that lie apart fall together.
     fn falls_together(&self, part: u32, exact: &[u32], single: &[u32], faces: &[[u32; 3]]) -> bool {
         let mut first = FxHashMap::default();
         let mut vertices = self.faces(part, faces).flatten().map(|&vertex| vertex as usize);
         vertices.any(|vertex| *first.entry(single[vertex]).or_insert(exact[vertex]) != exact[vertex])
     }
 
-    /// How large a part is, and the step of the numbers where it lies.
+    /// Measures a component and the spacing of numbers there.
     fn measured(&self, part: u32, positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Unresolved {
         let (mut low, mut high, mut reach, mut first) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0f64, u32::MAX);
         for &vertex in self.faces(part, faces).flatten() {
@@ -125,7 +124,7 @@ impl Parts {
     }
 }
 
-/// The faces left of each part where vertices at equal positions are one, n_parts; `first` says which are.
+/// Counts the non-degenerate faces of each component after vertices were welded by `first`.
 fn left(parts: &Parts, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
     let mut left = vec![0; parts.count as usize];
     for (face, &part) in faces.iter().zip(&parts.of_faces) {
@@ -141,16 +140,13 @@ mod tests {
     use crate::mesh::first_equal::first_equal;
     use crate::mesh::shapes;
 
-    /// Positions as doubles and as singles, and faces.
     type Both = (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
 
-    /// As in cleaning.
     fn found(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<Unresolved> {
         let (single, _) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
         unresolved(positions, local, &single, faces)
     }
 
-    /// Two spheres of radius 1, the second so far along x, as doubles and as singles about the first one's centre.
     fn two_spheres(apart: f64) -> Both {
         let sphere = shapes::icosphere(2);
         let n = sphere.positions().len() as u32;

@@ -1,4 +1,4 @@
-//! Room for what a file makes large: asked for before it is taken, so that too little of it is an error and not the end.
+//! Fallible allocation for data whose size a file decides: too little memory is an error, not an abort.
 
 use std::cell::Cell;
 use std::collections::TryReserveError;
@@ -7,8 +7,7 @@ thread_local! {
     static ASKING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread asks for memory without which it can go on: then an allocator may refuse, where it would else have to end
-/// the program.
+/// Returns whether this thread is inside [`asking`], where an allocator may refuse instead of aborting.
 ///
 /// ```
 /// use neural_mesh::mesh::room::{asking, is_asking};
@@ -18,7 +17,7 @@ pub fn is_asking() -> bool {
     ASKING.try_with(Cell::get).unwrap_or(false)
 }
 
-/// Does something that takes its memory by `try_reserve`, as the readers of the standard library do.
+/// Runs `work`, which allocates by `try_reserve` and can handle a refusal.
 ///
 /// ```
 /// use neural_mesh::mesh::room::asking;
@@ -32,10 +31,10 @@ pub fn asking<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Makes room for so many more elements behind those of `list`.
+/// Reserves space for `n` more elements.
 ///
 /// # Errors
-/// Where there is not so much memory.
+/// [`TryReserveError`] if there is not enough memory.
 ///
 /// ```
 /// use neural_mesh::mesh::room::make_room;

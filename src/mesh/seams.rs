@@ -1,39 +1,38 @@
-//! Edges that are more than edges: seams, where what the corners carry is not continuous, and creases, where the surface bends
-//! sharply.
+//! Feature edges: seams, where attributes are discontinuous, and creases, where the surface bends sharply.
 
 use glam::{Vec2, Vec3};
 
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::{Attributes, Channel, Role, TriMesh};
 
-/// Normals of two corners at a vertex that are farther apart (degrees) make a hard edge; less is the rounding of facets.
+/// Least angle between corner normals, in degrees, that makes an edge hard; less is the rounding of facets.
 const HARD: f32 = 15.0;
-/// Texture coordinates and other values that differ by less are the same, relative to their size.
+/// Relative tolerance of texture coordinates and other values.
 const SAME: f32 = 1e-5;
-/// Faces of an edge that are looked at, at most.
+/// Largest number of faces compared at an edge.
 const MOST_FACES: usize = 16;
-/// Colours that differ by less in each channel are the same.
+/// Tolerance of colours, per component.
 const SAME_COLOUR: f32 = 1.0 / 64.0;
 
-/// An edge that is more than an edge.
+/// A seam and its constraints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptEdge {
-    /// Its vertices, ascending.
+    /// Vertices, ascending.
     pub ends: [u32; 2],
-    /// How far its curve may leave its place at a low price, in the unit of the mesh. At 0 the curve is held: it loses no more than
-    /// vertices.
+    /// Distance that its curve may move at a low price, in the unit of the mesh. At 0 the curve only loses vertices.
     pub slack: f32,
-    /// Whether the normals on its two sides differ: shading jumps here. False at seams of texture coordinates or materials alone.
+    /// Whether the normals on its two sides differ. False at seams of texture coordinates or materials alone.
     pub is_hard: bool,
 }
 
-/// The edges between faces whose corners carry different values there, or that belong to different groups, ascending; of more than two faces, where two
-/// go on in no other.
+/// Lists the edges, ascending, between faces of different groups or with different attributes along the edge.
 ///
-/// Where nothing but texture coordinates and normals jumps, the edge's slack is what takes these as far as `seam_error`: texture coordinates
-/// in shares of the texture's side, normals in their difference times the distance over the mesh's diagonal. Everywhere else it is 0.
+/// With more than two faces, an edge counts if two of them match no other face. Normals differ from 15 degrees on, colours
+/// from 1/64; joints and morph targets never do.
 ///
-/// Normals count as different from 15 degrees on, colours from a 64th on; joints and morph targets never do.
+/// The slack is above 0 only where nothing but texture coordinates and normals is discontinuous. It is the distance over
+/// which these change by `seam_error`: texture coordinates in shares of the texture's side, normals by their difference
+/// times the distance over the mesh's diagonal.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, TriMesh, seams};
@@ -55,7 +54,7 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Ke
         if faces[1..].iter().all(|face| join(&faces[0], face)) {
             return;
         }
-        // Which of more than two belong together is not known here: two that go on in no other are sides of a seam, one ends.
+        // How more than two faces pair up is unknown here: two that match no other face make a seam, one alone is a boundary.
         let goes_on = |x: &HalfEdge| faces.iter().any(|y| x.half_edge != y.half_edge && join(x, y));
         let mut alone = faces.iter().filter(|face| !goes_on(face)).map(|face| face.half_edge);
         let Some(first) = alone.next() else { return };
@@ -66,7 +65,7 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Ke
     seams
 }
 
-/// Returns how far the seam between two faces that do not join may leave its place, and whether their normals differ.
+/// Returns the slack of the seam between two faces, and whether their normals differ.
 fn seam(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], seam_error: f32, diagonal: f32) -> (f32, bool) {
     let may_move = |role| is_texture(role) || role == Role::Normal;
     let is_soft = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !may_move(role));
@@ -74,7 +73,7 @@ fn seam(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], seam_error: f32
     (slack, !carries_same(mesh, attributes, pair, |role| role == Role::Normal))
 }
 
-/// The edges between two faces whose normals are more than `degrees` apart; their vertices ascending, and the edges too.
+/// Lists the edges between two faces whose normals differ by more than `degrees`; vertices and edges ascending.
 ///
 /// ```
 /// use neural_mesh::mesh::{creases, shapes};
@@ -99,12 +98,11 @@ fn normal(mesh: &TriMesh, face: u32) -> Vec3 {
     )
 }
 
-/// Whether values of this role say where on a texture a corner lies, and which way that runs.
 fn is_texture(role: Role) -> bool {
     matches!(role, Role::Uv | Role::Tangent)
 }
 
-/// How far on the surface `seam_error` takes what jumps at an edge.
+/// Returns the distance on the surface over which discontinuous values change by `seam_error`.
 fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32, diagonal: f32) -> f32 {
     let is_smooth = joins(mesh, attributes, half_edges, |role| role == Role::Normal);
     let of_normals = if is_smooth { f32::INFINITY } else { seam_error * diagonal / bend(mesh, attributes, half_edges) };
@@ -113,7 +111,7 @@ fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_err
     of_normals.min(of_texture).min(diagonal)
 }
 
-/// The difference of the normals on both sides of an edge, the larger one of its ends.
+/// Returns the largest difference of the normals across an edge.
 fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f32 {
     let channels = || attributes.channels.iter().filter(|channel| channel.role == Role::Normal);
     let normals = |corner: u32| channels().map(move |channel| channel.of(wedge(attributes, corner)));
@@ -126,7 +124,7 @@ fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f
     at_end(first).max(at_end(next(first)))
 }
 
-/// How far on the surface `seam_error` takes texture coordinates, by the side of the edge on which that is least.
+/// Returns the distance on the surface over which texture coordinates change by `seam_error`.
 fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
     let ends = half_edges.map(|half_edge| [half_edge, next(half_edge)]);
     let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
@@ -143,12 +141,11 @@ fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
 }
 
-/// Whether two faces are of one group and carry the same, in the roles that count, along the edge that two of their half-edges are.
+/// Returns whether two faces share group and attributes, in the roles that count, along an edge.
 fn joins(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
     attributes.group(pair[0] / 3) == attributes.group(pair[1] / 3) && carries_same(mesh, attributes, pair, counts)
 }
 
-/// Whether two faces carry the same, in the roles that count, along the edge that two of their half-edges are.
 fn carries_same(
     mesh: &TriMesh,
     attributes: &Attributes,
@@ -162,24 +159,23 @@ fn carries_same(
     [first, next(first)].into_iter().all(same_wedge)
 }
 
-/// The corner across an edge that stands at the same vertex as `corner`; `half_edge` runs along the other side.
+/// Returns the corner across an edge at the vertex of `corner`; `half_edge` is the other side.
 fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)
 }
 
-/// What a corner carries; nothing is told apart where there are no wedges.
 fn wedge(attributes: &Attributes, corner: u32) -> u32 {
     attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0)
 }
 
-/// Whether two wedges carry the same values in the roles that count.
+/// Returns whether two wedges have equal values in the roles that count.
 fn same(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool) -> bool {
     let same_in = |channel: &Channel| !counts(channel.role) || same_values(channel.role, channel.of(x), channel.of(y));
     x == y || attributes.channels.iter().all(same_in)
 }
 
-/// Whether two values of this role are the same, as far as they make no seam.
+/// Returns whether two values of this role make no seam.
 pub(crate) fn same_values(role: Role, x: &[f32], y: &[f32]) -> bool {
     let within = |most: &dyn Fn(f32, f32) -> f32| {
         x.iter().zip(y).all(|(&x, &y)| (x.is_nan() && y.is_nan()) || x == y || (x - y).abs() <= most(x, y))
@@ -204,7 +200,6 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// A sphere with a wedge for each corner and values by what `value` says of its position and its face's centroid.
     fn painted(role: Role, value: impl Fn(Vec3, Vec3) -> Vec<f32>) -> (TriMesh, Attributes) {
         let mesh = shapes::icosphere(3);
         let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
@@ -218,7 +213,6 @@ mod tests {
         (mesh, Attributes { wedges, channels: vec![channel], groups: Vec::new() })
     }
 
-    /// Two slabs that meet at a wall between them, and a floor that a wall stands on.
     #[test]
     fn seams_of_more_than_two_faces_are_those_that_go_on_in_no_other() {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, -1.0, 0.0], [0.5, 0.0, 1.0]];

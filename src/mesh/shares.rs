@@ -1,4 +1,4 @@
-//! The vertices of a mesh in as many runs as there are threads, for work whose result does not depend on where a run ends.
+//! Vertex ranges per thread, for work whose result does not depend on where a range ends.
 
 use std::ops::Range;
 
@@ -6,18 +6,18 @@ use rayon::prelude::*;
 
 use super::pulse::Pulse;
 
-/// Vertices from which on another thread pays.
+/// Least vertices per thread for which another thread pays.
 const LEAST: usize = 20_000;
-/// Items that one task looks at.
+/// Items per task.
 const CHUNK: usize = 8192;
 
-/// Ranges of `0..n_vertices` in order, one per thread where there is enough to do for each; at least one.
+/// Splits `0..n_vertices` into consecutive ranges, one per thread if each has enough to do; at least one.
 pub(crate) fn shares(n_vertices: usize) -> Vec<Range<usize>> {
     let n = rayon::current_num_threads().min(n_vertices / LEAST).max(1);
     (0..n).map(|i| n_vertices * i / n..n_vertices * (i + 1) / n).collect()
 }
 
-/// `rows` cut into slices that belong to `shares`, where the rows of `vertex` end at `end(vertex)`.
+/// Splits `rows` by `shares`; the rows of `vertex` end at `end(vertex)`.
 pub(crate) fn cut<'a, T>(
     shares: &[Range<usize>],
     mut rows: &'a mut [T],
@@ -34,8 +34,9 @@ pub(crate) fn cut<'a, T>(
     parts
 }
 
-/// Adds what there is to say `of` each face, by its index, to the rows of its corners (0, 1, 2). Every vertex takes its faces in their
-/// order, whichever thread it belongs to.
+/// Adds the value `of` each face to the rows of its three corners (numbered 0, 1, 2).
+///
+/// Every vertex receives its faces in order, on any number of threads.
 pub(crate) fn add_faces<T: Send, F>(
     pulse: Pulse,
     rows: &mut [T],
@@ -62,7 +63,7 @@ pub(crate) fn add_faces<T: Send, F>(
     });
 }
 
-/// The indices of the items that are wanted, ascending.
+/// Returns the indices of the wanted items, ascending.
 pub(crate) fn indices_where<T: Sync>(
     pulse: Pulse,
     items: &[T],

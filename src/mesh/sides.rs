@@ -1,18 +1,18 @@
-//! Faces that hang together, and which of them are wound against each other.
+//! Connected faces and their relative winding.
 
 use super::union_find::UnionFind;
 
-/// Disjoint sets of faces as they are and of faces turned over: face `f` as it is is `2 f`, turned over `2 f + 1`.
+/// Disjoint sets of faces in both windings: face `f` is `2 f`, reversed `2 f + 1`.
 pub(super) struct Sides(UnionFind);
 
 impl Sides {
-    /// No two of `n_faces` hang together.
+    /// Creates `n_faces` separate faces.
     pub(super) fn new(n_faces: usize) -> Self {
         Self(UnionFind::new(2 * n_faces))
     }
 
-    /// Joins two faces, which are wound against each other or not; false, and nothing is joined, where the surface would have
-    /// one side.
+    /// Joins two faces with equal or opposite winding; returns false, and joins nothing, if that makes the surface
+    /// one-sided.
     pub(super) fn join(&mut self, [f, g]: [u32; 2], against: bool) -> bool {
         let g_beside_f = 2 * g + u32::from(against);
         if self.0.find(2 * f) == self.0.find(g_beside_f ^ 1) {
@@ -23,7 +23,7 @@ impl Sides {
         true
     }
 
-    /// The first of all faces that hang together with a face, and whether the face is turned over against it.
+    /// Returns the first face connected to `f`, and whether `f` is reversed against it.
     pub(super) fn first(&mut self, f: u32) -> (u32, bool) {
         let [as_is, turned] = [2 * f, 2 * f + 1].map(|side| self.0.find(side));
         (as_is.min(turned) / 2, turned < as_is)

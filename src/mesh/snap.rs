@@ -1,12 +1,11 @@
-//! Vertices that nearly coincide, put onto one another, so that cleaning welds them.
+//! Snaps nearly coincident vertices together, so that cleaning welds them.
 
 use std::collections::HashMap;
 
-/// Moves every vertex that lies nearer than `distance` to an earlier one that stays onto the nearest such, the earliest of
-/// several; gives the number of vertices moved.
+/// Moves each vertex onto the nearest fixed vertex closer than `distance`, if there is one; returns the number moved.
 ///
-/// Vertices are taken in their order, and no two that stay are nearer than `distance`, so chains do not run together. What
-/// is not finite stays; a distance that is not above 0 moves nothing. `positions`: n_vertices x 3.
+/// Vertices are visited in order and fixed if no fixed vertex is near, so chains do not collapse. Ties go to the earliest.
+/// Vertices that are not finite are skipped; a distance that is not above 0 moves nothing. `positions`: n_vertices x 3.
 ///
 /// ```
 /// let mut positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.001, 0.0, 0.0]];
@@ -38,13 +37,12 @@ pub fn snap(positions: &mut [[f64; 3]], distance: f64) -> usize {
     n_moved
 }
 
-/// The cell of a coordinate; cells are twice as wide as the distance. A float, because whole numbers have less range.
+/// Returns the cell of a coordinate; cells are twice as wide as the distance. Floats, because integers have less range.
 fn cell(x: f64, distance: f64) -> u64 {
     // Adding zero turns -0 into 0.
     ((x / (2.0 * distance)).floor() + 0.0).to_bits()
 }
 
-/// The cells that hold everything nearer than the distance, each once.
 fn cells_around(position: [f64; 3], distance: f64) -> Vec<[u64; 3]> {
     let along = |x: f64| {
         let mut cells = [x - distance, x, x + distance].map(|x| cell(x, distance)).to_vec();
@@ -65,7 +63,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The same by a search through all vertices before.
     fn naive(positions: &[[f64; 3]], distance: f64) -> Vec<[f64; 3]> {
         let mut staying: Vec<[f64; 3]> = Vec::new();
         let place = |&position: &[f64; 3]| {

@@ -1,4 +1,4 @@
-//! Points spread evenly over a surface, each known by its face and its place in it.
+//! Points spread evenly over a surface.
 
 use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -7,27 +7,26 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use super::TriMesh;
 use crate::geometry::triangle::area_normal_f64;
 
-/// One point of a surface.
+/// A point on a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSample {
     /// Index of the face.
     pub face: u32,
-    /// Barycentric weights of the point, each in 0..=1, their sum 1.
+    /// Barycentric weights, each in 0..=1, with sum 1.
     pub weights: [f64; 3],
 }
 
 impl SurfaceSample {
-    /// Where the sample lies.
+    /// Returns the position of the sample.
     pub fn point(&self, mesh: &TriMesh) -> DVec3 {
         let [a, b, c] = face_corners(mesh, self.face as usize);
         a * self.weights[0] + b * self.weights[1] + c * self.weights[2]
     }
 }
 
-/// Draws `n_samples` points by area: the surface is cut into as many strips of equal area, one point in each.
+/// Draws `n_samples` points by area: one from each of as many strips of equal area.
 ///
-/// The strips run along the faces in their order. A surface of no area is sampled by face; a mesh without
-/// faces has no samples.
+/// The strips follow the order of the faces. A surface of zero area is sampled by face; a mesh without faces has no samples.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, surface_samples::surface_samples};
@@ -53,7 +52,6 @@ pub fn surface_samples(mesh: &TriMesh, n_samples: usize, seed: u64) -> Vec<Surfa
     (0..n_samples).map(draw).collect()
 }
 
-/// For each face the (doubled) area of it and all faces before it.
 fn areas_up_to(mesh: &TriMesh) -> Vec<f64> {
     let mut sum = 0.0;
     let mut add = |face: usize| {
@@ -63,7 +61,7 @@ fn areas_up_to(mesh: &TriMesh) -> Vec<f64> {
     (0..mesh.faces().len()).map(&mut add).collect()
 }
 
-/// Weights that are uniform over a triangle, from two numbers uniform in 0..1.
+/// Maps two uniform numbers in 0..1 to uniform barycentric weights.
 fn uniform_weights(x: f64, y: f64) -> [f64; 3] {
     let root = x.sqrt();
     let v = root * (1.0 - y);
@@ -71,7 +69,6 @@ fn uniform_weights(x: f64, y: f64) -> [f64; 3] {
     [(1.0 - v - w).max(0.0), v, w]
 }
 
-/// A number in 0..1 from the upper 53 bits.
 fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -84,7 +81,6 @@ fn face_corners(mesh: &TriMesh, face: usize) -> [DVec3; 3] {
 mod tests {
     use super::*;
 
-    /// Two triangles, the second nine times as large, and one without area between them.
     fn uneven() -> TriMesh {
         let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [10.0, 0.0], [13.0, 0.0], [10.0, 3.0], [5.0, 0.0]];
         let positions = positions.map(|[x, y]| [x, y, 0.0]).to_vec();

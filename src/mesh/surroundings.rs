@@ -1,29 +1,28 @@
-//! The faces around vertices where sheets meet, and which of them hang together farther away: all that taking them apart needs of a
-//! mesh, most of which is a manifold.
+//! Faces around the vertices where sheets meet, and their connectivity through the rest of the mesh.
 
 use std::ops::Range;
 
 use super::one_rings::{MeetingSheets, is_one_fan};
 use super::union_find::UnionFind;
 
-/// The faces at vertices where sheets meet or faces are wound against each other, and at the neighbours of these.
+/// The faces at non-manifold or inconsistently wound vertices, and at their neighbours.
 pub(super) struct Surroundings {
-    /// Which faces of the mesh these are, n_faces, ascending.
+    /// Index of each face in the mesh, n_faces, ascending.
     pub numbers: Vec<u32>,
-    /// Their corners, n_faces x 3.
+    /// Vertex indices, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// A number below `n_clusters` for each face: those with the same one hang together, all wound the same way around.
+    /// Cluster of each face, below `n_clusters`: faces of one cluster are connected and consistently wound.
     pub clusters: Vec<u32>,
-    /// More than the largest number of a cluster.
+    /// Upper bound of the cluster numbers.
     pub n_clusters: usize,
-    /// Vertices of the mesh all of whose faces are here, ascending.
+    /// Vertices all of whose faces are included, ascending.
     vertices: Vec<u32>,
 }
 
 impl Surroundings {
-    /// Gathers them from a mesh with `n_vertices` vertices.
+    /// Gathers the faces from a mesh with `n_vertices` vertices.
     ///
-    /// Around all other vertices faces form one fan, wound the same way around: they hang together over edges with two faces.
+    /// All other vertices have one consistently wound fan, so their faces are connected.
     pub(super) fn new(n_vertices: usize, faces: &[[u32; 3]], meeting: &MeetingSheets) -> Self {
         let mut is_fan = vec![true; n_vertices];
         meeting.vertices.iter().chain(&meeting.opposed).for_each(|&v| is_fan[v as usize] = false);
@@ -51,7 +50,7 @@ impl Surroundings {
         Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
     }
 
-    /// Returns the vertices at which the faces, as they are now, do not form one fan, ascending; `new` ones came after those of the mesh.
+    /// Returns the vertices whose faces do not form one fan now, ascending; `new` vertices follow those of the mesh.
     pub(super) fn where_sheets_meet(&self, new: Range<u32>) -> Vec<u32> {
         let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
         let opposite = |&(_, corner): &(u32, u32)| {
@@ -67,7 +66,6 @@ impl Surroundings {
 
 #[cfg(test)]
 impl Surroundings {
-    /// All faces of a mesh, each a cluster of its own.
     pub(super) fn whole(faces: &[[u32; 3]]) -> Self {
         let numbers: Vec<u32> = (0..faces.len() as u32).collect();
         let clusters = numbers.clone();
@@ -75,7 +73,7 @@ impl Surroundings {
     }
 }
 
-/// Returns the corners (3 x face + place) at `vertices` (ascending) as (vertex, corner), ascending.
+/// Lists the corners (`3 * face + corner`) at `vertices` (ascending) as (vertex, corner), ascending.
 pub(super) fn corners_at(faces: &[[u32; 3]], vertices: &[u32]) -> Vec<(u32, u32)> {
     let mut is_one = vec![false; vertices.last().map_or(0, |&last| last as usize + 1)];
     vertices.iter().for_each(|&v| is_one[v as usize] = true);

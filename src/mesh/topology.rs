@@ -1,4 +1,4 @@
-//! What a mesh is as a surface: closed or not, manifold or not, its pieces, holes and handles.
+//! Topology of a mesh: closed or not, manifold or not, its components, holes and handles.
 
 use super::TriMesh;
 use super::patch::{Counts, OpenEdge, Patch, Place, curves_through};
@@ -9,7 +9,7 @@ use super::union_find::UnionFind;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Topology {
-    /// Vertices of the mesh, used by a face or not.
+    /// Vertices, used or not.
     pub vertices: usize,
     /// Vertices that no face uses.
     pub unreferenced_vertices: usize,
@@ -21,33 +21,33 @@ pub struct Topology {
     pub closed: bool,
     /// Edges with one face.
     pub boundary_edges: usize,
-    /// Closed curves that the boundary edges form.
+    /// Loops of boundary edges.
     pub boundary_loops: usize,
     /// Edges with more than two faces.
     pub non_manifold_edges: usize,
-    /// Vertices whose faces fall into several fans, where faces that share an edge at the vertex are in one fan.
+    /// Vertices whose faces form several fans; faces that share an edge at the vertex are in one fan.
     pub non_manifold_vertices: usize,
-    /// Edges with two faces that both run along it in the same direction.
+    /// Edges with two faces that traverse them in the same direction.
     pub inconsistent_edges: usize,
-    /// Whether turning faces over can make the winding consistent across all edges with two faces.
+    /// Whether reversing faces can make the winding consistent across all two-face edges.
     pub orientable: bool,
-    /// Pieces of faces joined over edges.
+    /// Components of faces joined over edges.
     pub components: usize,
-    /// Euler characteristic: vertices in use - edges + faces.
+    /// Euler characteristic: used vertices - edges + faces.
     pub euler: i64,
-    /// Handles, summed over the components, boundaries filled in and vertices split where fans meet; only
-    /// for orientable meshes without non-manifold edges.
+    /// Handles, summed over components, with boundaries filled and vertices split into fans; only for orientable meshes
+    /// without non-manifold edges.
     pub genus: Option<usize>,
 }
 
 impl Topology {
-    /// Whether every edge has two faces that agree on the winding, and every vertex one fan.
+    /// Returns whether every edge has two consistently wound faces and every vertex one fan.
     pub fn is_closed_manifold(&self) -> bool {
         self.closed && self.non_manifold_edges + self.non_manifold_vertices + self.inconsistent_edges == 0
     }
 }
 
-/// Counts the topology figures of a mesh, in time linear in its size.
+/// Counts the topology figures of a mesh in linear time.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, topology};
@@ -62,12 +62,12 @@ pub fn topology(mesh: &TriMesh) -> Topology {
     patches.joined()
 }
 
-/// Patches whose faces make up a mesh: counts are sums, and open things have numbers of their own over all patches.
+/// The topology of patches that make up a mesh.
 #[derive(Debug, Default)]
 pub(crate) struct Patches(Patch);
 
 impl Patches {
-    /// Takes in a patch.
+    /// Adds a patch.
     pub fn add(&mut self, patch: Patch) {
         let all = &mut self.0;
         let (fans, components, sides) = (all.open_fans.len() as u32, all.n_open_components, all.n_open_sides);
@@ -85,7 +85,7 @@ impl Patches {
         }));
     }
 
-    /// The figures of all faces, open ones joined over the edges that they share.
+    /// Joins open elements over shared edges and returns the figures of all faces.
     pub fn joined(self) -> Topology {
         let Patch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
         open_edges.sort_unstable_by_key(OpenEdge::places);
@@ -109,7 +109,6 @@ impl Patches {
     }
 }
 
-/// What patches have in common.
 struct Open {
     components: UnionFind,
     fans: UnionFind,
@@ -119,7 +118,6 @@ struct Open {
 }
 
 impl Open {
-    /// Joins all faces along one edge.
     fn join(&mut self, edge: &[OpenEdge], counts: &mut Counts) {
         counts.edges += 1;
         counts.boundary_edges += usize::from(edge.len() == 1);
@@ -141,13 +139,13 @@ impl Open {
     }
 }
 
-/// Curves of the boundary, by the fans that they run through.
+/// Counts the boundary curves of joined fans.
 fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
     let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
     curves_through(&curves).1.sets()
 }
 
-/// Places of fans, and those where several meet.
+/// Counts the distinct positions of fans, and those with several fans.
 fn shared_vertices(open_fans: &[Place], fans: &mut UnionFind) -> (usize, usize) {
     let mut at: Vec<(Place, u32)> = open_fans.iter().copied().zip((0..).map(|fan| fans.find(fan))).collect();
     at.sort_unstable();
@@ -190,7 +188,6 @@ mod tests {
         TriMesh::new(vec![[0.0; 3]; n_vertices], faces.to_vec()).unwrap()
     }
 
-    /// Faces over each edge, with whether they run from the smaller to the larger vertex.
     fn naive_edges(faces: &[[u32; 3]]) -> BTreeMap<(u32, u32), Vec<(usize, bool)>> {
         let mut edges: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (i, &[a, b, c]) in faces.iter().enumerate() {
@@ -201,7 +198,6 @@ mod tests {
         edges
     }
 
-    /// Number of pieces of a graph over some nodes, by flooding.
     fn naive_pieces<T: Copy + Ord>(nodes: &BTreeSet<T>, linked: impl Fn(T, T) -> bool) -> usize {
         let mut left = nodes.clone();
         let mut pieces = 0;
@@ -246,7 +242,6 @@ mod tests {
         }
     }
 
-    /// Faces in blocks at random, as they are known where vertices lie in places of their own.
     fn in_blocks(n_vertices: u32, faces: &[[u32; 3]], rng: &mut Xoshiro256PlusPlus) -> Topology {
         let positions: Vec<[f32; 3]> = (0..n_vertices).map(|v| [v as f32, 0.0, 0.0]).collect();
         let mut blocks = vec![Vec::new(); 3];

@@ -1,6 +1,6 @@
-//! The triangle mesh that every algorithm takes: valid because nothing else can be built.
+//! The triangle mesh that every algorithm takes, valid by construction.
 
-/// Vertices and triangles with indices in range, finite coordinates and three different corners per face.
+/// A triangle mesh with indices in range, finite coordinates and three different corners per face.
 ///
 /// ```
 /// use neural_mesh::mesh::TriMesh;
@@ -14,7 +14,7 @@ pub struct TriMesh {
     faces: Vec<[u32; 3]>,
 }
 
-/// Why vertices and faces do not make a [`TriMesh`].
+/// Reasons why vertices and faces do not make a [`TriMesh`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum InvalidMesh {
@@ -25,7 +25,7 @@ pub enum InvalidMesh {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// A corner of this face names a vertex that does not exist.
+    /// A corner of this face is out of range.
     OutOfRange {
         /// Index of the face.
         face: usize,
@@ -55,7 +55,7 @@ impl std::fmt::Display for InvalidMesh {
 impl std::error::Error for InvalidMesh {}
 
 impl TriMesh {
-    /// Builds a mesh from positions (n_vertices x 3) and faces (n_faces x 3), checking both.
+    /// Checks positions (n_vertices x 3) and faces (n_faces x 3) and builds a mesh.
     ///
     /// # Errors
     /// [`InvalidMesh`] names the first vertex or face that is wrong.
@@ -81,17 +81,17 @@ impl TriMesh {
         Ok(Self { positions, faces })
     }
 
-    /// Positions, n_vertices x 3.
+    /// Returns the positions, n_vertices x 3.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }
 
-    /// Vertex indices of the faces, n_faces x 3.
+    /// Returns the vertex indices of the faces, n_faces x 3.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// Diagonal of the box around the vertices that faces use, 0 where there are none.
+    /// Returns the diagonal of the bounding box of the used vertices, 0 without any.
     ///
     /// ```
     /// assert_eq!(neural_mesh::mesh::shapes::cuboid([2.0, 3.0, 6.0], 2).diagonal(), 7.0);
@@ -106,13 +106,13 @@ impl TriMesh {
         side(0).hypot(side(1)).hypot(side(2))
     }
 
-    /// Gives the two arrays back.
+    /// Returns positions and faces.
     pub fn into_parts(self) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         (self.positions, self.faces)
     }
 }
 
-/// Whether all faces name three different ones of the vertices; one pass without branches.
+/// Returns whether all faces have three different vertices in range; one pass without branches.
 pub(super) fn are_sound(faces: &[[u32; 3]], n_vertices: usize) -> bool {
     let n_vertices = u32::try_from(n_vertices).unwrap_or(u32::MAX);
     let wrong = |&[a, b, c]: &[u32; 3]| {

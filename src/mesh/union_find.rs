@@ -3,7 +3,6 @@
 use super::half_edges::for_each_edge;
 use super::pulse::Pulse;
 
-/// Disjoint sets of `0..n`.
 pub(crate) struct UnionFind {
     parent: Vec<u32>,
     sets: usize,
@@ -14,7 +13,7 @@ impl UnionFind {
         Self { parent: (0..n as u32).collect(), sets: n }
     }
 
-    /// The smallest member of the set of `x`.
+    /// Returns the smallest member of the set of `x`.
     pub(crate) fn find(&mut self, mut x: u32) -> u32 {
         loop {
             let parent = self.parent[x as usize];
@@ -27,7 +26,7 @@ impl UnionFind {
         }
     }
 
-    /// Merges two sets; returns whether they were different ones.
+    /// Merges two sets; returns whether they were different.
     pub(crate) fn union(&mut self, x: u32, y: u32) -> bool {
         if self.parent[x as usize] == self.parent[y as usize] {
             return false;
@@ -38,7 +37,7 @@ impl UnionFind {
         x != y
     }
 
-    /// The set of each member, numbered in the order of their first members, and how many sets there are.
+    /// Returns the set of each member, numbered in order of their first members, and the number of sets.
     pub(crate) fn numbered(&mut self, pulse: Pulse) -> (Vec<u32>, usize) {
         let n = self.parent.len();
         let mut set_of: Vec<u32> = Vec::with_capacity(n);
@@ -54,16 +53,12 @@ impl UnionFind {
         (set_of, n_sets as usize)
     }
 
-    /// How many sets there are.
     pub(crate) fn sets(&self) -> usize {
         self.sets
     }
 }
 
-/// Faces joined over edges, those of which so many faces meet as is wanted; those that touch at a vertex alone are apart.
-///
-/// # Shapes
-/// - `faces`: n_faces x 3, each with three different corners below `n_vertices`
+/// Joins faces over the edges whose number of faces `is_wanted` accepts.
 pub(crate) fn faces_joined(n_vertices: usize, faces: &[[u32; 3]], is_wanted: impl Fn(usize) -> bool) -> UnionFind {
     let mut sets = UnionFind::new(faces.len());
     for_each_edge(n_vertices, faces, |_, around| {

@@ -1,10 +1,10 @@
-//! Several meshes as one, so that they share what is done to it, one as several again, and where a viewer sees them.
+//! Several meshes united into one that is simplified as a whole, split again, and placed in a scene.
 
 use glam::{DMat4, DVec3};
 
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
-/// Faces of a scene with all of its repeated pieces, at most; beyond, a piece is shown at its largest place alone.
+/// Largest number of faces in a scene view; beyond, each piece is shown at its largest instance alone.
 const MOST_VIEWED: usize = 1 << 24;
 
 /// A mesh to be united with others.
@@ -12,44 +12,43 @@ const MOST_VIEWED: usize = 1 << 24;
 pub struct Piece<'a> {
     /// The mesh.
     pub mesh: &'a TriMesh,
-    /// What its corners and faces carry.
+    /// Its attributes.
     pub attributes: &'a Attributes,
-    /// How large it is against the others; rounded to a power of two, so that nothing else is rounded.
+    /// Scale relative to the others; rounded to a power of two, so that coordinates stay exact.
     pub scale: f64,
-    /// From its coordinates to those of the scene, at each place where a viewer sees it.
+    /// Transforms from its coordinates to the scene's, one per instance.
     pub places: &'a [DMat4],
 }
 
-/// Meshes side by side in one, each to its scale. They share no vertices, wherever they lie.
+/// Scaled meshes side by side in one; they share no vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct United {
-    /// All of them.
+    /// All faces and vertices.
     pub mesh: TriMesh,
-    /// What they carry: the channels of all, zeros (of colours, white) where a mesh lacks one, and groups that no two meshes share.
+    /// Attributes: all channels, filled with zeros (colours with white) where a mesh lacks one, and groups that no two
+    /// meshes share.
     pub attributes: Attributes,
-    /// The first group of each mesh, and one beyond the last.
+    /// First group of each mesh, and one past the last.
     first_groups: Vec<u32>,
-    /// The names of each mesh's channels.
     channels: Vec<Vec<String>>,
     scales: Vec<f32>,
     has_groups: Vec<bool>,
-    /// For each mesh the transforms from its coordinates here to those of the scene around its middle.
+    /// Transforms of each mesh's instances from united coordinates to the scene centred at its middle.
     places: Vec<Vec<DMat4>>,
-    /// The diagonal of the scene's box.
     diagonal: f64,
 }
 
-/// The meshes of a scene where a viewer sees them.
+/// The meshes of a scene at all their instances.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneView {
-    /// All of them, at all of their places, around the middle of the scene.
+    /// All instances, with the scene's middle as origin.
     pub mesh: TriMesh,
-    /// The face of the united mesh that each face shows, n_faces.
+    /// United face of each face, n_faces.
     pub faces: Vec<u32>,
 }
 
 impl United {
-    /// Unites meshes whose attributes are theirs; `None` where there are too many vertices or a scale is out of range.
+    /// Unites meshes with valid attributes; `None` if there are too many vertices or a scale is out of range.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Piece, United, shapes};
@@ -100,7 +99,7 @@ impl United {
         Some(united.around_its_middle())
     }
 
-    /// Moves the origin of the scene to its middle, where single precision is finest.
+    /// Moves the scene's origin to its middle, where single precision is finest.
     fn around_its_middle(mut self) -> Self {
         let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let faces = self.faces_of_pieces(&self.mesh, &self.attributes);
@@ -120,29 +119,28 @@ impl United {
         self
     }
 
-    /// The transforms from this mesh's coordinates to the scene's around its origin, at each place of a piece.
+    /// Returns the transforms of a piece's instances from united coordinates to the centred scene.
     pub fn places(&self, piece: usize) -> &[DMat4] {
         &self.places[piece]
     }
 
-    /// Returns by how much lengths of this mesh grow in the scene at most, at any place of a piece; 0 where it has none.
+    /// Returns the largest factor by which lengths of a piece grow in the scene, 0 without instances.
     pub fn stretch(&self, piece: usize) -> f64 {
         let columns = |place: &DMat4| [place.x_axis, place.y_axis, place.z_axis].map(|column| column.length());
         self.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
     }
 
-    /// The diagonal of the box of the scene, as a viewer sees it.
+    /// Returns the diagonal of the scene's bounding box.
     pub fn diagonal(&self) -> f64 {
         self.diagonal
     }
 
-    /// The piece that a group of faces belongs to.
+    /// Returns the piece that a group of faces belongs to.
     pub fn piece_of(&self, group: u32) -> usize {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
     }
 
-    /// Puts what became of the united mesh, whose groups say which piece each face belongs to, where a viewer sees it. All meshes are
-    /// shown around the middle of the scene.
+    /// Places a version of the united mesh in the scene; its groups assign faces to pieces.
     ///
     /// ```
     /// use glam::{DMat4, DVec3};
@@ -178,7 +176,6 @@ impl United {
         SceneView { mesh: TriMesh::new(positions, faces).unwrap_or_default(), faces: sources }
     }
 
-    /// The faces of each piece, as the groups say.
     fn faces_of_pieces(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<Vec<u32>> {
         let mut faces = vec![Vec::new(); self.scales.len()];
         for f in 0..mesh.faces().len() as u32 {
@@ -187,18 +184,17 @@ impl United {
         faces
     }
 
-    /// The scale of a mesh among the others.
+    /// Returns the scale of a piece.
     pub fn scale(&self, piece: usize) -> f64 {
         f64::from(self.scales[piece])
     }
 
-    /// The first group of a mesh among those of all; its own groups follow in their order.
+    /// Returns the first united group of a piece; its other groups follow in order.
     pub fn first_group(&self, piece: usize) -> u32 {
         self.first_groups[piece]
     }
 
-    /// What became of each mesh when all of them became `mesh` with these attributes, whose groups say where its faces
-    /// come from.
+    /// Splits a version of the united mesh into one mesh per piece; its groups assign faces to pieces.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
         let faces = self.faces_of_pieces(mesh, attributes);
         faces.iter().enumerate().map(|(piece, faces)| self.piece(piece, faces, mesh, attributes)).collect()
@@ -223,13 +219,11 @@ impl United {
     }
 }
 
-/// The names of a piece's channels.
 fn channel_names(piece: &Piece) -> Vec<String> {
     piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect()
 }
 
-/// The transforms from the united mesh's coordinates to the scene's, for each piece; where all would show too many faces, that of
-/// the largest place alone.
+/// Returns the instance transforms of each piece, only the largest if all would show too many faces.
 fn places(pieces: &[Piece], scales: &[f32]) -> Vec<Vec<DMat4>> {
     let n_viewed: usize = pieces.iter().map(|piece| piece.places.len().saturating_mul(piece.mesh.faces().len())).sum();
     let of_piece = |(piece, &scale): (&Piece, &f32)| {
@@ -249,12 +243,11 @@ fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
     DVec3::from(mesh.positions()[vertex as usize].map(f64::from))
 }
 
-/// The point in single precision; what that does not hold is drawn nowhere far out.
+/// Converts to single precision, with 0 for coordinates out of range.
 fn finite(point: DVec3) -> [f32; 3] {
     point.to_array().map(|x| if (x as f32).is_finite() { x as f32 } else { 0.0 })
 }
 
-/// The channels of these names, at the wedges that these faces use.
 fn with_own_wedges(
     attributes: &Attributes,
     names: &[String],
@@ -279,14 +272,13 @@ fn with_own_wedges(
     Attributes { channels: channels.into_iter().map(own).collect(), wedges, groups }
 }
 
-/// Takes a value along where its mesh becomes so many times as large.
 fn rescale(role: Role, value: &mut [f32], scale: f32) {
     if role == Role::MorphPosition {
         value.iter_mut().for_each(|x| *x *= scale);
     }
 }
 
-/// The channels of all meshes, each once, without values; those of one name have the width of the widest.
+/// Lists the distinct channels of all meshes without values; equal names get the largest width.
 pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> Vec<Channel> {
     let mut channels: Vec<Channel> = Vec::new();
     for channel in pieces.flat_map(|piece| &piece.channels) {
@@ -298,8 +290,9 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
     channels
 }
 
-/// Appends a mesh's values to a channel; where it has none, white of a colour, else zeros. The joints and weights of a skin
-/// begin each in their half of a row, however wide it is.
+/// Appends a mesh's values to a channel, zeros (colours: white) if it has none.
+///
+/// Joints and weights of a skin each start their half of a row.
 pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize, scale: f32) {
     let (first, width) = (channel.values.len(), channel.width.max(1));
     let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };

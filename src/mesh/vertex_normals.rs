@@ -1,12 +1,11 @@
-//! Normals at vertices, from the faces around them.
+//! Vertex normals from the surrounding faces.
 
 use glam::Vec3;
 
 use super::TriMesh;
 use crate::geometry::triangle::area_normal;
 
-/// The unit normals at the vertices of a mesh, n_vertices x 3: the direction of the sum of the faces' area normals,
-/// zero where there is none.
+/// Returns area-weighted unit normals at the vertices, n_vertices x 3; zero where the sum vanishes.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, vertex_normals};

@@ -1,4 +1,4 @@
-//! Faces turned so that neighbours agree, and outward: for surfaces that come without a side.
+//! Consistent, outward winding for surfaces without one.
 
 use std::collections::VecDeque;
 
@@ -6,20 +6,17 @@ use glam::DVec3;
 
 use super::half_edges::{NO_TWIN, twins};
 
-/// Turns faces over until any two that share an edge with no third run along it in opposite directions, as far as that
-/// can be, and every component outward.
+/// Reverses faces until neighbours across two-face edges agree where possible, and every component looks outward.
 ///
-/// The first face of a component says how its neighbours turn, they say how theirs do (breadth first). Then the
-/// component is turned over as a whole where the volume that its faces span with the mean of their corners is
-/// negative: outward where the component is closed, away from its middle on the whole where it is not. On a
-/// surface with one side, such as a Moebius strip, some edges are left whose faces disagree.
+/// Winding spreads breadth first from the first face of a component. The component is then reversed if its faces span a
+/// negative volume with the mean of their corners. One-sided surfaces, such as a Moebius strip, keep some disagreeing edges.
 ///
 /// # Shapes
 /// - `positions`: n x 3, `faces`: n_faces x 3, each with three different corners below n
-/// - returns n_faces x 3, in the order given
+/// - returns n_faces x 3, in the given order
 ///
 /// # Panics
-/// When an index is out of range.
+/// If an index is out of range.
 ///
 /// ```
 /// use neural_mesh::mesh::consistently_wound;
@@ -46,7 +43,7 @@ fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }
 
-/// Turns the faces that hang together with the first to agree with it; returns them.
+/// Reverses the faces connected to `first` to agree with it; returns them.
 fn wind_component(first: usize, twins: &[u32], wound: &mut [[u32; 3]], is_reached: &mut [bool]) -> Vec<usize> {
     let mut component = Vec::new();
     let mut queue = VecDeque::from([first]);
@@ -66,7 +63,7 @@ fn wind_component(first: usize, twins: &[u32], wound: &mut [[u32; 3]], is_reache
     component
 }
 
-/// Whether two faces run along an edge in the same direction.
+/// Returns whether two faces traverse an edge in the same direction.
 fn runs_along(face: [u32; 3], other: [u32; 3]) -> bool {
     let edges = edges_of(other);
     edges_of(face).iter().any(|edge| edges.contains(edge))
@@ -76,7 +73,7 @@ fn turn(face: &mut [u32; 3]) {
     face.swap(1, 2);
 }
 
-/// Six times the volume between some faces and the mean of their corners.
+/// Returns six times the volume between some faces and the mean of their corners.
 fn spanned_volume(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> f64 {
     let corners = |face: usize| faces[face].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
     let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();

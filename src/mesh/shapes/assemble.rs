@@ -1,27 +1,27 @@
-//! How shapes are put together: sheets of quads, rings joined into a tube, meshes side by side.
+//! Building blocks of shapes: sheets of quads, lofted rings, unions.
 
 use crate::mesh::TriMesh;
 
-/// How the last row of a sheet meets the first.
+/// The way the last row of a sheet meets the first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Join {
-    /// Not at all: there is a boundary.
+    /// Not joined: a boundary.
     Open,
-    /// Place by place.
+    /// Joined in order.
     Round,
-    /// In the opposite order.
+    /// Joined in reverse order.
     Twisted,
 }
 
-/// The mesh of positions in double precision; empty where they are not finite.
+/// Builds a mesh, empty if the positions are not finite.
 pub(super) fn build(positions: impl IntoIterator<Item = [f64; 3]>, faces: Vec<[u32; 3]>) -> TriMesh {
     let positions = positions.into_iter().map(|p| p.map(|x| x as f32)).collect();
     TriMesh::new(positions, faces).unwrap_or_default()
 }
 
-/// A sheet of n_u x n_v quads, each cut in two; `point` is asked at u, v in 0..=1.
+/// Builds a sheet of n_u x n_v quads, each split in two; `point` maps u, v in 0..=1.
 ///
-/// Only the u direction may be twisted. Seen from the side where u runs right and v up, faces turn left.
+/// Only the u direction may be twisted. With u to the right and v up, faces are counter-clockwise.
 pub(super) fn sheet(n: [u32; 2], joins: [Join; 2], point: impl Fn(f64, f64) -> [f64; 3]) -> TriMesh {
     let rows = n.map(|n| n.max(3));
     let kept = [rows[0] + u32::from(joins[0] == Join::Open), rows[1] + u32::from(joins[1] == Join::Open)];
@@ -41,14 +41,13 @@ pub(super) fn sheet(n: [u32; 2], joins: [Join; 2], point: impl Fn(f64, f64) -> [
     build(places.map(|(i, j)| point(at(i, rows[0]), at(j, rows[1]))), faces)
 }
 
-/// A quad cut along one of its diagonals.
 pub(super) fn quad([a, b, c, d]: [u32; 4], from_first: bool) -> [[u32; 3]; 2] {
     if from_first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
-/// A closed tube through rings of the same number of points, its ends closed without new vertices.
+/// Builds a closed tube through rings of equal length and triangulates its ends.
 ///
-/// Rings turn left when looked at from the end of the tube, and are convex at both ends.
+/// Rings are counter-clockwise seen from the end of the tube; the first and last are convex.
 pub(super) fn loft(rings: &[Vec<[f64; 3]>]) -> TriMesh {
     let n = rings.first().map_or(0, Vec::len) as u32;
     let mut faces = Vec::new();
@@ -64,7 +63,7 @@ pub(super) fn loft(rings: &[Vec<[f64; 3]>]) -> TriMesh {
     build(rings.iter().flatten().copied(), faces)
 }
 
-/// A convex polygon of n corners as a zigzag of triangles.
+/// Triangulates a convex polygon of n corners in a zigzag.
 fn lid(n: u32) -> impl Iterator<Item = [u32; 3]> {
     (0..n.saturating_sub(2)).map(move |i| {
         let (low, high) = (i / 2, n - 1 - i / 2);
@@ -72,7 +71,6 @@ fn lid(n: u32) -> impl Iterator<Item = [u32; 3]> {
     })
 }
 
-/// Several meshes as one.
 pub(super) fn unite(meshes: impl IntoIterator<Item = TriMesh>) -> TriMesh {
     let mut positions = Vec::new();
     let mut faces = Vec::new();
@@ -84,7 +82,7 @@ pub(super) fn unite(meshes: impl IntoIterator<Item = TriMesh>) -> TriMesh {
     TriMesh::new(positions, faces).unwrap_or_default()
 }
 
-/// The mesh with every point moved; where `mirrored`, its faces are turned over as well.
+/// Maps every point of a mesh by `to`; reverses the faces if `mirrored`.
 pub(super) fn moved(mesh: &TriMesh, mirrored: bool, to: impl Fn([f64; 3]) -> [f64; 3]) -> TriMesh {
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
     let faces = mesh.faces().iter().map(turn).collect();

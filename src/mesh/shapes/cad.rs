@@ -1,13 +1,13 @@
-//! Parts as machines have them: flat sides of few large faces beside fillets and threads of many small ones.
+//! Machine shapes: few large flat faces next to fillets and threads of many small ones.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::assemble::{build, loft, quad};
 use crate::mesh::TriMesh;
 
-/// A plate of 2 x 1 x 0.1 whose edges are rounded with `radius` (below 0.05), `n` faces to each quarter turn.
+/// Builds a plate of 2 x 1 x 0.1 whose edges have fillets of `radius` (below 0.05) with `n` segments per quarter turn.
 ///
-/// The flat sides have vertices on their rims only; faces differ in area by the square of `n / radius`.
+/// The flat sides have vertices on their rims only; face areas differ by the square of `n / radius`.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::plate(8, 0.01);
@@ -22,7 +22,7 @@ pub fn plate(n: u32, radius: f64) -> TriMesh {
     loft(&rings)
 }
 
-/// The outline of the plate at height z: a rectangle with corners rounded by three times the radius, grown by `out`.
+/// Returns the outline of the plate at height z: a rectangle with corners rounded by three times the radius, grown by `out`.
 fn outline(n: u32, out: f64, z: f64, radius: f64) -> Vec<[f64; 3]> {
     let corners = [(1.0, 0.5, 0.0), (-1.0, 0.5, 1.0), (-1.0, -0.5, 2.0), (1.0, -0.5, 3.0)];
     let turn = 3.0 * radius;
@@ -36,7 +36,7 @@ fn outline(n: u32, out: f64, z: f64, radius: f64) -> Vec<[f64; 3]> {
     corners.into_iter().flat_map(arc).collect()
 }
 
-/// A bolt: a hexagonal head, a shank and a thread with `n` faces around.
+/// Builds a bolt: a hexagonal head, a shank and a thread with `n` segments around.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::bolt(24);
@@ -59,19 +59,19 @@ pub fn bolt(n: u32) -> TriMesh {
     loft(&rings)
 }
 
-/// A wave of period 1 between 0 and 1 with flat crests and straight flanks.
+/// Returns a wave of period 1 between 0 and 1 with flat crests and straight flanks.
 fn ridge(phase: f64) -> f64 {
     let triangle = 2.0 * (phase - phase.floor() - 0.5).abs();
     ((triangle - 0.2) / 0.6).clamp(0.0, 1.0)
 }
 
-/// Radius of a hexagon with corners at 1.3.
+/// Returns the radius of a hexagon with corners at 1.3.
 fn hexagon(u: f64) -> f64 {
     let within = (u * 6.0).fract() - 0.5;
     1.3 * (TAU / 12.0).cos() / (within * TAU / 6.0).cos()
 }
 
-/// A closed sheet of 1 x 1 with gentle waves: two sides of n x n quads a `thickness` apart, and the rim between them.
+/// Builds a closed sheet of 1 x 1 with gentle waves: two sides of n x n quads a `thickness` apart, joined by a rim.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::thin_sheet(10, 0.001);

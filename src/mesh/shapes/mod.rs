@@ -1,7 +1,6 @@
-//! Little meshes with names, to test and to play with: spheres and boxes, CAD parts, and surfaces that are none.
+//! Small named test meshes: spheres and boxes, machine shapes, open and singular surfaces.
 //!
-//! Where a shape is closed its faces look outward. Sizes are plain numbers in one unit; a size that is not
-//! finite gives the empty mesh.
+//! Faces of closed shapes look outward. A size that is not finite gives the empty mesh.
 
 mod assemble;
 mod cad;

@@ -1,11 +1,11 @@
-//! Surfaces that break a rule: more than two faces at an edge, two fans at a vertex, one side only.
+//! Singular surfaces: four faces at an edge, two fans at a vertex, one side only.
 
 use std::f64::consts::{PI, TAU};
 
 use super::assemble::{Join, build, sheet};
 use crate::mesh::TriMesh;
 
-/// Two tetrahedra with one edge in common, which so has four faces.
+/// Builds two tetrahedra with one common edge, which has four faces.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::tetrahedra_sharing_edge().positions().len(), 6);
@@ -15,7 +15,7 @@ pub fn tetrahedra_sharing_edge() -> TriMesh {
     build(points, tetrahedron_faces([0, 2, 3, 1]).into_iter().chain(tetrahedron_faces([0, 4, 5, 1])).collect())
 }
 
-/// Two tetrahedra with one vertex in common.
+/// Builds two tetrahedra with one common vertex.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::tetrahedra_sharing_vertex().positions().len(), 7);
@@ -26,12 +26,11 @@ pub fn tetrahedra_sharing_vertex() -> TriMesh {
     build(points, tetrahedron_faces([0, 1, 2, 3]).into_iter().chain(tetrahedron_faces([0, 5, 4, 6])).collect())
 }
 
-/// Faces of a tetrahedron that look outward where a, b, c turn right around d.
 fn tetrahedron_faces([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 4] {
     [[a, c, b], [a, b, d], [b, c, d], [c, a, d]]
 }
 
-/// A strip around a circle that turns over once: one side, one boundary. n_around x n_across quads.
+/// Builds a Moebius strip: one side, one boundary, n_around x n_across quads.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::moebius_strip(20, 3).faces().len(), 120);
@@ -44,7 +43,7 @@ pub fn moebius_strip(n_around: u32, n_across: u32) -> TriMesh {
     })
 }
 
-/// A closed surface with one side, which passes through itself along a circle. n_around x n_tube quads.
+/// Builds a Klein bottle, which intersects itself along a circle, n_around x n_tube quads.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::klein_bottle(20, 8).faces().len(), 320);

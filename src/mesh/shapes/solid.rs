@@ -1,4 +1,4 @@
-//! Closed shapes of one piece.
+//! Closed shapes of one component.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::assemble::{Join, build, moved, sheet};
 use crate::mesh::TriMesh;
 
-/// The corner of the unit cube: four vertices, four faces, volume 1/6.
+/// Builds the corner of the unit cube: four vertices, four faces, volume 1/6.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::tetrahedron().faces().len(), 4);
@@ -18,7 +18,7 @@ pub fn tetrahedron() -> TriMesh {
     build(corners, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 }
 
-/// A box from the origin to `size`, each side a grid of n x n quads.
+/// Builds a box from the origin to `size`, each side a grid of n x n quads.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::cuboid([1.0, 1.0, 1.0], 2);
@@ -51,7 +51,7 @@ pub fn cuboid(size: [f64; 3], n: u32) -> TriMesh {
     build(places.into_iter().map(point), faces)
 }
 
-/// The unit sphere from an icosahedron whose faces are cut in four `level` times: 20 x 4^level faces.
+/// Builds the unit sphere from an icosahedron subdivided `level` times: 20 x 4^level faces.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::icosphere(2).faces().len(), 320);
@@ -71,7 +71,7 @@ pub fn icosphere(level: u32) -> TriMesh {
     build(points.into_iter().map(|p| p.to_array()), faces)
 }
 
-/// Triangles of points that are all nearest neighbours of each other, seen from outside.
+/// Returns the triangles of mutually nearest points, facing outward.
 fn triangles_of_neighbours(points: &[DVec3]) -> Vec<[u32; 3]> {
     let n = points.len();
     let near = |i: usize, j: usize| points[i].dot(points[j]) > 0.4;
@@ -100,7 +100,7 @@ fn cut_in_four(points: &mut Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     faces.iter().flat_map(&mut cut).collect()
 }
 
-/// A torus around the z axis, n_around x n_tube quads, with the radii of its middle circle and of its tube.
+/// Builds a torus around the z axis, n_around x n_tube quads, with the radii of its centre circle and its tube.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::torus(16, 8, 1.0, 0.3).positions().len(), 128);
@@ -112,7 +112,7 @@ pub fn torus(n_around: u32, n_tube: u32, radius: f64, tube: f64) -> TriMesh {
     })
 }
 
-/// A sphere with waves whose edges are `unevenness` times longer at its upper pole than at its lower one.
+/// Builds a wavy sphere whose edges are `unevenness` times longer at its upper pole than at its lower one.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::wavy_sphere(3, 10.0);
@@ -126,7 +126,6 @@ pub fn wavy_sphere(level: u32, unevenness: f64) -> TriMesh {
     })
 }
 
-/// Divides the sphere's stereographic plane (seen from the upper pole) by the root of a factor: a conformal map.
 fn toward_pole(p: DVec3, factor: f64) -> DVec3 {
     let (up, down) = ((1.0 + p.z) / factor, 1.0 - p.z);
     DVec3::new(2.0 * p.x / factor.sqrt(), 2.0 * p.y / factor.sqrt(), up - down) / (up + down)

@@ -1,10 +1,10 @@
-//! Several closed parts in one mesh.
+//! Several closed components in one mesh.
 
 use super::assemble::{moved, unite};
 use super::solid::{cuboid, icosphere, torus};
 use crate::mesh::TriMesh;
 
-/// Two unit spheres that touch in one point, where each has a vertex of its own.
+/// Builds two unit spheres that touch in one point, where each has its own vertex.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::touching_spheres(1).positions().len(), 84);
@@ -16,7 +16,7 @@ pub fn touching_spheres(level: u32) -> TriMesh {
     unite([sphere, other])
 }
 
-/// Tori that hang in each other without touching, every other one turned by a quarter.
+/// Builds a chain of tori that do not touch, every other one turned by a quarter.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::chain_of_tori(3).faces().len(), 3 * 2048);
@@ -34,7 +34,7 @@ pub fn chain_of_tori(n: u32) -> TriMesh {
     unite((0..n).map(place))
 }
 
-/// `n` boxes in rows of ten that do not touch, of edge lengths from 0.01 to 0.9.
+/// Builds `n` separate boxes in rows of ten, with edge lengths from 0.01 to 0.9.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::many_boxes(94).faces().len(), 94 * 12);
